@@ -1,0 +1,57 @@
+"""lutgen: see through an aged display.
+
+The package turns measurements of an aging display into 3D LUTs and OpenColorIO configs.
+The public Python API is small; each function is what a command of the same name calls:
+
+``read_measurements`` · ``DisplayModel`` · ``build`` · ``check`` · ``apply_to_image`` · ``show``.
+
+Names are imported when they are first used, so that ``import lutgen`` costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+#: Public name → the module that defines it.
+_HOME = {
+    "LutgenError": "lutgen.errors",
+    "Measurements": "lutgen.measurements",
+    "read_measurements": "lutgen.measurements",
+    "DisplayModel": "lutgen.display",
+    "build": "lutgen.bake.build",
+    "check": "lutgen.bake.check",
+    "apply_to_image": "lutgen.appearance.apply",
+    "show": "lutgen.report.show",
+}
+
+__all__ = [
+    "DisplayModel",
+    "LutgenError",
+    "Measurements",
+    "__version__",
+    "apply_to_image",
+    "build",
+    "check",
+    "read_measurements",
+    "show",
+]
+
+if TYPE_CHECKING:
+    from lutgen.appearance.apply import apply_to_image
+    from lutgen.bake.build import build
+    from lutgen.bake.check import check
+    from lutgen.display import DisplayModel
+    from lutgen.errors import LutgenError
+    from lutgen.measurements import Measurements, read_measurements
+    from lutgen.report.show import show
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name on first use (PEP 562)."""
+    if name not in _HOME:
+        message = f"module 'lutgen' has no attribute {name!r}"
+        raise AttributeError(message)
+    return getattr(import_module(_HOME[name]), name)

@@ -1,0 +1,5 @@
+"""``python -m lutgen`` does what ``lutgen`` does."""
+
+from lutgen.cli import main
+
+main()

@@ -1,0 +1,21 @@
+"""The one error that lutgen raises for bad input.
+
+Its text is one sentence for a person: what is wrong, where, what is allowed, what to do.
+The command line prints it and exits with 2; the library never prints and never exits.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+
+class LutgenError(ValueError):
+    """Bad input: says what is wrong, where, what is allowed and what to do."""
+
+
+def pick_one(what: str, given: object, choices: Iterable[str]) -> LutgenError:
+    """Return the error for a name that is not among ``choices``."""
+    return LutgenError(f"unknown {what} {str(given)!r}. Pick one of: {', '.join(choices)}.")

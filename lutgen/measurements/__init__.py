@@ -1,0 +1,76 @@
+"""The table of readings: what a meter said of a display, patch by patch and hour by hour.
+
+One file per format in this folder, found by its name: ``csv.py`` reads ``*.csv``. Each has one function
+``read(path, text) -> Measurements``. Whatever the format, nothing about the values is guessed: percent or
+8-bit drive, relative instead of absolute luminance, swapped channels are refused with a sentence that says
+what to do.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from importlib import import_module
+from pathlib import Path
+from pkgutil import iter_modules
+
+from lutgen.errors import LutgenError
+from lutgen.measurements.table import TIP_NAMES, Measurements
+
+__all__ = ["TIP_NAMES", "Measurements", "formats", "read_measurements"]
+
+#: A table of readings is text of at most a few MB; a larger file is something else.
+MAX_BYTES = 64_000_000
+
+
+def formats() -> list[str]:
+    """Names of the formats that can be read, which are the file suffixes: one module each in this folder."""
+    return sorted(module.name for module in iter_modules(__path__) if module.name != "table")
+
+
+def read_measurements(path: str | Path) -> Measurements:
+    """Read a table of readings.
+
+    Parameters
+    ----------
+    path
+        A file whose suffix names its format (see :func:`formats`).
+
+    Raises
+    ------
+    LutgenError
+        Unreadable, binary, empty or wrong in any value: names file, line, column and what to do.
+
+    """
+    path = Path(path)
+    suffix = path.suffix.lower().lstrip(".")
+    if suffix not in formats():
+        known = ", ".join(f".{name}" for name in formats())
+        message = f"{path}: cannot tell the format of measurements from the suffix {path.suffix!r}. Pick one of: {known}."
+        raise LutgenError(message)
+    data = _read_bytes(path)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        message = f"{path}: byte {error.start} is not UTF-8 text: a binary file? Measurements are a text table."
+        raise LutgenError(message) from None
+    if "\0" in text:
+        message = f"{path}: holds NUL bytes: a binary file? Measurements are a text table."
+        raise LutgenError(message)
+    if not text.strip():
+        message = f"{path}: the file is empty. It needs a header line and one row a reading."
+        raise LutgenError(message)
+    measurements: Measurements = import_module(f"lutgen.measurements.{suffix}").read(
+        text, file=str(path), sha256=hashlib.sha256(data).hexdigest()
+    )
+    return measurements
+
+
+def _read_bytes(path: Path) -> bytes:
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            message = f"{path}: larger than {MAX_BYTES // 1_000_000} MB, which no table of readings is."
+            raise LutgenError(message)
+        return path.read_bytes()
+    except OSError as error:
+        message = f"{path}: cannot read the measurements: {(error.strerror or str(error)).lower()}."
+        raise LutgenError(message) from None
