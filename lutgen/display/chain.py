@@ -1,0 +1,125 @@
+"""The display as a chain of links from code value to the light that reaches the eye.
+
+A link is a pure function of a signal, at one stage of the display. What the signal is between stages:
+
+``drive`` code values · ``transfer`` → linear light per channel · ``mixing`` linear light per channel ·
+``emission`` → XYZ · ``optics`` XYZ · ``viewing`` XYZ · ``instrument`` XYZ as a meter reports it.
+
+Links that are the same at every hour come first and form the *head* of the chain. Its result for a set of
+colours can then be computed once and used for every hour and mode.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import reduce
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from lutgen.colorimetry import CHUNK, code_to_linear, linear_to_code, xyz_to_linear
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+
+STAGES = ("drive", "transfer", "mixing", "emission", "optics", "viewing", "instrument")
+
+
+class Link(Protocol):
+    """One step of the chain: a frozen dataclass, equal to another exactly when it computes the same."""
+
+    @property
+    def stage(self) -> str:
+        """One of ``STAGES``."""
+        ...
+
+    def __call__(self, signal: Array) -> Array:
+        """Send a signal of shape (n, k) through this link."""
+        ...
+
+
+@dataclass(frozen=True)
+class SrgbTransfer:
+    """Code values to linear light by the sRGB curve, which in the paper does not age."""
+
+    stage: str = "transfer"
+
+    def __call__(self, signal: Array) -> Array:
+        """(n, 3) code → (n, 3) linear."""
+        return code_to_linear(signal)
+
+
+@dataclass(frozen=True)
+class AgedDisplay:
+    """A display of one mode at one hour: the chain from code value to XYZ, and back to a viewer's code value.
+
+    Attributes
+    ----------
+    mode, hours
+        What this display is.
+    head
+        Links that do not depend on mode or hour; two aged displays with equal heads share their head signal.
+    tail
+        Links that do.
+
+    """
+
+    mode: str
+    hours: float
+    head: tuple[Link, ...]
+    tail: tuple[Link, ...]
+
+    def head_signal(self, code: Array) -> Array:
+        """Code values (n, 3) → the signal behind the head, (n, k). The same for every display with this head."""
+        return _pass(self.head, code)
+
+    def xyz(self, head_signal: Array) -> Array:
+        """Signal behind the head (n, k) → XYZ (n, 3), relative to the un-aged white."""
+        return _pass(self.tail, head_signal)
+
+    def code_to_xyz(self, code: Array) -> Array:
+        """Code values (..., 3) → XYZ of the aged display (..., 3), in chunks, in double precision."""
+        return _in_chunks(lambda part: self.xyz(self.head_signal(part)), code)
+
+    def code_to_linear(self, code: Array) -> Array:
+        """Code values (..., 3) → linear sRGB of the aged colour (..., 3), not clipped to the viewer's gamut."""
+        return _in_chunks(lambda part: xyz_to_linear(self.xyz(self.head_signal(part))), code)
+
+    def code_to_code(self, code: Array) -> Array:
+        """Code values (..., 3) → code values with which an un-aged sRGB viewer shows the aged colour.
+
+        Step 6 of the paper: XYZ → linear sRGB → clip to 0..1 → OETF.
+        """
+        return _in_chunks(lambda part: viewer_code(xyz_to_linear(self.xyz(self.head_signal(part)))), code)
+
+    def clipped_share(self, code: Array) -> float:
+        """Share of ``code`` (..., 3) whose aged colour lies outside the viewer's gamut by more than 1e-6 of white."""
+        return float(np.mean(outside_gamut(self.code_to_linear(code))))
+
+
+def viewer_code(linear: Array) -> Array:
+    """Linear sRGB to the code values of an un-aged sRGB viewer, which clips to its gamut."""
+    return linear_to_code(np.clip(linear, 0.0, 1.0))
+
+
+def outside_gamut(linear: Array) -> NDArray[np.bool_]:
+    """Whether aged colours (..., 3) lie outside the viewer's gamut by more than 1e-6 of white, shape (...)."""
+    red, green, blue = np.moveaxis((linear < -1e-6) | (linear > 1 + 1e-6), -1, 0)
+    return np.asarray(red | green | blue)
+
+
+def _pass(links: tuple[Link, ...], signal: Array) -> Array:
+    return reduce(lambda passing, link: link(passing), links, signal)
+
+
+def _in_chunks(function: Callable[[Array], Array], code: Array) -> Array:
+    code = np.asarray(code, dtype=np.float64)
+    flat = code.reshape(-1, 3)
+    result = np.empty_like(flat)
+    for start in range(0, len(flat), CHUNK):
+        result[start : start + CHUNK] = function(flat[start : start + CHUNK])
+    return result.reshape(code.shape)

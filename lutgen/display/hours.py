@@ -1,0 +1,78 @@
+"""``--hours``: spans, steps and lists of operating hours."""
+
+from __future__ import annotations
+
+import math
+from decimal import Decimal, InvalidOperation
+from typing import TYPE_CHECKING
+
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from lutgen.display.tips import Tips
+
+#: More hours than this in one request is a slip of the keyboard: at 1 MB a LUT it would be 10 GB.
+MAX_HOURS = 10_000
+
+_ALLOWED = "Write 0..18000 (every measured time), 0..18000:500 (a step) or 0,5000,10000 (a list)"
+
+
+def parse_hours(text: str, tips: Tips) -> list[float]:
+    """Return the hours that ``text`` asks for, increasing, each once.
+
+    ``0..18000`` is every measured time in the span and its two ends, ``0..18000:500`` a step from its start,
+    ``0,5000,10000`` a list.
+
+    Raises
+    ------
+    LutgenError
+        Not of these forms, reversed, endless, too many, or outside the measured span.
+
+    """
+    if ".." not in text:
+        return _checked({_number(part, text) for part in text.split(",")}, tips)
+    span, colon, step = text.partition(":")
+    first_text, _, last_text = span.partition("..")
+    first, last = _number(first_text, text), _number(last_text, text)
+    if first > last:
+        message = f"--hours {text}: the span runs backwards. Write {last_text}..{first_text}."
+        raise LutgenError(message)
+    tips.check_span(float(first))
+    tips.check_span(float(last))
+    if colon:
+        return _checked(_steps(first, last, _number(step, text), text), tips)
+    measured = {Decimal(repr(float(hour))) for hour in tips.hours if first <= hour <= last}
+    return _checked(measured | {first, last}, tips)
+
+
+def _steps(first: Decimal, last: Decimal, step: Decimal, text: str) -> set[Decimal]:
+    if step <= 0:
+        message = f"--hours {text}: a step of {step} never arrives. Give a step above 0, such as 500."
+        raise LutgenError(message)
+    count = int((last - first) / step) + 1
+    if count > MAX_HOURS:
+        message = f"--hours {text}: that is {count} hours, more than {MAX_HOURS}. Give a larger step."
+        raise LutgenError(message)
+    return {first + i * step for i in range(count)}
+
+
+def _checked(hours: set[Decimal], tips: Tips) -> list[float]:
+    if len(hours) > MAX_HOURS:
+        message = f"--hours asks for {len(hours)} hours, more than {MAX_HOURS}. Give fewer."
+        raise LutgenError(message)
+    for hour in sorted(hours):
+        tips.check_span(float(hour))
+    return [float(hour) for hour in sorted(hours)]
+
+
+def _number(part: str, text: str) -> Decimal:
+    try:
+        number = Decimal(part.strip())
+    except InvalidOperation:
+        message = f"--hours {text}: {part.strip()!r} is not a number of hours. {_ALLOWED}."
+        raise LutgenError(message) from None
+    if not math.isfinite(number) or number < 0:
+        message = f"--hours {text}: {part.strip()!r} is not a finite number of hours from 0 on. {_ALLOWED}."
+        raise LutgenError(message)
+    # Folder names carry six decimals, so finer hours could collide: 0.0036 s is enough for any display.
+    return round(number, 6)

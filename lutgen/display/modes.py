@@ -1,0 +1,110 @@
+"""Aging modes and luminance laws: what becomes of white's luminance (section 2.1 of the paper)."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.errors import LutgenError, pick_one
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.display.tips import Tips
+
+#: Mode → what it means, for help texts.
+MODES = {
+    "stable": "luminance and chrominance held: the un-aged display at every hour",
+    "chroma": "white's luminance held by a sensor, chrominance ages",
+    "chroma-luma": "luminance and chrominance age",
+}
+
+#: Section 3.1 of the paper: luminance is 67 % at 10 000 h and 40 % at 18 000 h.
+PAPER_LAW = ((0.0, 1.0), (10_000.0, 0.67), (18_000.0, 0.40))
+
+LAWS = ("paper", "measured")
+
+
+@dataclass(frozen=True)
+class LuminanceLaw:
+    """White's luminance relative to hour 0, for ``chroma-luma``: piecewise linear, or as measured.
+
+    ``table`` is () for the law ``measured``.
+    """
+
+    name: str
+    table: tuple[tuple[float, float], ...] = ()
+
+    def factor(self, hours: float, tips: Tips) -> float:
+        """Return L(hours). Raises LutgenError outside the law's span."""
+        if not self.table:
+            return float(tips.at(hours)[0, 2] / tips.xyY[0, 0, 2])
+        times, factors = np.array(self.table).T
+        if not times[0] <= hours <= times[-1]:
+            message = (
+                f"hour {hours:g} is outside the span {times[0]:g}..{times[-1]:g} h of the luminance law {self.name!r}. "
+                f"Use --luminance measured, or a table that reaches further."
+            )
+            raise LutgenError(message)
+        return float(np.interp(hours, times, factors))
+
+
+def luminance_law(name: str) -> LuminanceLaw:
+    """Return the law ``paper`` or ``measured``, or read a user's table (a .csv of hour,factor).
+
+    Raises
+    ------
+    LutgenError
+        Unknown name, or a table that is not increasing from hour 0, finite and above 0.
+
+    """
+    if name == "paper":
+        return LuminanceLaw(name, PAPER_LAW)
+    if name == "measured":
+        return LuminanceLaw(name)
+    if Path(name).suffix.lower() != ".csv":
+        raise pick_one("luminance law", name, (*LAWS, "a .csv table of hour,factor"))
+    return law_of_table(Path(name).name, _read_table(Path(name)), where=name)
+
+
+def law_of_table(name: str, table: tuple[tuple[float, float], ...], *, where: str) -> LuminanceLaw:
+    """Check a table of (hour, factor) and return its law."""
+    numbers = np.array(table, dtype=np.float64).reshape(-1, 2)
+    good = (
+        len(table) >= 2
+        and np.isfinite(numbers).all()
+        and numbers[0, 0] == 0
+        and (np.diff(numbers[:, 0]) > 0).all()
+        and (numbers[:, 1] > 0).all()
+    )
+    if not good:
+        message = (
+            f"{where}: a luminance table needs at least two rows hour,factor: hours increasing from 0, factors above 0 "
+            f"(1 is the un-aged luminance)."
+        )
+        raise LutgenError(message)
+    return LuminanceLaw(name, tuple((float(hour), float(factor)) for hour, factor in numbers))
+
+
+def _read_table(path: Path) -> tuple[tuple[float, float], ...]:
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        message = f"{path}: cannot read the luminance table: {error}."
+        raise LutgenError(message) from None
+    rows = [row for row in csv.reader(lines) if row and not row[0].startswith("#")]
+    if rows and [cell.strip() for cell in rows[0]] == ["hour", "factor"]:
+        rows = rows[1:]
+    try:
+        return tuple((float(hour), float(factor)) for hour, factor in rows)
+    except ValueError:
+        message = f"{path}: a luminance table has rows of two numbers, hour,factor, with decimal points."
+        raise LutgenError(message) from None
+
+
+def scale_luminance(xyY: Array, factor: float) -> Array:  # noqa: N803 - the CIE's own spelling
+    """Scale all four tips so that white's Y becomes ``factor``. Shape (4, 3) → (4, 3)."""
+    return np.column_stack([xyY[:, :2], xyY[:, 2] * (factor / xyY[0, 2])])

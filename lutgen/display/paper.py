@@ -1,0 +1,116 @@
+"""The paper's emission: four matrices through the measured tips, and which of them a colour uses.
+
+Avanaki et al., Proc. SPIE 9420 (2015), steps 2, 3 and 5. A matrix T'_i sends the three colour points other than
+i to their measured XYZ; T_i = ⅓ Σ_{j≠i} T'_j then reproduces colour point i exactly.
+
+Both selections are linear in the matrices, so they are split in two links: ``Selection`` spreads a colour over
+twelve coordinates (which matrix, which channel) and does not age; ``Matrices`` multiplies by what does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.colorimetry import transform, xyY_to_xyz
+from lutgen.measurements.table import TIP_DRIVES
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+
+#: Selection → what it means, for help texts.
+SELECTIONS = {
+    "nearest": "the paper: T of the colour point nearest in linear light, ties averaged; jumps at borders",
+    "continuous": "T' of the smallest channel: no jumps, and all four colour points are met",
+}
+
+#: Colour points whose distance is within this of the smallest are equally near (model.md, step 6).
+TIE = 1e-9
+
+
+def three_point_matrices(xyz_tips: Array) -> Array:
+    """Return T'_w, T'_r, T'_g, T'_b, step 2 of the paper: shape (4, 3) tips in XYZ → (4, 3, 3).
+
+    T'_i · (drive of j) = XYZ_j for the three tips j ≠ i.
+    """
+    matrices = np.empty((4, 3, 3))
+    for i in range(4):
+        others = [j for j in range(4) if j != i]
+        # T' · D = M with the drives and the tips as columns, so T'ᵀ solves Dᵀ T'ᵀ = Mᵀ.
+        matrices[i] = np.linalg.solve(TIP_DRIVES[others], xyz_tips[others]).T
+    return matrices
+
+
+def averaged_matrices(three_point: Array) -> Array:
+    """Return T_w, T_r, T_g, T_b, step 3 of the paper: T_i = ⅓ Σ_{j≠i} T'_j. Shape (4, 3, 3) → (4, 3, 3)."""
+    return np.asarray((three_point.sum(axis=0) - three_point) / 3.0)
+
+
+def nearest_weights(linear: Array) -> Array:
+    """Share of each T_i, step 5: shape (n, 3) → (n, 4) in the order w, r, g, b; rows sum to 1.
+
+    The colour point nearest to the colour in linear light (Euclidean); all points within ``TIE`` of the smallest
+    distance share equally, so that a grey below ½, as near to red as to green and blue, is no lottery.
+    """
+    red, green, blue = linear.T
+    # |l − p|² = |l|² + 1 − 2·score with score r, g, b for the primaries and r+g+b−1 for white. The same |l|² for all
+    # four, and equal channels, make ties exact on every platform.
+    squared = red * red + green * green + blue * blue + 1.0
+    scores = (red + green + blue - 1.0, red, green, blue)
+    return _shares([np.sqrt(np.maximum(squared - 2.0 * score, 0.0)) for score in scores])
+
+
+def continuous_weights(linear: Array) -> Array:
+    """Share of each T'_i: that of the smallest channel, ties averaged. Shape (n, 3) → (n, 4), w never used."""
+    return np.column_stack([np.zeros(len(linear)), _shares(list(linear.T))])
+
+
+def _shares(sizes: list[Array]) -> Array:
+    """Equal shares for the smallest of k sizes of shape (n,), within ``TIE``: shape (n, k)."""
+    limit = np.minimum.reduce(sizes) + TIE
+    smallest = np.column_stack([size <= limit for size in sizes]).astype(np.float64)
+    return smallest / (smallest @ np.ones((len(sizes), 1)))
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Linear light → the colour's coordinates in each of the four matrices; the same at every hour."""
+
+    name: str
+    stage: str = "emission"
+
+    def weights(self, linear: Array) -> Array:
+        """(n, 3) linear light → (n, 4) shares of the matrices."""
+        return nearest_weights(linear) if self.name == "nearest" else continuous_weights(linear)
+
+    def __call__(self, signal: Array) -> Array:
+        """(n, 3) linear light → (n, 12): share of matrix i times channel c, i major."""
+        weights = self.weights(signal).T
+        return (weights[:, np.newaxis] * signal.T).reshape(12, -1).T
+
+
+@dataclass(frozen=True)
+class Matrices:
+    """The aged emission of one mode and hour: (n, 12) coordinates of ``Selection`` → XYZ (n, 3)."""
+
+    #: T_i (``nearest``) or T'_i (``continuous``) as nested tuples, so that equal means the same: 4 × 3 × 3.
+    values: tuple[tuple[tuple[float, ...], ...], ...]
+    stage: str = "emission"
+
+    @property
+    def array(self) -> Array:
+        """The four matrices, shape (4, 3, 3)."""
+        return np.array(self.values)
+
+    def __call__(self, signal: Array) -> Array:
+        """(n, 12) → XYZ (n, 3)."""
+        return transform(np.hstack(list(self.array)), signal)
+
+
+def matrices_of(xyY: Array, selection: str) -> Matrices:  # noqa: N803 - the CIE's own spelling
+    """Return the emission through the tips ``xyY``, shape (4, 3), for a selection."""
+    three_point = three_point_matrices(xyY_to_xyz(xyY))
+    chosen = averaged_matrices(three_point) if selection == "nearest" else three_point
+    return Matrices(tuple(tuple(tuple(float(v) for v in row) for row in matrix) for matrix in chosen))
