@@ -1,0 +1,1 @@
+"""Baking: a display model into LUT files and OpenColorIO configs, each certified against the model."""

@@ -1,0 +1,218 @@
+"""OpenColorIO configs: one per aging mode and hour, and one for all of them by context variables.
+
+Words: the *source signal* is the picture's code values as sent to the display; the *aged display* is what those
+code values look like on it; the *viewer* is the un-aged screen in front of the reader.
+
+A config is data (``AgedConfig``) given to one generator. Profile version 2.1, so that OpenColorIO 2.1 loads it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.bindings import ocio
+from lutgen.colorimetry import LINEAR_TO_XYZ, SRGB_XY, rgb_to_xyz_matrix
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from lutgen.colorimetry import Array
+
+SOURCE, AGED, LINEAR, XYZ = "Source signal", "Aged display", "Linear sRGB", "CIE XYZ-D65"
+UNAGED_VIEW, AGED_VIEW, RAW_VIEW = "Un-aged", "Aged", "Raw"
+LOOK, NAMED_TRANSFORM = "Aged display look", "Source signal to aged display"
+
+#: SMPTE EG 432-1 primaries with the D65 white.
+P3_XY = np.array([SRGB_XY[0], [0.680, 0.320], [0.265, 0.690], [0.150, 0.060]])
+
+#: Viewer → linear-RGB-to-XYZ matrix and curve: the sRGB curve, or the power of Rec. ITU-R BT.1886.
+VIEWERS: dict[str, tuple[Array, str]] = {
+    "sRGB": (LINEAR_TO_XYZ, "srgb"),
+    "Display P3": (rgb_to_xyz_matrix(P3_XY), "srgb"),
+    "Rec.1886": (LINEAR_TO_XYZ, "power 2.4"),
+}
+
+#: Roles that Blender, Nuke and later OpenColorIO versions ask for.
+ROLES = {
+    "default": SOURCE,
+    "scene_linear": LINEAR,
+    "rendering": LINEAR,
+    "compositing_linear": LINEAR,
+    "compositing_log": SOURCE,
+    "color_timing": SOURCE,
+    "color_picking": SOURCE,
+    "texture_paint": SOURCE,
+    "matte_paint": SOURCE,
+    "data": "Raw",
+    "aces_interchange": "ACES2065-1",
+    "cie_xyz_d65_interchange": XYZ,
+}
+
+#: Images that hold code values, and those that hold linear light.
+SIGNAL_FILES, LINEAR_FILES = ("png", "jpg", "jpeg", "tif", "tiff", "bmp"), ("exr", "hdr")
+
+
+@dataclass(frozen=True)
+class AgedConfig:
+    """What a config says.
+
+    Attributes
+    ----------
+    name, description
+        The config's own name and what it shows.
+    lut
+        The LUT file, relative to the config; may hold context variables.
+    environment
+        Context variables and their defaults.
+
+    """
+
+    name: str
+    description: str
+    lut: str
+    environment: Mapping[str, str] = field(default_factory=dict)
+
+
+def config_text(aged: AgedConfig) -> bytes:
+    """Return the config as OpenColorIO serialises it; version differences are in wording, never in meaning."""
+    lib = ocio()
+    config = lib.Config()
+    config.setMajorVersion(2)
+    config.setMinorVersion(1)
+    config.setName(aged.name)
+    config.setDescription(aged.description)
+    config.setSearchPath(".")
+    config.setStrictParsingEnabled(True)
+    for name, value in aged.environment.items():
+        config.addEnvironmentVar(name, value)
+    config.setEnvironmentMode(lib.ENV_ENVIRONMENT_LOAD_PREDEFINED)
+    _add_colour_spaces(lib, config, aged)
+    _add_views(lib, config, aged)
+    for role, space in ROLES.items():
+        config.setRole(role, space)
+    config.setFileRules(_file_rules(lib))
+    config.validate()
+    return str(config.serialize()).encode()
+
+
+def _add_colour_spaces(lib: Any, config: Any, aged: AgedConfig) -> None:
+    to_linear = _srgb_curve(lib)
+    spaces = (
+        (LINEAR, "Linear light of the sRGB primaries.", "scene-linear", ["lin_rec709_srgb", "lin_srgb"], None),
+        (SOURCE, "Code values as sent to the display.", "sdr-video", ["srgb", "srgb_tx"], to_linear),
+        (AGED, f"Code values as the aged display shows them. {aged.description}", "sdr-video", [], _aged(lib, aged)),
+        ("ACES2065-1", "Interchange with other configs.", "scene-linear", ["aces2065_1"], _from_aces(lib)),
+    )
+    for name, description, encoding, aliases, transform in spaces:
+        space = lib.ColorSpace(
+            referenceSpace=lib.REFERENCE_SPACE_SCENE,
+            name=name,
+            aliases=aliases,
+            family="lutgen",
+            encoding=encoding,
+            bitDepth=lib.BIT_DEPTH_F32,
+            description=description,
+            categories=["file-io"],
+        )
+        if transform is not None:
+            space.setTransform(transform, lib.COLORSPACE_DIR_TO_REFERENCE)
+        config.addColorSpace(space)
+    raw = lib.ColorSpace(name="Raw", family="lutgen", isData=True, description="Code values untouched.")
+    config.addColorSpace(raw)
+    config.addColorSpace(
+        lib.ColorSpace(referenceSpace=lib.REFERENCE_SPACE_DISPLAY, name=XYZ, family="Viewer", encoding="display-linear")
+    )
+
+
+def _add_views(lib: Any, config: Any, aged: AgedConfig) -> None:
+    to_xyz = _matrix(lib, LINEAR_TO_XYZ)
+    look = lib.Look(name=LOOK, processSpace=SOURCE, description=aged.description, transform=_lut(lib, aged))
+    config.addLook(look)
+    config.addNamedTransform(
+        lib.NamedTransform(
+            name=NAMED_TRANSFORM,
+            family="lutgen",
+            description=aged.description,
+            forwardTransform=_lut(lib, aged),
+        )
+    )
+    for name, transform, description in (
+        (UNAGED_VIEW, to_xyz, "The source signal on an un-aged display."),
+        (AGED_VIEW, _group(lib, _srgb_curve(lib, encode=True), _aged(lib, aged), to_xyz), aged.description),
+    ):
+        view = lib.ViewTransform(
+            referenceSpace=lib.REFERENCE_SPACE_SCENE, name=name, family="lutgen", description=description
+        )
+        view.setTransform(transform, lib.VIEWTRANSFORM_DIR_FROM_REFERENCE)
+        config.addViewTransform(view)
+    config.setDefaultViewTransformName(UNAGED_VIEW)
+    for viewer, (matrix, curve) in VIEWERS.items():
+        space = lib.ColorSpace(
+            referenceSpace=lib.REFERENCE_SPACE_DISPLAY,
+            name=f"{viewer} viewer",
+            family="Viewer",
+            encoding="sdr-video",
+            bitDepth=lib.BIT_DEPTH_F32,
+            description=f"An un-aged {viewer} screen.",
+        )
+        space.setTransform(
+            _group(lib, _matrix(lib, np.linalg.inv(matrix)), _encode(lib, curve)), lib.COLORSPACE_DIR_FROM_REFERENCE
+        )
+        config.addColorSpace(space)
+        for name in (AGED_VIEW, UNAGED_VIEW):
+            config.addDisplayView(viewer, name, name, f"{viewer} viewer", "", "", "")
+        config.addDisplayView(viewer, RAW_VIEW, "Raw", "")
+    config.setActiveDisplays(", ".join(VIEWERS))
+    config.setActiveViews(", ".join((AGED_VIEW, UNAGED_VIEW, RAW_VIEW)))
+
+
+def _file_rules(lib: Any) -> Any:
+    rules = lib.FileRules()
+    for position, extension in enumerate((*LINEAR_FILES, *SIGNAL_FILES)):
+        space = LINEAR if extension in LINEAR_FILES else SOURCE
+        pattern = "".join(f"[{letter.upper()}{letter}]" for letter in extension)
+        rules.insertRule(position, extension, space, "*", pattern)
+    rules.setDefaultRuleColorSpace(SOURCE)
+    return rules
+
+
+def _lut(lib: Any, aged: AgedConfig) -> Any:
+    return lib.FileTransform(src=aged.lut, interpolation=lib.INTERP_TETRAHEDRAL)
+
+
+def _aged(lib: Any, aged: AgedConfig) -> Any:
+    """Aged code values → the linear light that they give, unclipped where the LUT is."""
+    return _group(lib, _lut(lib, aged), _srgb_curve(lib))
+
+
+def _srgb_curve(lib: Any, *, encode: bool = False) -> Any:
+    direction = lib.TRANSFORM_DIR_INVERSE if encode else lib.TRANSFORM_DIR_FORWARD
+    return lib.ExponentWithLinearTransform(
+        gamma=[2.4, 2.4, 2.4, 1.0], offset=[0.055, 0.055, 0.055, 0.0], direction=direction
+    )
+
+
+def _encode(lib: Any, curve: str) -> Any:
+    if curve == "srgb":
+        return _srgb_curve(lib, encode=True)
+    gamma = float(curve.removeprefix("power "))
+    return lib.ExponentTransform(value=[gamma, gamma, gamma, 1.0], direction=lib.TRANSFORM_DIR_INVERSE)
+
+
+def _from_aces(lib: Any) -> Any:
+    """ACES2065-1 → linear sRGB with OpenColorIO's own Bradford-adapted matrices."""
+    to_xyz = lib.BuiltinTransform(style="UTILITY - ACES-AP0_to_CIE-XYZ-D65_BFD")
+    return _group(lib, to_xyz, _matrix(lib, np.linalg.inv(LINEAR_TO_XYZ)))
+
+
+def _matrix(lib: Any, matrix: Array) -> Any:
+    whole = np.eye(4)
+    whole[:3, :3] = matrix
+    return lib.MatrixTransform(matrix=whole.ravel().tolist())
+
+
+def _group(lib: Any, *transforms: Any) -> Any:
+    return lib.GroupTransform(list(transforms))

@@ -1,0 +1,66 @@
+"""Fixed-point text of large tables, computed as bytes: the ``%.7f`` of a whole array in half a millisecond."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lutgen.colorimetry import CHUNK
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+
+#: Seven decimals reach the float32 floor near 1 (6e-8); six leave 5e-7.
+DECIMALS = 7
+_SCALE = 10**DECIMALS
+
+
+@cache
+def _pieces() -> tuple[NDArray[np.uint32], NDArray[np.uint32], NDArray[np.uint16]]:
+    """Text of every ``d.dd``, ``dddd`` and ``d `` as machine words, so that one look-up writes several bytes."""
+    head = b"".join(b"%d.%02d" % divmod(number, 100) for number in range(1000))
+    middle = b"".join(b"%04d" % number for number in range(10_000))
+    last = b"".join(b"%d " % number for number in range(10))
+    return np.frombuffer(head, np.uint32), np.frombuffer(middle, np.uint32), np.frombuffer(last, np.uint16)
+
+
+def rows_of_text(values: Array) -> bytes:
+    """Return ``values``, shape (n, k), as n lines of k numbers with seven decimals, separated by one space.
+
+    Numbers must lie in (-10, 10): one digit before the point. When any is negative every number gets a column
+    for its sign. Equals ``"%.7f"`` digit for digit, except where the eighth decimal is an exact half.
+
+    Raises
+    ------
+    ValueError
+        A number is NaN, infinite or too large: a fault of the caller, never of a user's input.
+
+    """
+    flat = np.asarray(values, dtype=np.float64).reshape(-1)
+    # NaN fails the comparison too.
+    if not (np.abs(flat) < 10 - 1 / _SCALE).all():
+        message = "a table holds NaN, infinity or a number of 10 or more"
+        raise ValueError(message)
+    signed = int((flat < -0.5 / _SCALE).any())
+    width = DECIMALS + 3 + signed
+    text = np.empty((flat.size, width), dtype=np.uint8)
+    raw = text.reshape(-1)
+    head = np.ndarray(flat.shape, np.uint32, raw, signed, (width,))
+    middle = np.ndarray(flat.shape, np.uint32, raw, signed + 4, (width,))
+    last = np.ndarray(flat.shape, np.uint16, raw, signed + 8, (width,))
+    heads, middles, lasts = _pieces()
+    for start in range(0, flat.size, CHUNK):
+        part = slice(start, start + CHUNK)
+        scaled = np.rint(flat[part] * _SCALE).astype(np.int32)
+        if signed:
+            text[part, 0] = np.where(scaled < 0, ord("-"), ord(" "))
+            scaled = np.abs(scaled)
+        high = scaled // 100_000
+        low = scaled - high * 100_000
+        tens = low // 10
+        head[part], middle[part], last[part] = heads.take(high), middles.take(tens), lasts.take(low - tens * 10)
+    text.reshape(len(values), -1)[:, -1] = ord("\n")
+    return text.tobytes()

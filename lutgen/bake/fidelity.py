@@ -1,0 +1,257 @@
+"""Fidelity: a LUT file as OpenColorIO applies it, against the display model in double precision.
+
+The certificate's colours are the same for every file: uniform in code values, a grey ramp, tissue, and pairs that
+hug the borders at which the paper's ``nearest`` selection jumps. No interpolated table can follow the model where it
+jumps, and none that is clipped where it bends at the viewer's gamut; figures are therefore given apart:
+
+``border``  the pairs, and colours for which the interpolation mixes lattice points of different selections
+``gamut``   other colours for which it mixes lattice points that the table clips with others that it does not
+``smooth``  all the rest
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from lutgen.bindings import ocio
+from lutgen.bake.lut import Sampler, lattice, tetrahedra
+from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_code, linear_to_lab, xyz_to_linear
+from lutgen.display.chain import outside_gamut
+from lutgen.display.paper import Selection, nearest_weights
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from lutgen.bake.lut import Lut, MatrixLut
+    from lutgen.colorimetry import Array
+    from lutgen.display import AgedDisplay
+    from lutgen.display.chain import Link
+
+SEED = 20150319
+UNIFORM, GREY, TISSUE, PAIRS = 50_000, 4_096, 32_000, 16_384
+
+#: Optical density of the stains per unit of R, G, B absorption: haematoxylin, eosin, DAB
+#: (Ruifrok & Johnston, Anal. Quant. Cytol. Histol. 23, 291-299, 2001).
+STAINS = np.array([[0.65, 0.70, 0.29], [0.07, 0.99, 0.11], [0.27, 0.57, 0.78]])
+
+
+#: A lattice point with a smaller share than this has no influence: float32 rounds it away.
+INFLUENCE = 1e-6
+
+
+class TableKind(NamedTuple):
+    """How a file's table is indexed and whether it is clipped; ``size`` 0 is a matrix."""
+
+    space: str
+    size: int
+    clipped: bool
+
+
+@dataclass(frozen=True)
+class Figures:
+    """ΔE2000 over ``colours`` colours: mean, 99 % quantile and maximum; all 0 where there are none."""
+
+    colours: int
+    mean: float
+    p99: float
+    max: float
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What a file was found to do, and the share of colours whose aged colour lies outside sRGB."""
+
+    smooth: Figures
+    gamut: Figures
+    border: Figures
+    clipped_share: float
+
+    def as_json(self) -> dict[str, Any]:
+        """Return plain numbers, rounded to what float32 LUTs can mean."""
+        return _rounded(asdict(self))
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _rounded(item) for key, item in value.items()}
+    return round(value, 6) if isinstance(value, float) else value
+
+
+class Mixing(NamedTuple):
+    """The lattice points that tetrahedral interpolation mixes for each colour.
+
+    ``nodes``: flat indices, red fastest, shape (n, 4); a point without influence is replaced by the first.
+    """
+
+    nodes: NDArray[np.intp]
+    crosses: NDArray[np.bool_]
+
+
+@dataclass
+class Judge:
+    """Certifies files. Keeps what does not depend on the file: the colours, and the model's head signal."""
+
+    sampler: Sampler = field(default_factory=Sampler)
+    _heads: dict[tuple[Link, ...], Array] = field(default_factory=dict)
+    _mixing: dict[tuple[str, int], Mixing] = field(default_factory=dict)
+
+    @cached_property
+    def code(self) -> Array:
+        """The certificate's colours, shape (n, 3), code values that float32 holds exactly."""
+        return certificate_colours()
+
+    def prepare(self, aged: AgedDisplay) -> None:
+        """Compute what every display with this head shares, before workers are forked, which then inherit it."""
+        self._model(aged)
+
+    def certify(self, path: Path, aged: AgedDisplay, table: TableKind) -> Certificate:
+        """Read ``path`` through OpenColorIO and compare it with ``aged``.
+
+        Raises
+        ------
+        LutgenError
+            OpenColorIO cannot read the file, or it gives NaN.
+
+        """
+        return self.compare(apply_lut(path, self.code), aged, table)
+
+    def compare(self, code: Array, aged: AgedDisplay, table: TableKind) -> Certificate:
+        """Compare the code values that a file gave for ``self.code`` with the model's."""
+        model = self._model(aged)
+        clipped = outside_gamut(model).mean()
+        shown = code_to_linear(np.clip(code, 0.0, 1.0))
+        error = delta_e_2000(linear_to_lab(np.clip(model, 0.0, 1.0)), linear_to_lab(shown))
+        border = np.arange(len(error)) >= len(error) - 2 * PAIRS
+        gamut = np.zeros_like(border)
+        if table.size:
+            mixing = self._mixing_in(table)
+            border |= mixing.crosses & _jumps(aged)
+            gamut = self._mixes_clipped(aged, table, mixing) & ~border
+        return Certificate(
+            figures(error[~border & ~gamut]), figures(error[gamut]), figures(error[border]), float(clipped)
+        )
+
+    def table_error(self, lut: Lut | MatrixLut, aged: AgedDisplay) -> Figures:
+        """ΔE2000 of a table by itself, in double precision on every 16th colour: the same on every binding."""
+        code = self.code[::16]
+        model = self._model(aged)[::16]
+        shown = code_to_linear(np.clip(lut.apply(code), 0.0, 1.0))
+        return figures(delta_e_2000(linear_to_lab(np.clip(model, 0.0, 1.0)), linear_to_lab(shown)))
+
+    def _model(self, aged: AgedDisplay) -> Array:
+        if aged.head not in self._heads:
+            self._heads[aged.head] = aged.head_signal(self.code)
+        return xyz_to_linear(aged.xyz(self._heads[aged.head]))
+
+    def _mixing_in(self, table: TableKind) -> Mixing:
+        key = (table.space, table.size)
+        if key not in self._mixing:
+            self._mixing[key] = mixing_of(self.code, *key)
+        return self._mixing[key]
+
+    def _mixes_clipped(self, aged: AgedDisplay, table: TableKind, mixing: Mixing) -> NDArray[np.bool_]:
+        """Whether a colour's lattice points lie on both sides of the gamut's boundary, for a clipped table."""
+        if not table.clipped:
+            return np.zeros(len(self.code), dtype=bool)
+        linear = self.sampler.linear(aged, table.size, table.space).T
+        above, below = linear > 1, linear < 0
+        side = above[0] + 2 * above[1] + 4 * above[2] + 8 * below[0] + 16 * below[1] + 32 * below[2]
+        return _differ(side.astype(np.uint8)[mixing.nodes])
+
+
+def figures(error: Array) -> Figures:
+    """Summarise ΔE2000 values, shape (n,)."""
+    if not error.size:
+        return Figures(0, 0.0, 0.0, 0.0)
+    return Figures(error.size, float(error.mean()), float(np.quantile(error, 0.99)), float(error.max()))
+
+
+def apply_lut(path: Path, code: Array) -> Array:
+    """Send code values (n, 3) through a LUT file, tetrahedrally, as OpenColorIO's CPU renderer does in float32."""
+    lib = ocio()
+    # Caches key on the path: a rewritten file would otherwise be answered from memory.
+    lib.ClearAllCaches()
+    transform = lib.FileTransform(src=str(path), interpolation=lib.INTERP_TETRAHEDRAL)
+    try:
+        processor = lib.Config.CreateRaw().getProcessor(transform).getDefaultCPUProcessor()
+    except lib.Exception as error:
+        message = f"{path}: OpenColorIO {lib.__version__} cannot read it: {' '.join(str(error).split())}"
+        raise LutgenError(message) from None
+    result = np.ascontiguousarray(code, dtype=np.float32).copy()
+    processor.applyRGB(result)
+    if not np.isfinite(result).all():
+        message = f"{path}: gives NaN or infinity for {int((~np.isfinite(result)).any(axis=1).sum())} colours."
+        raise LutgenError(message)
+    return result.astype(np.float64)
+
+
+def certificate_colours() -> Array:
+    """Return the certificate's colours, shape (n, 3): uniform, greys, tissue, then 2 × ``PAIRS`` border colours."""
+    random = np.random.default_rng(SEED)
+    uniform = random.random((UNIFORM, 3))
+    grey = np.repeat(np.linspace(0.0, 1.0, GREY)[:, np.newaxis], 3, axis=1)
+    code = np.concatenate([uniform, grey, tissue_colours(random), border_pairs(random)])
+    return code.astype(np.float32).astype(np.float64)
+
+
+def tissue_colours(random: np.random.Generator) -> Array:
+    """Stained tissue by Beer-Lambert: random amounts of haematoxylin, eosin and DAB, 8-bit code values."""
+    amounts = random.gamma([[1.2, 0.9, 0.3]], [[0.35, 0.25, 0.35]], (TISSUE, 3))
+    light = 0.95 * 10.0 ** -(amounts @ STAINS)
+    return np.asarray(np.round(linear_to_code(light) * 255.0) / 255.0)
+
+
+def border_pairs(random: np.random.Generator) -> Array:
+    """Pairs of colours on both sides of a border of ``nearest``, 1e-4 to 1e-2 of linear light apart.
+
+    In linear light a primary c scores c and white scores r+g+b−1; the largest score is the nearest colour point.
+    """
+    scores = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    offset = np.array([-1.0, 0.0, 0.0, 0.0])
+    # A third of random colours has its two nearest colour points' border inside the cube.
+    linear = random.random((6 * PAIRS, 3))
+    first, second = np.argsort(-(linear @ scores.T + offset), axis=1)[:, :2].T
+    normal = scores[first] - scores[second]
+    level = offset[first] - offset[second]
+    normal_squared = (normal**2).sum(axis=1)
+    on_border = linear - (((linear * normal).sum(axis=1) + level) / normal_squared)[:, np.newaxis] * normal
+    step = (10.0 ** random.uniform(-4, -2, len(linear)) / 2 / np.sqrt(normal_squared))[:, np.newaxis] * normal
+    pairs = np.stack([on_border - step, on_border + step], axis=1)
+    inside = ((pairs >= 0) & (pairs <= 1)).all(axis=(1, 2))
+    switching = (nearest_weights(pairs[:, 0]) != nearest_weights(pairs[:, 1])).any(axis=1)
+    return linear_to_code(pairs[inside & switching][:PAIRS].reshape(-1, 3))
+
+
+def mixing_of(code: Array, space: str, size: int) -> Mixing:
+    """Find the lattice points that tetrahedral interpolation mixes for each colour, and whether it crosses a border.
+
+    A colour crosses when a lattice point of influence belongs to another selection of ``nearest`` than its own.
+    """
+    nodes, weight = tetrahedra((code if space == "code" else code_to_linear(code)) * (size - 1), size)
+    first = np.argmax(weight > INFLUENCE, axis=1)
+    nodes = np.where(weight > INFLUENCE, nodes, nodes[np.arange(len(code)), first][:, np.newaxis])
+    region = _region(nearest_weights(code_to_linear(lattice(size, space))))
+    own = _region(nearest_weights(code_to_linear(code)))
+    return Mixing(nodes, _differ(np.column_stack([own, region[nodes]])))
+
+
+def _differ(labels: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """Whether the labels in a row, shape (n, k), are not all the same."""
+    first, *others = labels.T
+    return np.logical_or.reduce([other != first for other in others])
+
+
+def _region(weights: Array) -> NDArray[np.uint8]:
+    """Which colour points share a colour, as bits."""
+    return ((weights > 0) @ np.array([1, 2, 4, 8])).astype(np.uint8)
+
+
+def _jumps(aged: AgedDisplay) -> bool:
+    return any(isinstance(link, Selection) and link.name == "nearest" for link in aged.head)

@@ -1,0 +1,91 @@
+"""Common LUT Format (Academy S-2014-006, version 3), in its plain form and the most exact the model admits.
+
+One matrix between the sRGB curves when the four matrices agree; a 2 × 2 × 2 tetrahedral table in linear light
+for ``continuous``; otherwise a table, indexed in linear light or in code values, whichever certifies better.
+Aged colours outside sRGB are kept: code values may leave 0..1, and whoever writes integers clips.
+
+OpenColorIO's own writers give different bytes in different versions, so the few lines of XML are written here
+and read back through OpenColorIO.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+from xml.sax.saxutils import escape, quoteattr
+
+from lutgen.bake.digits import rows_of_text
+from lutgen.bake.formats import Format, Provenance
+from lutgen.bake.lut import Lut, MatrixLut, Sampler, as_matrix, is_tetrahedral
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.display import AgedDisplay
+
+
+def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
+    """Give the exact form when there is one, else a table in code values and one in linear light."""
+    matrix = as_matrix(aged)
+    if matrix is not None:
+        return [matrix]
+    if is_tetrahedral(aged):
+        return [sampler.lut(aged, 2, "linear", clip=False)]
+    return [sampler.lut(aged, size, space, clip=False) for space in ("code", "linear")]
+
+
+def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
+    """Return the file's bytes."""
+    if isinstance(lut, MatrixLut):
+        nodes = _in_linear_light(_matrix(lut.matrix))
+    elif lut.space == "linear":
+        nodes = _in_linear_light(_table(lut))
+    else:
+        nodes = [_table(lut)]
+    head = [
+        '<?xml version="1.0" encoding="UTF-8"?>',
+        f"<ProcessList id={quoteattr(provenance.identifier)} name={quoteattr(provenance.title)} compCLFversion=\"3.0\">",
+        *(f"  <Description>{escape(line)}</Description>" for line in provenance.lines),
+        "  <InputDescriptor>source signal, sRGB code values 0..1</InputDescriptor>",
+        "  <OutputDescriptor>aged display, as sRGB code values of an un-aged viewer, not clipped</OutputDescriptor>",
+    ]
+    parts = ["\n".join(head).encode() + b"\n", *nodes, b"</ProcessList>\n"]
+    return b"".join(parts)
+
+
+def _in_linear_light(node: bytes) -> list[bytes]:
+    return [_curve("monCurveFwd"), node, _curve("monCurveRev")]
+
+
+def _curve(style: str) -> bytes:
+    """The sRGB curve as the CLF's moncurve: exponent 2.4, offset 0.055, straight below its own break point."""
+    return (
+        f'  <Exponent inBitDepth="32f" outBitDepth="32f" style="{style}">\n'
+        f'    <ExponentParams exponent="2.4" offset="0.055"/>\n'
+        f"  </Exponent>\n"
+    ).encode()
+
+
+def _matrix(matrix: Array) -> bytes:
+    rows = "\n".join(" ".join(f"{value:.10g}" for value in row) for row in matrix)
+    return (
+        f'  <Matrix inBitDepth="32f" outBitDepth="32f">\n    <Array dim="3 3">\n{rows}\n    </Array>\n  </Matrix>\n'
+    ).encode()
+
+
+def _table(lut: Lut) -> bytes:
+    n = lut.size
+    head = (
+        f'  <LUT3D inBitDepth="32f" outBitDepth="32f" interpolation="tetrahedral">\n    <Array dim="{n} {n} {n} 3">\n'
+    )
+    # CLF has blue fastest, the table red.
+    values = lut.table.transpose(2, 1, 0, 3).reshape(-1, 3)
+    return head.encode() + rows_of_text(values) + b"    </Array>\n  </LUT3D>\n"
+
+
+FORMAT = Format(
+    name="clf",
+    suffix=".clf",
+    summary="Common LUT Format: exact for --selection continuous, keeps colours outside sRGB",
+    unclipped=True,
+    bake=bake,
+    write=write,
+)

@@ -1,0 +1,42 @@
+"""Iridas/Resolve ``.cube``, in the one form that every reader takes.
+
+ASCII with LF, a quoted TITLE, ``#`` comments before ``LUT_3D_SIZE``, seven decimals, red fastest, values in
+0..1, no DOMAIN, no INPUT_RANGE, no 1D part: what other forms do to other readers is in the tests' tables.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lutgen.bake.digits import rows_of_text
+from lutgen.bake.formats import Format, Provenance
+from lutgen.bake.lut import Lut, MatrixLut, Sampler
+
+if TYPE_CHECKING:
+    from lutgen.display import AgedDisplay
+
+
+def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
+    """Give one candidate: the table indexed in code values, as viewers expect, clipped to sRGB."""
+    return [sampler.lut(aged, size, "code", clip=True)]
+
+
+def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
+    """Return the file's bytes."""
+    if not isinstance(lut, Lut):
+        message = "a .cube file holds a table, not a matrix"
+        raise TypeError(message)
+    title = provenance.title.replace('"', "'")
+    header = [f'TITLE "{title}"', *(f"# {line}" for line in provenance.lines), f"LUT_3D_SIZE {lut.size}"]
+    text = "\n".join(header) + "\n"
+    return text.encode("ascii", errors="replace") + rows_of_text(lut.table.reshape(-1, 3))
+
+
+FORMAT = Format(
+    name="cube",
+    suffix=".cube",
+    summary="3D table in code values, read by nearly every viewer and grading tool; clipped to sRGB",
+    unclipped=False,
+    bake=bake,
+    write=write,
+)

@@ -1,0 +1,146 @@
+"""Baking one aged display into a table or a matrix."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.colorimetry import XYZ_TO_LINEAR, code_to_linear, linear_to_code, transform, xyz_to_linear
+from lutgen.display.chain import SrgbTransfer, viewer_code
+from lutgen.display.paper import Matrices, Selection
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+    from lutgen.display import AgedDisplay
+    from lutgen.display.chain import Link
+
+#: Lattice sizes on offer: the sizes that viewers and graphics cards commonly take.
+SIZES = (17, 33, 65)
+
+#: The four matrices agree when no entry differs by more than this: 1e-7 is float32's own rounding.
+AGREE = 2e-7
+
+
+@dataclass(frozen=True)
+class Lut:
+    """A 3D table from source signal to aged colour, both in ``space``.
+
+    Attributes
+    ----------
+    space
+        ``code``: table of code values indexed by code values. ``linear``: of and by linear light.
+    table
+        Shape (n, n, n, 3), axes blue, green, red: red varies fastest when flattened.
+
+    """
+
+    space: str
+    table: Array
+
+    @property
+    def size(self) -> int:
+        """Points along one edge."""
+        return int(self.table.shape[0])
+
+    def apply(self, code: Array) -> Array:
+        """Send code values (n, 3) through the table by tetrahedral interpolation in double precision."""
+        place = (code if self.space == "code" else code_to_linear(code)) * (self.size - 1)
+        nodes, weights = tetrahedra(place, self.size)
+        values = (self.table.reshape(-1, 3)[nodes] * weights[..., np.newaxis]).sum(axis=1)
+        return values if self.space == "code" else linear_to_code(values)
+
+
+@dataclass(frozen=True)
+class MatrixLut:
+    """The aged display as a plain matrix from linear light to linear light, shape (3, 3)."""
+
+    matrix: Array
+    space: str = "linear"
+    size: int = 0
+
+    def apply(self, code: Array) -> Array:
+        """Send code values (n, 3) through the sRGB curve, the matrix and back, in double precision."""
+        return linear_to_code(transform(self.matrix, code_to_linear(code)))
+
+
+def tetrahedra(place: Array, size: int) -> tuple[NDArray[np.intp], Array]:
+    """Return the four lattice points that tetrahedral interpolation mixes, and their weights.
+
+    ``place`` is in units of the lattice, shape (n, 3), 0..size−1. Returns flat indices, red fastest, (n, 4), and
+    weights that sum to 1, (n, 4): from the cell's lower corner along the axis of the largest share first.
+    """
+    corner = np.clip(np.floor(place), 0, size - 2).astype(np.intp)
+    share = place - corner
+    order = np.argsort(-share, axis=1)
+    ordered = np.take_along_axis(share, order, axis=1)
+    ends = np.ones((len(place), 1)), np.zeros((len(place), 1))
+    weights = -np.diff(np.hstack([ends[0], ordered, ends[1]]), axis=1)
+    stride = np.array([1, size, size * size])
+    return np.cumsum(np.column_stack([corner @ stride, stride[order]]), axis=1), weights
+
+
+@dataclass
+class Sampler:
+    """Evaluates aged displays on lattices, computing what does not age once for all hours and modes."""
+
+    _signals: dict[tuple[int, str, tuple[Link, ...]], Array] = field(default_factory=dict)
+
+    def linear(self, aged: AgedDisplay, size: int, space: str) -> Array:
+        """Aged linear light, unclipped, on a lattice uniform in ``space``: shape (size³, 3), red fastest."""
+        key = (size, space, aged.head)
+        if key not in self._signals:
+            self._signals[key] = aged.head_signal(lattice(size, space))
+        return xyz_to_linear(aged.xyz(self._signals[key]))
+
+    def lut(self, aged: AgedDisplay, size: int, space: str, *, clip: bool) -> Lut:
+        """Bake a table; ``clip`` to the viewer's sRGB gamut, or leave aged colours outside it as they are."""
+        linear = self.linear(aged, size, space)
+        if space == "code":
+            values = viewer_code(linear) if clip else linear_to_code(linear)
+        else:
+            values = np.clip(linear, 0.0, 1.0) if clip else linear
+        return Lut(space, values.reshape(size, size, size, 3))
+
+
+def lattice(size: int, space: str) -> Array:
+    """Code values of a lattice uniform in ``space``: shape (size³, 3), red fastest."""
+    axis = np.linspace(0.0, 1.0, size)
+    if space == "linear":
+        axis = linear_to_code(axis)
+    blue, green, red = np.meshgrid(axis, axis, axis, indexing="ij")
+    return np.stack([red, green, blue], axis=-1).reshape(-1, 3)
+
+
+def as_matrix(aged: AgedDisplay) -> MatrixLut | None:
+    """Return the display as one matrix in linear light when it is one: the sRGB curve and four equal matrices."""
+    emission = paper_emission(aged)
+    if emission is None:
+        return None
+    used = emission.array if _selection(aged) == "nearest" else emission.array[1:]
+    if np.ptp(used, axis=0).max() > AGREE:
+        return None
+    return MatrixLut(XYZ_TO_LINEAR @ used.mean(axis=0))
+
+
+def is_tetrahedral(aged: AgedDisplay) -> bool:
+    """Whether the display is exactly a 2 × 2 × 2 tetrahedral table in linear light (``continuous``)."""
+    return paper_emission(aged) is not None and _selection(aged) == "continuous"
+
+
+def paper_emission(aged: AgedDisplay) -> Matrices | None:
+    """Return the emission when the chain is the paper's and nothing else."""
+    head_is_paper = [type(link) for link in aged.head] == [SrgbTransfer, Selection]
+    match aged.tail:
+        case (Matrices() as emission,) if head_is_paper:
+            return emission
+    return None
+
+
+def _selection(aged: AgedDisplay) -> str:
+    return next(link.name for link in aged.head if isinstance(link, Selection))
+
+

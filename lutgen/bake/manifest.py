@@ -1,0 +1,157 @@
+"""``manifest.json``: what a build was made from, and what each of its files was found to be.
+
+It holds the tips themselves, so that ``lutgen check`` can compare the files with the model anywhere, and the hash of
+the measurements they came from, so that it can say when those have changed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen import __version__
+from lutgen.display import DisplayModel
+from lutgen.display.modes import law_of_table, luminance_law
+from lutgen.errors import LutgenError
+from lutgen.measurements.table import TIP_DRIVES, Measurements
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+MANIFEST = "manifest.json"
+JOURNAL = ".lutgen-build.json"
+SCHEMA = 1
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """Everything that decides the bytes of a build: the model and the options."""
+
+    model: Mapping[str, Any]
+    options: Mapping[str, Any]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the recipe as the manifest has it."""
+        return {"schema": SCHEMA, "generator": f"lutgen {__version__}", "model": self.model, "options": self.options}
+
+
+@dataclass(frozen=True)
+class FileRecord:
+    """One file of a build.
+
+    ``kind`` is ``lut`` or ``config``; ``space``, ``size``, ``clipped`` and ``certificate`` are None for a config.
+    """
+
+    path: str
+    kind: str
+    mode: str | None
+    hours: float | None
+    sha256: str
+    bytes: int
+    format: str | None = None
+    space: str | None = None
+    size: int | None = None
+    clipped: bool | None = None
+    certificate: Mapping[str, Any] | None = None
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """A finished build."""
+
+    recipe: Mapping[str, Any]
+    files: tuple[FileRecord, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the content: keys in a fixed order, no dates."""
+        return {**self.recipe, "files": [asdict(record) for record in self.files]}
+
+    def as_bytes(self) -> bytes:
+        """Return the file's bytes."""
+        return (json.dumps(self.as_json(), indent=1, ensure_ascii=False) + "\n").encode()
+
+
+def sha256(data: bytes) -> str:
+    """Return the hash as manifests have it."""
+    return hashlib.sha256(data).hexdigest()
+
+
+def model_as_json(model: DisplayModel) -> dict[str, Any]:
+    """Describe a model so that :func:`model_from_json` gives it back; no paths but the file's own name."""
+    readings = model.measurements
+    return {
+        "display": {
+            "file": Path(readings.file).name,
+            "sha256": readings.sha256,
+            "metadata": dict(readings.metadata),
+            "hours": model.tips.hours.tolist(),
+            "xyY": model.tips.xyY.tolist(),
+        },
+        "reference": model.reference,
+        "selection": model.selection,
+        "luminance": {"law": model.luminance.name, "table": [list(row) for row in model.luminance.table]},
+    }
+
+
+def model_from_json(content: Mapping[str, Any], *, where: str) -> DisplayModel:
+    """Rebuild the model of a manifest. Raises LutgenError when it is not one."""
+    from lutgen.colorimetry import xyY_to_xyz
+
+    try:
+        display, law = content["display"], content["luminance"]
+        hours = np.array(display["hours"], dtype=np.float64)
+        tips = np.array(display["xyY"], dtype=np.float64)
+        measurements = Measurements(
+            hours=np.repeat(hours, 4),
+            drive=np.tile(TIP_DRIVES, (hours.size, 1)),
+            xyz_cd_m2=xyY_to_xyz(tips).reshape(-1, 3),
+            lines=np.arange(hours.size * 4, dtype=np.float64),
+            metadata=display["metadata"],
+            file=display["file"],
+            sha256=display["sha256"],
+        )
+        table = tuple((float(hour), float(factor)) for hour, factor in law["table"])
+        return DisplayModel(
+            measurements,
+            reference=content["reference"],
+            selection=content["selection"],
+            luminance=law_of_table(law["law"], table, where=where) if table else luminance_law("measured"),
+        )
+    except (KeyError, TypeError, AttributeError) as error:
+        message = f"{where}: the model in the manifest is not complete ({error!r}). Build again."
+        raise LutgenError(message) from None
+
+
+def read_manifest(path: Path) -> Manifest | None:
+    """Read a manifest or a journal; None where there is none. Raises LutgenError when it cannot be understood."""
+    try:
+        content = json.loads(path.read_bytes())
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as error:
+        message = f"{path}: cannot be read as a lutgen manifest ({error}). Was it edited? Build into another folder."
+        raise LutgenError(message) from None
+    if not isinstance(content, dict) or content.get("schema") != SCHEMA:
+        message = f"{path}: not a manifest of this version of lutgen (schema {SCHEMA}). Build into another folder."
+        raise LutgenError(message)
+    try:
+        files = tuple(FileRecord(**record) for record in content.pop("files"))
+    except (KeyError, TypeError) as error:
+        message = f"{path}: the list of files is damaged ({error}). Build into another folder."
+        raise LutgenError(message) from None
+    for record in files:
+        inside = Path(record.path)
+        if inside.is_absolute() or ".." in inside.parts:
+            message = f"{path}: lists a file outside its folder ({record.path!r}). Was it edited?"
+            raise LutgenError(message)
+    return Manifest(content, files)
+
+
+def planned(paths: Sequence[str]) -> tuple[FileRecord, ...]:
+    """Return records of files that are yet to be made: only their paths mean anything."""
+    return tuple(FileRecord(path, "planned", None, None, "", 0) for path in paths)

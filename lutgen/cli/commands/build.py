@@ -1,0 +1,102 @@
+"""``lutgen build``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lutgen.cli.shared import MODES, echo_json, model_from, model_options, progress_bar, split_list
+
+if TYPE_CHECKING:
+    from lutgen.bake.build import Built
+
+
+@click.command()
+@click.option(
+    "--hours",
+    default="0..18000",
+    show_default=True,
+    metavar="HOURS",
+    help="0..18000: every measured time in the span; 0..18000:500: a step; 0,5000,10000: a list.",
+)
+@click.option(
+    "--mode", "modes", default=",".join(MODES), show_default=True, callback=split_list, help="Aging modes, a list."
+)
+@click.option(
+    "--format", "formats", default="cube,clf", show_default=True, callback=split_list, help="LUT formats, a list."
+)
+@click.option("--cubesize", type=int, default=33, show_default=True, help="Points along an edge: 17, 33 or 65.")
+@click.option("--tolerance", type=float, metavar="ΔE", help="Take the smallest size whose smooth errors stay below.")
+@click.option("--no-certificates", is_flag=True, help="Do not read the files back and compare them with the model.")
+@click.option("--jobs", type=click.IntRange(min=1), help="Processes [default: one per core].")
+@click.option("--force", is_flag=True, help="Replace another build of lutgen's in the folder.")
+@click.option("--json", "as_json", is_flag=True, help="Print the manifest as JSON.")
+@click.option("-o", "--output", default="aged", show_default=True, metavar="DIR", help="Folder to build into.")
+@model_options
+def command(  # noqa: PLR0913 - one parameter an option
+    *,
+    hours: str,
+    modes: tuple[str, ...],
+    formats: tuple[str, ...],
+    cubesize: int,
+    tolerance: float | None,
+    no_certificates: bool,
+    jobs: int | None,
+    force: bool,
+    as_json: bool,
+    output: str,
+    **options: Any,
+) -> None:
+    """Bake aged displays into LUTs and OpenColorIO configs, one per aging mode and hour.
+
+    Writes DIR/manifest.json, DIR/config.ocio (every display, by context variables) and for each mode and hour a folder
+    such as DIR/chroma/10000h with its own config.ocio and LUTs. Every LUT is read back through OpenColorIO and
+    compared with the model; the figures are in the manifest.
+
+    \b
+    Example:
+      lutgen build --hours 0..18000 -o aged/
+      lutgen build --hours 10000 --mode chroma --format clf --selection continuous -o aged-10000/
+    """
+    from lutgen.bake.build import Plan, build
+    from lutgen.display.hours import parse_hours
+
+    model = model_from(**options)
+    plan = Plan(
+        tuple(parse_hours(hours, model.tips)),
+        modes=modes,
+        formats=formats,
+        cubesize=cubesize,
+        tolerance=tolerance,
+        certify=not no_certificates,
+    )
+    with progress_bar("building", quiet=as_json) as progress:
+        built = build(model, plan, output, jobs=jobs, force=force, progress=progress)
+    if as_json:
+        echo_json(built.manifest.as_json())
+    else:
+        _report(built, output)
+
+
+def _report(built: Built, output: str) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    from lutgen.bake.summary import summarise
+
+    console = Console()
+    if built.unfinished:
+        missing, planned = built.unfinished
+        console.print(f"The last build into this folder was interrupted: {missing} of its {planned} files were missing.")
+    luts = [record for record in built.manifest.files if record.kind == "lut"]
+    configs = len(built.manifest.files) - len(luts)
+    console.print(f"{len(luts)} LUTs and {configs} configs in {output}", highlight=False, soft_wrap=True)
+    rows = summarise(luts)
+    if not rows:
+        return
+    table = Table("mode", "format", "files", "largest ΔE2000", "mean", "99 %", "max", box=None, pad_edge=False)
+    for row in rows:
+        table.add_row(row.mode, row.format, str(row.files), row.group, *(f"{x:.4f}" for x in (row.mean, row.p99, row.max)))
+    console.print(table)
+    console.print("smooth: the model without its jumps and clipping; gamut, border: where it clips, where it jumps.")

@@ -1,0 +1,90 @@
+"""Options that several commands share, and how the terminal is written to."""
+
+from __future__ import annotations
+
+import json
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from lutgen.display import DisplayModel
+
+#: Names as in the library, repeated here because help must not import numpy; a test holds them together.
+MODES = ("stable", "chroma", "chroma-luma")
+SELECTIONS = ("nearest", "continuous")
+REFERENCES = ("relative", "absolute")
+
+
+def model_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options that choose a model: --display, --model, --selection, --reference, --luminance."""
+    for option in reversed(
+        (
+            click.option("--display", metavar="FILE", help="Measurements of a display [default: the reconstruction]."),
+            click.option("--model", metavar="FILE", help="A saved model (.toml); excludes the other model options."),
+            click.option(
+                "--selection",
+                type=click.Choice(SELECTIONS),
+                help="Matrix of a colour: the paper's `nearest`, or `continuous` without jumps [default: nearest].",
+            ),
+            click.option(
+                "--reference",
+                type=click.Choice(REFERENCES),
+                help="Change since hour 0 put on sRGB, or the measured colours themselves [default: relative].",
+            ),
+            click.option(
+                "--luminance",
+                metavar="LAW",
+                help="Luminance of chroma-luma: paper, measured, or a .csv of hour,factor [default: paper].",
+            ),
+        )
+    ):
+        command = option(command)
+    return command
+
+
+def model_from(
+    display: str | None, model: str | None, selection: str | None, reference: str | None, luminance: str | None
+) -> DisplayModel:
+    """Make the model that the options of :func:`model_options` ask for."""
+    from lutgen.display import DisplayModel, default_display, load_model
+    from lutgen.display.modes import luminance_law
+    from lutgen.measurements import read_measurements
+
+    if model:
+        if display or selection or reference or luminance:
+            message = "--model says everything about the model: leave --display, --selection, --reference and --luminance out."
+            raise click.UsageError(message)
+        return load_model(model)
+    return DisplayModel(
+        read_measurements(display or default_display()),
+        selection=selection or "nearest",
+        reference=reference or "relative",
+        luminance=luminance_law(luminance or "paper"),
+    )
+
+
+def split_list(_context: click.Context, _option: click.Parameter, text: str) -> tuple[str, ...]:
+    """Cut a comma-separated option into its parts, each once, in the order given."""
+    return tuple(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
+
+
+def echo_json(content: Any) -> None:
+    """Print JSON for a program to read."""
+    click.echo(json.dumps(content, indent=1, ensure_ascii=False))
+
+
+@contextmanager
+def progress_bar(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, int], None]]:
+    """Show a bar on standard error while something runs; only when that is a terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    console = Console(stderr=True, quiet=quiet)
+    columns = (TextColumn(title), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(title, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)

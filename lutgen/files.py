@@ -1,0 +1,60 @@
+"""Writing files so that a reader sees the old one or the new one, never a part."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+#: Files being written end in this; the next build removes those that a killed one left.
+PARTIAL = ".lutgen-partial"
+
+
+def write_atomically(path: Path, data: bytes) -> None:
+    """Write ``data`` beside ``path`` and rename it into place. Raises LutgenError when that cannot be done."""
+    with replacing(path) as partial:
+        partial.write_bytes(data)
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Give a temporary path beside ``path``; on success it takes ``path``'s place, on failure it is removed.
+
+    Raises
+    ------
+    LutgenError
+        The folder is read-only or full, or a file stands where a folder should.
+
+    """
+    partial = path.with_name(f".{path.name}{PARTIAL}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield partial
+        os.replace(partial, path)
+    except OSError as error:
+        partial.unlink(missing_ok=True) if path.parent.is_dir() else None
+        reason = (error.strerror or str(error)).lower()
+        message = f"{path}: cannot write: {reason}. Choose another folder with -o, or make room."
+        raise LutgenError(message) from None
+    except BaseException:
+        partial.unlink(missing_ok=True)
+        raise
+
+
+@contextmanager
+def under_its_name(path: Path, suffix: str) -> Iterator[Path]:
+    """Give a path that ends in ``suffix`` for a file that does not, through a link in a private folder.
+
+    OpenColorIO chooses the reader by the suffix; a partial file has none that it knows.
+    """
+    with tempfile.TemporaryDirectory(prefix="lutgen-") as folder:
+        link = Path(folder) / f"lut{suffix}"
+        link.symlink_to(path.resolve())
+        yield link
