@@ -21,6 +21,12 @@ def ocio() -> Any:
     return _binding("PyOpenColorIO")
 
 
+def ocio_errors() -> tuple[type[BaseException], ...]:
+    """Return what OpenColorIO raises: a missing file is not among its own ``Exception``."""
+    lib = ocio()
+    return lib.Exception, lib.ExceptionMissingFile
+
+
 def oiio() -> Any:
     """Return the module ``OpenImageIO``. Raises LutgenError saying how to install it."""
     return _binding("OpenImageIO")

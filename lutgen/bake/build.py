@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-import sys
 import tempfile
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from lutgen import __version__
 from lutgen.bake.config import AgedConfig, config_text
@@ -18,21 +14,20 @@ from lutgen.bake.folder import claim
 from lutgen.bake.formats import Provenance, format_named
 from lutgen.bake.lut import SIZES
 from lutgen.bake.manifest import FileRecord, Manifest, Recipe, model_as_json, sha256
+from lutgen.bake.parallel import in_parallel
 from lutgen.bindings import ocio
 from lutgen.display import MODES, hour_name
 from lutgen.errors import LutgenError, pick_one
 from lutgen.files import replacing, under_its_name, write_atomically
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterator
 
     from lutgen.bake.formats import Format
     from lutgen.bake.lut import Lut, MatrixLut
     from lutgen.display import AgedDisplay, DisplayModel
 
 CONFIG = "config.ocio"
-
-_R = TypeVar("_R")
 
 
 @dataclass(frozen=True)
@@ -134,16 +129,16 @@ def build(  # noqa: PLR0913 - the options of a command, all by name
     output = Path(output)
     for mode, hours, _ in plan.folders():
         model.at(mode, hours)
-    recipe = Recipe(model_as_json(model), plan.as_json())
+    recipe = Recipe(model_as_json(model, output), plan.as_json())
     paths = _paths(plan)
     folder = claim(output, recipe, paths, force=force)
     work = [_Work(model, plan, output, part) for part in _parts(plan)]
-    sizes = [None] * len(work) if plan.tolerance is None else list(_in_parallel(_smallest_sizes, work, jobs))
+    sizes = [None] * len(work) if plan.tolerance is None else list(in_parallel(_smallest_sizes, work, jobs))
     work = [replace(part, sizes=chosen) for part, chosen in zip(work, sizes, strict=True)]
     folder.begin(recipe, paths)
     _JUDGE.prepare(model.at(plan.modes[0], plan.hours[0]))
     records: list[FileRecord] = []
-    for made in _in_parallel(_bake, work, jobs):
+    for made in in_parallel(_bake, work, jobs):
         records.extend(made)
         progress(sum(record.kind == "config" for record in records), len(plan.modes) * len(plan.hours))
     records.append(_write_common_config(plan, output))
@@ -167,17 +162,6 @@ def _parts(plan: Plan) -> list[tuple[tuple[str, float, str], ...]]:
     """Cut the displays into parts small enough for progress to move."""
     displays = list(plan.folders())
     return [tuple(displays[start : start + 4]) for start in range(0, len(displays), 4)]
-
-
-def _in_parallel(function: Callable[[_Work], _R], items: Sequence[_Work], jobs: int | None) -> Iterator[_R]:
-    jobs = min(jobs or os.cpu_count() or 1, len(items))
-    if jobs == 1:
-        yield from map(function, items)
-        return
-    # A forked worker has numpy and OpenColorIO loaded; later Pythons warn of forking beside BLAS threads.
-    method = "fork" if sys.platform == "linux" and sys.version_info < (3, 12) else "spawn"
-    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context(method)) as pool:
-        yield from pool.map(function, items)
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from lutgen.bindings import ocio
+from lutgen.bindings import ocio, ocio_errors
 from lutgen.bake.lut import Sampler, lattice, tetrahedra
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_code, linear_to_lab, xyz_to_linear
 from lutgen.display.chain import outside_gamut
@@ -181,7 +181,7 @@ def apply_lut(path: Path, code: Array) -> Array:
     transform = lib.FileTransform(src=str(path), interpolation=lib.INTERP_TETRAHEDRAL)
     try:
         processor = lib.Config.CreateRaw().getProcessor(transform).getDefaultCPUProcessor()
-    except lib.Exception as error:
+    except ocio_errors() as error:
         message = f"{path}: OpenColorIO {lib.__version__} cannot read it: {' '.join(str(error).split())}"
         raise LutgenError(message) from None
     result = np.ascontiguousarray(code, dtype=np.float32).copy()

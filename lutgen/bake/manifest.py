@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen import __version__
-from lutgen.display import DisplayModel
+from lutgen.display import DisplayModel, default_display
 from lutgen.display.modes import law_of_table, luminance_law
 from lutgen.errors import LutgenError
 from lutgen.measurements.table import TIP_DRIVES, Measurements
@@ -81,12 +82,17 @@ def sha256(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
 
 
-def model_as_json(model: DisplayModel) -> dict[str, Any]:
-    """Describe a model so that :func:`model_from_json` gives it back; no paths but the file's own name."""
+def model_as_json(model: DisplayModel, output: Path) -> dict[str, Any]:
+    """Describe a model so that :func:`model_from_json` gives it back.
+
+    The only path is that from the output folder to the measurements; None for the display that lutgen brings.
+    """
     readings = model.measurements
+    built_in = Path(readings.file) == default_display()
     return {
         "display": {
             "file": Path(readings.file).name,
+            "path": None if built_in else Path(os.path.relpath(readings.file, output)).as_posix(),
             "sha256": readings.sha256,
             "metadata": dict(readings.metadata),
             "hours": model.tips.hours.tolist(),

@@ -1,0 +1,299 @@
+"""``lutgen check``: do these files still do what the model says? Rebuilds nothing and trusts nothing.
+
+Every LUT is read again through OpenColorIO and compared with the model; every display, view, look, named transform
+and context value of every config is instantiated and pixels are sent through it.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lutgen.bake.check_config import check_config
+from lutgen.bake.fidelity import Certificate, Judge, TableKind, apply_lut
+from lutgen.bake.manifest import (
+    JOURNAL,
+    MANIFEST,
+    FileRecord,
+    Manifest,
+    model_from_json,
+    read_manifest,
+    sha256,
+)
+from lutgen.bake.parallel import in_parallel
+from lutgen.bindings import ocio, ocio_errors
+from lutgen.display import default_display
+from lutgen.errors import LutgenError
+from lutgen.measurements import read_measurements
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from lutgen.display import AgedDisplay, DisplayModel
+
+#: Where a file has no certificate to be held to: what a .cube of 33³ keeps on any plausible display.
+MAX_DELTA_E, P99 = 1.0, 0.2
+
+#: A file may exceed its own certificate by this much: OpenColorIO 2.1 and 2.6 differ by up to 0.003 on one file.
+SLACK = 0.005
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Largest ΔE2000 allowed over the smooth colours, and its 99 % quantile."""
+
+    max_delta_e: float = MAX_DELTA_E
+    p99: float = P99
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is wrong with one file."""
+
+    path: str
+    problem: str
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What a check found.
+
+    Attributes
+    ----------
+    files
+        Number of files that were checked.
+    findings
+        What is wrong; the check failed when there is any.
+    certificates
+        LUT path → what it does now.
+    remarks
+        What could not be checked, and why.
+
+    """
+
+    files: int
+    findings: tuple[Finding, ...]
+    certificates: Mapping[str, Certificate] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def passed(self) -> bool:
+        """Whether nothing is wrong."""
+        return not self.findings
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the result for a program to read."""
+        return {
+            "schema": 1,
+            "passed": self.passed,
+            "files": self.files,
+            "findings": [{"file": finding.path, "problem": finding.problem} for finding in self.findings],
+            "certificates": {path: certificate.as_json() for path, certificate in self.certificates.items()},
+            "remarks": list(self.remarks),
+        }
+
+
+def check(
+    folder: str | Path,
+    *,
+    model: DisplayModel | None = None,
+    budget: Budget | None = None,
+    jobs: int | None = None,
+    progress: Callable[[int, int], None] = lambda _done, _all: None,
+) -> Checked:
+    """Check a folder that ``lutgen build`` made.
+
+    Parameters
+    ----------
+    model
+        Compare with this model instead of the manifest's.
+    budget
+        What the smooth colours may err; a file is also held to its own certificate.
+    jobs, progress
+        As for ``build``.
+
+    Raises
+    ------
+    LutgenError
+        The folder or its manifest is not there: nothing to check.
+
+    """
+    ocio()
+    folder = Path(folder)
+    manifest, findings = _manifest(folder)
+    if manifest is None:
+        return Checked(1, tuple(findings))
+    try:
+        built_from = model_from_json(manifest.recipe["model"], where=str(folder / MANIFEST))
+    except (LutgenError, KeyError) as error:
+        return Checked(1, (*findings, Finding(MANIFEST, f"its model cannot be used: {error}")))
+    stale, remarks = _stale(folder, manifest, model)
+    findings += stale
+    work = [_Work(folder, manifest, model or built_from, part, budget or Budget()) for part in _parts(manifest)]
+    certificates: dict[str, Certificate] = {}
+    done = 0
+    for part in in_parallel(_check_part, work, jobs):
+        findings += part.findings
+        certificates.update(part.certificates)
+        done += part.files
+        progress(done, len(manifest.files))
+    return Checked(len(manifest.files), tuple(findings), certificates, tuple(remarks))
+
+
+def check_lut(path: str | Path, aged: AgedDisplay, *, budget: Budget | None = None) -> Checked:
+    """Check one LUT file, of whoever's making, against a display. Any format that OpenColorIO reads."""
+    path = Path(path)
+    if not path.is_file():
+        raise LutgenError(f"{path}: there is no such file.")
+    findings, certificate = _check_lut(path, str(path), aged, None, budget or Budget())
+    return Checked(1, tuple(findings), {str(path): certificate} if certificate else {})
+
+
+@dataclass(frozen=True)
+class _Work:
+    folder: Path
+    manifest: Manifest
+    model: DisplayModel
+    records: tuple[FileRecord, ...]
+    budget: Budget
+
+
+def _parts(manifest: Manifest) -> list[tuple[FileRecord, ...]]:
+    """Group the files by display, so that one worker has a display's LUTs and config together."""
+    groups: dict[tuple[str | None, float | None], list[FileRecord]] = {}
+    for record in manifest.files:
+        groups.setdefault((record.mode, record.hours), []).append(record)
+    return [tuple(group) for group in groups.values()]
+
+
+def _manifest(folder: Path) -> tuple[Manifest | None, list[Finding]]:
+    findings = []
+    if (folder / JOURNAL).exists():
+        findings.append(Finding(JOURNAL, "a build into this folder was interrupted; run `lutgen build` again"))
+    try:
+        manifest = read_manifest(folder / MANIFEST)
+    except LutgenError as error:
+        return None, [*findings, Finding(MANIFEST, str(error))]
+    if manifest is None and not findings:
+        raise LutgenError(f"{folder}: has no {MANIFEST}, so it is no folder that `lutgen build` made.")
+    return manifest, findings
+
+
+def _stale(folder: Path, manifest: Manifest, model: DisplayModel | None) -> tuple[list[Finding], list[str]]:
+    """Whether the measurements are still those that the build was made from."""
+    display = manifest.recipe["model"]["display"]
+    if model is not None:
+        current, name = model.measurements.sha256, model.measurements.file
+    else:
+        source = default_display() if display["path"] is None else folder / display["path"]
+        name = display["file"]
+        if not source.is_file():
+            return [], [f"the measurements {name} were not found; their copy in the manifest was used"]
+        try:
+            current = read_measurements(source).sha256
+        except LutgenError as error:
+            return [Finding(MANIFEST, f"stale: the measurements have changed and cannot be read: {error}")], []
+    if current != display["sha256"]:
+        return [Finding(MANIFEST, f"stale: the measurements {name} have changed since the build; build again")], []
+    return [], []
+
+
+_JUDGE = Judge()
+
+
+def _check_part(work: _Work) -> Checked:
+    findings: list[Finding] = []
+    certificates: dict[str, Certificate] = {}
+    for record in sorted(work.records, key=lambda record: record.kind == "config"):
+        path = work.folder / record.path
+        problem = _altered(path, record)
+        if problem:
+            findings.append(Finding(record.path, problem))
+        if not path.is_file():
+            continue
+        if record.kind == "config":
+            findings += [Finding(record.path, text) for text in check_config(path, work.folder, record, work.manifest)]
+        else:
+            aged = work.model.at(str(record.mode), float(record.hours or 0.0))
+            found, certificate = _check_lut(path, record.path, aged, record, work.budget)
+            findings += found
+            if certificate:
+                certificates[record.path] = certificate
+    return Checked(len(work.records), tuple(findings), certificates)
+
+
+def _altered(path: Path, record: FileRecord) -> str | None:
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        return "missing"
+    except OSError as error:
+        return f"cannot be read: {(error.strerror or '').lower()}"
+    if sha256(data) != record.sha256:
+        return "altered: its bytes are not those that lutgen wrote"
+    return None
+
+
+def _check_lut(
+    path: Path, name: str, aged: AgedDisplay, record: FileRecord | None, budget: Budget
+) -> tuple[list[Finding], Certificate | None]:
+    findings = [Finding(name, problem) for problem in _text_problems(path)]
+    try:
+        kind = table_kind(path, clipped=True if record is None else bool(record.clipped))
+        certificate = _JUDGE.compare(apply_lut(path, _JUDGE.code), aged, kind)
+    except LutgenError as error:
+        return [*findings, Finding(name, str(error))], None
+    findings += [Finding(name, problem) for problem in _over_budget(certificate, record, budget)]
+    return findings, certificate
+
+
+def _over_budget(certificate: Certificate, record: FileRecord | None, budget: Budget) -> list[str]:
+    problems = []
+    for figure, limit, option in (("max", budget.max_delta_e, "--max-delta-e"), ("p99", budget.p99, "--p99")):
+        value = getattr(certificate.smooth, figure)
+        if value > limit:
+            problems.append(f"fidelity: smooth ΔE2000 {figure} is {value:.4f}, over the budget of {limit:g} ({option})")
+    for group, certified in ((record.certificate if record else None) or {}).items():
+        now = getattr(certificate, group, None)
+        if isinstance(certified, dict) and now is not None:
+            figures = [(name, getattr(now, name), certified[name]) for name in ("mean", "p99", "max")]
+            if any(value > limit + SLACK for _, value, limit in figures):
+                texts = [f"{name} {value:.4f} (certified {limit:.4f})" for name, value, limit in figures]
+                problems.append(f"fidelity: {group} ΔE2000 is worse than certified: {', '.join(texts)}")
+    return problems
+
+
+def table_kind(path: Path, *, clipped: bool) -> TableKind:
+    """Find out from OpenColorIO how a LUT file's table is indexed: in code values when the table comes first."""
+    lib = ocio()
+    lib.ClearAllCaches()
+    try:
+        steps = list(lib.Config.CreateRaw().getProcessor(lib.FileTransform(src=str(path))).createGroupTransform())
+    except ocio_errors() as error:
+        message = f"{path}: OpenColorIO {lib.__version__} cannot read it: {' '.join(str(error).split())}"
+        raise LutgenError(message) from None
+    tables = [place for place, step in enumerate(steps) if isinstance(step, lib.Lut3DTransform)]
+    if not tables:
+        return TableKind("linear", 0, clipped)
+    return TableKind("code" if tables[0] == 0 else "linear", steps[tables[0]].getGridSize(), clipped)
+
+
+#: In a LUT's rows: what OpenColorIO would silently read as 0.
+_NOT_A_NUMBER = re.compile(rb"(?im)^(?![#<]|TITLE)[^\n<]*?(\bnan\b|\binf\b|\d,\d)")
+_TABLE_TAG = re.compile(rb"<LUT3D\b[^>]*>")
+
+
+def _text_problems(path: Path) -> list[str]:
+    """Faults that OpenColorIO reads without a word: NaN and decimal commas, and trilinear tables."""
+    data = path.read_bytes()
+    problems = []
+    bad = _NOT_A_NUMBER.search(data)
+    if bad and path.suffix in (".cube", ".clf"):
+        line = data.count(b"\n", 0, bad.start(1)) + 1
+        problems.append(f"line {line} holds {bad[1].decode(errors='replace')!r}, which readers take for 0")
+    for tag in _TABLE_TAG.findall(data):
+        if b'interpolation="tetrahedral"' not in tag:
+            problems.append("wrong interpolation: its LUT3D does not ask for tetrahedral")
+    return problems

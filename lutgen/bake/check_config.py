@@ -1,0 +1,172 @@
+"""Checking an OpenColorIO config: everything in it is instantiated, and pixels are sent through it.
+
+``validate()`` passes when a LUT file is missing, so nothing less will do.
+"""
+
+from __future__ import annotations
+
+import copy
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.bake.config import (
+    AGED,
+    AGED_VIEW,
+    LINEAR,
+    LOOK,
+    NAMED_TRANSFORM,
+    RAW_VIEW,
+    SOURCE,
+    UNAGED_VIEW,
+    VIEWERS,
+)
+from lutgen.bake.fidelity import apply_lut
+from lutgen.bindings import ocio, ocio_errors
+from lutgen.colorimetry import LINEAR_TO_XYZ, code_to_linear, linear_to_code, transform
+from lutgen.display import hour_name
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from lutgen.bake.manifest import FileRecord, Manifest
+    from lutgen.colorimetry import Array
+
+#: Largest difference in code values between a config and its own LUT: OpenColorIO's fast power is good to 1e-5,
+#: which near black, where the Rec.1886 curve is steep, can make ten times as much.
+TOLERANCE = 3e-4
+
+#: Colours that are sent through each part of a config.
+COLOURS = 500
+
+
+def check_config(path: Path, root: Path, record: FileRecord, manifest: Manifest) -> list[str]:
+    """Return what is wrong with a config of ``manifest``, whose files lie under ``root``.
+
+    A display's own config is checked with the LUT beside it; the common one with every mode and hour.
+    """
+    lib = ocio()
+    lib.ClearAllCaches()
+    try:
+        with _warnings(lib) as warnings:
+            config = lib.Config.CreateFromFile(str(path))
+            config.validate()
+        # Its cache answers with an equal processor's metadata: two identities would name the same file.
+        config.setProcessorCacheFlags(lib.PROCESSOR_CACHE_OFF)
+    except ocio_errors() as error:
+        return [f"OpenColorIO {lib.__version__} does not load it: {_one_line(error)}"]
+    problems = [f"OpenColorIO warns: {text}" for text in warnings]
+    luts = [file for file in manifest.files if file.kind == "lut"]
+    expected = _luts_of_configs(luts)
+    if record.mode is None:
+        problems += [
+            f"AGING_MODE={mode}, AGING_HOURS={hour_name(hours)[:-1]}: {problem}"
+            for (mode, hours), lut in expected.items()
+            for problem in _Run(lib, config, root, lut, context=(mode, hour_name(hours)[:-1])).problems()
+        ]
+        return problems
+    lut = expected.get((str(record.mode), float(record.hours or 0.0)))
+    if lut is None:
+        return [*problems, "the manifest names no LUT for it"]
+    return [*problems, *_Run(lib, config, root, lut, context=None).problems()]
+
+
+def _luts_of_configs(luts: list[FileRecord]) -> dict[tuple[str, float], FileRecord]:
+    """The LUT that each display's config reads: an unclipped one where there is one."""
+    chosen: dict[tuple[str, float], FileRecord] = {}
+    for lut in sorted(luts, key=lambda lut: bool(lut.clipped)):
+        chosen.setdefault((str(lut.mode), float(lut.hours or 0.0)), lut)
+    return chosen
+
+
+class _Run:
+    """One config in one context, against its LUT."""
+
+    def __init__(self, lib: Any, config: Any, root: Path, lut: FileRecord, context: tuple[str, str] | None) -> None:  # noqa: PLR0913
+        self.lib, self.config = lib, config
+        self.lut = (root / lut.path).resolve()
+        self.context = copy.deepcopy(config.getCurrentContext())
+        if context:
+            self.context["AGING_MODE"], self.context["AGING_HOURS"] = context
+        self.code = np.random.default_rng(7).random((COLOURS, 3)).astype(np.float32).astype(np.float64)
+
+    def problems(self) -> list[str]:
+        """Say each thing that is wrong once, and in which parts of the config."""
+        try:
+            aged = apply_lut(self.lut, self.code)
+        except LutgenError as error:
+            return [str(error)]
+        found: dict[str, list[str]] = {}
+        for what, part, expected in self._parts(aged):
+            for problem in self._one(part, expected):
+                found.setdefault(problem, []).append(what)
+        return [f"{problem} ({'; '.join(places)})" for problem, places in found.items()]
+
+    def _parts(self, aged: Array) -> Iterator[tuple[str, Any, Array]]:
+        """Name each part of the config, how to get its processor, and the code values it should give."""
+        lib, config = self.lib, self.config
+        if set(VIEWERS) - set(config.getDisplays()):
+            yield f"display {min(set(VIEWERS) - set(config.getDisplays()))}", None, aged
+        for viewer in config.getDisplays():
+            views = set(config.getViews(viewer))
+            for missing in sorted({AGED_VIEW, UNAGED_VIEW, RAW_VIEW} - views):
+                yield f"display {viewer}, view {missing}", None, aged
+            for view in sorted(views):
+                light = {AGED_VIEW: code_to_linear(aged), UNAGED_VIEW: code_to_linear(self.code)}.get(view)
+                expected = self.code if light is None else viewer_values(light, viewer)
+                yield f"display {viewer}, view {view}", lib.DisplayViewTransform(SOURCE, viewer, view), expected
+        yield f"look {LOOK}", lib.LookTransform(src=SOURCE, dst=SOURCE, looks=LOOK), aged
+        named = config.getNamedTransform(NAMED_TRANSFORM)
+        forward = named.getTransform(lib.TRANSFORM_DIR_FORWARD) if named else None
+        yield f"named transform {NAMED_TRANSFORM}", forward, aged
+        yield f"colour space {AGED}", lib.ColorSpaceTransform(src=AGED, dst=LINEAR), code_to_linear(aged)
+
+    def _one(self, part: Any, expected: Array) -> list[str]:
+        lib = self.lib
+        if part is None:
+            return ["missing"]
+        try:
+            processor = self.config.getProcessor(self.context, part, lib.TRANSFORM_DIR_FORWARD)
+            files = [Path(file).resolve() for file in processor.getProcessorMetadata().getFiles()]
+            steps = list(processor.createGroupTransform())
+            result = self.code.astype(np.float32)
+            processor.getDefaultCPUProcessor().applyRGB(result)
+        except ocio_errors() as error:
+            return [f"cannot be instantiated: {_one_line(error)}"]
+        problems = [f"points elsewhere: {file}" for file in files if file != self.lut]
+        tables = [step for step in steps if isinstance(step, lib.Lut3DTransform)]
+        if any(table.getInterpolation() != lib.INTERP_TETRAHEDRAL for table in tables):
+            problems.append("wrong interpolation: not tetrahedral")
+        error = np.abs(np.clip(result, 0, 1) - np.clip(expected, 0, 1)).max()
+        # NaN fails the comparison too.
+        if not error <= TOLERANCE:
+            problems.append(f"its pixels differ from its LUT's by up to {error:.4g} in code values")
+        return problems
+
+
+def viewer_values(linear: Array, viewer: str) -> Array:
+    """Linear sRGB light (n, 3) to a viewer's code values, as ``VIEWERS`` defines them."""
+    matrix, curve = VIEWERS.get(viewer, VIEWERS["sRGB"])
+    light = transform(np.linalg.inv(matrix) @ LINEAR_TO_XYZ, linear)
+    if curve == "srgb":
+        return linear_to_code(light)
+    return np.asarray(np.maximum(light, 0.0) ** (1.0 / float(curve.removeprefix("power "))))
+
+
+@contextmanager
+def _warnings(lib: Any) -> Iterator[list[str]]:
+    """Collect what OpenColorIO logs."""
+    messages: list[str] = []
+    lib.SetLoggingFunction(lambda message: messages.append(_one_line(message)))
+    try:
+        yield messages
+    finally:
+        # Left in place, a Python function would be called after Python has gone.
+        lib.ResetToDefaultLoggingFunction()
+
+
+def _one_line(text: object) -> str:
+    return " ".join(str(text).split())

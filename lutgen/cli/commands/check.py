@@ -1,0 +1,96 @@
+"""``lutgen check``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lutgen.cli.shared import MODES, echo_json, model_from, model_options, progress_bar
+
+if TYPE_CHECKING:
+    from lutgen.bake.check import Budget, Checked
+
+
+@click.command()
+@click.argument("paths", nargs=-1, required=True, metavar="DIR|LUT…")
+@click.option("--mode", type=click.Choice(MODES), help="For LUT files: the display they claim to be.")
+@click.option("--hours", type=float, help="For LUT files: its hour.")
+@click.option("--max-delta-e", type=float, help="Largest smooth ΔE2000 allowed [default: 1].")
+@click.option("--p99", type=float, help="Largest 99 % quantile of smooth ΔE2000 allowed [default: 0.2].")
+@click.option("--jobs", type=click.IntRange(min=1), help="Processes [default: one per core].")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+@model_options
+def command(  # noqa: PLR0913 - one parameter an option
+    *,
+    paths: tuple[str, ...],
+    mode: str | None,
+    hours: float | None,
+    max_delta_e: float | None,
+    p99: float | None,
+    jobs: int | None,
+    as_json: bool,
+    **options: Any,
+) -> None:
+    """Check that built files still say what the model says; exit 1 when not.
+
+    A folder is checked against the model in its manifest, or the one that the options give. Every LUT is read again
+    through OpenColorIO, everything in every config is instantiated, and pixels are sent through. LUT files that others
+    made are checked with --mode and --hours.
+
+    \b
+    Example:
+      lutgen check aged/
+      lutgen check theirs.cube --mode chroma --hours 10000 --display my-display.csv
+    """
+    from lutgen.bake.check import MAX_DELTA_E, P99, Budget
+
+    budget = Budget(MAX_DELTA_E if max_delta_e is None else max_delta_e, P99 if p99 is None else p99)
+    results = {path: _check(path, mode, hours, budget, jobs, options, as_json=as_json) for path in paths}
+    if as_json:
+        contents = [{"path": path, **result.as_json()} for path, result in results.items()]
+        echo_json(contents[0] if len(contents) == 1 else {"schema": 1, "checks": contents})
+    else:
+        for path, result in results.items():
+            _report(path, result)
+    if not all(result.passed for result in results.values()):
+        sys.exit(1)
+
+
+def _check(  # noqa: PLR0913
+    path: str,
+    mode: str | None,
+    hours: float | None,
+    budget: Budget,
+    jobs: int | None,
+    options: dict[str, Any],
+    *,
+    as_json: bool,
+) -> Checked:
+    from lutgen.bake.check import check, check_lut
+
+    if Path(path).is_dir():
+        if mode or hours is not None:
+            raise click.UsageError("--mode and --hours go with LUT files; a folder's manifest knows its own.")
+        model = model_from(**options) if any(options.values()) else None
+        with progress_bar("checking", quiet=as_json) as progress:
+            return check(path, model=model, budget=budget, jobs=jobs, progress=progress)
+    if mode is None or hours is None:
+        raise click.UsageError(f"{path} is no folder; for a LUT file say which display it claims: --mode and --hours.")
+    return check_lut(path, model_from(**options).at(mode, hours), budget=budget)
+
+
+def _report(path: str, result: Checked) -> None:
+    for remark in result.remarks:
+        click.echo(f"note: {remark}")
+    for finding in result.findings:
+        click.echo(f"{finding.path}: {finding.problem}")
+    worst = max((c.smooth.max for c in result.certificates.values()), default=0.0)
+    count = f"{result.files} file{'s' if result.files != 1 else ''}"
+    if result.passed:
+        click.echo(f"{path}: {count} checked, all true to the model (largest smooth ΔE2000 {worst:.4f})")
+    else:
+        wrong = len({finding.path for finding in result.findings})
+        click.echo(f"{path}: {count} checked, {wrong} with faults")

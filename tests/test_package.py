@@ -1,0 +1,183 @@
+"""The package as users get it: built, installed elsewhere, started from another folder."""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+import subprocess
+import sys
+import sysconfig
+import tarfile
+import zipfile
+from email.parser import Parser
+from importlib.metadata import packages_distributions
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import pytest
+
+import lutgen
+
+if TYPE_CHECKING:
+    from email.message import Message
+
+ROOT = Path(__file__).parents[1]
+BINDINGS = {"PyOpenColorIO", "OpenImageIO"}  # Debian's are no distributions; as wheels they are an extra
+SLOW_TO_IMPORT = {"colour", "matplotlib", "numpy", "rich", "scipy", *BINDINGS}
+
+
+class Built(NamedTuple):
+    sdist: Path
+    wheel: Path
+
+
+class Installed(NamedTuple):
+    prefix: Path
+    elsewhere: Path
+
+    def run(self, *command: str) -> str:
+        """What the command prints, run from a folder where no source of lutgen is near."""
+        return run(str(self.prefix / "bin" / command[0]), *command[1:], cwd=self.elsewhere)
+
+
+def run(*command: str, cwd: Path) -> str:
+    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
+    return done.stdout
+
+
+@pytest.fixture(scope="session")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Built:
+    """The sdist, and the wheel made from it alone."""
+    out = tmp_path_factory.mktemp("dist")
+    # The backend is a test dependency: an isolated build would fetch the same one from the network, twice.
+    run(sys.executable, "-m", "build", "--no-isolation", "--outdir", str(out), str(ROOT), cwd=out)
+    (sdist,), (wheel,) = out.glob("*.tar.gz"), out.glob("*.whl")
+    return Built(sdist, wheel)
+
+
+@pytest.fixture(scope="session")
+def installed(built: Built, tmp_path_factory: pytest.TempPathFactory) -> Installed:
+    """The wheel in a new environment, which borrows the dependencies of this one."""
+    prefix, elsewhere = tmp_path_factory.mktemp("clean"), tmp_path_factory.mktemp("elsewhere")
+    bindings = find_spec("PyOpenColorIO")
+    debian = bindings is not None and not Path(str(bindings.origin)).is_relative_to(sys.prefix)
+    system = ["--system-site-packages"] if debian else []
+    run(sys.executable, "-m", "venv", "--without-pip", *system, str(prefix), cwd=elsewhere)
+    python = str(prefix / "bin" / "python")
+    pip = (sys.executable, "-m", "pip", "--python", python, "install", "--quiet", "--no-deps")
+    run(*pip, "--disable-pip-version-check", str(built.wheel), cwd=elsewhere)
+    # Half a gigabyte of dependencies is not installed a second time. The test stays true: a path named in a
+    # .pth is searched last, and the .pth files inside it, which point to the working copy, are not read.
+    # That the declared dependencies are all that the package imports is tested apart.
+    borrowed = Path(sysconfig.get_path("purelib", vars={"base": str(prefix)}), "borrowed.pth")
+    borrowed.write_text(sysconfig.get_path("purelib") + "\n")
+    return Installed(prefix, elsewhere)
+
+
+def names_in_sdist(built: Built) -> set[str]:
+    with tarfile.open(built.sdist) as archive:
+        return {name.partition("/")[2] for name in archive.getnames()}
+
+
+def names_in_wheel(built: Built) -> set[str]:
+    with zipfile.ZipFile(built.wheel) as archive:
+        return set(archive.namelist())
+
+
+def metadata(built: Built) -> Message:
+    with zipfile.ZipFile(built.wheel) as archive:
+        (name,) = (name for name in archive.namelist() if name.endswith(".dist-info/METADATA"))
+        return Parser().parsestr(archive.read(name).decode())
+
+
+def working_copy(*patterns: str) -> set[str]:
+    found = {path.relative_to(ROOT).as_posix() for pattern in patterns for path in ROOT.glob(pattern)}
+    return {name for name in found if "__pycache__" not in name and Path(ROOT, name).is_file()}
+
+
+@pytest.mark.slow
+def test_sdist_carries_the_whole_project(built: Built) -> None:
+    wanted = working_copy("*.md", "LICENSE", "Makefile", "pyproject.toml", ".ci/*")
+    wanted |= working_copy("lutgen/**/*", "configs/**/*", "tests/**/*", "examples/**/*")
+    assert not wanted - names_in_sdist(built)
+    assert {"LICENSE", "Makefile", "CHANGELOG.md", "tests/test_package.py"} <= wanted
+
+
+@pytest.mark.slow
+def test_wheel_carries_the_package_and_its_displays_and_nothing_else(built: Built) -> None:
+    displays = working_copy("configs/displays/*.csv", "configs/displays/*.toml")
+    assert "configs/displays/reconstructed-ccfl.csv" in displays
+    wanted = working_copy("lutgen/**/*") | {f"lutgen/{name}" for name in displays}
+    assert {name for name in names_in_wheel(built) if ".dist-info/" not in name} == wanted
+    assert "lutgen/py.typed" in wanted
+
+
+@pytest.mark.slow
+def test_wheel_carries_its_licence(built: Built) -> None:
+    assert metadata(built)["License-Expression"] == "BSD-3-Clause"
+    assert any(name.endswith(".dist-info/licenses/LICENSE") for name in names_in_wheel(built))
+
+
+@pytest.mark.slow
+def test_every_import_of_the_package_is_a_declared_dependency(built: Built) -> None:
+    required = [line for line in metadata(built).get_all("Requires-Dist", []) if "extra ==" not in line]
+    declared = {re.split(r"[^\w.-]", line, maxsplit=1)[0].lower() for line in required}
+    distributions = packages_distributions()
+    imported = BINDINGS | {"lutgen"} | sys.stdlib_module_names
+    strangers = {
+        module: path.relative_to(ROOT).as_posix()
+        for path in (ROOT / "lutgen").rglob("*.py")
+        for module in top_level_imports(path) - imported
+        if not {name.lower() for name in distributions.get(module, [])} & declared
+    }
+    assert not strangers
+
+
+def top_level_imports(path: Path) -> set[str]:
+    """The first words of what a file imports, wherever in it; relative imports aside."""
+    nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+    plain = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    froms = {node.module or "" for node in nodes if isinstance(node, ast.ImportFrom) and not node.level}
+    return {name.partition(".")[0] for name in plain | froms}
+
+
+@pytest.mark.slow
+def test_installed_command_tells_its_version(installed: Installed) -> None:
+    assert lutgen.__version__ in installed.run("lutgen", "--version")
+
+
+@pytest.mark.slow
+def test_installed_package_finds_its_own_data_and_not_the_working_copy(installed: Installed) -> None:
+    script = """
+import importlib.metadata, importlib.resources, json, lutgen
+import numpy, OpenImageIO, PyOpenColorIO  # the environment is fit for work
+package = importlib.resources.files("lutgen")
+first_line = (package / "configs/displays/reconstructed-ccfl.csv").read_text().splitlines()[0]
+typed = (package / "py.typed").is_file()
+print(json.dumps([lutgen.__file__, importlib.metadata.version("lutgen"), first_line, typed]))
+"""
+    where, version, first_line, typed = json.loads(installed.run("python", "-c", script))
+    assert Path(where).is_relative_to(installed.prefix)
+    assert version == lutgen.__version__
+    assert "reconstructed" in first_line.lower()
+    assert typed
+
+
+def test_help_imports_nothing_slow(tmp_path: Path) -> None:
+    script = """
+import sys
+from lutgen.cli import main
+sys.argv = ["lutgen", "--help"]
+try:
+    main()
+finally:
+    print("modules:", *sys.modules)
+"""
+    usage, _, modules = run(sys.executable, "-c", script, cwd=tmp_path).rpartition("modules:")
+    assert "Usage: lutgen" in usage
+    loaded = {name.partition(".")[0] for name in modules.split()}
+    assert "lutgen" in loaded
+    assert not loaded & SLOW_TO_IMPORT
