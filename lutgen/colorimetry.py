@@ -29,7 +29,7 @@ SRGB_XY = np.array([[0.3127, 0.3290], [0.64, 0.33], [0.30, 0.60], [0.15, 0.06]])
 CHUNK = 32_768
 
 
-def xyY_to_xyz(xyY: ArrayLike) -> Array:  # noqa: N802, N803 - the CIE's own spelling
+def xyY_to_xyz(xyY: ArrayLike) -> Array:  # noqa: N802 - the CIE's own spelling
     """Convert xyY to XYZ, step 1 of the paper: X = xY/y, Z = (1−x−y)Y/y. Shape (..., 3) → (..., 3)."""
     x, y, luminance = np.moveaxis(np.asarray(xyY, dtype=np.float64), -1, 0)
     return np.stack([x * luminance / y, luminance, (1.0 - x - y) * luminance / y], axis=-1)
@@ -54,16 +54,21 @@ def rgb_to_xyz_matrix(xy: ArrayLike) -> Array:
     return columns * np.linalg.solve(columns, white)
 
 
+def inverse(matrix: Array) -> Array:
+    """Inverse of a square matrix."""
+    return np.asarray(np.linalg.inv(matrix), dtype=np.float64)
+
+
 #: Linear sRGB → XYZ, derived from the chromaticities so that T(0 h) is its exact inverse's partner;
 #: it agrees with the four decimals that IEC 61966-2-1 prints.
 LINEAR_TO_XYZ = rgb_to_xyz_matrix(SRGB_XY)
-XYZ_TO_LINEAR = np.linalg.inv(LINEAR_TO_XYZ)
+XYZ_TO_LINEAR = inverse(LINEAR_TO_XYZ)
 #: XYZ of the sRGB display's white.
 D65 = LINEAR_TO_XYZ.sum(axis=1)
 
 
 def code_to_linear(code: ArrayLike) -> Array:
-    """sRGB code values to linear light (IEC 61966-2-1, equation of step 4 of the paper). Any shape.
+    """SRGB code values to linear light (IEC 61966-2-1, equation of step 4 of the paper). Any shape.
 
     Negative values continue the straight piece, values above 1 the power, as OpenColorIO does.
     """
@@ -90,7 +95,7 @@ def transform(matrix: Array, signal: ArrayLike) -> Array:
     for out, row in zip(result, matrix, strict=True):
         np.multiply(columns[0], row[0], out=out)
         for column, factor in zip(columns[1:], row[1:], strict=True):
-            out += column * factor
+            np.add(out, column * factor, out=out)
     return np.moveaxis(result, 0, -1)
 
 
@@ -118,9 +123,7 @@ def delta_e_2000(lab_1: ArrayLike, lab_2: ArrayLike) -> Array:
     Shapes (..., 3) and (..., 3) → (...). Works in chunks with one arctangent, one exponential and one sine a
     pixel; multiples of the mean hue come from its unit vector, ΔH' from the cross product.
     """
-    lab_1, lab_2 = np.broadcast_arrays(
-        np.asarray(lab_1, dtype=np.float64), np.asarray(lab_2, dtype=np.float64)
-    )
+    lab_1, lab_2 = np.broadcast_arrays(np.asarray(lab_1, dtype=np.float64), np.asarray(lab_2, dtype=np.float64))
     shape = lab_1.shape[:-1]
     flat_1, flat_2 = lab_1.reshape(-1, 3), lab_2.reshape(-1, 3)
     result = np.empty(flat_1.shape[0])
@@ -186,7 +189,7 @@ def _chroma_weight(chroma: Array) -> Array:
     return np.sqrt(seventh / (seventh + 25.0**7))
 
 
-def _mean_hue(  # noqa: PLR0913 - two polar vectors
+def _mean_hue(  # noqa: PLR0917 - two polar vectors
     a_1: Array, b_1: Array, c_1: Array, a_2: Array, b_2: Array, c_2: Array
 ) -> tuple[Array, Array]:
     """Cosine and sine of the mean hue: the bisector of both hue vectors; a grey lends no hue (equation 14)."""

@@ -96,7 +96,7 @@ class Built:
     unfinished: tuple[int, int] | None
 
 
-def build(  # noqa: PLR0913 - the options of a command, all by name
+def build(
     model: DisplayModel,
     plan: Plan,
     output: str | Path,
@@ -211,8 +211,8 @@ def _smallest_size(work: _Work, aged: AgedDisplay, form: Format, path: Path) -> 
         if reached <= tolerance:
             return size
     message = (
-        f"--tolerance {tolerance:g}: no size certifies for {aged.mode} at {aged.hours:g} h as {form.name}; {SIZES[-1]}³ "
-        f"reaches {reached:.3g}. Loosen the tolerance, or take --selection continuous --format clf."
+        f"--tolerance {tolerance:g}: no size certifies for {aged.mode} at {aged.hours:g} h as {form.name}; "
+        f"{SIZES[-1]}³ reaches {reached:.3g}. Loosen the tolerance, or take --selection continuous --format clf."
     )
     raise LutgenError(message)
 
@@ -258,6 +258,7 @@ def _best_candidate(model: DisplayModel, aged: AgedDisplay, form: Format, size: 
 def _provenance(model: DisplayModel, aged: AgedDisplay, lut: Lut | MatrixLut, error: Figures) -> Provenance:
     readings = model.measurements
     grid = f"{lut.size}^3 in {lut.space} values, tetrahedral" if lut.size else "one matrix in linear light"
+    figures = f"dE2000 of the table mean {error.mean:.4f}, 99 % {error.p99:.4f}, max {error.max:.4f}"
     lines = (
         f"lutgen {__version__}: what an aged display shows, for an un-aged sRGB viewer",
         f"display: {Path(readings.file).name}, SHA-256 {readings.sha256}",
@@ -266,8 +267,7 @@ def _provenance(model: DisplayModel, aged: AgedDisplay, lut: Lut | MatrixLut, er
         f"mode: {aged.mode}",
         f"hours: {aged.hours:g}",
         f"grid: {grid}",
-        f"fidelity: dE2000 of the table mean {error.mean:.4f}, 99 % {error.p99:.4f}, max {error.max:.4f} over "
-        f"{error.colours} colours, borders included; certificate in manifest.json",
+        f"fidelity: {figures} over {error.colours} colours, borders included; certificate in manifest.json",
     )
     hour = hour_name(aged.hours)
     return Provenance(f"Aged display, {aged.mode}, {hour}", f"lutgen-{aged.mode}-{hour}-{readings.sha256[:12]}", lines)

@@ -293,7 +293,6 @@ def _text_problems(path: Path) -> list[str]:
     if bad and path.suffix in (".cube", ".clf"):
         line = data.count(b"\n", 0, bad.start(1)) + 1
         problems.append(f"line {line} holds {bad[1].decode(errors='replace')!r}, which readers take for 0")
-    for tag in _TABLE_TAG.findall(data):
-        if b'interpolation="tetrahedral"' not in tag:
-            problems.append("wrong interpolation: its LUT3D does not ask for tetrahedral")
+    if any(b'interpolation="tetrahedral"' not in tag for tag in _TABLE_TAG.findall(data)):
+        problems.append("wrong interpolation: its LUT3D does not ask for tetrahedral")
     return problems

@@ -85,7 +85,7 @@ def _luts_of_configs(luts: list[FileRecord]) -> dict[tuple[str, float], FileReco
 class _Run:
     """One config in one context, against its LUT."""
 
-    def __init__(self, lib: Any, config: Any, root: Path, lut: FileRecord, context: tuple[str, str] | None) -> None:  # noqa: PLR0913
+    def __init__(self, lib: Any, config: Any, root: Path, lut: FileRecord, context: tuple[str, str] | None) -> None:
         self.lib, self.config = lib, config
         self.lut = (root / lut.path).resolve()
         self.context = copy.deepcopy(config.getCurrentContext())
@@ -140,10 +140,10 @@ class _Run:
         tables = [step for step in steps if isinstance(step, lib.Lut3DTransform)]
         if any(table.getInterpolation() != lib.INTERP_TETRAHEDRAL for table in tables):
             problems.append("wrong interpolation: not tetrahedral")
-        error = np.abs(np.clip(result, 0, 1) - np.clip(expected, 0, 1)).max()
+        difference = np.abs(np.clip(result, 0, 1) - np.clip(expected, 0, 1)).max()
         # NaN fails the comparison too.
-        if not error <= TOLERANCE:
-            problems.append(f"its pixels differ from its LUT's by up to {error:.4g} in code values")
+        if not difference <= TOLERANCE:
+            problems.append(f"its pixels differ from its LUT's by up to {difference:.4g} in code values")
         return problems
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.bindings import ocio
-from lutgen.colorimetry import LINEAR_TO_XYZ, SRGB_XY, rgb_to_xyz_matrix
+from lutgen.colorimetry import LINEAR_TO_XYZ, SRGB_XY, XYZ_TO_LINEAR, inverse, rgb_to_xyz_matrix
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -100,7 +100,7 @@ def config_text(aged: AgedConfig) -> bytes:
 
 def _add_colour_spaces(lib: Any, config: Any, aged: AgedConfig) -> None:
     to_linear = _srgb_curve(lib)
-    spaces = (
+    spaces: tuple[tuple[str, str, str, list[str], Any], ...] = (
         (LINEAR, "Linear light of the sRGB primaries.", "scene-linear", ["lin_rec709_srgb", "lin_srgb"], None),
         (SOURCE, "Code values as sent to the display.", "sdr-video", ["srgb", "srgb_tx"], to_linear),
         (AGED, f"Code values as the aged display shows them. {aged.description}", "sdr-video", [], _aged(lib, aged)),
@@ -159,14 +159,14 @@ def _add_views(lib: Any, config: Any, aged: AgedConfig) -> None:
             description=f"An un-aged {viewer} screen.",
         )
         space.setTransform(
-            _group(lib, _matrix(lib, np.linalg.inv(matrix)), _encode(lib, curve)), lib.COLORSPACE_DIR_FROM_REFERENCE
+            _group(lib, _matrix(lib, inverse(matrix)), _encode(lib, curve)), lib.COLORSPACE_DIR_FROM_REFERENCE
         )
         config.addColorSpace(space)
         for name in (AGED_VIEW, UNAGED_VIEW):
             config.addDisplayView(viewer, name, name, f"{viewer} viewer", "", "", "")
         config.addDisplayView(viewer, RAW_VIEW, "Raw", "")
     config.setActiveDisplays(", ".join(VIEWERS))
-    config.setActiveViews(", ".join((AGED_VIEW, UNAGED_VIEW, RAW_VIEW)))
+    config.setActiveViews(f"{AGED_VIEW}, {UNAGED_VIEW}, {RAW_VIEW}")
 
 
 def _file_rules(lib: Any) -> Any:
@@ -205,7 +205,7 @@ def _encode(lib: Any, curve: str) -> Any:
 def _from_aces(lib: Any) -> Any:
     """ACES2065-1 → linear sRGB with OpenColorIO's own Bradford-adapted matrices."""
     to_xyz = lib.BuiltinTransform(style="UTILITY - ACES-AP0_to_CIE-XYZ-D65_BFD")
-    return _group(lib, to_xyz, _matrix(lib, np.linalg.inv(LINEAR_TO_XYZ)))
+    return _group(lib, to_xyz, _matrix(lib, XYZ_TO_LINEAR))
 
 
 def _matrix(lib: Any, matrix: Array) -> Any:

@@ -6,11 +6,12 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lutgen.colorimetry import CHUNK
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lutgen.colorimetry import Array
 
 #: Seven decimals reach the float32 floor near 1 (6e-8); six leave 5e-7.

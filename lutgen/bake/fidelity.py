@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from lutgen.bindings import ocio, ocio_errors
 from lutgen.bake.lut import Sampler, lattice, tetrahedra
+from lutgen.bindings import ocio, ocio_errors
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_code, linear_to_lab, xyz_to_linear
 from lutgen.display.chain import outside_gamut
 from lutgen.display.paper import Selection, nearest_weights
@@ -75,7 +75,8 @@ class Certificate:
 
     def as_json(self) -> dict[str, Any]:
         """Return plain numbers, rounded to what float32 LUTs can mean."""
-        return _rounded(asdict(self))
+        content: dict[str, Any] = _rounded(asdict(self))
+        return content
 
 
 def _rounded(value: Any) -> Any:
@@ -245,12 +246,12 @@ def mixing_of(code: Array, space: str, size: int) -> Mixing:
 def _differ(labels: NDArray[np.uint8]) -> NDArray[np.bool_]:
     """Whether the labels in a row, shape (n, k), are not all the same."""
     first, *others = labels.T
-    return np.logical_or.reduce([other != first for other in others])
+    return np.asarray(np.logical_or.reduce([other != first for other in others]))
 
 
 def _region(weights: Array) -> NDArray[np.uint8]:
     """Which colour points share a colour, as bits."""
-    return ((weights > 0) @ np.array([1, 2, 4, 8])).astype(np.uint8)
+    return np.asarray((weights > 0) @ np.array([1, 2, 4, 8]), dtype=np.uint8)
 
 
 def _jumps(aged: AgedDisplay) -> bool:

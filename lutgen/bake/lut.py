@@ -142,5 +142,3 @@ def paper_emission(aged: AgedDisplay) -> Matrices | None:
 
 def _selection(aged: AgedDisplay) -> str:
     return next(link.name for link in aged.head if isinstance(link, Selection))
-
-

@@ -56,7 +56,7 @@ def model_from(
 
     if model:
         if display or selection or reference or luminance:
-            message = "--model says everything about the model: leave --display, --selection, --reference and --luminance out."
+            message = "--model says it all: leave --display, --selection, --reference and --luminance out."
             raise click.UsageError(message)
         return load_model(model)
     return DisplayModel(

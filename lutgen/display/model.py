@@ -67,7 +67,7 @@ class DisplayModel:
         if mode not in MODES:
             raise pick_one("mode", mode, MODES)
         self.tips.check_span(hours)
-        xyY = self.tips.referenced(0.0 if mode == "stable" else hours, self.reference)  # noqa: N806
+        xyY = self.tips.referenced(0.0 if mode == "stable" else hours, self.reference)
         factor = self.luminance.factor(hours, self.tips) if mode == "chroma-luma" else 1.0
         emission = matrices_of(scale_luminance(xyY, factor), self.selection)
         head: tuple[Link, ...] = (SrgbTransfer(), Selection(self.selection))
@@ -91,7 +91,7 @@ def default_display() -> Path:
         path = folder / "displays" / f"{DEFAULT_DISPLAY}.csv"
         if path.is_file():
             return path
-    message = f"the default display {DEFAULT_DISPLAY}.csv is missing from this installation. Reinstall lutgen, or give --display FILE."
+    message = f"the default display {DEFAULT_DISPLAY}.csv is missing here. Reinstall lutgen, or give --display FILE."
     raise LutgenError(message)
 
 

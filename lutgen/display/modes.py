@@ -105,6 +105,6 @@ def _read_table(path: Path) -> tuple[tuple[float, float], ...]:
         raise LutgenError(message) from None
 
 
-def scale_luminance(xyY: Array, factor: float) -> Array:  # noqa: N803 - the CIE's own spelling
+def scale_luminance(xyY: Array, factor: float) -> Array:
     """Scale all four tips so that white's Y becomes ``factor``. Shape (4, 3) → (4, 3)."""
     return np.column_stack([xyY[:, :2], xyY[:, 2] * (factor / xyY[0, 2])])

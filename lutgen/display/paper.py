@@ -109,7 +109,7 @@ class Matrices:
         return transform(np.hstack(list(self.array)), signal)
 
 
-def matrices_of(xyY: Array, selection: str) -> Matrices:  # noqa: N803 - the CIE's own spelling
+def matrices_of(xyY: Array, selection: str) -> Matrices:
     """Return the emission through the tips ``xyY``, shape (4, 3), for a selection."""
     three_point = three_point_matrices(xyY_to_xyz(xyY))
     chosen = averaged_matrices(three_point) if selection == "nearest" else three_point

@@ -45,7 +45,7 @@ def read_measurements(path: str | Path) -> Measurements:
     suffix = path.suffix.lower().lstrip(".")
     if suffix not in formats():
         known = ", ".join(f".{name}" for name in formats())
-        message = f"{path}: cannot tell the format of measurements from the suffix {path.suffix!r}. Pick one of: {known}."
+        message = f"{path}: the suffix {path.suffix!r} names no format of measurements. Pick one of: {known}."
         raise LutgenError(message)
     data = _read_bytes(path)
     try:

@@ -36,7 +36,7 @@ class _Rows(NamedTuple):
 def read(text: str, *, file: str, sha256: str) -> Measurements:
     """Read CSV ``text``; ``file`` is named in errors. Raises LutgenError naming file, line and column."""
     if _DECIMAL_COMMA.search(text):
-        message = f"{file}: fields are separated by ';' with decimal commas. Write 0.3127 with a point and ',' between fields."
+        message = f"{file}: decimal commas, and ';' between fields. Write 0.3127 with a point and ',' between fields."
         raise LutgenError(message)
     rows = _split(text, file)
     _check_cut_off(text, rows, file)
@@ -107,7 +107,7 @@ def _header(fields: list[str], where: str) -> list[str]:
 
 def _check_width(fields: list[str], columns: list[str], where: str) -> None:
     if len(fields) > len(columns):
-        message = f"{where}: {len(fields)} fields for {len(columns)} columns; a decimal comma? Write 0.3127 with a point."
+        message = f"{where}: {len(fields)} fields for {len(columns)} columns; a decimal comma? Write 0.3127."
         raise LutgenError(message)
     if len(fields) < len(columns):
         message = f"{where}: {len(fields)} fields for {len(columns)} columns; is the file cut off, or a value missing?"

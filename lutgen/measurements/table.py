@@ -13,6 +13,8 @@ from lutgen.errors import LutgenError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from numpy.typing import ArrayLike, NDArray
+
     from lutgen.colorimetry import Array
 
 #: The tips: white and the primaries at full drive, in the order of the paper's index i.
@@ -72,7 +74,7 @@ class Measurements:
         check_rows(self)
         check_tips(self)
 
-    def at_rest(self) -> NDArrayBool:
+    def at_rest(self) -> NDArray[np.bool_]:
         """Readings under the reference conditions: centre, dark room, full screen, as warm as that hour got."""
         condition = self.conditions
         rest = np.ones(self.hours.size, dtype=bool)
@@ -100,9 +102,6 @@ class Measurements:
                 hours.append(hour)
                 rows.append([self.xyz_cd_m2[rows_of].mean(axis=0) for rows_of in is_tip])
         return np.array(hours), xyz_to_xyY(np.array(rows).reshape(-1, 4, 3))
-
-
-NDArrayBool = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 
 def check_rows(readings: Measurements) -> None:
@@ -149,7 +148,7 @@ def check_tips(readings: Measurements) -> None:
     _check_repeated_hour(readings, counts)
 
 
-def _check_plausible(readings: Measurements, hour: float, xyY: Array) -> None:  # noqa: N803
+def _check_plausible(readings: Measurements, hour: float, xyY: Array) -> None:
     where = f"{readings.file}: hour {hour:g}"
     if xyY[0, 2] < MIN_WHITE_CD_M2:
         message = f"{where}: white has Y = {xyY[0, 2]:g}; Y must be absolute luminance in cd/m², not relative to white."
@@ -173,8 +172,8 @@ def _check_repeated_hour(readings: Measurements, counts: dict[float, tuple[int, 
         raise LutgenError(message)
 
 
-def _refuse(readings: Measurements, bad: NDArrayBool, why: str) -> None:
-    if bad.any():
+def _refuse(readings: Measurements, bad: ArrayLike, why: str) -> None:
+    if np.any(bad):
         first = int(np.argmax(bad))
         message = f"{_where(readings, first)}: {why}."
         raise LutgenError(message)

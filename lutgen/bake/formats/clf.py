@@ -42,7 +42,7 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
         nodes = [_table(lut)]
     head = [
         '<?xml version="1.0" encoding="UTF-8"?>',
-        f"<ProcessList id={quoteattr(provenance.identifier)} name={quoteattr(provenance.title)} compCLFversion=\"3.0\">",
+        f'<ProcessList id={quoteattr(provenance.identifier)} name={quoteattr(provenance.title)} compCLFversion="3.0">',
         *(f"  <Description>{escape(line)}</Description>" for line in provenance.lines),
         "  <InputDescriptor>source signal, sRGB code values 0..1</InputDescriptor>",
         "  <OutputDescriptor>aged display, as sRGB code values of an un-aged viewer, not clipped</OutputDescriptor>",

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 @click.option("--json", "as_json", is_flag=True, help="Print the manifest as JSON.")
 @click.option("-o", "--output", default="aged", show_default=True, metavar="DIR", help="Folder to build into.")
 @model_options
-def command(  # noqa: PLR0913 - one parameter an option
+def command(
     *,
     hours: str,
     modes: tuple[str, ...],
@@ -48,7 +48,7 @@ def command(  # noqa: PLR0913 - one parameter an option
     output: str,
     **options: Any,
 ) -> None:
-    """Bake aged displays into LUTs and OpenColorIO configs, one per aging mode and hour.
+    r"""Bake aged displays into LUTs and OpenColorIO configs, one per aging mode and hour.
 
     Writes DIR/manifest.json, DIR/config.ocio (every display, by context variables) and for each mode and hour a folder
     such as DIR/chroma/10000h with its own config.ocio and LUTs. Every LUT is read back through OpenColorIO and
@@ -88,7 +88,10 @@ def _report(built: Built, output: str) -> None:
     console = Console()
     if built.unfinished:
         missing, planned = built.unfinished
-        console.print(f"The last build into this folder was interrupted: {missing} of its {planned} files were missing.")
+        console.print(
+            f"The last build into this folder was interrupted; {missing} of its {planned} files were missing.",
+            soft_wrap=True,
+        )
     luts = [record for record in built.manifest.files if record.kind == "lut"]
     configs = len(built.manifest.files) - len(luts)
     console.print(f"{len(luts)} LUTs and {configs} configs in {output}", highlight=False, soft_wrap=True)
@@ -97,6 +100,7 @@ def _report(built: Built, output: str) -> None:
         return
     table = Table("mode", "format", "files", "largest ΔE2000", "mean", "99 %", "max", box=None, pad_edge=False)
     for row in rows:
-        table.add_row(row.mode, row.format, str(row.files), row.group, *(f"{x:.4f}" for x in (row.mean, row.p99, row.max)))
+        figures = [f"{value:.4f}" for value in (row.mean, row.p99, row.max)]
+        table.add_row(row.mode, row.format, str(row.files), row.group, *figures)
     console.print(table)
     console.print("smooth: the model without its jumps and clipping; gamut, border: where it clips, where it jumps.")

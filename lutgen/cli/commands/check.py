@@ -11,6 +11,8 @@ import click
 from lutgen.cli.shared import MODES, echo_json, model_from, model_options, progress_bar
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from lutgen.bake.check import Budget, Checked
 
 
@@ -23,7 +25,7 @@ if TYPE_CHECKING:
 @click.option("--jobs", type=click.IntRange(min=1), help="Processes [default: one per core].")
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 @model_options
-def command(  # noqa: PLR0913 - one parameter an option
+def command(
     *,
     paths: tuple[str, ...],
     mode: str | None,
@@ -34,7 +36,7 @@ def command(  # noqa: PLR0913 - one parameter an option
     as_json: bool,
     **options: Any,
 ) -> None:
-    """Check that built files still say what the model says; exit 1 when not.
+    r"""Check that built files still say what the model says; exit 1 when not.
 
     A folder is checked against the model in its manifest, or the one that the options give. Every LUT is read again
     through OpenColorIO, everything in every config is instantiated, and pixels are sent through. LUT files that others
@@ -48,7 +50,10 @@ def command(  # noqa: PLR0913 - one parameter an option
     from lutgen.bake.check import MAX_DELTA_E, P99, Budget
 
     budget = Budget(MAX_DELTA_E if max_delta_e is None else max_delta_e, P99 if p99 is None else p99)
-    results = {path: _check(path, mode, hours, budget, jobs, options, as_json=as_json) for path in paths}
+    results = {}
+    for path in paths:
+        with progress_bar("checking", quiet=as_json) as progress:
+            results[path] = _check(path, mode, hours, options, budget=budget, jobs=jobs, progress=progress)
     if as_json:
         contents = [{"path": path, **result.as_json()} for path, result in results.items()]
         echo_json(contents[0] if len(contents) == 1 else {"schema": 1, "checks": contents})
@@ -59,15 +64,15 @@ def command(  # noqa: PLR0913 - one parameter an option
         sys.exit(1)
 
 
-def _check(  # noqa: PLR0913
+def _check(
     path: str,
     mode: str | None,
     hours: float | None,
-    budget: Budget,
-    jobs: int | None,
     options: dict[str, Any],
     *,
-    as_json: bool,
+    budget: Budget,
+    jobs: int | None,
+    progress: Callable[[int, int], None],
 ) -> Checked:
     from lutgen.bake.check import check, check_lut
 
@@ -75,8 +80,7 @@ def _check(  # noqa: PLR0913
         if mode or hours is not None:
             raise click.UsageError("--mode and --hours go with LUT files; a folder's manifest knows its own.")
         model = model_from(**options) if any(options.values()) else None
-        with progress_bar("checking", quiet=as_json) as progress:
-            return check(path, model=model, budget=budget, jobs=jobs, progress=progress)
+        return check(path, model=model, budget=budget, jobs=jobs, progress=progress)
     if mode is None or hours is None:
         raise click.UsageError(f"{path} is no folder; for a LUT file say which display it claims: --mode and --hours.")
     return check_lut(path, model_from(**options).at(mode, hours), budget=budget)
