@@ -43,6 +43,35 @@ def xyz_to_xyY(xyz: ArrayLike) -> Array:  # noqa: N802 - the CIE's own spelling
         return np.stack([xyz[..., 0] / total, xyz[..., 1] / total, xyz[..., 1]], axis=-1)
 
 
+def transform(matrix: Array, signal: ArrayLike) -> Array:
+    """Multiply every k-vector of ``signal`` by ``matrix``: shapes (m, k) and (..., k) → (..., m).
+
+    Column by column in a fixed order rather than by BLAS, whose last bits depend on processor and threads: the
+    same inputs are to give the same files. The result's columns are contiguous.
+    """
+    columns = np.moveaxis(np.asarray(signal, dtype=np.float64), -1, 0)
+    result = np.empty((len(matrix), *columns.shape[1:]))
+    for place, row in enumerate(matrix):
+        result[place] = columns[0] * row[0]
+        for column, factor in zip(columns[1:], row[1:], strict=True):
+            result[place] += column * factor
+    return np.moveaxis(result, 0, -1)
+
+
+def inverse(matrix: Array) -> Array:
+    """Inverse of a 3 × 3 matrix by its cofactors.
+
+    Not by LAPACK, whose last bit depends on processor, build and memory: the same inputs are to give the same files.
+    """
+    a, b, c = matrix
+    cofactors = np.array([_cross(b, c), _cross(c, a), _cross(a, b)]).T
+    return np.asarray(cofactors / (a[0] * cofactors[0, 0] + a[1] * cofactors[1, 0] + a[2] * cofactors[2, 0]))
+
+
+def _cross(a: Array, b: Array) -> list[float]:
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
 def rgb_to_xyz_matrix(xy: ArrayLike) -> Array:
     """Return the 3 × 3 matrix from linear RGB to XYZ of an additive display whose white has Y = 1.
 
@@ -51,12 +80,7 @@ def rgb_to_xyz_matrix(xy: ArrayLike) -> Array:
     xy = np.asarray(xy, dtype=np.float64)
     white, *primaries = xyY_to_xyz(np.column_stack([xy, np.ones(4)]))
     columns = np.column_stack(primaries)
-    return columns * np.linalg.solve(columns, white)
-
-
-def inverse(matrix: Array) -> Array:
-    """Inverse of a square matrix."""
-    return np.asarray(np.linalg.inv(matrix), dtype=np.float64)
+    return columns * transform(inverse(columns), white)
 
 
 #: Linear sRGB → XYZ, derived from the chromaticities so that T(0 h) is its exact inverse's partner;
@@ -82,21 +106,6 @@ def linear_to_code(linear: ArrayLike) -> Array:
     linear = np.asarray(linear, dtype=np.float64)
     bright = 1.055 * np.power(np.maximum(linear, 0.0031308), 1.0 / 2.4) - 0.055
     return np.where(linear <= 0.0031308, 12.92 * linear, bright)
-
-
-def transform(matrix: Array, signal: ArrayLike) -> Array:
-    """Multiply every k-vector of ``signal`` by ``matrix``: shapes (m, k) and (..., k) → (..., m).
-
-    Column by column in a fixed order rather than by BLAS, whose last bits depend on processor and threads: the
-    same inputs are to give the same files. The result's columns are contiguous.
-    """
-    columns = np.moveaxis(np.asarray(signal, dtype=np.float64), -1, 0)
-    result = np.empty((len(matrix), *columns.shape[1:]))
-    for out, row in zip(result, matrix, strict=True):
-        np.multiply(columns[0], row[0], out=out)
-        for column, factor in zip(columns[1:], row[1:], strict=True):
-            np.add(out, column * factor, out=out)
-    return np.moveaxis(result, 0, -1)
 
 
 def linear_to_xyz(linear: ArrayLike) -> Array:
@@ -174,7 +183,8 @@ def _delta_e_2000_chunk(lab_1: Array, lab_2: Array) -> Array:
     rotation = np.sin(np.radians(60.0) * np.exp(-(((degrees - 275.0) / 25.0) ** 2)))
     r_t = -2.0 * _chroma_weight(c_mean) * rotation
     d_l, d_c, d_h = d_l / s_l, d_c / s_c, d_hue / s_h
-    return np.sqrt(np.maximum(d_l * d_l + d_c * d_c + d_h * d_h + r_t * d_c * d_h, 0.0))
+    squared = d_l * d_l + d_c * d_c + d_h * d_h + r_t * d_c * d_h
+    return np.asarray(np.sqrt(np.maximum(squared, 0.0)))
 
 
 _COS_30, _SIN_30 = np.cos(np.radians(30.0)), np.sin(np.radians(30.0))
@@ -186,7 +196,7 @@ def _chroma_weight(chroma: Array) -> Array:
     """√(C⁷ / (C⁷ + 25⁷)), shared by equations (4) and (21)."""
     squared = chroma * chroma
     seventh = squared * squared * squared * chroma
-    return np.sqrt(seventh / (seventh + 25.0**7))
+    return np.asarray(np.sqrt(seventh / (seventh + 25.0**7)))
 
 
 def _mean_hue(  # noqa: PLR0917 - two polar vectors

@@ -25,7 +25,7 @@ from lutgen.bake.config import (
 )
 from lutgen.bake.fidelity import apply_lut
 from lutgen.bindings import ocio, ocio_errors
-from lutgen.colorimetry import LINEAR_TO_XYZ, code_to_linear, linear_to_code, transform
+from lutgen.colorimetry import code_to_linear, inverse, linear_to_code, linear_to_xyz, transform
 from lutgen.display import hour_name
 from lutgen.errors import LutgenError
 
@@ -150,7 +150,7 @@ class _Run:
 def viewer_values(linear: Array, viewer: str) -> Array:
     """Linear sRGB light (n, 3) to a viewer's code values, as ``VIEWERS`` defines them."""
     matrix, curve = VIEWERS.get(viewer, VIEWERS["sRGB"])
-    light = transform(np.linalg.inv(matrix) @ LINEAR_TO_XYZ, linear)
+    light = transform(inverse(matrix), linear_to_xyz(linear))
     if curve == "srgb":
         return linear_to_code(light)
     return np.asarray(np.maximum(light, 0.0) ** (1.0 / float(curve.removeprefix("power "))))

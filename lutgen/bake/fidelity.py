@@ -19,7 +19,7 @@ import numpy as np
 
 from lutgen.bake.lut import Sampler, lattice, tetrahedra
 from lutgen.bindings import ocio, ocio_errors
-from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_code, linear_to_lab, xyz_to_linear
+from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_code, linear_to_lab, transform, xyz_to_linear
 from lutgen.display.chain import outside_gamut
 from lutgen.display.paper import Selection, nearest_weights
 from lutgen.errors import LutgenError
@@ -205,7 +205,7 @@ def certificate_colours() -> Array:
 def tissue_colours(random: np.random.Generator) -> Array:
     """Stained tissue by Beer-Lambert: random amounts of haematoxylin, eosin and DAB, 8-bit code values."""
     amounts = random.gamma([[1.2, 0.9, 0.3]], [[0.35, 0.25, 0.35]], (TISSUE, 3))
-    light = 0.95 * 10.0 ** -(amounts @ STAINS)
+    light = 0.95 * 10.0 ** -transform(STAINS.T, amounts)
     return np.asarray(np.round(linear_to_code(light) * 255.0) / 255.0)
 
 
@@ -218,7 +218,7 @@ def border_pairs(random: np.random.Generator) -> Array:
     offset = np.array([-1.0, 0.0, 0.0, 0.0])
     # A third of random colours has its two nearest colour points' border inside the cube.
     linear = random.random((6 * PAIRS, 3))
-    first, second = np.argsort(-(linear @ scores.T + offset), axis=1)[:, :2].T
+    first, second = np.argsort(-(transform(scores, linear) + offset), axis=1)[:, :2].T
     normal = scores[first] - scores[second]
     level = offset[first] - offset[second]
     normal_squared = (normal**2).sum(axis=1)

@@ -123,7 +123,7 @@ def as_matrix(aged: AgedDisplay) -> MatrixLut | None:
     used = emission.array if _selection(aged) == "nearest" else emission.array[1:]
     if np.ptp(used, axis=0).max() > AGREE:
         return None
-    return MatrixLut(XYZ_TO_LINEAR @ used.mean(axis=0))
+    return MatrixLut(transform(XYZ_TO_LINEAR, used.mean(axis=0).T).T)
 
 
 def is_tetrahedral(aged: AgedDisplay) -> bool:

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import transform, xyY_to_xyz
-from lutgen.measurements.table import TIP_DRIVES
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -35,11 +34,12 @@ def three_point_matrices(xyz_tips: Array) -> Array:
 
     T'_i · (drive of j) = XYZ_j for the three tips j ≠ i.
     """
-    matrices = np.empty((4, 3, 3))
-    for i in range(4):
-        others = [j for j in range(4) if j != i]
-        # T' · D = M with the drives and the tips as columns, so T'ᵀ solves Dᵀ T'ᵀ = Mᵀ.
-        matrices[i] = np.linalg.solve(TIP_DRIVES[others], xyz_tips[others]).T
+    white, *primaries = xyz_tips
+    matrices = np.array([np.column_stack(primaries)] * 4)
+    for channel in range(3):
+        # White is the sum of all columns, so the column of the primary left out is white less the other two.
+        others = sum(primary for other, primary in enumerate(primaries) if other != channel)
+        matrices[channel + 1, :, channel] = white - others
     return matrices
 
 

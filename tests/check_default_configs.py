@@ -1,0 +1,66 @@
+"""Does ``configs/default`` still follow from the code? Builds it anew in a scratch folder and compares.
+
+LUTs byte for byte; configs as this OpenColorIO writes them after reading, since versions word them differently; the
+recipe as JSON; and nothing that is not listed. Run by ``make check-configs``; exit 1 names what differs.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+from lutgen.bake.build import Plan, build
+from lutgen.bake.manifest import MANIFEST, read_manifest
+from lutgen.bindings import ocio
+from lutgen.display import DisplayModel, default_display
+from lutgen.display.hours import parse_hours
+from lutgen.measurements import read_measurements
+
+COMMITTED = Path(__file__).resolve().parents[1] / "configs" / "default"
+
+
+def differences(committed: Path) -> list[str]:
+    """Say what in ``committed`` is not what the code makes today."""
+    model = DisplayModel(read_measurements(default_display()), selection="continuous")
+    plan = Plan(tuple(parse_hours("0..18000", model.tips)), formats=("clf",))
+    kept = read_manifest(committed / MANIFEST)
+    if kept is None:
+        return [f"{MANIFEST} is missing"]
+    with tempfile.TemporaryDirectory() as scratch:
+        fresh = Path(scratch)
+        made = build(model, plan, fresh).manifest
+        found = (
+            [f"{MANIFEST}: the recipe differs"]
+            if json.loads(made.as_bytes()) | {"files": 0} != kept.recipe | {"files": 0}
+            else []
+        )
+        wanted = {record.path for record in made.files} | {MANIFEST}
+        present = {path.relative_to(committed).as_posix() for path in committed.rglob("*") if path.is_file()}
+        found += [f"{path}: missing" for path in sorted(wanted - present)]
+        found += [f"{path}: not made by the code" for path in sorted(present - wanted)]
+        for path in sorted(wanted & present - {MANIFEST}):
+            if _content(committed / path) != _content(fresh / path):
+                found.append(f"{path}: differs")
+    return found
+
+
+def _content(path: Path) -> str:
+    if path.suffix == ".ocio":
+        return str(ocio().Config.CreateFromFile(str(path)).serialize())
+    return path.read_text(encoding="utf-8")
+
+
+def main() -> None:
+    """Print the differences; exit 1 when there are any."""
+    found = differences(COMMITTED)
+    for difference in found:
+        print(difference)
+    if found:
+        sys.exit("configs/default does not follow from the code: run `make configs` and look at what changes.")
+    print("configs/default follows from the code")
+
+
+if __name__ == "__main__":
+    main()
