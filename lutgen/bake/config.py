@@ -210,7 +210,8 @@ def _from_aces(lib: Any) -> Any:
 
 def _matrix(lib: Any, matrix: Array) -> Any:
     whole = np.eye(4)
-    whole[:3, :3] = matrix
+    # Twelve decimals survive every version's printing and reading; all digits of a double do not.
+    whole[:3, :3] = np.round(matrix, 12)
     return lib.MatrixTransform(matrix=whole.ravel().tolist())
 
 
