@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import copy
+import re
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -59,6 +60,10 @@ def check_config(path: Path, root: Path, record: FileRecord, manifest: Manifest)
     except ocio_errors() as error:
         return [f"OpenColorIO {lib.__version__} does not load it: {_one_line(error)}"]
     problems = [f"OpenColorIO warns: {text}" for text in warnings]
+    # A CLF's own word overrides the config's, a .cube has none: asked for everywhere, it is right everywhere.
+    files = re.findall(r"!<FileTransform>.*", config.serialize())
+    if not all("interpolation: tetrahedral" in file for file in files):
+        problems.append("wrong interpolation: a FileTransform does not ask for tetrahedral")
     luts = [file for file in manifest.files if file.kind == "lut"]
     expected = _luts_of_configs(luts)
     if record.mode is None:

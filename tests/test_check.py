@@ -1,0 +1,194 @@
+"""``lutgen check`` finds each way in which a built folder can stop being true."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from lutgen.bake.build import Plan, build
+from lutgen.bake.check import Budget, check, check_lut
+from lutgen.display import DisplayModel, default_display
+from lutgen.errors import LutgenError
+from lutgen.measurements import read_measurements
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+CUBE, CLF, CONFIG = "chroma/10000h/aged.cube", "chroma/10000h/aged.clf", "chroma/10000h/config.ocio"
+
+
+@pytest.fixture(scope="module")
+def display(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A user's own measurements: a copy of the default's."""
+    path = tmp_path_factory.mktemp("display") / "mine.csv"
+    shutil.copyfile(default_display(), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def pristine(display: Path) -> Path:
+    folder = display.parent / "built"
+    build(DisplayModel(read_measurements(display)), Plan((0.0, 10_000.0), modes=("chroma", "chroma-luma")), folder)
+    return folder
+
+
+@pytest.fixture
+def built(pristine: Path, tmp_path: Path, display: Path) -> Path:
+    shutil.copyfile(display, tmp_path / "mine.csv")
+    return Path(shutil.copytree(pristine, tmp_path / "built"))
+
+
+def edit(name: str, pattern: str, replacement: str, *, reseal: bool = False) -> Callable[[Path], None]:
+    """A fault: the first match of a pattern in a file replaced; ``reseal`` makes the manifest agree with it."""
+
+    def fault(folder: Path) -> None:
+        path = folder / name
+        text, count = re.subn(pattern, replacement, path.read_text(), count=1)
+        assert count == 1
+        path.write_text(text)
+        if reseal:
+            _reseal(folder, name)
+
+    return fault
+
+
+def edit_all(name: str, old: str, new: str) -> Callable[[Path], None]:
+    def fault(folder: Path) -> None:
+        path = folder / name
+        assert old in path.read_text()
+        path.write_text(path.read_text().replace(old, new))
+        _reseal(folder, name)
+
+    return fault
+
+
+def _reseal(folder: Path, name: str) -> None:
+    """Lie in the manifest too: the check trusts nothing."""
+    from lutgen.bake.manifest import sha256
+
+    manifest = json.loads((folder / "manifest.json").read_text())
+    for record in manifest["files"]:
+        if record["path"] == name:
+            record["sha256"] = sha256((folder / name).read_bytes())
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+
+
+def another_hours_lut(folder: Path) -> None:
+    shutil.copyfile(folder / "chroma/0h/aged.cube", folder / CUBE)
+
+
+def interrupted(folder: Path) -> None:
+    (folder / ".lutgen-build.json").write_text("{}")
+
+
+FAULTS: list[tuple[str, Callable[[Path], None], str, str]] = [
+    ("a LUT is missing", lambda folder: (folder / CUBE).unlink(), CUBE, "missing"),
+    ("a config is missing", lambda folder: (folder / CONFIG).unlink(), CONFIG, "missing"),
+    ("a config's LUT is missing", lambda folder: (folder / CLF).unlink(), CONFIG, "could not be located"),
+    ("one digit is altered", edit(CUBE, r"0\.5(\d{6}) ", r"0.6\1 "), CUBE, "altered"),
+    ("one digit is altered, manifest too", edit(CUBE, r"\n0\.2(\d{6}) ", "\n0.9\\1 ", reseal=True), CUBE, "worse than"),
+    ("NaN in a .cube", edit(CUBE, r"\n0\.\d{7} ", "\nnan ", reseal=True), CUBE, "holds 'nan'"),
+    ("a decimal comma in a .cube", edit(CUBE, r"\n0\.(\d{7}) ", "\n0,\\1 ", reseal=True), CUBE, "holds '0,"),
+    ("NaN in a .clf", edit(CLF, r"\n ?0\.\d{7} ", "\nnan ", reseal=True), CLF, "nan"),
+    ("a table interpolated trilinearly", edit_all(CLF, "tetrahedral", "trilinear"), CLF, "wrong interpolation"),
+    ("a config that interpolates linearly", edit_all(CONFIG, "tetrahedral", "linear"), CONFIG, "wrong interpolation"),
+    ("a config that points elsewhere", edit_all(CONFIG, "aged.clf", "../0h/aged.clf"), CONFIG, "points elsewhere"),
+    ("a config without a view", edit(CONFIG, r"    - !<View> \{name: Un-aged.*\n", "", reseal=True), CONFIG, "missing"),
+    ("a config without its look", edit_all(CONFIG, "name: Aged display look", "name: Other"), CONFIG, "look"),
+    ("a viewer with another matrix", edit_all(CONFIG, "2.49349691194", "2.59349691194"), CONFIG, "pixels differ"),
+    ("a config of another version", edit(CONFIG, "2.1", "9.9", reseal=True), CONFIG, "does not load"),
+    ("contexts without their LUT", lambda folder: (folder / CLF).unlink(), "config.ocio", "AGING_MODE=chroma"),
+    ("a truncated LUT", edit(CUBE, r"(?s)\n0\.9.*", "", reseal=True), CUBE, "cannot read"),
+    ("another hour's LUT", another_hours_lut, CUBE, "over the budget"),
+    ("measurements changed", edit("../mine.csv", r"0\.31270", "0.31280"), "manifest.json", "stale"),
+    ("measurements became unreadable", edit("../mine.csv", "hour", "what"), "manifest.json", "stale"),
+    ("a manifest that is no JSON", edit("manifest.json", r"\{", "["), "manifest.json", "manifest"),
+    ("a manifest that points outside", edit("manifest.json", CUBE, "../" + CUBE), "manifest.json", "outside"),
+    ("a manifest of another model", edit("manifest.json", '"nearest"', '"fastest"'), "manifest.json", "selection"),
+    ("another model in the manifest", edit("manifest.json", '"relative"', '"absolute"'), CUBE, "over the budget"),
+    ("an interrupted build", interrupted, ".lutgen-build.json", "interrupted"),
+]
+
+
+def test_a_fresh_build_passes(built: Path) -> None:
+    result = check(built)
+    assert result.findings == ()
+    assert result.files == 2 * 2 * 3 + 1
+    assert set(result.certificates) == {record for record in result.certificates if record.endswith((".cube", ".clf"))}
+    assert len(result.certificates) == 8
+
+
+@pytest.mark.parametrize(("name", "fault", "file", "why"), FAULTS, ids=[fault[0] for fault in FAULTS])
+def test_a_fault_is_found_and_its_file_named(
+    built: Path, name: str, fault: Callable[[Path], None], file: str, why: str
+) -> None:
+    fault(built)
+    result = check(built)
+    assert not result.passed, name
+    assert any(finding.path == file and why in finding.problem for finding in result.findings), result.findings
+
+
+def test_the_budget_decides(built: Path) -> None:
+    assert check(built, budget=Budget(max_delta_e=0.2, p99=0.05)).passed
+    failed = check(built, budget=Budget(max_delta_e=0.01))
+    assert {finding.path for finding in failed.findings} == {CUBE, "chroma-luma/10000h/aged.cube"}
+    assert all("--max-delta-e" in finding.problem for finding in failed.findings)
+
+
+def test_measurements_that_are_gone_are_remarked_on_and_their_copy_used(built: Path) -> None:
+    (built.parent / "mine.csv").unlink()
+    result = check(built)
+    assert result.passed
+    assert "not found" in result.remarks[0]
+
+
+def test_a_lut_of_somebody_else_is_checked_against_a_model(built: Path) -> None:
+    model = DisplayModel(read_measurements(default_display()))
+    theirs = built / "theirs.cube"
+    rows = [f"{r / 8} {g / 8} {b / 8}" for b in range(9) for g in range(9) for r in range(9)]
+    theirs.write_text("LUT_3D_SIZE 9\n" + "\n".join(rows) + "\n")
+    assert check_lut(theirs, model.at("stable", 0)).passed
+    failed = check_lut(theirs, model.at("chroma", 10_000))
+    assert "over the budget" in failed.findings[0].problem
+    assert check_lut(built / CUBE, model.at("chroma", 10_000)).passed
+
+
+def test_a_folder_that_lutgen_did_not_make_is_bad_input(tmp_path: Path) -> None:
+    with pytest.raises(LutgenError, match="no folder that `lutgen build` made"):
+        check(tmp_path)
+
+
+def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "lutgen", "check", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+
+
+def test_exit_codes_say_what_happened(built: Path, tmp_path: Path) -> None:
+    assert run(built).returncode == 0
+    (built / CUBE).unlink()
+    failed = run(built)
+    assert (failed.returncode, failed.stderr) == (1, "")
+    assert f"{CUBE}: missing" in failed.stdout
+    assert run(tmp_path).returncode == 2
+    assert run(built / CLF).returncode == 2
+    assert run(built / CLF, "--mode", "chroma", "--hours", "10000").returncode == 0
+    assert run(built / CLF, "--mode", "chroma", "--hours", "0").returncode == 1
+
+
+def test_a_model_file_replaces_the_manifests_model(built: Path, tmp_path: Path) -> None:
+    model = tmp_path / "model.toml"
+    model.write_text('schema = 1\n[display]\nfile = "mine.csv"\n[model]\nreference = "relative"\n')
+    assert run(built, "--model", model).returncode == 0
+    model.write_text('schema = 1\n[display]\nfile = "mine.csv"\n[model]\nreference = "absolute"\n')
+    failed = run(built, "--model", model, "--json")
+    assert failed.returncode == 1
+    content = json.loads(failed.stdout)
+    assert content["passed"] is False
+    assert CUBE in {finding["file"] for finding in content["findings"]}
