@@ -3,7 +3,7 @@
 The package turns measurements of an aging display into 3D LUTs and OpenColorIO configs.
 The public Python API is small; each function is what a command of the same name calls:
 
-``read_measurements`` · ``DisplayModel`` · ``build`` · ``check`` · ``apply_to_image`` · ``show``.
+``read_measurements`` · ``DisplayModel`` · ``Plan`` and ``build`` · ``check`` · ``apply_to_image`` · ``show``.
 
 Names are imported when they are first used, so that ``import lutgen`` costs nothing.
 """
@@ -21,6 +21,8 @@ _HOME = {
     "Measurements": "lutgen.measurements",
     "read_measurements": "lutgen.measurements",
     "DisplayModel": "lutgen.display",
+    "default_display": "lutgen.display",
+    "Plan": "lutgen.bake.build",
     "build": "lutgen.bake.build",
     "check": "lutgen.bake.check",
     "apply_to_image": "lutgen.appearance.apply",
@@ -31,19 +33,21 @@ __all__ = [
     "DisplayModel",
     "LutgenError",
     "Measurements",
+    "Plan",
     "__version__",
     "apply_to_image",
     "build",
     "check",
+    "default_display",
     "read_measurements",
     "show",
 ]
 
 if TYPE_CHECKING:
     from lutgen.appearance.apply import apply_to_image
-    from lutgen.bake.build import build
+    from lutgen.bake.build import Plan, build
     from lutgen.bake.check import check
-    from lutgen.display import DisplayModel
+    from lutgen.display import DisplayModel, default_display
     from lutgen.errors import LutgenError
     from lutgen.measurements import Measurements, read_measurements
     from lutgen.report.show import show

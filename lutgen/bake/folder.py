@@ -26,7 +26,13 @@ class Folder:
 
     def begin(self, recipe: Recipe, paths: list[str]) -> None:
         """Note what is about to be made, and clear what a killed build half wrote."""
-        write_atomically(self.path / JOURNAL, Manifest(recipe.as_json(), planned(paths)).as_bytes())
+        existed = self.path.exists()
+        try:
+            write_atomically(self.path / JOURNAL, Manifest(recipe.as_json(), planned(paths)).as_bytes())
+        except LutgenError:
+            if not existed and self.path.is_dir():
+                self.path.rmdir()
+            raise
         for partial in self.path.rglob(f".*{PARTIAL}"):
             partial.unlink()
 

@@ -103,4 +103,11 @@ def _report(built: Built, output: str) -> None:
         figures = [f"{value:.4f}" for value in (row.mean, row.p99, row.max)]
         table.add_row(row.mode, row.format, str(row.files), row.group, *figures)
     console.print(table)
+    worst = max(luts, key=lambda record: record.certificate["clipped_share"] if record.certificate else 0.0)
+    share = worst.certificate["clipped_share"] if worst.certificate else 0.0
+    console.print(
+        f"Up to {share:.1%} of the test colours leave the viewer's sRGB gamut ({worst.mode}, {worst.hours:g} h).",
+        highlight=False,
+        soft_wrap=True,
+    )
     console.print("smooth: the model without its jumps and clipping; gamut, border: where it clips, where it jumps.")

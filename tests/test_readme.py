@@ -1,0 +1,137 @@
+"""The README and the help texts are held to the code."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click import Context
+from skimage.data import immunohistochemistry
+from skimage.io import imsave
+
+from lutgen.bake.formats import format_names
+from lutgen.cli import group, shared
+from lutgen.display import MODES, REFERENCES, SELECTIONS, DisplayModel, default_display
+from lutgen.measurements import read_measurements
+
+ROOT = Path(__file__).resolve().parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+COMMANDS = group.list_commands(Context(group))
+
+
+def test_options_name_what_the_library_has() -> None:
+    assert tuple(MODES) == shared.MODES
+    assert tuple(SELECTIONS) == shared.SELECTIONS
+    assert REFERENCES == shared.REFERENCES
+
+
+@pytest.mark.parametrize("name", [*COMMANDS, *MODES, *SELECTIONS, *REFERENCES, *format_names()])
+def test_readme_mentions_every_command_mode_and_format(name: str) -> None:
+    assert re.search(rf"\b{name}\b", README)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder that holds what the examples name."""
+    folder = tmp_path_factory.mktemp("examples")
+    imsave(folder / "slide.png", immunohistochemistry()[:64, :64])
+    shutil.copyfile(default_display(), folder / "my-display.csv")
+    shutil.copyfile(ROOT / "configs/default/chroma/10000h/aged.clf", folder / "theirs.clf")
+    model = DisplayModel(read_measurements(default_display()))
+    axis = np.linspace(0, 1, 33)
+    blue, green, red = np.meshgrid(axis, axis, axis, indexing="ij")
+    table = model.at("chroma", 10_000).code_to_code(np.stack([red, green, blue], axis=-1)).reshape(-1, 3)
+    rows = "".join(f"{r:.7f} {g:.7f} {b:.7f}\n" for r, g, b in table)
+    (folder / "theirs.cube").write_text(f"LUT_3D_SIZE 33\n{rows}")
+    return folder
+
+
+def run_lutgen(line: str, folder: Path) -> None:
+    arguments = shlex.split(line, comments=True)
+    assert arguments[0] == "lutgen"
+    command = [sys.executable, "-m", "lutgen", *arguments[1:]]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=200)
+    assert done.returncode == 0, (line, done.stderr)
+
+
+def examples(command: str) -> list[str]:
+    """The example lines of a command's help."""
+    text = group.get_command(Context(group), command)
+    assert text is not None
+    assert text.help is not None
+    _, _, after = text.help.partition("Example:")
+    return [line.strip() for line in after.splitlines() if line.strip().startswith("lutgen ")]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", ["build", *(name for name in COMMANDS if name != "build")])
+def test_every_commands_help_ends_in_examples_that_work(command: str, folder: Path) -> None:
+    lines = examples(command)
+    assert lines
+    for line in lines:
+        run_lutgen(line, folder)
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
+
+
+@pytest.mark.slow
+def test_readmes_commands_run_as_written(folder: Path) -> None:
+    lines = [line for block in blocks("") for line in block.splitlines() if line.startswith("lutgen ")]
+    assert len(lines) >= 4
+    for path in ("aged", "aged.png"):
+        shutil.rmtree(folder / path, ignore_errors=True)
+        if (folder / path).is_file():
+            (folder / path).unlink()
+    for line in lines:
+        run_lutgen(line, folder)
+
+
+@pytest.mark.slow
+def test_readmes_python_runs_as_written(folder: Path, tmp_path: Path) -> None:
+    (code,) = blocks("python")
+    assert len(code.strip().splitlines()) <= 7
+    shutil.copyfile(folder / "slide.png", tmp_path / "slide.png")
+    script = f"import numpy as np\ncode = np.zeros((2, 3))\n{code}\nassert aged_code.shape == (2, 3)\n"
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=200
+    )
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "aged.png").is_file()
+
+
+def test_readmes_model_file_loads(tmp_path: Path) -> None:
+    from lutgen.display import load_model
+
+    (text,) = blocks("toml")
+    (tmp_path / "model.toml").write_text(text)
+    shutil.copyfile(default_display(), tmp_path / "my-display.csv")
+    model = load_model(tmp_path / "model.toml")
+    assert (model.selection, model.luminance.name) == ("continuous", "measured")
+
+
+def test_readmes_links_and_pictures_exist() -> None:
+    for target in re.findall(r"\]\(([^)#]+)\)", README):
+        assert (ROOT / target).exists(), target
+
+
+@pytest.mark.skipif(shutil.which("oiiotool") is None, reason="oiiotool is not installed (Debian: openimageio-tools)")
+def test_readmes_configs_work_in_oiiotool(folder: Path) -> None:
+    for config in ("chroma/10000h/config.ocio", "config.ocio"):
+        environment = os.environ | {
+            "OCIO": str(ROOT / "configs/default" / config),
+            "AGING_MODE": "chroma",
+            "AGING_HOURS": "10000",
+        }
+        out = folder / f"{config.replace('/', '-')}.png"
+        command = ["oiiotool", "slide.png", "--ociodisplay", "sRGB", "Aged", "-o", str(out)]
+        subprocess.run(command, cwd=folder, env=environment, check=True, capture_output=True, timeout=60)
+        assert out.is_file()
