@@ -136,7 +136,7 @@ def build(
     sizes = [None] * len(work) if plan.tolerance is None else list(in_parallel(_smallest_sizes, work, jobs))
     work = [replace(part, sizes=chosen) for part, chosen in zip(work, sizes, strict=True)]
     folder.begin(recipe, paths)
-    _JUDGE.prepare(model.at(plan.modes[0], plan.hours[0]))
+    _prepare(model.at(plan.modes[-1], plan.hours[-1]), plan)
     records: list[FileRecord] = []
     for made in in_parallel(_bake, work, jobs):
         records.extend(made)
@@ -178,6 +178,13 @@ class _Work:
 #: One process's judge, and the certificates of tables that it has met: ``stable`` is one table at every hour.
 _JUDGE = Judge()
 _CERTIFICATES: dict[object, Certificate] = {}
+
+
+def _prepare(aged: AgedDisplay, plan: Plan) -> None:
+    """Compute what all displays share before workers are forked: they then share its memory too."""
+    _JUDGE.prepare(aged)
+    for name in plan.formats:
+        format_named(name).bake(_JUDGE.sampler, aged, plan.cubesize)
 
 
 def _bake(work: _Work) -> list[FileRecord]:

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 import sys
 from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from typing import TYPE_CHECKING, TypeVar
+
+from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -26,5 +30,14 @@ def in_parallel(function: Callable[[_T], _R], items: Sequence[_T], jobs: int | N
         return
     # A forked worker has numpy and OpenColorIO loaded; later Pythons warn of forking beside other threads.
     method = "fork" if sys.platform == "linux" and sys.version_info < (3, 12) else "spawn"
-    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context(method)) as pool:
-        yield from pool.map(function, items)
+    context = multiprocessing.get_context(method)
+    # An interrupt is the parent's to handle: workers that ignore it finish the file in hand, and say nothing.
+    with ProcessPoolExecutor(jobs, context, signal.signal, (signal.SIGINT, signal.SIG_IGN)) as pool:
+        try:
+            yield from pool.map(function, items)
+        except BrokenProcessPool:
+            message = "a worker process was killed (out of memory?). Run again, with --jobs 1 if it happens again."
+            raise LutgenError(message) from None
+        except BaseException:
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
