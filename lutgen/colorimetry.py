@@ -7,6 +7,7 @@ Glossary of frames (names in the code carry them; the last axis of an array is t
 ``xyz``      CIE 1931 XYZ relative to the un-aged display: its white has Y = 1
 ``xyz_cd_m2``  CIE 1931 XYZ in cd/m², as a meter reports it
 ``xyY``      CIE chromaticity x, y and luminance Y (relative or cd/m², as its XYZ)
+``xy``, ``uv``  CIE 1931 x, y and CIE 1976 u', v' chromaticity
 ``lab``      CIE 1976 L*a*b*, reference white D65 with Y = 1
 
 Units: hours for time, cd/m² for luminance, ΔE2000 for colour difference.
@@ -41,6 +42,12 @@ def xyz_to_xyY(xyz: ArrayLike) -> Array:  # noqa: N802 - the CIE's own spelling
     total = xyz.sum(axis=-1)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.stack([xyz[..., 0] / total, xyz[..., 1] / total, xyz[..., 1]], axis=-1)
+
+
+def xy_to_uv(xy: ArrayLike) -> Array:
+    """CIE 1931 x, y to CIE 1976 u', v' (CIE 15:2018, 8.1). Shape (..., 2) → (..., 2)."""
+    x, y = np.moveaxis(np.asarray(xy, dtype=np.float64), -1, 0)
+    return np.asarray(np.stack([4 * x, 9 * y], axis=-1) / (-2 * x + 12 * y + 3)[..., np.newaxis])
 
 
 def transform(matrix: Array, signal: ArrayLike) -> Array:

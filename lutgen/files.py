@@ -40,7 +40,7 @@ def replacing(path: Path) -> Iterator[Path]:
     except OSError as error:
         partial.unlink(missing_ok=True) if path.parent.is_dir() else None
         reason = (error.strerror or str(error)).lower()
-        message = f"{path}: cannot write: {reason}. Choose another folder with -o, or make room."
+        message = f"{path}: cannot write: {reason}. Make room, or choose another place to write to."
         raise LutgenError(message) from None
     except BaseException:
         partial.unlink(missing_ok=True)

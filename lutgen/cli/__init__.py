@@ -46,7 +46,7 @@ class CommandFolder(click.Group):
 @click.group(cls=CommandFolder, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(__version__, "-V", "--version", prog_name="lutgen")
 def group() -> None:
-    r"""See through an aged display: LUTs and OpenColorIO configs from measurements of display aging.
+    """See through an aged display: LUTs and OpenColorIO configs from measurements of display aging.
 
     \b
     Example:

@@ -36,7 +36,7 @@ def command(
     as_json: bool,
     **options: Any,
 ) -> None:
-    r"""Check that built files still say what the model says; exit 1 when not.
+    """Check that built files still say what the model says; exit 1 when not.
 
     A folder is checked against the model in its manifest, or the one that the options give. Every LUT is read again
     through OpenColorIO, everything in every config is instantiated, and pixels are sent through. LUT files that others

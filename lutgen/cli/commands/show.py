@@ -1,0 +1,101 @@
+"""``lutgen show``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lutgen.cli.shared import echo_json, model_from, model_options
+
+if TYPE_CHECKING:
+    from lutgen.display import Tips
+    from lutgen.report.show import Shown
+
+#: Rows of the table when --hours does not choose them.
+_ROWS = 8
+
+
+@click.command()
+@click.option(
+    "--hours",
+    metavar="HOURS",
+    help="0..18000: every measured time in the span; 0..18000:500: a step; 0,5000,10000: a list "
+    f"[default: {_ROWS} of the measured times; --json: all of them].",
+)
+@click.option("--plot", metavar="FILE.png", help="Draw chromaticity, luminance and non-additivity against hours.")
+@click.option("--force", is_flag=True, help="Replace FILE.png where it exists.")
+@click.option("--json", "as_json", is_flag=True, help="Print all numbers as JSON.")
+@model_options
+def command(
+    *,
+    hours: str | None,
+    plot: str | None,
+    force: bool,
+    as_json: bool,
+    **options: Any,
+) -> None:
+    """Show how a display has aged: white point, primaries, luminance.
+
+    Prints what its readings say in one sentence, then a table: white's x, y, Y and correlated colour temperature; Δu'v'
+    of white and primaries since hour 0; white's luminance relative to hour 0; and by how much R + G + B exceed white.
+
+    \b
+    Example:
+      lutgen show --plot display.png
+      lutgen show --display my-display.csv --hours 0,5000,10000
+    """
+    from lutgen.display.hours import parse_hours
+    from lutgen.report import check_new_png
+    from lutgen.report.show import show
+
+    if plot:
+        check_new_png(plot, force=force)
+    model = model_from(**options)
+    chosen = parse_hours(hours, model.tips) if hours else None if as_json else _even(model.tips)
+    shown = show(model, chosen)
+    if plot:
+        from lutgen.report.plots import plot_display
+
+        plot_display(model, plot, force=force)
+    if as_json:
+        echo_json(shown.as_json())
+    else:
+        _report(shown, plot)
+
+
+def _even(tips: Tips) -> list[float]:
+    """Return measured times spread evenly over the life, the first and the last among them."""
+    first, last = float(tips.hours[0]), float(tips.hours[-1])
+    wanted = [first + (last - first) * row / (_ROWS - 1) for row in range(_ROWS)]
+    return sorted({float(min(tips.hours, key=lambda hour: abs(hour - goal))) for goal in wanted})
+
+
+def _report(shown: Shown, plot: str | None) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(highlight=False)
+    console.print(shown.sentence(), soft_wrap=True, markup=False)
+    console.print(shown.provenance, soft_wrap=True, markup=False)
+    heads = ("hours", "x", "y", "cd/m²", "CCT K", "Δu'v'\nwhite", "\nred", "\ngreen", "\nblue", "Y/Y₀", "add. %")
+    table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0))
+    for head in heads:
+        table.add_column(head, justify="right", no_wrap=True, vertical="bottom")
+    for row, hour in enumerate(shown.hours):
+        x, y, luminance = shown.xyY[row, 0]
+        table.add_row(
+            f"{hour:g}",
+            f"{x:.4f}",
+            f"{y:.4f}",
+            f"{luminance:.1f}",
+            f"{shown.cct[row]:.0f}",
+            *(f"{shift:.4f}" for shift in shown.shift[row]),
+            f"{shown.luminance[row, 0]:.3f}",
+            f"{100 * shown.non_additivity[row]:+.2f}",
+        )
+    console.print()
+    console.print(table)
+    console.print("\nadd.: non-additivity of luminance, (R + G + B − W) / W.")
+    if plot:
+        console.print(plot, soft_wrap=True, markup=False)
