@@ -1,0 +1,187 @@
+"""Programs that people look through our files with, each driven as its users drive it.
+
+One file a program; it is found because it is in this folder. A file has ``CONSUMERS``, one for each way into the
+program: a display's view, a look, a LUT file. ``python -m tests.consumers`` prints what each makes of a real image.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from functools import cache, cached_property
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from pkgutil import iter_modules
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.bindings import oiio
+from lutgen.display import hour_name
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import TypeAlias
+
+    from numpy.typing import NDArray
+
+    #: Shape (height, width, 3): integers over their whole range, or floats where 1 is the largest code value.
+    Picture: TypeAlias = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32] | NDArray[np.float64]
+
+#: A program that answers no sooner has hung: all take less than 2 s.
+TIMEOUT = 60
+
+#: Variables that would choose another config than the one under test.
+CHOOSERS = ("OCIO", "OCIO_ACTIVE_DISPLAYS", "OCIO_ACTIVE_VIEWS", "AGING_MODE", "AGING_HOURS")
+
+
+class Unavailable(Exception):  # noqa: N818 - no error: a state of this machine
+    """The program cannot be had here; says why and how to get it."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One picture to make: ``image`` on the display of ``mode`` at ``hours``, through the files in ``build``.
+
+    ``scratch`` is a folder that all consumers share for one mode, hour and build.
+    """
+
+    build: Path
+    mode: str
+    hours: float
+    image: NDArray[np.uint8]
+    scratch: Path
+
+    @property
+    def config(self) -> Path:
+        """This display's own config."""
+        return self.build / self.mode / hour_name(self.hours) / "config.ocio"
+
+    @property
+    def common_config(self) -> Path:
+        """The config of all displays, which chooses by context variables."""
+        return self.build / "config.ocio"
+
+    @property
+    def variables(self) -> dict[str, str]:
+        """What the common config needs to be told."""
+        return {"AGING_MODE": self.mode, "AGING_HOURS": hour_name(self.hours).removesuffix("h")}
+
+    @property
+    def cube(self) -> Path:
+        return self.config.with_name("aged.cube")
+
+    @property
+    def clf(self) -> Path:
+        return self.config.with_name("aged.clf")
+
+    @cached_property
+    def png8(self) -> Path:
+        """The image as people have it."""
+        return self._source("source-8.png", self.image)
+
+    @cached_property
+    def png16(self) -> Path:
+        """The same code values in 16 bit, for programs that work in the depth of what they read."""
+        return self._source("source-16.png", self.image.astype(np.uint16) * 257)
+
+    def _source(self, name: str, pixels: Picture) -> Path:
+        path = self.scratch / name
+        if not path.exists():
+            write_image(path, pixels)
+        return path
+
+
+@dataclass(frozen=True)
+class Consumer:
+    """One way into a program.
+
+    Attributes
+    ----------
+    name
+        The program and the part of it that is used.
+    version
+        Gives its version, or raises ``Unavailable``.
+    file, interpolation
+        The file that it is given, and how it interpolates: ``tetrahedral`` or ``trilinear``.
+    render
+        Makes the picture, or raises ``Unavailable``.
+
+    """
+
+    name: str
+    version: Callable[[], str]
+    file: str
+    interpolation: str
+    render: Callable[[Job], Picture]
+
+
+def consumers() -> list[Consumer]:
+    """All consumers, by file name."""
+    names = sorted(module.name for module in iter_modules(__path__) if not module.name.startswith("_"))
+    return [consumer for name in names for consumer in import_module(f"{__name__}.{name}").CONSUMERS]
+
+
+@cache
+def program(name: str, package: str) -> str:
+    """Path of a program of the system's; the environment's own ``bin`` is left out."""
+    own = Path(sys.prefix, "bin").resolve()
+    folders = [folder for folder in os.get_exec_path() if Path(folder).resolve() != own]
+    found = shutil.which(name, path=os.pathsep.join(folders))
+    if found is None:
+        raise Unavailable(f"{name} is not on PATH; Debian has it in the package {package}")
+    return found
+
+
+def module(name: str, distribution: str) -> Any:
+    """Import a Python consumer."""
+    if find_spec(name) is None:
+        raise Unavailable(f"there is no module {name}; pip install {distribution}")
+    return import_module(name)
+
+
+def run(*command: str | Path, cwd: Path | None = None, env: dict[str, str] | None = None) -> str:
+    """Run a program and return what it says; its failure raises RuntimeError with its words."""
+    inherited = {key: value for key, value in os.environ.items() if key not in CHOOSERS}
+    words = [str(word) for word in command]
+    done = subprocess.run(
+        words,
+        cwd=cwd,
+        env=inherited | (env or {}),
+        timeout=TIMEOUT,
+        check=False,
+        text=True,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
+    if done.returncode:
+        raise RuntimeError(f"{' '.join(words)} ended with {done.returncode}:\n{done.stdout}")
+    return done.stdout
+
+
+def first_line(text: str) -> str:
+    return text.strip().partition("\n")[0]
+
+
+def write_image(path: Path, pixels: Picture) -> None:
+    lib = oiio()
+    height, width, channels = pixels.shape
+    output = lib.ImageOutput.create(str(path))
+    written = output.open(str(path), lib.ImageSpec(width, height, channels, str(pixels.dtype)))
+    if not (written and output.write_image(pixels) and output.close()):
+        raise RuntimeError(f"{path}: {output.geterror()}")
+
+
+def read_image(path: Path) -> Picture:
+    """Read what a program wrote, in the depth that it chose; 16 bit is expected."""
+    image = oiio().ImageInput.open(str(path))
+    if image is None:
+        raise RuntimeError(f"{path}: {oiio().geterror()}")
+    pixels = image.read_image(image.spec().format)
+    image.close()
+    return np.asarray(pixels)[..., :3]

@@ -1,0 +1,121 @@
+"""A real image, the builds that consumers read, and what the direct model says that they should show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from skimage.data import immunohistochemistry
+
+from lutgen.bake.build import Plan, build
+from lutgen.display import DisplayModel, default_display
+from lutgen.measurements import read_measurements
+from tests.consumers import Job
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+    from lutgen.display import AgedDisplay
+    from tests.consumers import Consumer, Picture
+
+MODES, HOURS = ("chroma", "chroma-luma"), (10_000.0, 18_000.0)
+
+#: Largest error in 8-bit codes that 99 % of the values may have. Issue 2 asks for one code where the interpolation
+#: is the one that the files are made for; others are only to show the right picture: an un-aged one is 16 or more off.
+GATES = {"tetrahedral": 1.0, "trilinear": 2.0}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A display that every consumer is to show."""
+
+    selection: str
+    mode: str
+    hours: float
+
+    def __str__(self) -> str:
+        """As pytest names it."""
+        return f"{self.selection}-{self.mode}-{self.hours:g}h"
+
+
+CASES = (
+    *(Case("nearest", mode, hours) for mode in MODES for hours in HOURS),
+    Case("continuous", "chroma-luma", 18_000.0),
+)
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Absolute differences from the direct model over all pixels and channels, in 8-bit codes."""
+
+    mean: float
+    p99: float
+    max: float
+
+    def passes(self, interpolation: str) -> bool:
+        """Whether the gate lets it through; NaN does not pass."""
+        return self.p99 <= GATES[interpolation]
+
+
+class Gallery:
+    """Builds everything into ``folder`` once; makes and judges one picture at a time."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.image: NDArray[np.uint8] = immunohistochemistry()
+        for selection in dict.fromkeys(case.selection for case in CASES):
+            # Certificates have tests of their own.
+            plan = Plan(hours=HOURS, modes=MODES, certify=False)
+            build(model(selection), plan, self.build(selection), jobs=1)
+
+    def build(self, selection: str) -> Path:
+        """Folder of the build of a selection."""
+        return self.folder / selection
+
+    def job(self, case: Case) -> Job:
+        scratch = self.folder / "pictures" / str(case)
+        scratch.mkdir(parents=True, exist_ok=True)
+        return Job(self.build(case.selection), case.mode, case.hours, self.image, scratch)
+
+    def render(self, consumer: Consumer, case: Case) -> Picture:
+        """Make a picture. Raises Unavailable."""
+        consumer.version()
+        return consumer.render(self.job(case))
+
+    def errors(self, picture: Picture, case: Case) -> Errors:
+        """Judge a picture."""
+        return errors(picture, expected(case))
+
+
+@cache
+def model(selection: str) -> DisplayModel:
+    return DisplayModel(read_measurements(default_display()), selection=selection)
+
+
+def aged(case: Case) -> AgedDisplay:
+    return model(case.selection).at(case.mode, case.hours)
+
+
+@cache
+def expected(case: Case) -> Array:
+    """The direct model's code values, in double precision, not rounded."""
+    return aged(case).code_to_code(immunohistochemistry() / 255)
+
+
+def errors(picture: Picture, reference: Array) -> Errors:
+    """Compare a picture with code values of the same shape."""
+    if picture.shape != reference.shape:
+        raise ValueError(f"a picture of shape {picture.shape} instead of {reference.shape}")
+    error = np.abs(as_code(picture) - reference) * 255
+    return Errors(float(error.mean()), float(np.quantile(error, 0.99)), float(error.max()))
+
+
+def as_code(picture: Picture) -> Array:
+    """Code values 0..1 of a picture; floats are clipped, as a screen does."""
+    largest = {"uint8": 255.0, "uint16": 65_535.0}.get(str(picture.dtype), 1.0)
+    return np.clip(picture.astype(np.float64) / largest, 0.0, 1.0)

@@ -1,0 +1,82 @@
+"""Blender without a window: an image saved through the scene's view, as its image editor and renders are.
+
+It keeps the depth of what it reads: from an 8-bit picture it makes one that is rounded to 8 bit, whatever the file's.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING
+
+from lutgen.bake.config import AGED_VIEW, LOOK, SOURCE, UNAGED_VIEW
+from tests.consumers import Consumer, Job, first_line, program, read_image, run
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tests.consumers import Picture
+
+#: Runs inside Blender's own Python: a source, its colour space, then view, look and result, as often as wanted.
+#: Names that the config does not have raise TypeError. Blender adds noise before it rounds unless dither is 0.
+SCRIPT = """
+import sys
+import bpy
+source, space, *wishes = sys.argv[sys.argv.index("--") + 1 :]
+scene = bpy.context.scene
+scene.render.dither_intensity = 0
+scene.render.image_settings.file_format = "PNG"
+scene.render.image_settings.color_mode = "RGB"
+scene.render.image_settings.color_depth = "16"
+scene.display_settings.display_device = "sRGB"
+image = bpy.data.images.load(source)
+if image.colorspace_settings.name != space:
+    sys.exit(f"takes a PNG for {image.colorspace_settings.name}, not {space}")
+for view, look, result in zip(*[iter(wishes)] * 3):
+    scene.view_settings.view_transform = view
+    scene.view_settings.look = look
+    image.save_render(result, scene=scene)
+"""
+
+
+def tool() -> str:
+    return program("blender", "blender")
+
+
+@cache
+def version() -> str:
+    return first_line(run(tool(), "--version")).removeprefix("Blender ")
+
+
+@cache
+def call(source: Path, config: Path, variables: tuple[tuple[str, str], ...] = ()) -> tuple[Path, Path]:
+    """Save the image through the view and through the look, in one start of Blender."""
+    script = source.with_name("blender_script.py")
+    script.write_text(SCRIPT)
+    stem = "blender-variables" if variables else "blender"
+    results = source.with_name(f"{stem}-view.png"), source.with_name(f"{stem}-look.png")
+    flags = ("--background", "--factory-startup", "-noaudio", "--python-exit-code", "3", "--python", script, "--")
+    wishes = (AGED_VIEW, "None", results[0], UNAGED_VIEW, LOOK, results[1])
+    env = {"OCIO": str(config), **dict(variables)}
+    said = run(tool(), *flags, source, SOURCE, *wishes, env=env)
+    if f"Using {config}" not in said:
+        raise RuntimeError(f"Blender did not take {config}:\n{said}")
+    return results
+
+
+def view(job: Job) -> Picture:
+    return read_image(call(job.png16, job.config)[0])
+
+
+def look(job: Job) -> Picture:
+    return read_image(call(job.png16, job.config)[1])
+
+
+def variables(job: Job) -> Picture:
+    return read_image(call(job.png8, job.common_config, tuple(job.variables.items()))[0])
+
+
+CONSUMERS = [
+    Consumer("Blender, view", version, "config.ocio", "tetrahedral", view),
+    Consumer("Blender, look", version, "config.ocio", "tetrahedral", look),
+    Consumer("Blender, view, env, 8 bit", version, "common config.ocio", "tetrahedral", variables),
+]

@@ -1,0 +1,53 @@
+"""OpenColorIO's own converter, from Debian's opencolorio-tools: it writes in the depth that it reads."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from typing import TYPE_CHECKING
+
+from lutgen.bake.config import AGED, AGED_VIEW, SOURCE
+from tests.consumers import Consumer, Job, program, read_image, run
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tests.consumers import Picture
+
+
+def tool() -> str:
+    return program("ocioconvert", "opencolorio-tools")
+
+
+@cache
+def version() -> str:
+    # It has no option for it: told beside the error that there is no such picture.
+    help_text = run("sh", "-c", '"$0" -v --lut none none none || true', tool())
+    found = re.search(r"OCIO Version: (\S+)", help_text)
+    return found[1] if found else "?"
+
+
+def call(job: Job, *before: str | Path, after: tuple[str, ...] = ()) -> Picture:
+    result = job.scratch / "ocioconvert.tif"
+    result.unlink(missing_ok=True)
+    run(tool(), *before, result, *after, env={"OCIO": str(job.config)})
+    return read_image(result)
+
+
+def convert(job: Job) -> Picture:
+    return call(job, job.png16, AGED, after=(SOURCE,))
+
+
+def view(job: Job) -> Picture:
+    return call(job, "--view", job.png16, SOURCE, after=("sRGB", AGED_VIEW))
+
+
+def clf(job: Job) -> Picture:
+    return call(job, "--lut", job.clf, job.png16)
+
+
+CONSUMERS = [
+    Consumer("ocioconvert", version, "config.ocio", "tetrahedral", convert),
+    Consumer("ocioconvert --view", version, "config.ocio", "tetrahedral", view),
+    Consumer("ocioconvert --lut", version, "aged.clf", "tetrahedral", clf),
+]

@@ -1,0 +1,121 @@
+"""Real programs show a real image as the direct model does, through the files of a build.
+
+``python -m tests.consumers`` prints the figures; the programs are in ``tests/consumers``.
+"""
+
+from __future__ import annotations
+
+from itertools import permutations
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from lutgen.bindings import ocio
+from lutgen.colorimetry import LINEAR_TO_XYZ, linear_to_code, transform
+from tests.consumers import Consumer, Unavailable, consumers, opencolorio
+from tests.consumers._gallery import CASES, GATES, Case, Gallery, aged, errors, expected
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+
+pytestmark = pytest.mark.filterwarnings(
+    # colour-science says at import which optional packages it would also use; nothing here needs them.
+    "ignore::colour.utilities.ColourUsageWarning"
+)
+
+NEAREST = [case for case in CASES if case.selection == "nearest"]
+CONTINUOUS = next(case for case in CASES if case.selection == "continuous")
+
+
+@pytest.fixture(scope="module")
+def gallery(tmp_path_factory: pytest.TempPathFactory) -> Gallery:
+    return Gallery(tmp_path_factory.mktemp("consumers"))
+
+
+def rendered(gallery: Gallery, consumer: Consumer, case: Case) -> Array:
+    try:
+        return np.asarray(gallery.render(consumer, case))
+    except Unavailable as reason:
+        pytest.skip(str(reason))
+
+
+def name(consumer: Consumer) -> str:
+    return f"{consumer.name} {consumer.file} {consumer.interpolation}".replace(" ", "-")
+
+
+@pytest.mark.parametrize("case", CASES, ids=str)
+@pytest.mark.parametrize("consumer", consumers(), ids=name)
+def test_a_real_program_shows_what_the_model_says(gallery: Gallery, consumer: Consumer, case: Case) -> None:
+    error = gallery.errors(rendered(gallery, consumer, case), case)
+    assert error.passes(consumer.interpolation), error
+
+
+def test_every_program_that_readers_use_is_asked() -> None:
+    asked = " ".join(consumer.name for consumer in consumers())
+    promised = "oiiotool, ocioconvert, ImageBufAlgo, Blender, ffmpeg, mpv, pillow_lut, colour.LUT3D"
+    assert [program for program in promised.split(", ") if program not in asked] == []
+
+
+@pytest.mark.parametrize("case", CASES, ids=str)
+def test_a_picture_that_has_not_aged_passes_no_gate(gallery: Gallery, case: Case) -> None:
+    error = gallery.errors(gallery.image, case)
+    assert not any(error.passes(interpolation) for interpolation in GATES), error
+
+
+@pytest.mark.parametrize(("shown", "meant"), [*permutations(NEAREST, 2)], ids=str)
+def test_a_picture_of_another_mode_or_hour_passes_no_gate(shown: Case, meant: Case) -> None:
+    error = errors(expected(shown), expected(meant))
+    assert not any(error.passes(interpolation) for interpolation in GATES), error
+
+
+def test_a_program_that_interpolates_trilinearly_instead_does_not_pass(gallery: Gallery) -> None:
+    lib, job = ocio(), gallery.job(CONTINUOUS)
+    # What a CLF says of interpolation outranks the config.
+    altered = job.scratch / "trilinear.clf"
+    altered.write_text(job.clf.read_text().replace('interpolation="tetrahedral"', 'interpolation="trilinear"'))
+    processor = lib.Config.CreateRaw().getProcessor(lib.FileTransform(src=str(altered)))
+    error = gallery.errors(opencolorio.apply(processor, job.image), CONTINUOUS)
+    assert not error.passes("tetrahedral"), error
+
+
+def test_a_picture_with_one_value_that_is_no_number_passes_no_gate() -> None:
+    picture = expected(CONTINUOUS).copy()
+    picture[0, 0, 0] = np.nan
+    error = errors(picture, expected(CONTINUOUS))
+    assert not any(error.passes(interpolation) for interpolation in GATES), error
+
+
+@pytest.mark.parametrize("case", CASES, ids=str)
+def test_blender_shows_the_pixels_of_oiiotool_by_view_and_by_look(gallery: Gallery, case: Case) -> None:
+    ways = {consumer.name: consumer for consumer in consumers()}
+    theirs = rendered(gallery, ways["oiiotool --ociodisplay"], case).astype(int)
+    for way in ("Blender, view", "Blender, look"):
+        ours = rendered(gallery, ways[way], case).astype(int)
+        # 16 bit: two roundings of the same number may differ by one step.
+        assert np.abs(ours - theirs).max() <= 1, way
+
+
+@pytest.mark.parametrize("case", CASES, ids=str)
+def test_a_wider_viewer_shows_aged_colours_that_srgb_must_clip(gallery: Gallery, case: Case) -> None:
+    # Codes as 8-bit pictures have them; aging takes part of the saturated ones out of sRGB.
+    codes = np.random.default_rng(5).integers(0, 256, (300, 300, 3), dtype=np.uint8)
+    linear = aged(case).code_to_linear(codes / 255)
+    wide = linear_to_p3(linear)
+    only_wide = ((linear < -1e-3) | (linear > 1 + 1e-3)).any(axis=-1) & ((wide >= 0) & (wide <= 1)).all(axis=-1)
+    assert only_wide.mean() > 0.01
+    shown = opencolorio.through_display(gallery.job(case).config, "Display P3", codes)
+    reached, aim = shown[only_wide], linear_to_code(wide[only_wide])
+    assert errors(reached, aim).passes("tetrahedral"), errors(reached, aim)
+    clipped = linear_to_code(linear_to_p3(np.clip(linear, 0, 1)))[only_wide]
+    assert not errors(clipped, aim).passes("tetrahedral")
+
+
+def linear_to_p3(linear: Array) -> Array:
+    """Linear sRGB → linear Display P3, by colour-science's primaries and white; shape (..., 3)."""
+    import colour
+
+    space = colour.RGB_COLOURSPACES["Display P3"]
+    to_xyz = colour.normalised_primary_matrix(space.primaries, space.whitepoint)
+    matrix = np.linalg.inv(to_xyz) @ LINEAR_TO_XYZ
+    return transform(matrix, linear.reshape(-1, 3)).reshape(linear.shape)
