@@ -98,21 +98,27 @@ XYZ_TO_LINEAR = inverse(LINEAR_TO_XYZ)
 D65 = LINEAR_TO_XYZ.sum(axis=1)
 
 
+#: Where sRGB's straight piece meets the power, in code values and in linear light. With the constants of IEC 61966-2-1
+#: the two pieces miss each other by 2e-9 of linear light; the middle of that gap makes the curves exact inverses.
+CODE_BREAK = 0.04045
+LINEAR_BREAK = (CODE_BREAK / 12.92 + ((CODE_BREAK + 0.055) / 1.055) ** 2.4) / 2
+
+
 def code_to_linear(code: ArrayLike) -> Array:
-    """SRGB code values to linear light (IEC 61966-2-1, equation of step 4 of the paper). Any shape.
+    """Code values of sRGB to linear light (IEC 61966-2-1, equation of step 4 of the paper). Any shape.
 
     Negative values continue the straight piece, values above 1 the power, as OpenColorIO does.
     """
     code = np.asarray(code, dtype=np.float64)
-    bright = np.power((np.maximum(code, 0.04045) + 0.055) / 1.055, 2.4)
-    return np.where(code <= 0.04045, code / 12.92, bright)
+    bright = np.power((np.maximum(code, CODE_BREAK) + 0.055) / 1.055, 2.4)
+    return np.where(code <= CODE_BREAK, code / 12.92, bright)
 
 
 def linear_to_code(linear: ArrayLike) -> Array:
     """Linear light to sRGB code values: the inverse of :func:`code_to_linear`. Any shape."""
     linear = np.asarray(linear, dtype=np.float64)
-    bright = 1.055 * np.power(np.maximum(linear, 0.0031308), 1.0 / 2.4) - 0.055
-    return np.where(linear <= 0.0031308, 12.92 * linear, bright)
+    bright = 1.055 * np.power(np.maximum(linear, LINEAR_BREAK), 1.0 / 2.4) - 0.055
+    return np.where(linear <= LINEAR_BREAK, 12.92 * linear, bright)
 
 
 def linear_to_xyz(linear: ArrayLike) -> Array:

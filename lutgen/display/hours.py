@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
-from decimal import Decimal, InvalidOperation
+import re
+from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError
@@ -13,6 +13,11 @@ if TYPE_CHECKING:
 
 #: More hours than this in one request is a slip of the keyboard: at 1 MB a LUT it would be 10 GB.
 MAX_HOURS = 10_000
+
+#: Hours that no display reaches; left as they are, for the measured span to refuse.
+_ENDLESS = 10**9
+
+_NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?(e[+-]?\d{1,9})?|s?nan|inf(inity)?)", re.ASCII | re.IGNORECASE)
 
 _ALLOWED = "Write 0..18000 (every measured time), 0..18000:500 (a step) or 0,5000,10000 (a list)"
 
@@ -66,13 +71,16 @@ def _checked(hours: set[Decimal], tips: Tips) -> list[float]:
 
 
 def _number(part: str, text: str) -> Decimal:
-    try:
-        number = Decimal(part.strip())
-    except InvalidOperation:
-        message = f"--hours {text}: {part.strip()!r} is not a number of hours. {_ALLOWED}."
-        raise LutgenError(message) from None
-    if not math.isfinite(number) or number < 0:
-        message = f"--hours {text}: {part.strip()!r} is not a finite number of hours from 0 on. {_ALLOWED}."
+    part = part.strip()
+    # Decimal also takes 1_000 and .5, which here are slips: `0...5` is not the span 0 to a half.
+    if not _NUMBER.fullmatch(part):
+        message = f"--hours {text}: {part!r} is not a number of hours. {_ALLOWED}."
         raise LutgenError(message)
+    number = Decimal(part)
+    if not number.is_finite() or number < 0:
+        message = f"--hours {text}: {part!r} is not a finite number of hours from 0 on. {_ALLOWED}."
+        raise LutgenError(message)
+    if number > _ENDLESS:
+        return number
     # Folder names carry six decimals, so finer hours could collide: 0.0036 s is enough for any display.
     return round(number, 6)

@@ -15,7 +15,7 @@ import numpy as np
 
 from lutgen.colorimetry import xyY_to_xyz
 from lutgen.errors import LutgenError
-from lutgen.measurements.table import OPTIONAL, Measurements
+from lutgen.measurements.table import OPTIONAL, RANGES, Measurements
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -24,6 +24,9 @@ _TEXT = ("session", "note")
 _KNOWN = ("hour", "R", "G", "B", "X", "Y", "Z", "x", "y", *OPTIONAL, *_TEXT)
 _METADATA = re.compile(r"#\s*([A-Za-z][\w -]*?)\s*:\s*(.*)")
 _DECIMAL_COMMA = re.compile(r"\d,\d+;|;\s*\d+,\d")
+
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 
 class _Rows(NamedTuple):
@@ -135,10 +138,7 @@ def _numbers(rows: _Rows, name: str, file: str) -> Array:
         if cell == "" and name in OPTIONAL:
             values[row] = OPTIONAL[name]
             continue
-        try:
-            values[row] = float(cell)
-        except ValueError:
-            values[row] = np.nan
+        values[row] = float(cell) if _NUMBER.fullmatch(cell) else np.nan
         if not np.isfinite(values[row]):
             hint = "; a decimal comma? Write 0.3127 with a point" if re.fullmatch(r"-?\d+,\d+", cell) else ""
             message = f"{file}, line {rows.lines[row]}, column {name}: {cell!r} is not a finite number{hint}."
@@ -152,6 +152,7 @@ def _check_chromaticity(values: dict[str, Array], rows: _Rows, file: str) -> Non
         (y <= 0, "y", "y must be above 0: XYZ = xY/y would be infinite"),
         (x < 0, "x", "x must not be negative"),
         (x + y > 1, "x", "x + y must not be above 1: that is no colour"),
+        (luminance > RANGES["XYZ"][1], "Y", "Y is more than a million cd/m², which no display gives"),
         (luminance <= 0, "Y", "Y must be above 0 cd/m²; a dark reading has no chromaticity, give it as X,Y,Z"),
     ):
         if bad.any():
