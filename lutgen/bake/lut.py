@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import XYZ_TO_LINEAR, code_to_linear, linear_to_code, transform, xyz_to_linear
-from lutgen.display.chain import SrgbTransfer, viewer_code
-from lutgen.display.paper import Matrices, Selection
+from lutgen.display.chain import viewer_code
+from lutgen.display.paper import paper_links
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -117,10 +117,11 @@ def lattice(size: int, space: str) -> Array:
 
 def as_matrix(aged: AgedDisplay) -> MatrixLut | None:
     """Return the display as one matrix in linear light when it is one: the sRGB curve and four equal matrices."""
-    emission = paper_emission(aged)
-    if emission is None:
+    paper = paper_links(aged)
+    if paper is None:
         return None
-    used = emission.array if _selection(aged) == "nearest" else emission.array[1:]
+    selection, emission = paper
+    used = emission.array if selection.name == "nearest" else emission.array[1:]
     if np.ptp(used, axis=0).max() > AGREE:
         return None
     return MatrixLut(transform(XYZ_TO_LINEAR, used.mean(axis=0).T).T)
@@ -128,17 +129,5 @@ def as_matrix(aged: AgedDisplay) -> MatrixLut | None:
 
 def is_tetrahedral(aged: AgedDisplay) -> bool:
     """Whether the display is exactly a 2 × 2 × 2 tetrahedral table in linear light (``continuous``)."""
-    return paper_emission(aged) is not None and _selection(aged) == "continuous"
-
-
-def paper_emission(aged: AgedDisplay) -> Matrices | None:
-    """Return the emission when the chain is the paper's and nothing else."""
-    head_is_paper = [type(link) for link in aged.head] == [SrgbTransfer, Selection]
-    match aged.tail:
-        case (Matrices() as emission,) if head_is_paper:
-            return emission
-    return None
-
-
-def _selection(aged: AgedDisplay) -> str:
-    return next(link.name for link in aged.head if isinstance(link, Selection))
+    paper = paper_links(aged)
+    return paper is not None and paper[0].name == "continuous"

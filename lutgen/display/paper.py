@@ -15,9 +15,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import transform, xyY_to_xyz
+from lutgen.display.chain import SrgbTransfer
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
+    from lutgen.display.chain import AgedDisplay
 
 #: Selection → what it means, for help texts.
 SELECTIONS = {
@@ -114,3 +116,11 @@ def matrices_of(xyY: Array, selection: str) -> Matrices:
     three_point = three_point_matrices(xyY_to_xyz(xyY))
     chosen = averaged_matrices(three_point) if selection == "nearest" else three_point
     return Matrices(tuple(tuple(tuple(float(v) for v in row) for row in matrix) for matrix in chosen))
+
+
+def paper_links(aged: AgedDisplay) -> tuple[Selection, Matrices] | None:
+    """Return the selection and the emission when the chain is the paper's and nothing else."""
+    match aged.head, aged.tail:
+        case (SrgbTransfer(), Selection() as selection), (Matrices() as emission,):
+            return selection, emission
+    return None

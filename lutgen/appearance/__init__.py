@@ -1,0 +1,1 @@
+"""Images: what a picture looks like on an aged display."""

@@ -1,0 +1,163 @@
+"""Pixels as files store them, and the signal that they mean.
+
+A file stores *signal* (code values, as PNG, JPEG and TIFF do) or *linear* light (as EXR does), in 8 or 16 bits or
+in half or single floats, its colours multiplied by alpha (*associated*) or not. Inside, a block of pixels is three
+planes of double precision, shape (3, n), in 0..1: the display clips what its source sends beyond.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lutgen.colorimetry import code_to_linear, linear_to_code
+from lutgen.display.chain import outside_gamut
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+
+SIGNAL, LINEAR = "signal", "linear"
+
+#: Pixels as stored, shape (n, channels): RGB, or RGB and alpha.
+Stored = NDArray[Any]
+
+
+class NotFiniteError(ValueError):
+    """A stored pixel is NaN or infinite; ``index`` says which of its block."""
+
+    def __init__(self, index: int) -> None:
+        """Remember the pixel."""
+        super().__init__(index)
+        self.index = index
+
+
+@dataclass(frozen=True)
+class Storage:
+    """How a file stores pixels.
+
+    Attributes
+    ----------
+    dtype
+        ``uint8``, ``uint16``, ``float16`` or ``float32``.
+    encoding
+        ``SIGNAL`` or ``LINEAR``.
+    alpha, associated
+        Whether there is a fourth channel, and whether colours are multiplied by it.
+
+    """
+
+    dtype: np.dtype[Any]
+    encoding: str
+    alpha: bool = False
+    associated: bool = False
+
+    @property
+    def channels(self) -> int:
+        """3 or 4."""
+        return 4 if self.alpha else 3
+
+    @property
+    def white(self) -> float:
+        """The stored number that means 1."""
+        return 1.0 if self.dtype.kind == "f" else float(np.iinfo(self.dtype).max)
+
+
+@dataclass(frozen=True)
+class Decoder:
+    """Stored pixels → planes in ``encoding``.
+
+    8- and 16-bit numbers, halves among them, go through a table of all their values: exact, and no power a pixel.
+    """
+
+    storage: Storage
+    encoding: str
+
+    def __call__(self, stored: Stored) -> tuple[Array, int]:
+        """Decode (n, channels) → planes (3, n), and how many pixels were outside 0..1 and are clipped.
+
+        Raises
+        ------
+        NotFiniteError
+            A pixel is NaN or infinite.
+
+        """
+        if self.storage.associated and (stored[:, 3] != self.storage.white).any():
+            return self._clipped(self._unassociated(_finite(stored)))
+        if self.storage.dtype.kind == "u":
+            return self._looked_up(stored), 0
+        single = _finite(stored)
+        if self.storage.dtype.itemsize == 4:
+            return self._clipped(single[:, :3])
+        return self._looked_up(stored.view(np.uint16)), int(np.count_nonzero(outside_gamut(single[:, :3])))
+
+    def _looked_up(self, numbers: Stored) -> Array:
+        planes = np.empty((3, len(numbers)))
+        for channel, plane in enumerate(planes):
+            # `clip` can clip nothing here; it spares numpy a buffer.
+            np.take(self._table, numbers[:, channel], out=plane, mode="clip")
+        return planes
+
+    @cached_property
+    def _table(self) -> Array:
+        numbers = np.arange(2 ** (8 * self.storage.dtype.itemsize), dtype=f"u{self.storage.dtype.itemsize}")
+        values = np.nan_to_num(numbers.view(self.storage.dtype).astype(np.float64)) / self.storage.white
+        return self._converted(np.clip(values, 0.0, 1.0))
+
+    def _unassociated(self, single: Stored) -> Array:
+        values = single.astype(np.float64) / self.storage.white
+        alpha = values[:, 3:]
+        # Light without cover (alpha 0) is taken as it is.
+        return np.asarray(values[:, :3] / np.where(alpha > 0.0, alpha, 1.0))
+
+    def _clipped(self, values: Stored) -> tuple[Array, int]:
+        outside = int(np.count_nonzero(outside_gamut(values)))
+        return self._converted(np.clip(values.T.astype(np.float64, order="C"), 0.0, 1.0)), outside
+
+    def _converted(self, values: Array) -> Array:
+        return convert(values, self.storage.encoding, self.encoding)
+
+
+@dataclass(frozen=True)
+class Encoder:
+    """Planes in ``encoding`` → stored pixels, rounded to the nearest number, without dither."""
+
+    storage: Storage
+    encoding: str
+
+    def __call__(self, planes: Array, source: Stored, source_white: float, out: Stored) -> None:
+        """Encode planes (3, n) into ``out`` (n, channels); alpha is that of ``source``, whose 1 is ``source_white``."""
+        values = convert(planes, self.encoding, self.storage.encoding)
+        white = self.storage.white
+        if self.storage.alpha:
+            alpha = source[:, 3] / np.float64(source_white)
+            if self.storage.associated:
+                values = values * np.where(alpha > 0.0, alpha, 1.0)
+            out[:, 3] = source[:, 3] if source.dtype == out.dtype else self._stored(alpha, white)
+        for channel, plane in enumerate(values):
+            out[:, channel] = self._stored(plane, white)
+
+    def _stored(self, values: Array, white: float) -> Stored:
+        # Assigning to the array casts; single precision first, since numpy's cast from double to half is slow.
+        if self.storage.dtype.kind == "f":
+            return values.astype(np.float32)
+        return np.rint(np.clip(values, 0.0, 1.0) * white)
+
+
+def convert(values: Array, source: str, target: str) -> Array:
+    """Convert between ``SIGNAL`` and ``LINEAR`` by the sRGB curve. Any shape."""
+    if source == target:
+        return values
+    return code_to_linear(values) if target == LINEAR else linear_to_code(values)
+
+
+def _finite(stored: Stored) -> Stored:
+    """The numbers as single floats, all finite."""
+    single: Stored = stored.astype(np.float32, copy=False)
+    finite = np.isfinite(single)
+    if not finite.all():
+        raise NotFiniteError(int(np.argmin(finite.all(axis=1))))
+    return single

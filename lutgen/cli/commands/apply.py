@@ -1,0 +1,127 @@
+"""``lutgen apply``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lutgen.cli.shared import MODES, echo_json, model_from, model_options, progress_bar
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from lutgen.appearance.apply import Applied
+    from lutgen.display import AgedDisplay
+
+#: As in the library, repeated because help must not import numpy; a test holds them together.
+SOURCES = ("auto", "signal", "linear")
+
+
+@click.command()
+@click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
+@click.option("--mode", type=click.Choice(MODES), help="Aging mode.")
+@click.option("--hours", type=float, metavar="HOUR", help="Operating hours of the display.")
+@click.option("--lut", metavar="FILE", help="Apply this .cube or .clf instead of the model, tetrahedrally.")
+@click.option("--build", metavar="DIR", help="Apply the LUT for --mode and --hours of a folder that lutgen build made.")
+@click.option("--side-by-side", is_flag=True, help="Un-aged on the left, aged on the right.")
+@click.option(
+    "--source",
+    type=click.Choice(SOURCES),
+    default="auto",
+    show_default=True,
+    help="What the image stores: signal (code values) or linear light; auto: EXR linear, others signal.",
+)
+@click.option("--force", is_flag=True, help="Replace an existing output; never the image itself.")
+@click.option("--json", "as_json", is_flag=True, help="Print what was done as JSON.")
+@click.option("-o", "--output", required=True, metavar="PATH", help="File to write; for several images a folder.")
+@model_options
+def command(
+    *,
+    images: tuple[str, ...],
+    mode: str | None,
+    hours: float | None,
+    lut: str | None,
+    build: str | None,
+    side_by_side: bool,
+    source: str,
+    force: bool,
+    as_json: bool,
+    output: str,
+    **options: Any,
+) -> None:
+    """Write what images look like on an aged display.
+
+    Reads PNG, JPEG, TIFF and EXR, RGB with or without alpha, 8 or 16 bits, half or float. The suffix of the output
+    picks its format: .png, .jpg (quality 95, colour at full resolution), .tif, .exr. Depth, alpha, metadata and ICC
+    profile are kept; the profile is not applied: numbers are taken as they are sent to the display. An EXR holds
+    linear light and stays so; what exceeds 0..1 no display can show, and is clipped. Of a file of several images the
+    first is taken.
+
+    \b
+    Example:
+      lutgen apply slide.png --mode chroma --hours 10000 -o aged.png
+      lutgen apply a.tif b.tif --build aged/ --mode chroma-luma --hours 18000 --side-by-side -o compared/
+    """
+    from pathlib import Path
+
+    from lutgen.appearance.apply import apply_to_images, outputs_for
+
+    aging = _aging(mode, hours, lut, build, options)
+    paths = [Path(image) for image in images]
+    pairs = list(zip(paths, outputs_for(paths, output), strict=True))
+    with progress_bar("applying", quiet=as_json) as progress:
+        done = apply_to_images(pairs, aging, side_by_side=side_by_side, source=source, force=force, progress=progress)
+    if as_json:
+        from dataclasses import asdict
+
+        echo_json({"schema": 1, "images": [asdict(applied) for applied in done]})
+    else:
+        for applied in done:
+            click.echo(_sentence(applied))
+
+
+def _aging(
+    mode: str | None, hours: float | None, lut: str | None, build: str | None, options: dict[str, Any]
+) -> AgedDisplay | Path:
+    from pathlib import Path
+
+    from lutgen.errors import LutgenError
+
+    model_given = any(options.values())
+    if lut and (build or mode or hours is not None or model_given):
+        raise LutgenError("--lut says it all: leave --build, --mode, --hours and the options of the model out.")
+    if lut:
+        return Path(lut)
+    if mode is None or hours is None:
+        raise LutgenError("which display? Give --mode and --hours, such as --mode chroma --hours 10000, or --lut FILE.")
+    if not build:
+        return model_from(**options).at(mode, hours)
+    if model_given:
+        raise LutgenError("--build says everything about the model: leave the options of the model out.")
+    return _built_lut(Path(build), mode, hours)
+
+
+def _built_lut(folder: Path, mode: str, hours: float) -> Path:
+    from lutgen.display import hour_name
+    from lutgen.errors import LutgenError
+
+    for suffix in (".clf", ".cube"):
+        path = folder / mode / hour_name(hours) / f"aged{suffix}"
+        if path.is_file():
+            return path
+    built = {made.parent.name for made in folder.glob(f"{mode}/*h/aged.*")}
+    has = ", ".join(sorted(built, key=lambda name: float(name[:-1]))) or "nothing"
+    message = f"{folder}: no LUT for {mode} at {hours:g} h; it has {has}. Build it, or leave --build out."
+    raise LutgenError(message)
+
+
+def _sentence(applied: Applied) -> str:
+    parts = [f"{applied.output}: {applied.width} × {applied.height}"]
+    if applied.clipped_share is None:
+        parts.append("clipped colours unknown to a LUT")
+    else:
+        parts.append(f"{applied.clipped_share:.2%} of the pixels clipped to the viewer's gamut")
+    if applied.source_clipped_share:
+        parts.append(f"{applied.source_clipped_share:.2%} of the source's beyond what a display shows")
+    return ", ".join(parts)
