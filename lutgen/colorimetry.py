@@ -54,15 +54,19 @@ def transform(matrix: Array, signal: ArrayLike) -> Array:
     """Multiply every k-vector of ``signal`` by ``matrix``: shapes (m, k) and (..., k) → (..., m).
 
     Column by column in a fixed order rather than by BLAS, whose last bits depend on processor and threads: the
-    same inputs are to give the same files. The result's columns are contiguous.
+    same inputs are to give the same files. In chunks, so that each column is fetched from memory once. The result's
+    columns are contiguous.
     """
     columns = np.moveaxis(np.asarray(signal, dtype=np.float64), -1, 0)
-    result = np.empty((len(matrix), *columns.shape[1:]))
-    for place, row in enumerate(matrix):
-        result[place] = columns[0] * row[0]
-        for column, factor in zip(columns[1:], row[1:], strict=True):
-            result[place] += column * factor
-    return np.moveaxis(result, 0, -1)
+    flat = columns.reshape(len(columns), -1)
+    result = np.empty((len(matrix), flat.shape[1]))
+    for start in range(0, flat.shape[1], CHUNK // 4):
+        part = slice(start, start + CHUNK // 4)
+        np.multiply.outer(matrix[:, 0], flat[0, part], out=result[:, part])
+        for column, factors in zip(flat[1:, part], matrix[:, 1:].T, strict=True):
+            for out, factor in zip(result[:, part], factors, strict=True):
+                np.add(out, column * factor, out=out)
+    return np.moveaxis(result.reshape(len(matrix), *columns.shape[1:]), 0, -1)
 
 
 def inverse(matrix: Array) -> Array:
@@ -110,15 +114,24 @@ def code_to_linear(code: ArrayLike) -> Array:
     Negative values continue the straight piece, values above 1 the power, as OpenColorIO does.
     """
     code = np.asarray(code, dtype=np.float64)
-    bright = np.power((np.maximum(code, CODE_BREAK) + 0.055) / 1.055, 2.4)
-    return np.where(code <= CODE_BREAK, code / 12.92, bright)
+    # In place: memory for temporaries would cost more than the power itself.
+    linear: Array = np.maximum(code, CODE_BREAK, out=np.empty_like(code))
+    linear += 0.055
+    linear /= 1.055
+    np.power(linear, 2.4, out=linear)
+    np.divide(code, 12.92, out=linear, where=code <= CODE_BREAK)
+    return linear
 
 
 def linear_to_code(linear: ArrayLike) -> Array:
     """Linear light to sRGB code values: the inverse of :func:`code_to_linear`. Any shape."""
     linear = np.asarray(linear, dtype=np.float64)
-    bright = 1.055 * np.power(np.maximum(linear, LINEAR_BREAK), 1.0 / 2.4) - 0.055
-    return np.where(linear <= LINEAR_BREAK, 12.92 * linear, bright)
+    code: Array = np.maximum(linear, LINEAR_BREAK, out=np.empty_like(linear))
+    np.power(code, 1.0 / 2.4, out=code)
+    code *= 1.055
+    code -= 0.055
+    np.multiply(linear, 12.92, out=code, where=linear <= LINEAR_BREAK)
+    return code
 
 
 def linear_to_xyz(linear: ArrayLike) -> Array:
@@ -192,7 +205,8 @@ def _delta_e_2000_chunk(lab_1: Array, lab_2: Array) -> Array:
     s_l = 1.0 + 0.015 * squared / np.sqrt(20.0 + squared)
     s_c = 1.0 + 0.045 * c_mean
     s_h = 1.0 + 0.015 * c_mean * t
-    degrees = np.degrees(np.arctan2(sin_h, cos_h)) % 360.0
+    degrees = np.degrees(np.arctan2(sin_h, cos_h))
+    degrees += 360.0 * (degrees < 0.0)
     rotation = np.sin(np.radians(60.0) * np.exp(-(((degrees - 275.0) / 25.0) ** 2)))
     r_t = -2.0 * _chroma_weight(c_mean) * rotation
     d_l, d_c, d_h = d_l / s_l, d_c / s_c, d_hue / s_h

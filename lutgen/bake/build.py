@@ -182,7 +182,7 @@ _CERTIFICATES: dict[object, Certificate] = {}
 
 def _prepare(aged: AgedDisplay, plan: Plan) -> None:
     """Compute what all displays share before workers are forked: they then share its memory too."""
-    _JUDGE.prepare(aged)
+    _JUDGE.prepare(aged, certify=plan.certify)
     for name in plan.formats:
         format_named(name).bake(_JUDGE.sampler, aged, plan.cubesize)
 

@@ -100,7 +100,7 @@ class Judge:
     """Certifies files. Keeps what does not depend on the file: the colours, and the model's head signal."""
 
     sampler: Sampler = field(default_factory=Sampler)
-    _heads: dict[tuple[Link, ...], Array] = field(default_factory=dict)
+    _heads: dict[tuple[tuple[Link, ...], int], Array] = field(default_factory=dict)
     _mixing: dict[tuple[str, int], Mixing] = field(default_factory=dict)
 
     @cached_property
@@ -108,9 +108,11 @@ class Judge:
         """The certificate's colours, shape (n, 3), code values that float32 holds exactly."""
         return certificate_colours()
 
-    def prepare(self, aged: AgedDisplay) -> None:
+    def prepare(self, aged: AgedDisplay, *, certify: bool) -> None:
         """Compute what every display with this head shares, before workers are forked, which then inherit it."""
-        self._model(aged)
+        self._model(aged, every=16)
+        if certify:
+            self._model(aged)
 
     def certify(self, path: Path, aged: AgedDisplay, table: TableKind) -> Certificate:
         """Read ``path`` through OpenColorIO and compare it with ``aged``.
@@ -142,14 +144,15 @@ class Judge:
     def table_error(self, lut: Lut | MatrixLut, aged: AgedDisplay) -> Figures:
         """ΔE2000 of a table by itself, in double precision on every 16th colour: the same on every binding."""
         code = self.code[::16]
-        model = self._model(aged)[::16]
+        model = self._model(aged, every=16)
         shown = code_to_linear(np.clip(lut.apply(code), 0.0, 1.0))
         return figures(delta_e_2000(linear_to_lab(np.clip(model, 0.0, 1.0)), linear_to_lab(shown)))
 
-    def _model(self, aged: AgedDisplay) -> Array:
-        if aged.head not in self._heads:
-            self._heads[aged.head] = aged.head_signal(self.code)
-        return xyz_to_linear(aged.xyz(self._heads[aged.head]))
+    def _model(self, aged: AgedDisplay, every: int = 1) -> Array:
+        key = (aged.head, every)
+        if key not in self._heads:
+            self._heads[key] = aged.head_signal(self.code[::every])
+        return xyz_to_linear(aged.xyz(self._heads[key]))
 
     def _mixing_in(self, table: TableKind) -> Mixing:
         key = (table.space, table.size)

@@ -50,7 +50,9 @@ class Lut:
         """Send code values (n, 3) through the table by tetrahedral interpolation in double precision."""
         place = (code if self.space == "code" else code_to_linear(code)) * (self.size - 1)
         nodes, weights = tetrahedra(place, self.size)
-        values = (self.table.reshape(-1, 3)[nodes] * weights[..., np.newaxis]).sum(axis=1)
+        table, values = self.table.reshape(-1, 3), np.zeros((len(code), 3))
+        for node, weight in zip(nodes.T, weights.T, strict=True):
+            values += table[node] * weight[:, np.newaxis]
         return values if self.space == "code" else linear_to_code(values)
 
 

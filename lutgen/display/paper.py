@@ -72,8 +72,8 @@ def continuous_weights(linear: Array) -> Array:
 def _shares(sizes: list[Array]) -> Array:
     """Equal shares for the smallest of k sizes of shape (n,), within ``TIE``: shape (n, k)."""
     limit = np.minimum.reduce(sizes) + TIE
-    smallest = np.column_stack([size <= limit for size in sizes]).astype(np.float64)
-    return smallest / (smallest @ np.ones((len(sizes), 1)))
+    smallest = np.array([size <= limit for size in sizes])
+    return np.asarray((smallest / np.count_nonzero(smallest, axis=0)).T)
 
 
 @dataclass(frozen=True)
