@@ -175,9 +175,11 @@ class _Work:
     sizes: dict[tuple[str, str], int] | None = None
 
 
-#: One process's judge, and the certificates of tables that it has met: ``stable`` is one table at every hour.
+#: One process's judge, the certificates of tables that it has met, and each format's last table: ``stable`` has only one,
+#: at every hour.
 _JUDGE = Judge()
 _CERTIFICATES: dict[object, Certificate] = {}
+_BAKED: dict[str, tuple[object, Lut | MatrixLut, Figures]] = {}
 
 
 def _prepare(aged: AgedDisplay, plan: Plan) -> None:
@@ -256,9 +258,13 @@ def _certify(path: Path, aged: AgedDisplay, form: Format, lut: Lut | MatrixLut) 
 
 def _best_candidate(model: DisplayModel, aged: AgedDisplay, form: Format, size: int) -> tuple[Lut | MatrixLut, bytes]:
     """Bake a format's candidates and write the most faithful, judged in double precision: alike on every binding."""
-    candidates = form.bake(_JUDGE.sampler, aged, size)
-    errors = [_JUDGE.table_error(lut, aged) for lut in candidates]
-    lut, error = min(zip(candidates, errors, strict=True), key=lambda pair: (pair[1].p99, pair[1].mean))
+    made_of = (aged.head, aged.tail, size)
+    if form.name not in _BAKED or _BAKED[form.name][0] != made_of:
+        candidates = form.bake(_JUDGE.sampler, aged, size)
+        errors = [_JUDGE.table_error(lut, aged) for lut in candidates]
+        best = min(zip(candidates, errors, strict=True), key=lambda pair: (pair[1].p99, pair[1].mean))
+        _BAKED[form.name] = made_of, *best
+    _, lut, error = _BAKED[form.name]
     return lut, form.write(lut, _provenance(model, aged, lut, error))
 
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from lutgen.bake.lut import Sampler, lattice, tetrahedra
+from lutgen.bake.lut import Lut, Sampler, lattice, tetrahedra
 from lutgen.bindings import ocio, ocio_errors
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_code, linear_to_lab, transform, xyz_to_linear
 from lutgen.display.chain import outside_gamut
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from lutgen.bake.lut import Lut, MatrixLut
+    from lutgen.bake.lut import MatrixLut
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay
     from lutgen.display.chain import Link
@@ -102,6 +102,7 @@ class Judge:
     sampler: Sampler = field(default_factory=Sampler)
     _heads: dict[tuple[tuple[Link, ...], int], Array] = field(default_factory=dict)
     _mixing: dict[tuple[str, int], Mixing] = field(default_factory=dict)
+    _tetrahedra: dict[tuple[str, int], tuple[NDArray[np.intp], Array]] = field(default_factory=dict)
 
     @cached_property
     def code(self) -> Array:
@@ -145,7 +146,14 @@ class Judge:
         """ΔE2000 of a table by itself, in double precision on every 16th colour: the same on every binding."""
         code = self.code[::16]
         model = self._model(aged, every=16)
-        shown = code_to_linear(np.clip(lut.apply(code), 0.0, 1.0))
+        if isinstance(lut, Lut):
+            key = (lut.space, lut.size)
+            if key not in self._tetrahedra:
+                self._tetrahedra[key] = tetrahedra(code, *key)
+            shown = lut.mix(*self._tetrahedra[key])
+        else:
+            shown = lut.apply(code)
+        shown = code_to_linear(np.clip(shown, 0.0, 1.0))
         return figures(delta_e_2000(linear_to_lab(np.clip(model, 0.0, 1.0)), linear_to_lab(shown)))
 
     def _model(self, aged: AgedDisplay, every: int = 1) -> Array:
@@ -238,7 +246,7 @@ def mixing_of(code: Array, space: str, size: int) -> Mixing:
 
     A colour crosses when a lattice point of influence belongs to another selection of ``nearest`` than its own.
     """
-    nodes, weight = tetrahedra((code if space == "code" else code_to_linear(code)) * (size - 1), size)
+    nodes, weight = tetrahedra(code, space, size)
     first = np.argmax(weight > INFLUENCE, axis=1)
     nodes = np.where(weight > INFLUENCE, nodes, nodes[np.arange(len(code)), first][:, np.newaxis])
     region = _region(nearest_weights(code_to_linear(lattice(size, space))))

@@ -48,9 +48,11 @@ class Lut:
 
     def apply(self, code: Array) -> Array:
         """Send code values (n, 3) through the table by tetrahedral interpolation in double precision."""
-        place = (code if self.space == "code" else code_to_linear(code)) * (self.size - 1)
-        nodes, weights = tetrahedra(place, self.size)
-        table, values = self.table.reshape(-1, 3), np.zeros((len(code), 3))
+        return self.mix(*tetrahedra(code, self.space, self.size))
+
+    def mix(self, nodes: NDArray[np.intp], weights: Array) -> Array:
+        """Sum lattice points by weight, both (n, 4) as from :func:`tetrahedra`: code values (n, 3)."""
+        table, values = self.table.reshape(-1, 3), np.zeros((len(nodes), 3))
         for node, weight in zip(nodes.T, weights.T, strict=True):
             values += table[node] * weight[:, np.newaxis]
         return values if self.space == "code" else linear_to_code(values)
@@ -69,12 +71,13 @@ class MatrixLut:
         return linear_to_code(transform(self.matrix, code_to_linear(code)))
 
 
-def tetrahedra(place: Array, size: int) -> tuple[NDArray[np.intp], Array]:
-    """Return the four lattice points that tetrahedral interpolation mixes, and their weights.
+def tetrahedra(code: Array, space: str, size: int) -> tuple[NDArray[np.intp], Array]:
+    """Return the four points of a lattice in ``space`` that tetrahedral interpolation mixes, and their weights.
 
-    ``place`` is in units of the lattice, shape (n, 3), 0..size−1. Returns flat indices, red fastest, (n, 4), and
-    weights that sum to 1, (n, 4): from the cell's lower corner along the axis of the largest share first.
+    Code values (n, 3) → flat indices, red fastest, (n, 4), and weights that sum to 1, (n, 4): from the cell's lower
+    corner along the axis of the largest share first.
     """
+    place = (code if space == "code" else code_to_linear(code)) * (size - 1)
     corner = np.clip(np.floor(place), 0, size - 2).astype(np.intp)
     share = place - corner
     order = np.argsort(-share, axis=1)

@@ -1,0 +1,501 @@
+"""How fast lutgen is: one table of ratios, each pair measured in the same run.
+
+    python examples/bench.py            the whole table, a few minutes
+    python examples/bench.py --quick    small work, few repetitions: does every row still run?
+    python examples/bench.py --json     the same for programs
+
+A ratio is the peer's time over lutgen's: above 1 lutgen is faster. Contestants take turns; ratios are formed turn by
+turn, and the table gives their median and, in brackets, the smallest and largest. Times are medians. Files are in the
+cache and on one file system. Goals are those of the project's issue 2, section 6.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import warnings
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen import DisplayModel, apply_to_image, read_measurements
+from lutgen.bake.formats import Provenance, format_named
+from lutgen.bake.lut import Lut, Sampler, lattice
+from lutgen.bindings import ocio, oiio
+from lutgen.display import MODES, default_display
+from lutgen.files import write_atomically
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from lutgen.colorimetry import Array
+
+with warnings.catch_warnings():
+    # It warns of optional packages that nothing here uses.
+    warnings.simplefilter("ignore")
+    import colour
+
+LUTGEN = (sys.executable, "-m", "lutgen")
+MODE, HOURS = "chroma", 10_000.0
+MEMORY_LIMIT_MB, START_LIMIT_S, APPLY_LIMIT = 300.0, 0.3, 1 / 1.3
+FOLDER = f"{MODE}/10000h"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the table; ``lutgen`` and ``peer`` in ``unit``, None where the peer is missing."""
+
+    what: str
+    peer_name: str
+    lutgen: float
+    peer: float | None = None
+    ratio: float | None = None
+    low: float | None = None
+    high: float | None = None
+    goal: float | None = None
+    unit: str = "s"
+
+    @property
+    def met(self) -> str:
+        """Whether the goal is met; nothing where there is none, or no peer."""
+        if self.goal is None:
+            return ""
+        return "no peer" if self.ratio is None else "yes" if self.ratio >= self.goal else "NO"
+
+
+@dataclass(frozen=True)
+class Peer:
+    """Somebody else's way to the same result.
+
+    ``run`` does 1/``scale`` of the work, and is None where it is not installed.
+    """
+
+    name: str
+    run: Callable[[], object] | None
+    goal: float | None = None
+    scale: float = 1.0
+
+
+@dataclass(frozen=True)
+class Bench:
+    """How much work to do: ``sizes`` of tables, ``hours`` of the build, ``bakes`` timed of its LUTs, repetitions."""
+
+    sizes: tuple[int, ...] = (33, 65)
+    hours: str = "0..18000"
+    bakes: int = 12
+    width: int = 6000
+    height: int = 4000
+    short: int = 9
+    long: int = 3
+
+    @classmethod
+    def quick(cls) -> Bench:
+        """Every row on little work."""
+        return cls((17, 33), hours="0,10000", bakes=1, width=300, height=200, short=3, long=1)
+
+
+def race(what: str, mine: Callable[[], object], *peers: Peer, times: int, scratch: Path | None = None) -> list[Row]:
+    """Time ``mine`` and every peer in turn, ``times`` times after a warm-up each.
+
+    The files in ``scratch`` are removed before each run: writing over an old file makes some file systems wait.
+    """
+    present = [peer for peer in peers if peer.run]
+    runs = [mine, *(peer.run for peer in present if peer.run)]
+    if times > 1:
+        for run in runs:
+            run()
+    seconds = np.array([[_seconds(run, scratch) for run in runs] for _ in range(times)])
+    own = seconds[:, 0]
+    rows = []
+    for peer in peers:
+        if peer not in present:
+            rows.append(Row(what, f"{peer.name}: not here", median(own), goal=peer.goal))
+            continue
+        theirs = seconds[:, 1 + present.index(peer)] * peer.scale
+        ratios = theirs / own
+        low, high = float(ratios.min()), float(ratios.max())
+        rows.append(Row(what, peer.name, median(own), median(theirs), median(ratios), low, high, peer.goal))
+    return rows
+
+
+def _seconds(run: Callable[[], object], scratch: Path | None = None) -> float:
+    for old in scratch.iterdir() if scratch else ():
+        old.unlink()
+    start = time.perf_counter()
+    run()
+    return time.perf_counter() - start
+
+
+def against_limit(what: str, figures: list[float], limit: float, unit: str) -> Row:
+    """A figure rather than a race: the ratio is how many times it fits into its limit."""
+    if not all(figures):
+        return Row(what, "the limit: Linux's /proc is not here", 0.0, goal=1.0, unit=unit)
+    ratios = [limit / figure for figure in figures]
+    return Row(what, "the limit", median(figures), limit, median(ratios), min(ratios), max(ratios), 1.0, unit)
+
+
+# ---- evaluating the model
+
+
+@dataclass(frozen=True)
+class ColourScience:
+    """The paper's model written with colour-science's functions, vectorised as its documentation does."""
+
+    matrices: Array
+
+    def head(self, code: Array) -> tuple[Array, Any]:
+        """Steps 4 and 5: linear light and the nearest colour point; the same at every hour."""
+        linear = colour.cctf_decoding(code, function="sRGB")
+        points = np.array([[1, 1, 1], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+        return linear, np.linalg.norm(linear[:, np.newaxis] - points, axis=-1).argmin(axis=-1)
+
+    def tail(self, linear: Array, nearest: Any) -> Any:
+        """Step 6: the aged XYZ, then a viewer's code values."""
+        xyz = colour.algebra.vecmul(self.matrices[nearest], linear)
+        aged = colour.XYZ_to_RGB(xyz, "sRGB", chromatic_adaptation_transform=None)
+        return colour.cctf_encoding(np.clip(aged, 0, 1), function="sRGB")
+
+
+def evaluation(bench: Bench, model: DisplayModel) -> Iterator[Row]:
+    """A lattice through the model: everything, and only what a further hour of a build costs."""
+    aged = model.at(MODE, HOURS)
+    rival = ColourScience(model.matrices(MODE, HOURS).array)
+    for size in bench.sizes:
+        code, sampler = lattice(size, "code"), Sampler()
+        head = rival.head(code)
+        # Greys, where the paper's nearest point is a tie, and four-decimal matrices apart, both give the same.
+        if np.median(np.abs(aged.code_to_code(code) - rival.tail(*head))) > 1e-4:
+            raise SystemExit("bench: colour-science's way and lutgen's do not give the same colours")
+        yield from race(
+            f"evaluate {size}³",
+            partial(aged.code_to_code, code),
+            Peer("colour-science, vectorised", lambda code=code: rival.tail(*rival.head(code))),  # type: ignore[misc]
+            times=bench.short,
+        )
+        yield from race(
+            f"evaluate {size}³, a further hour of a build",
+            partial(sampler.lut, aged, size, "code", clip=True),
+            Peer("colour-science, vectorised", partial(rival.tail, *head)),
+            times=bench.short,
+        )
+
+
+# ---- writing .cube
+
+
+def writing(bench: Bench, model: DisplayModel, built: Path, folder: Path) -> Iterator[Row]:
+    """A table in memory to a .cube file on disk."""
+    lib, form, sampler = ocio(), format_named("cube"), Sampler()
+    aged = model.at(MODE, HOURS)
+    provenance = Provenance("bench", "bench", ("what an aged display shows",))
+    source, scratch = folder / "source.cube", _new(folder / "cubes")
+    own = scratch / "own.cube"
+    for size in bench.sizes:
+        lut = sampler.lut(aged, size, "code", clip=True)
+        data = form.write(lut, provenance)
+        rows = lut.table.reshape(-1, 3)
+        table = colour.LUT3D(np.ascontiguousarray(lut.table.transpose(2, 1, 0, 3)), name="bench")
+        source.write_bytes(data)
+
+        def write(lut: Lut = lut) -> None:
+            write_atomically(own, form.write(lut, provenance))
+
+        def evaluate_and_write(size: int = size) -> None:
+            write_atomically(own, form.write(sampler.lut(aged, size, "code", clip=True), provenance))
+
+        baker = _baker(lib, built, size)
+        bake = partial(baker.bake, str(scratch / "baker.cube"))
+        first = size == bench.sizes[0]
+        yield from race(
+            f"write .cube {size}³ ({len(data) / 1e6:.1f} MB)",
+            write,
+            Peer("OpenColorIO Baker (it evaluates too)", bake, 10.0 if first else None),
+            Peer(
+                "colour.write_LUT",
+                partial(colour.write_LUT, table, str(scratch / "colour.cube"), method="Iridas Cube"),
+                60.0 if first else None,
+            ),
+            Peer("numpy.savetxt", partial(np.savetxt, scratch / "numpy.cube", rows, fmt="%.7f")),
+            Peer("the limit: copying the same bytes", partial(shutil.copyfile, source, scratch / "copy.cube")),
+            times=bench.short,
+            scratch=scratch,
+        )
+        yield from race(
+            f"evaluate + write .cube {size}³",
+            evaluate_and_write,
+            Peer("OpenColorIO Baker", bake),
+            times=bench.short,
+            scratch=scratch,
+        )
+
+
+def _new(folder: Path) -> Path:
+    folder.mkdir()
+    return folder
+
+
+def _baker(lib: Any, built: Path, size: int) -> Any:
+    baker = lib.Baker()
+    baker.setConfig(lib.Config.CreateFromFile(str(built / FOLDER / "config.ocio")))
+    baker.setFormat("resolve_cube" if size > 65 else "iridas_cube")
+    baker.setInputSpace("Aged display")
+    baker.setTargetSpace("Source signal")
+    baker.setCubeSize(size)
+    return baker
+
+
+# ---- the whole build, as processes
+
+
+def building(bench: Bench, built: Path, folder: Path) -> Iterator[Row]:
+    """`lutgen build` against ociobakelut, once for each LUT, on the config that lutgen built for it."""
+    configs = sorted(path for path in built.glob("*/*/config.ocio"))
+    bakes = [configs[i * len(configs) // bench.bakes] for i in range(bench.bakes)]
+    program = shutil.which("ociobakelut")
+
+    def bake_all() -> None:
+        for config in bakes:
+            spaces = ("--inputspace", "Aged display", "--outputspace", "Source signal")
+            shape = ("--format", "iridas_cube", "--cubesize", "33", str(folder / "baked.cube"))
+            run([str(program), "--iconfig", str(config), *spaces, *shape])
+
+    name = f"ociobakelut × {len(configs)}, {len(bakes)} timed"
+    for title, options, goal in (("no certificates", ("--no-certificates",), 10.0), ("certificates", (), 4.0)):
+        yield from race(
+            f"build {len(configs)} .cube and configs, {title}",
+            partial(build, bench, folder / "build", *options),
+            Peer(name, bake_all if program else None, goal, len(configs) / len(bakes)),
+            times=bench.long,
+        )
+    peaks = [peak_memory([*LUTGEN, *_build_arguments(bench, folder / "build")], folder) for _ in range(bench.long)]
+    yield against_limit("peak memory of that build (PSS, parent and workers)", peaks, MEMORY_LIMIT_MB, "MB")
+
+
+def build(bench: Bench, output: Path, *options: str) -> None:
+    """Build into a new folder; removing the last one takes about a hundredth of the time."""
+    shutil.rmtree(output, ignore_errors=True)
+    run([*LUTGEN, *_build_arguments(bench, output, *options)])
+
+
+def _build_arguments(bench: Bench, output: Path, *options: str) -> list[str]:
+    return ["build", "--format", "cube", "--hours", bench.hours, "--force", *options, "-o", str(output)]
+
+
+def run(command: list[str]) -> None:
+    """Run a program to its end; what it says is only shown when it fails."""
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
+    if done.returncode:
+        raise SystemExit(f"bench: {' '.join(command)} failed:\n{done.stderr}")
+
+
+def peak_memory(command: list[str], folder: Path) -> float:
+    """Largest sum of the proportional set sizes of a program and its children, in MB, looked at every 10 ms."""
+    peak = 0.0
+    with (folder / "out.txt").open("w") as out, subprocess.Popen(command, stdout=out, stderr=out) as program:
+        while program.poll() is None:
+            peak = max(peak, sum(map(_pss_mb, _family(program.pid))))
+            time.sleep(0.01)
+    return peak
+
+
+def _family(pid: int) -> list[int]:
+    found = [pid]
+    for parent in found:
+        try:
+            found += map(int, Path(f"/proc/{parent}/task/{parent}/children").read_text().split())
+        except OSError:
+            continue
+    return found
+
+
+def _pss_mb(pid: int) -> float:
+    try:
+        lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
+    except OSError:
+        return 0.0
+    return sum(float(line.split()[1]) * 1024e-6 for line in lines if line.startswith("Pss:"))
+
+
+# ---- applying to images
+
+
+def applying(bench: Bench, model: DisplayModel, built: Path, folder: Path) -> Iterator[Row]:
+    """A large picture, file to file: the direct model and a built LUT, against OpenImageIO with OpenColorIO."""
+    lib, aged, lut = oiio(), model.at(MODE, HOURS), built / FOLDER / "aged.cube"
+    picture = tiled_tissue(bench.width, bench.height)
+    megapixels = bench.width * bench.height / 1e6
+    scratch = _new(folder / "images")
+    size = f"{megapixels:.0f}" if megapixels >= 1 else f"{megapixels:.2f}"
+    for name, suffix, depth in (
+        ("PNG 8", "png", "uint8"),
+        ("TIFF 8", "tif", "uint8"),
+        ("TIFF 16", "tif", "uint16"),
+        ("EXR half", "exr", "half"),
+    ):
+        source, output = folder / f"source.{suffix}", scratch / f"aged.{suffix}"
+        _save(lib, picture, source, depth)
+        theirs = OpenImageIO(lib, source, scratch / f"theirs.{suffix}", depth, built, linear=suffix == "exr")
+        peers = [
+            Peer("OpenImageIO + OpenColorIO (Python)", theirs.python, APPLY_LIMIT),
+            Peer("oiiotool", theirs.oiiotool if shutil.which("oiiotool") else None, APPLY_LIMIT),
+        ]
+        for how, aging in (("model", aged), ("LUT", lut)):
+            peers_here = [*peers, _colour_apply(lut, picture)] if name == "TIFF 8" else peers
+            mine = partial(apply_to_image, source, output, aging, force=True)
+            yield from race(f"apply {how} to {size} Mpx, {name}", mine, *peers_here, times=bench.long, scratch=scratch)
+
+
+def tiled_tissue(width: int, height: int) -> Any:
+    """Real tissue (skimage's immunohistochemistry image), mirrored tile by tile so that no seams show."""
+    from skimage.data import immunohistochemistry
+
+    tile = immunohistochemistry()
+    tile = np.concatenate([tile, tile[:, ::-1]], axis=1)
+    tile = np.concatenate([tile, tile[::-1]], axis=0)
+    repeats = (-(-height // tile.shape[0]), -(-width // tile.shape[1]), 1)
+    return np.ascontiguousarray(np.tile(tile, repeats)[:height, :width])
+
+
+def _save(lib: Any, picture: Any, path: Path, depth: str) -> None:
+    values = picture / np.float32(255)
+    if depth == "half":
+        values = np.asarray(colour.cctf_decoding(values, function="sRGB"), np.float32)
+    spec = lib.ImageSpec(picture.shape[1], picture.shape[0], 3, lib.FLOAT)
+    buffer = lib.ImageBuf(spec)
+    buffer.set_pixels(lib.ROI(), values)
+    buffer.set_write_format(depth)
+    buffer.specmod().attribute("compression", "zip")
+    if not buffer.write(str(path)):
+        raise SystemExit(f"bench: {path}: {buffer.geterror()}")
+
+
+@dataclass(frozen=True)
+class OpenImageIO:
+    """The same picture from file to file by OpenImageIO, which applies the LUT or the config's look by OpenColorIO."""
+
+    lib: Any
+    source: Path
+    output: Path
+    depth: str
+    built: Path
+    linear: bool
+
+    def python(self) -> None:
+        """By its Python binding."""
+        lib, aged = self.lib, self.lib.ImageBuf()
+        read, config = lib.ImageBuf(str(self.source)), str(self.built / FOLDER / "config.ocio")
+        if self.linear:
+            look, space = "Aged display look", "Linear sRGB"
+            done = lib.ImageBufAlgo.ociolook(aged, read, look, space, space, colorconfig=config)
+        else:
+            lut = str(self.built / FOLDER / "aged.cube")
+            done = lib.ImageBufAlgo.ociofiletransform(aged, read, lut, colorconfig=config)
+        aged.set_write_format(self.depth)
+        if not (done and aged.write(str(self.output))):
+            raise SystemExit(f"bench: OpenImageIO: {aged.geterror() or lib.geterror()}")
+
+    def oiiotool(self) -> None:
+        """By its command."""
+        step = ["--ociofiletransform", str(self.built / FOLDER / "aged.cube")]
+        if self.linear:
+            step = ["--ociolook:from=Linear sRGB:to=Linear sRGB", "Aged display look"]
+        config = ["--colorconfig", str(self.built / FOLDER / "config.ocio")]
+        run(["oiiotool", *config, str(self.source), *step, "-d", self.depth, "-o", str(self.output)])
+
+
+def _colour_apply(lut: Path, picture: Any) -> Peer:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        table = colour.read_LUT(str(lut))
+    crop = picture[:500, :500] / 255.0
+    tetrahedral = colour.algebra.table_interpolation_tetrahedral
+    scale = picture.shape[0] * picture.shape[1] / (crop.shape[0] * crop.shape[1])
+    name = f"colour.LUT3D.apply (no files; {crop.shape[1]} × {crop.shape[0]} timed)"
+    return Peer(name, partial(table.apply, crop, interpolator=tetrahedral), None, scale)
+
+
+# ---- start-up, and the table
+
+
+def starting(bench: Bench) -> Row:
+    """`lutgen --help` as a process."""
+    seconds = [_seconds(partial(run, [*LUTGEN, "--help"])) for _ in range(bench.short)]
+    return against_limit("lutgen --help", seconds, START_LIMIT_S, "s")
+
+
+def all_rows(bench: Bench, folder: Path) -> Iterator[Row]:
+    """Run everything, giving each row as soon as it is known."""
+    model = DisplayModel(read_measurements(default_display()))
+    built = folder / "built"
+    build(bench, built)
+    yield from evaluation(bench, model)
+    yield from writing(bench, model, built, folder)
+    yield from building(bench, built, folder)
+    yield from applying(bench, model, built, folder)
+    yield starting(bench)
+
+
+def print_table(rows: list[Row], bench: Bench) -> None:
+    """Print what people read."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("what", "lutgen", "peer", "", "ratio", "(spread)", "goal", "met?", box=None, pad_edge=False)
+    for row in rows:
+        ratio = "" if row.ratio is None else f"{row.ratio:.3g}"
+        spread = "" if row.low is None or row.high is None else f"({row.low:.3g} to {row.high:.3g})"
+        goal = "" if row.goal is None else f"≥ {row.goal:.2g}"
+        peer = "" if row.peer is None else _quantity(row.peer, row.unit)
+        table.add_row(row.what, _quantity(row.lutgen, row.unit), peer, row.peer_name, ratio, spread, goal, row.met)
+    console = Console(width=200)
+    console.print(table, highlight=False)
+    console.print(_footnotes(bench), highlight=False, soft_wrap=True)
+
+
+def _quantity(value: float, unit: str) -> str:
+    if unit == "s" and value < 1:
+        return f"{value * 1e3:.3g} ms"
+    return f"{value:.3g} {unit}"
+
+
+def _footnotes(bench: Bench) -> str:
+    return (
+        "ratio: the peer's time over lutgen's, median of turns taken alternately "
+        f"({bench.short} turns; builds and images {bench.long}).\n"
+        f"ociobakelut: {bench.bakes} processes timed one after the other and scaled to all LUTs; lutgen uses "
+        f"{os.cpu_count()} cores. apply: ≥ {APPLY_LIMIT:.2g} is at most 1.3 times their time.\n"
+        f"Python {sys.version.split()[0]}, numpy {np.__version__}, colour {colour.__version__}, "
+        f"OpenColorIO {ocio().__version__}, OpenImageIO {oiio().__version__}; modes {', '.join(MODES)}."
+    )
+
+
+def main() -> None:
+    """Measure, then print."""
+    parser = argparse.ArgumentParser(description="How fast lutgen is, against other programs.")
+    parser.add_argument("--quick", action="store_true", help="small work, few repetitions: does every row run?")
+    parser.add_argument("--json", action="store_true", dest="as_json", help="print rows as JSON")
+    arguments = parser.parse_args()
+    bench = Bench.quick() if arguments.quick else Bench()
+    with tempfile.TemporaryDirectory(prefix="lutgen-bench-") as folder:
+        rows = []
+        for row in all_rows(bench, Path(folder)):
+            print(f"{row.what} · {row.peer_name}", file=sys.stderr)
+            rows.append(row)
+    if arguments.as_json:
+        print(json.dumps([{**asdict(row), "met": row.met} for row in rows], indent=1, ensure_ascii=False))
+    else:
+        print_table(rows, bench)
+
+
+if __name__ == "__main__":
+    main()
