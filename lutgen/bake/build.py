@@ -175,8 +175,8 @@ class _Work:
     sizes: dict[tuple[str, str], int] | None = None
 
 
-#: One process's judge, the certificates of tables that it has met, and each format's last table: ``stable`` has only one,
-#: at every hour.
+#: One process's judge, the certificates of tables that it has met, and each format's last table: ``stable`` has one
+#: for all hours.
 _JUDGE = Judge()
 _CERTIFICATES: dict[object, Certificate] = {}
 _BAKED: dict[str, tuple[object, Lut | MatrixLut, Figures]] = {}

@@ -27,6 +27,16 @@ class Provenance:
     identifier: str
     lines: tuple[str, ...]
 
+    def __post_init__(self) -> None:
+        """Keep each text on its line: a display's name or source may hold anything that a user typed."""
+        object.__setattr__(self, "title", _one_line(self.title))
+        object.__setattr__(self, "identifier", _one_line(self.identifier))
+        object.__setattr__(self, "lines", tuple(_one_line(line) for line in self.lines))
+
+
+def _one_line(text: str) -> str:
+    return "".join(letter if letter.isprintable() else " " for letter in text)
+
 
 @dataclass(frozen=True)
 class Format:
