@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -38,13 +38,19 @@ def replacing(path: Path) -> Iterator[Path]:
         yield partial
         partial.replace(path)
     except OSError as error:
-        partial.unlink(missing_ok=True) if path.parent.is_dir() else None
+        _discard(partial)
         reason = (error.strerror or str(error)).lower()
         message = f"{path}: cannot write: {reason}. Make room, or choose another place to write to."
         raise LutgenError(message) from None
     except BaseException:
-        partial.unlink(missing_ok=True)
+        _discard(partial)
         raise
+
+
+def _discard(partial: Path) -> None:
+    # On a read-only disk, or below a file, there is nothing to remove; that the write failed is said already.
+    with suppress(OSError):
+        partial.unlink(missing_ok=True)
 
 
 @contextmanager

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from lutgen.bake.manifest import JOURNAL, MANIFEST, Manifest, Recipe, planned, read_manifest, sha256
 from lutgen.errors import LutgenError
 from lutgen.files import PARTIAL, write_atomically
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
 
@@ -57,8 +59,9 @@ def claim(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Folde
         without ``force``.
 
     """
-    if path.exists() and not path.is_dir():
-        message = f"{path}: is a file, and the output is a folder. Choose another with -o."
+    in_the_way = next((place for place in (path, *path.parents) if place.exists()), path)
+    if in_the_way.exists() and not in_the_way.is_dir():
+        message = f"{in_the_way}: is a file, and the output is a folder. Choose another with -o."
         raise LutgenError(message)
     try:
         manifest, journal = read_manifest(path / MANIFEST), read_manifest(path / JOURNAL)
@@ -86,7 +89,7 @@ def claim(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Folde
 
 def _refuse_other_build(path: Path, manifest: Manifest | None, journal: Manifest | None, recipe: Recipe) -> None:
     for build in (journal, manifest):
-        if build and build.recipe != _as_read(recipe):
+        if build and _wherever(build.recipe) != _wherever(json.loads(json.dumps(recipe.as_json()))):
             message = (
                 f"{path}: holds a build from other measurements, options or another version. Add --force to replace "
                 f"what lutgen wrote there, or choose another folder with -o."
@@ -103,10 +106,13 @@ def _refuse_other_build(path: Path, manifest: Manifest | None, journal: Manifest
                 raise LutgenError(message)
 
 
-def _as_read(recipe: Recipe) -> object:
-    import json
-
-    return json.loads(json.dumps(recipe.as_json()))
+def _wherever(recipe: Mapping[str, Any]) -> Mapping[str, Any]:
+    """A recipe as read, without the way to the measurements: a folder that was moved holds the same build."""
+    model = recipe.get("model")
+    display = model.get("display") if isinstance(model, dict) else None
+    if not isinstance(model, dict) or not isinstance(display, dict):
+        return recipe
+    return {**recipe, "model": {**model, "display": {**display, "path": None}}}
 
 
 def _remove_empty(folder: Path, root: Path) -> None:

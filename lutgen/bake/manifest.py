@@ -139,14 +139,14 @@ def read_manifest(path: Path) -> Manifest | None:
         content = json.loads(path.read_bytes())
     except FileNotFoundError:
         return None
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         message = f"{path}: cannot be read as a lutgen manifest ({error}). Was it edited? Build into another folder."
         raise LutgenError(message) from None
     if not isinstance(content, dict) or content.get("schema") != SCHEMA:
         message = f"{path}: not a manifest of this version of lutgen (schema {SCHEMA}). Build into another folder."
         raise LutgenError(message)
     try:
-        files = tuple(FileRecord(**record) for record in content.pop("files"))
+        files = tuple(_file_record(record) for record in content.pop("files"))
     except (KeyError, TypeError) as error:
         message = f"{path}: the list of files is damaged ({error}). Build into another folder."
         raise LutgenError(message) from None
@@ -156,6 +156,12 @@ def read_manifest(path: Path) -> Manifest | None:
             message = f"{path}: lists a file outside its folder ({record.path!r}). Was it edited?"
             raise LutgenError(message)
     return Manifest(content, files)
+
+
+def _file_record(content: dict[str, Any]) -> FileRecord:
+    if not (isinstance(content["path"], str) and isinstance(content["sha256"], str)):
+        raise TypeError("a path or a hash is no text")
+    return FileRecord(**content)
 
 
 def planned(paths: Sequence[str]) -> tuple[FileRecord, ...]:

@@ -6,8 +6,10 @@ import multiprocessing
 import os
 import signal
 import sys
+import threading
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.connection import wait
 from typing import TYPE_CHECKING, TypeVar
 
 from lutgen.errors import LutgenError
@@ -31,8 +33,7 @@ def in_parallel(function: Callable[[_T], _R], items: Sequence[_T], jobs: int | N
     # A forked worker has numpy and OpenColorIO loaded; later Pythons warn of forking beside other threads.
     method = "fork" if sys.platform == "linux" and sys.version_info < (3, 12) else "spawn"
     context = multiprocessing.get_context(method)
-    # An interrupt is the parent's to handle: workers that ignore it finish the file in hand, and say nothing.
-    with ProcessPoolExecutor(jobs, context, signal.signal, (signal.SIGINT, signal.SIG_IGN)) as pool:
+    with ProcessPoolExecutor(jobs, context, _begin_worker) as pool:
         try:
             yield from pool.map(function, items)
         except BrokenProcessPool:
@@ -41,3 +42,17 @@ def in_parallel(function: Callable[[_T], _R], items: Sequence[_T], jobs: int | N
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise
+
+
+def _begin_worker() -> None:
+    # An interrupt is the parent's to handle: workers that ignore it finish the file in hand, and say nothing.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # A killed parent cannot call its workers off, and they would write on into a folder that the next build uses.
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)
