@@ -25,7 +25,6 @@ read from that table (the 1.9 by way of its "Max"). Past 11 100 h nothing suppor
 """
 
 import argparse
-import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -173,7 +172,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 0 if same else 1
     part = TABLE.with_name(TABLE.name + ".part")
     part.write_bytes(wanted)
-    os.replace(part, TABLE)
+    part.replace(TABLE)
     print(f"{TABLE.name}: {HOURS.size} hours x {len(DRIVES)} tips written")
     return 0
 

@@ -1,0 +1,678 @@
+"""``lutgen build``: what lies in the folder, how true it is, what is refused, and what a killed build leaves."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+
+from lutgen.bake.build import Built, Plan, build
+from lutgen.bake.fidelity import PAIRS, certificate_colours
+from lutgen.bindings import ocio
+from lutgen.display import DisplayModel, default_display
+from lutgen.errors import LutgenError
+from lutgen.measurements import read_measurements
+from tests.twin import Twin, nearest_points, rows_of_csv, to_linear
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+ROOT = Path(__file__).parents[1]
+SMALL = Plan((0.0, 10_000.0), modes=("chroma", "chroma-luma"), cubesize=17)
+#: The certificate figures of the issue are for these.
+HOURS = (10_000.0, 18_000.0)
+AGING = ("chroma", "chroma-luma")
+JOURNAL = ".lutgen-build.json"
+
+
+@pytest.fixture(scope="module")
+def model() -> DisplayModel:
+    return DisplayModel(read_measurements(default_display()))
+
+
+@pytest.fixture(scope="module")
+def small(model: DisplayModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One build, which no test alters."""
+    folder = tmp_path_factory.mktemp("small") / "aged"
+    build(model, SMALL, folder, jobs=1)
+    return folder
+
+
+@pytest.fixture
+def copy(small: Path, tmp_path: Path) -> Path:
+    """A copy of that build, to be altered."""
+    return Path(shutil.copytree(small, tmp_path / "aged"))
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Every file below a folder, by its relative path."""
+    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+def manifest_of(folder: Path) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
+    return content
+
+
+def lutgen(*arguments: str | Path, **options: Any) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "lutgen", *map(str, arguments)]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, **options)
+
+
+def refused(done: subprocess.CompletedProcess[str], *says: str) -> None:
+    """Exit code 2, one sentence on standard error, nothing else."""
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert done.stdout == ""
+    assert done.stderr.startswith("lutgen: error: ")
+    assert done.stderr.count("\n") == 1
+    for fragment in says:
+        assert fragment in done.stderr
+
+
+# Layout and manifest
+
+
+def test_the_folder_is_laid_out_as_documented(small: Path) -> None:
+    expected = {"manifest.json", "config.ocio"}
+    for mode in AGING:
+        for hour in ("0h", "10000h"):
+            expected |= {f"{mode}/{hour}/{name}" for name in ("config.ocio", "aged.cube", "aged.clf")}
+    assert set(contents(small)) == expected
+
+
+def test_hours_with_decimals_have_folders_of_their_own(model: DisplayModel, tmp_path: Path) -> None:
+    plan = Plan((562.5, 562.0), modes=("chroma",), formats=("clf",), cubesize=17, certify=False)
+    build(model, plan, tmp_path / "aged", jobs=1)
+    assert {path.name for path in (tmp_path / "aged" / "chroma").iterdir()} == {"562.5h", "562h"}
+
+
+def test_the_manifest_knows_every_file_by_hash_and_size(small: Path) -> None:
+    files = {record["path"]: record for record in manifest_of(small)["files"]}
+    found = contents(small)
+    del found["manifest.json"]
+    assert set(files) == set(found)
+    for path, data in found.items():
+        assert files[path]["sha256"] == hashlib.sha256(data).hexdigest()
+        assert files[path]["bytes"] == len(data)
+
+
+def test_the_manifest_names_inputs_options_and_a_certificate_for_each_lut(small: Path) -> None:
+    content = manifest_of(small)
+    assert content["model"]["display"]["sha256"] == hashlib.sha256(default_display().read_bytes()).hexdigest()
+    assert content["options"]["hours"] == [0, 10_000]
+    assert content["options"]["cubesize"] == 17
+    for record in content["files"]:
+        is_lut = record["path"].endswith((".cube", ".clf"))
+        assert (record["certificate"] is not None) == is_lut
+        if is_lut:
+            groups = [record["certificate"][group] for group in ("smooth", "gamut", "border")]
+            assert sum(group["colours"] for group in groups) >= 100_000
+            assert groups[0]["colours"] > 30_000
+
+
+def test_the_manifest_has_no_absolute_paths_no_dates_and_no_host(small: Path, tmp_path: Path) -> None:
+    shutil.copyfile(default_display(), tmp_path / "mine.csv")
+    mine = DisplayModel(read_measurements(tmp_path / "mine.csv"))
+    build(mine, Plan((0.0,), modes=("chroma",), cubesize=17, certify=False), tmp_path / "aged", jobs=1)
+    for folder in (small, tmp_path / "aged"):
+        for name, data in contents(folder).items():
+            text = data.decode()
+            for secret in (
+                str(ROOT),
+                str(tmp_path),
+                tempfile.gettempdir(),
+                os.uname().nodename,
+                time.strftime("%Y-%m-%d"),
+            ):
+                assert secret not in text, name
+
+
+def test_the_birth_certificate_of_a_lut_says_what_it_is(small: Path) -> None:
+    for name in ("aged.cube", "aged.clf"):
+        text = (small / "chroma-luma/10000h" / name).read_text(encoding="utf-8")
+        for fact in ("RECONSTRUCTED", "mode: chroma-luma", "hours: 10000", "selection nearest", "fidelity: dE2000"):
+            assert fact in text, name
+
+
+# The same bytes
+
+
+def test_a_second_build_writes_the_same_bytes(small: Path, model: DisplayModel, tmp_path: Path) -> None:
+    build(model, SMALL, tmp_path / "again", jobs=1)
+    assert contents(tmp_path / "again") == contents(small)
+
+
+def test_two_processes_write_the_bytes_of_one(small: Path, model: DisplayModel, tmp_path: Path) -> None:
+    # Five displays and more are needed for a second process to get any.
+    plan = Plan((0.0, 3333.3, 10_000.0), cubesize=17)
+    build(model, plan, tmp_path / "one", jobs=1)
+    build(model, plan, tmp_path / "two", jobs=2)
+    assert contents(tmp_path / "one") == contents(tmp_path / "two")
+    # What a LUT holds does not depend on what else was built.
+    path = "chroma/10000h/aged.clf"
+    assert (tmp_path / "one" / path).read_bytes() == (small / path).read_bytes()
+
+
+def test_building_again_into_the_same_folder_changes_nothing(copy: Path, small: Path, model: DisplayModel) -> None:
+    built = build(model, SMALL, copy, jobs=1)
+    assert built.unfinished is None
+    assert contents(copy) == contents(small)
+
+
+def test_a_build_that_was_moved_can_be_built_again(tmp_path: Path) -> None:
+    shutil.copyfile(default_display(), tmp_path / "mine.csv")
+    mine = DisplayModel(read_measurements(tmp_path / "mine.csv"))
+    plan = Plan((0.0,), modes=("chroma",), cubesize=17, certify=False)
+    build(mine, plan, tmp_path / "aged", jobs=1)
+    (tmp_path / "deeper").mkdir()
+    moved = (tmp_path / "aged").rename(tmp_path / "deeper" / "aged")
+    build(mine, plan, moved, jobs=1)
+    assert "chroma/0h/aged.cube" in contents(moved)
+
+
+# Certificates
+
+
+@pytest.fixture(scope="module")
+def nearest_33(model: DisplayModel, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Built]:
+    folder = tmp_path_factory.mktemp("nearest") / "aged"
+    return folder, build(model, Plan(HOURS, modes=AGING), folder)
+
+
+@pytest.fixture(scope="module")
+def continuous(tmp_path_factory: pytest.TempPathFactory) -> Built:
+    model = DisplayModel(read_measurements(default_display()), selection="continuous")
+    folder = tmp_path_factory.mktemp("continuous") / "aged"
+    return build(model, Plan(HOURS, modes=AGING, formats=("clf",)), folder)
+
+
+@pytest.mark.parametrize("mode", AGING)
+@pytest.mark.parametrize("hours", HOURS)
+def test_certificates_are_as_good_as_expected(
+    mode: str, hours: float, nearest_33: tuple[Path, Built], continuous: Built
+) -> None:
+    records = {
+        record.format: record for record in nearest_33[1].manifest.files if (record.mode, record.hours) == (mode, hours)
+    }
+    cube, clf = records["cube"].certificate, records["clf"].certificate
+    (exact,) = (
+        record.certificate
+        for record in continuous.manifest.files
+        if (record.kind, record.mode, record.hours) == ("lut", mode, hours)
+    )
+    assert cube is not None
+    assert clf is not None
+    assert exact is not None
+    assert cube["smooth"]["mean"] <= 0.02
+    assert cube["smooth"]["p99"] <= 0.2
+    assert clf["smooth"]["max"] <= 0.02
+    # `continuous` has no borders: every colour counts.
+    assert max(exact[group]["max"] for group in ("smooth", "gamut", "border")) <= 0.01
+
+
+@pytest.mark.filterwarnings(
+    # colour-science says at import which optional packages it would also use; nothing here needs them.
+    "ignore::colour.utilities.ColourUsageWarning"
+)
+@pytest.mark.parametrize("name", ["aged.cube", "aged.clf"])
+def test_a_certificate_is_what_a_slow_independent_path_finds(name: str, nearest_33: tuple[Path, Built]) -> None:
+    """The twin's model, OpenColorIO by a short path, colour-science's Lab and ΔE, the groups in plain Python."""
+    import colour
+
+    path = nearest_33[0] / "chroma/18000h" / name
+    (record,) = (r for r in nearest_33[1].manifest.files if r.path == f"chroma/18000h/{name}")
+    code = certificate_colours()
+    twin = Twin(rows_of_csv(default_display().read_text(encoding="utf-8")), mode="chroma", hours=18_000.0)
+    model = np.array([twin.linear((r, g, b)) for r, g, b in code.tolist()])
+
+    lib = ocio()
+    lib.ClearAllCaches()
+    transform = lib.FileTransform(src=str(path), interpolation=lib.INTERP_TETRAHEDRAL)
+    shown = code.astype(np.float32)
+    lib.Config.CreateRaw().getProcessor(transform).getDefaultCPUProcessor().applyRGB(shown)
+    shown_linear = colour.models.eotf_sRGB(np.clip(shown.astype(np.float64), 0, 1))
+    matrix = colour.normalised_primary_matrix([0.64, 0.33, 0.30, 0.60, 0.15, 0.06], [0.3127, 0.3290])
+    lab = [colour.XYZ_to_Lab(linear @ matrix.T, [0.3127, 0.3290]) for linear in (np.clip(model, 0, 1), shown_linear)]
+    error = colour.delta_E(lab[0], lab[1], method="CIE 2000")
+
+    group = groups(code, twin, linear_index=name == "aged.clf")
+    certificate = record.certificate
+    assert certificate is not None
+    for label in ("smooth", "gamut", "border"):
+        mine = error[group == label]
+        figures = certificate[label]
+        assert figures["colours"] == len(mine), label
+        if len(mine):
+            found = [float(mine.mean()), float(np.quantile(mine, 0.99)), float(mine.max())]
+            assert found == pytest.approx([figures["mean"], figures["p99"], figures["max"]], abs=1.5e-6), label
+    outside = ((model < -1e-6) | (model > 1 + 1e-6)).any(axis=1).mean()
+    assert certificate["clipped_share"] == pytest.approx(outside, abs=1e-6)
+
+
+def groups(code: Any, twin: Twin, *, linear_index: bool) -> Any:
+    """The group of every colour, by the definition in fidelity's docstring, for a 33³ table."""
+    axis = [i / 32 for i in range(33)]
+    axis_linear = axis if linear_index else [to_linear(value) for value in axis]
+    points: dict[tuple[int, int, int], tuple[str, str]] = {}
+
+    def at(node: tuple[int, int, int]) -> tuple[str, str]:
+        """Region of a lattice point, and on which sides of the gamut its aged colour lies."""
+        if node not in points:
+            linear = (axis_linear[node[0]], axis_linear[node[1]], axis_linear[node[2]])
+            red, green, blue = code_of(linear) if linear_index else (axis[node[0]], axis[node[1]], axis[node[2]])
+            aged = twin.linear((red, green, blue))
+            side = "".join("+" if value > 1 else "-" if value < 0 else "0" for value in aged)
+            points[node] = "".join(nearest_points(linear)), side
+        return points[node]
+
+    result = []
+    for place, (red, green, blue) in enumerate(code.tolist()):
+        linear = (to_linear(red), to_linear(green), to_linear(blue))
+        own = "".join(nearest_points(linear))
+        met = [at(node) for node in mixed(linear if linear_index else (red, green, blue))]
+        if place >= len(code) - 2 * PAIRS or any(region != own for region, _ in met):
+            result.append("border")
+        elif not linear_index and len({side for _, side in met}) > 1:
+            result.append("gamut")
+        else:
+            result.append("smooth")
+    return np.array(result)
+
+
+def code_of(linear: tuple[float, float, float]) -> tuple[float, float, float]:
+    red, green, blue = (12.92 * value if value <= 0.0031308 else 1.055 * value ** (1 / 2.4) - 0.055 for value in linear)
+    return red, green, blue
+
+
+def mixed(index: tuple[float, float, float]) -> list[tuple[int, int, int]]:
+    """Lattice points that tetrahedral interpolation mixes with more than 1e-6 each."""
+    corner = [min(int(value * 32), 31) for value in index]
+    share = [value * 32 - low for value, low in zip(index, corner, strict=True)]
+    order = sorted(range(3), key=lambda channel: -share[channel])
+    steps = [1.0, *(share[channel] for channel in order), 0.0]
+    node, found = list(corner), []
+    for step in range(4):
+        if steps[step] - steps[step + 1] > 1e-6:
+            found.append((node[0], node[1], node[2]))
+        if step < 3:
+            node[order[step]] += 1
+    return found
+
+
+def test_tolerance_picks_the_smallest_size_that_keeps_it(model: DisplayModel, tmp_path: Path) -> None:
+    plan = Plan((10_000.0,), modes=("chroma",), formats=("cube",))
+    reached = {}
+    for size in (17, 33, 65):
+        sized = Plan(plan.hours, modes=plan.modes, formats=plan.formats, cubesize=size)
+        (lut,) = (r for r in build(model, sized, tmp_path / str(size), jobs=1).manifest.files if r.kind == "lut")
+        assert lut.certificate is not None
+        reached[size] = lut.certificate["smooth"]["max"]
+    assert reached[17] > reached[33] > reached[65]
+    for size, tolerance in ((17, reached[17] * 1.01), (33, reached[33] * 1.01), (65, reached[33] * 0.99)):
+        chosen = Plan(plan.hours, modes=plan.modes, formats=plan.formats, tolerance=tolerance)
+        (lut,) = (r for r in build(model, chosen, tmp_path / f"t{size}", jobs=1).manifest.files if r.kind == "lut")
+        assert lut.size == size
+        assert lut.certificate is not None
+        assert lut.certificate["smooth"]["max"] <= tolerance
+
+
+def test_a_tolerance_that_no_size_keeps_is_refused_and_nothing_is_written(tmp_path: Path) -> None:
+    out = tmp_path / "aged"
+    done = lutgen("build", "--hours", "10000", "--mode", "chroma", "--format", "cube", "--tolerance", "1e-6", "-o", out)
+    refused(done, "--tolerance 1e-06", "no size certifies", "65³")
+    assert list(tmp_path.iterdir()) == []
+
+
+# Bad options
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (("--hours", "20000"), "outside the measured span 0..18000 h"),
+        (("--hours", "18000..0"), "backwards"),
+        (("--hours", "0..18000:0"), "never arrives"),
+        (("--hours", "1000000000"), "outside the measured span"),
+        (("--hours", "0..18000:0.00001"), "more than 10000"),
+        (("--cubesize", "1"), "Pick one of: 17, 33, 65"),
+        (("--cubesize", "1000"), "Pick one of: 17, 33, 65"),
+        (("--mode", "chrome"), "Pick one of: stable, chroma, chroma-luma"),
+        (("--mode", ","), "at least one"),
+        (("--format", "icc2"), "Pick one of: clf, cube"),
+        (("--format", ""), "at least one"),
+        (("--tolerance", "0"), "--tolerance 0"),
+        (("--tolerance", "nan"), "--tolerance nan"),
+        (("--luminance", "linear"), "Pick one of: paper, measured"),
+        (("--luminance", "none.csv"), "none.csv"),
+        (("--display", "none.csv"), "none.csv"),
+        (("--model", "none.toml"), "none.toml"),
+    ],
+)
+def test_a_bad_option_is_refused_and_nothing_is_written(options: tuple[str, ...], says: str, tmp_path: Path) -> None:
+    refused(lutgen("build", *options, "-o", tmp_path / "aged"), says)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "options", [("--cubesize", "big"), ("--jobs", "0"), ("--selection", "some"), ("--hour", "0,x"), ("extra",)]
+)
+def test_an_option_that_click_refuses_is_exit_2_too(options: tuple[str, ...], tmp_path: Path) -> None:
+    done = lutgen("build", *options, "-o", tmp_path / "aged")
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+# The output folder
+
+
+@pytest.mark.parametrize("name", ["notes.txt", "manifest.json", "chroma/10000h/aged.cube", ".hidden", "chroma"])
+@pytest.mark.parametrize("force", [False, True])
+def test_a_folder_with_someone_elses_files_is_left_alone(
+    name: str, model: DisplayModel, tmp_path: Path, *, force: bool
+) -> None:
+    path = tmp_path / "aged" / name
+    path.parent.mkdir(parents=True)
+    path.write_text("mine")
+    with pytest.raises(LutgenError, match=r"choose|Build into another"):
+        build(model, SMALL, tmp_path / "aged", jobs=1, force=force)
+    assert contents(tmp_path / "aged") == {name: b"mine"}
+
+
+def test_a_foreign_file_beside_our_own_survives_a_build_over_it(copy: Path, model: DisplayModel) -> None:
+    (copy / "chroma" / "notes.txt").write_text("mine")
+    other = Plan((5000.0,), modes=("chroma",), formats=("clf",), cubesize=17)
+    build(model, other, copy, jobs=1, force=True)
+    found = contents(copy)
+    assert found.pop("chroma/notes.txt") == b"mine"
+    # What the last build made and this one does not is gone, empty folders too.
+    assert set(found) == {"manifest.json", "config.ocio", "chroma/5000h/config.ocio", "chroma/5000h/aged.clf"}
+    assert not (copy / "chroma-luma").exists()
+    assert not (copy / "chroma" / "0h").exists()
+
+
+@pytest.mark.parametrize("force", [False, True])
+def test_a_foreign_file_where_ours_would_go_is_refused_even_with_force(
+    copy: Path, model: DisplayModel, *, force: bool
+) -> None:
+    path = copy / "chroma/5000h/aged.clf"
+    path.parent.mkdir()
+    path.write_text("mine")
+    before = contents(copy)
+    other = Plan((5000.0,), modes=("chroma",), formats=("clf",), cubesize=17)
+    with pytest.raises(LutgenError, match=r"did not write, such as aged\.clf"):
+        build(model, other, copy, jobs=1, force=force)
+    assert contents(copy) == before
+
+
+def test_another_build_of_ours_needs_force(copy: Path, model: DisplayModel) -> None:
+    before = contents(copy)
+    others = [
+        (DisplayModel(model.measurements, selection="continuous"), SMALL),
+        (DisplayModel(model.measurements, reference="absolute"), SMALL),
+        (model, Plan((0.0, 10_000.0), modes=("chroma", "chroma-luma"), cubesize=33)),
+        (model, Plan((0.0, 5000.0), modes=("chroma", "chroma-luma"), cubesize=17)),
+    ]
+    for other, plan in others:
+        with pytest.raises(LutgenError, match="Add --force"):
+            build(other, plan, copy, jobs=1)
+    assert contents(copy) == before
+
+
+@pytest.mark.parametrize("name", ["chroma/10000h/aged.cube", "chroma/10000h/aged.clf", "config.ocio"])
+def test_a_file_that_was_altered_is_noticed_and_replaced_by_force(
+    name: str, copy: Path, small: Path, model: DisplayModel
+) -> None:
+    path = copy / name
+    path.write_bytes(path.read_bytes() + b"\n")
+    with pytest.raises(LutgenError, match="altered since lutgen wrote it"):
+        build(model, SMALL, copy, jobs=1)
+    build(model, SMALL, copy, jobs=1, force=True)
+    assert contents(copy) == contents(small)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[]",
+        "{}",
+        "null",
+        '{"schema": 2}',
+        '{"schema": 1}',
+        '{"schema": 1, "files": null}',
+        '{"schema": 1, "files": 3}',
+        '{"schema": 1, "files": [1]}',
+        '{"schema": 1, "files": [{"path": "x"}]}',
+        '{"schema": 1, "files": [{"path": 5, "kind": "lut", "mode": null, "hours": 0, "sha256": "", "bytes": 0}]}',
+        '{"schema": 1, "files": [{"path": "../x", "kind": "lut", "mode": null, "hours": 0, "sha256": "", "bytes": 0}]}',
+        '{"schema": 1, "files": [{"path": "/x", "kind": "lut", "mode": null, "hours": 0, "sha256": "", "bytes": 0}]}',
+        "[" * 100_000,
+    ],
+)
+def test_a_manifest_that_is_not_ours_is_refused(text: str, model: DisplayModel, tmp_path: Path) -> None:
+    folder = tmp_path / "aged"
+    folder.mkdir()
+    (folder / "manifest.json").write_text(text)
+    (tmp_path / "x").write_text("mine")
+    with pytest.raises(LutgenError, match=r"manifest\.json"):
+        build(model, SMALL, folder, jobs=1, force=True)
+    assert contents(tmp_path) == {"aged/manifest.json": text.encode(), "x": b"mine"}
+
+
+@pytest.mark.parametrize("name", ["file", "file/below", "/dev/full", "/dev/null"])
+def test_an_output_that_is_a_file_is_refused(name: str, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("mine")
+    done = lutgen("build", "--hours", "0", "--mode", "chroma", "-o", tmp_path / name)
+    refused(done)
+    assert "manifest" not in done.stderr
+    assert contents(tmp_path) == {"file": b"mine"}
+
+
+@pytest.fixture
+def tiny_disk(tmp_path: Path) -> Iterator[Path]:
+    """A file system of 300 kB."""
+    yield from mounted(tmp_path / "disk", "size=300k")
+
+
+@pytest.fixture
+def read_only_disk(tmp_path: Path) -> Iterator[Path]:
+    yield from mounted(tmp_path / "disk", "ro")
+
+
+def mounted(folder: Path, options: str) -> Iterator[Path]:
+    folder.mkdir()
+    try:
+        done = subprocess.run(
+            ["mount", "-t", "tmpfs", "-o", options, "lutgen-test", str(folder)],
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+    except FileNotFoundError:
+        pytest.skip("there is no mount here")
+    if done.returncode != 0:
+        pytest.skip(f"mounting a file system needs root: {done.stderr.strip()}")
+    try:
+        yield folder
+    finally:
+        subprocess.run(["umount", str(folder)], check=True)
+
+
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_a_full_disk_is_one_sentence_and_leaves_whole_files(jobs: str, tiny_disk: Path, small: Path) -> None:
+    options = ("--hours", "0,10000", "--mode", "chroma,chroma-luma", "--cubesize", "17")
+    done = lutgen("build", *options, "--jobs", jobs, "-o", tiny_disk / "aged")
+    refused(done, "no space left on device")
+    check_whole(tiny_disk / "aged", contents(small))
+    assert not list((tiny_disk / "aged").rglob("*partial*"))
+
+
+def test_a_read_only_folder_is_one_sentence(read_only_disk: Path) -> None:
+    for output in (read_only_disk, read_only_disk / "aged"):
+        refused(lutgen("build", "--hours", "0", "--mode", "chroma", "-o", output), "read-only", str(output))
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_a_folder_without_permission_is_one_sentence(tmp_path: Path) -> None:
+    folder = tmp_path / "locked"
+    folder.mkdir()
+    folder.chmod(0o555)
+    refused(lutgen("build", "--hours", "0", "--mode", "chroma", "-o", folder / "aged"), "permission denied")
+    folder.chmod(0o000)
+    refused(lutgen("build", "--hours", "0", "--mode", "chroma", "-o", folder), str(folder))
+    folder.chmod(0o755)
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="there is no /proc here")
+def test_a_folder_that_cannot_be_made_is_one_sentence() -> None:
+    refused(
+        lutgen("build", "--hours", "0", "--mode", "chroma", "-o", "/proc/lutgen/aged"), "/proc/lutgen", "cannot write"
+    )
+
+
+# Killed
+
+
+def check_whole(folder: Path, reference: dict[str, bytes]) -> None:
+    """Every file is whole: equal to the reference's where LUTs are compared, readable in any case."""
+    lib = ocio()
+    for path in folder.rglob("*"):
+        relative = str(path.relative_to(folder))
+        if path.is_dir() or path.name.endswith(".lutgen-partial"):
+            continue
+        if path.suffix == ".clf":
+            ET.fromstring(path.read_bytes())  # noqa: S314 - our own
+        if path.suffix == ".ocio":
+            lib.Config.CreateFromFile(str(path)).validate()
+        if path.suffix == ".json":
+            json.loads(path.read_bytes())
+        if relative != JOURNAL:
+            assert path.read_bytes() == reference[relative], relative
+
+
+def still_running(group: int) -> list[int]:
+    """Processes of a process group that still run (zombies, which nobody may reap here, do not)."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            state, _, pgrp = stat.read_text().rpartition(")")[2].split()[:3]
+        except (FileNotFoundError, ProcessLookupError):
+            continue
+        if int(pgrp) == group and state != "Z":
+            found.append(int(stat.parent.name))
+    return found
+
+
+KILLED = ("build", "--hours", "0,500,10000,18000", "--mode", "chroma,chroma-luma", "--cubesize", "17", "--jobs", "2")
+
+
+class Killable:
+    """That build, in a process group of its own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        command = [sys.executable, "-m", "lutgen", *KILLED, "-o", str(folder)]
+        nowhere = subprocess.DEVNULL
+        self.process = subprocess.Popen(command, cwd=ROOT, stdout=nowhere, stderr=nowhere, start_new_session=True)
+
+    def wait_until_it_writes(self) -> None:
+        while not (self.folder / JOURNAL).exists():
+            assert self.process.poll() is None, "the build ended before it wrote"
+            time.sleep(0.001)
+
+    def kill(self) -> None:
+        """What `kill -9` and the kernel's out-of-memory killer do: one process, its workers are not asked."""
+        self.process.kill()
+        self.process.wait()
+
+    def running(self) -> list[int]:
+        return still_running(self.process.pid)
+
+    def clear(self) -> None:
+        for orphan in self.running():
+            os.kill(orphan, signal.SIGKILL)
+        self.process.wait()
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, bytes], float]:
+    """What that build gives when nobody kills it, and for how long it writes."""
+    build = Killable(tmp_path_factory.mktemp("undisturbed") / "aged")
+    build.wait_until_it_writes()
+    start = time.monotonic()
+    assert build.process.wait() == 0
+    return contents(build.folder), time.monotonic() - start
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="watches processes through /proc")
+@pytest.mark.parametrize("seed", range(8))
+def test_kill_9_leaves_whole_files_and_the_next_build_completes(
+    seed: int, undisturbed: tuple[dict[str, bytes], float], tmp_path: Path
+) -> None:
+    reference, duration = undisturbed
+    build = Killable(tmp_path / "aged")
+    try:
+        build.wait_until_it_writes()
+        # One moment in each eighth of the time, the last as late as the end.
+        time.sleep(duration * (seed + random.Random(seed).random()) / 8)  # noqa: S311 - no secret
+        build.kill()
+        check_whole(build.folder, reference)
+        interrupted = (build.folder / JOURNAL).exists()
+        assert interrupted or seed > 3, "not killed while it wrote"
+        missing = len(set(reference) - set(contents(build.folder)) - {"manifest.json"})
+        done = lutgen(*KILLED, "-o", build.folder)
+        assert done.returncode == 0, done.stderr
+        assert contents(build.folder) == reference
+        assert ("interrupted" in done.stdout) == interrupted
+        if interrupted:
+            # A worker may finish its file after the kill, before it sees that its parent is gone.
+            said = int(done.stdout.split(" of its ")[0].rsplit(" ", 1)[1])
+            assert missing - 2 <= said <= missing
+    finally:
+        build.clear()
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="watches processes through /proc")
+def test_the_workers_of_a_killed_build_do_not_outlive_it(
+    undisturbed: tuple[dict[str, bytes], float], tmp_path: Path
+) -> None:
+    """They would write into a folder that the next build owns, and then wait for ever."""
+    build = Killable(tmp_path / "aged")
+    try:
+        build.wait_until_it_writes()
+        end = time.monotonic() + undisturbed[1]
+        while len(build.running()) < 3 and time.monotonic() < end:
+            time.sleep(0.002)
+        assert len(build.running()) >= 3, "two workers never started"
+        build.kill()
+        end = time.monotonic() + 5
+        while build.running() and time.monotonic() < end:
+            time.sleep(0.05)
+        assert build.running() == []
+    finally:
+        build.clear()
+
+
+def test_what_a_killed_build_half_wrote_is_cleared_away(copy: Path, small: Path, model: DisplayModel) -> None:
+    """The state of a folder after `kill -9`, made by hand: a journal, some files, a partial one, no manifest."""
+    (copy / "manifest.json").rename(copy / JOURNAL)
+    (copy / "chroma/10000h/aged.clf").unlink()
+    (copy / "config.ocio").unlink()
+    (copy / "chroma/10000h/.aged.clf.lutgen-partial").write_text("half")
+    built = build(model, SMALL, copy, jobs=1)
+    assert built.unfinished == (2, 13)
+    assert contents(copy) == contents(small)
