@@ -275,13 +275,18 @@ def groups(code: Any, twin: Twin, *, linear_index: bool) -> Any:
             red, green, blue = code_of(linear) if linear_index else (axis[node[0]], axis[node[1]], axis[node[2]])
             aged = twin.linear((red, green, blue))
             side = "".join("+" if value > 1 else "-" if value < 0 else "0" for value in aged)
-            points[node] = "".join(nearest_points(linear)), side
+            points[node] = region_of(linear), side
         return points[node]
+
+    def region_of(linear: tuple[float, float, float]) -> str:
+        """On which side of white's border, or on it: the one border at which `nearest` jumps."""
+        nearest = nearest_points(linear)
+        return "white" if list(nearest) == ["w"] else "border" if "w" in nearest else "primary"
 
     result = []
     for place, (red, green, blue) in enumerate(code.tolist()):
         linear = (to_linear(red), to_linear(green), to_linear(blue))
-        own = "".join(nearest_points(linear))
+        own = region_of(linear)
         met = [at(node) for node in mixed(linear if linear_index else (red, green, blue))]
         if place >= len(code) - 2 * PAIRS or any(region != own for region, _ in met):
             result.append("border")

@@ -1,10 +1,11 @@
 """Fidelity: a LUT file as OpenColorIO applies it, against the display model in double precision.
 
 The certificate's colours are the same for every file: uniform in code values, a grey ramp, tissue, and pairs that
-hug the borders at which the paper's ``nearest`` selection jumps. No interpolated table can follow the model where it
-jumps, and none that is clipped where it bends at the viewer's gamut; figures are therefore given apart:
+hug the border at which the paper's ``nearest`` selection jumps: white's (see ``display/paper.py``). No interpolated
+table can follow the model where it jumps, and none that is clipped where it bends at the viewer's gamut; figures are
+therefore given apart:
 
-``border``  the pairs, and colours for which the interpolation mixes lattice points of different selections
+``border``  the pairs, and colours for which the interpolation mixes lattice points from both sides of the border
 ``gamut``   other colours for which it mixes lattice points that the table clips with others that it does not
 ``smooth``  all the rest
 """
@@ -221,30 +222,26 @@ def tissue_colours(random: np.random.Generator) -> Array:
 
 
 def border_pairs(random: np.random.Generator) -> Array:
-    """Pairs of colours on both sides of a border of ``nearest``, 1e-4 to 1e-2 of linear light apart.
+    """Pairs of colours on both sides of white's border in ``nearest``, 1e-4 to 1e-2 of linear light apart.
 
-    In linear light a primary c scores c and white scores r+g+b−1; the largest score is the nearest colour point.
+    White is nearer than the nearest primary where the other two channels sum to more than 1.
     """
-    scores = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-    offset = np.array([-1.0, 0.0, 0.0, 0.0])
-    # A third of random colours has its two nearest colour points' border inside the cube.
-    linear = random.random((6 * PAIRS, 3))
-    first, second = np.argsort(-(transform(scores, linear) + offset), axis=1)[:, :2].T
-    normal = scores[first] - scores[second]
-    level = offset[first] - offset[second]
-    normal_squared = (normal**2).sum(axis=1)
-    on_border = linear - (((linear * normal).sum(axis=1) + level) / normal_squared)[:, np.newaxis] * normal
-    step = (10.0 ** random.uniform(-4, -2, len(linear)) / 2 / np.sqrt(normal_squared))[:, np.newaxis] * normal
+    # Of random colours, seven in twenty have the border that they are led to inside the cube.
+    linear = random.random((4 * PAIRS, 3))
+    others = 1.0 - (linear == linear.max(axis=1, keepdims=True))
+    beyond = (linear * others).sum(axis=1) - 1.0
+    on_border = linear - (beyond / 2)[:, np.newaxis] * others
+    step = (10.0 ** random.uniform(-4, -2, len(linear)) / np.sqrt(8))[:, np.newaxis] * others
     pairs = np.stack([on_border - step, on_border + step], axis=1)
     inside = ((pairs >= 0) & (pairs <= 1)).all(axis=(1, 2))
-    switching = (nearest_weights(pairs[:, 0]) != nearest_weights(pairs[:, 1])).any(axis=1)
+    switching = nearest_weights(pairs[:, 0])[:, 0] < nearest_weights(pairs[:, 1])[:, 0]
     return linear_to_code(pairs[inside & switching][:PAIRS].reshape(-1, 3))
 
 
 def mixing_of(code: Array, space: str, size: int) -> Mixing:
     """Find the lattice points that tetrahedral interpolation mixes for each colour, and whether it crosses a border.
 
-    A colour crosses when a lattice point of influence belongs to another selection of ``nearest`` than its own.
+    A colour crosses when a lattice point of influence lies on another side of white's border than itself.
     """
     nodes, weight = tetrahedra(code, space, size)
     first = np.argmax(weight > INFLUENCE, axis=1)
@@ -261,8 +258,9 @@ def _differ(labels: NDArray[np.uint8]) -> NDArray[np.bool_]:
 
 
 def _region(weights: Array) -> NDArray[np.uint8]:
-    """Which colour points share a colour, as bits."""
-    return np.asarray((weights > 0) @ np.array([1, 2, 4, 8]), dtype=np.uint8)
+    """Label colours by white's share: 0 none, 1 on the border, 2 all."""
+    white = weights[:, 0]
+    return np.asarray((white > 0).astype(np.uint8) + (white == 1))
 
 
 def _jumps(aged: AgedDisplay) -> bool:

@@ -3,6 +3,11 @@
 Avanaki et al., Proc. SPIE 9420 (2015), steps 2, 3 and 5. A matrix T'_i sends the three colour points other than
 i to their measured XYZ; T_i = ⅓ Σ_{j≠i} T'_j then reproduces colour point i exactly.
 
+What the white adds to its primaries, D = XYZ_w − XYZ_r − XYZ_g − XYZ_b, is all that tells the matrices apart:
+``continuous`` gives the additive display + D·min(r', g', b'), ``nearest`` the additive display + ⅓D·(r' + g' + b') near
+white, and + ⅓D·(the two smaller channels) near a primary. So ``nearest`` bends, but does not jump, between primaries;
+at white's border it jumps by ⅓D·(the largest channel).
+
 Both selections are linear in the matrices, so they are split in two links: ``Selection`` spreads a colour over
 twelve coordinates (which matrix, which channel) and does not age; ``Matrices`` multiplies by what does.
 """
@@ -23,7 +28,7 @@ if TYPE_CHECKING:
 
 #: Selection → what it means, for help texts.
 SELECTIONS = {
-    "nearest": "the paper: T of the colour point nearest in linear light, ties averaged; jumps at borders",
+    "nearest": "the paper: T of the colour point nearest in linear light, ties averaged; jumps at the border to white",
     "continuous": "T' of the smallest channel: no jumps, and all four colour points are met",
 }
 
@@ -54,7 +59,7 @@ def nearest_weights(linear: Array) -> Array:
     """Share of each T_i, step 5: shape (n, 3) → (n, 4) in the order w, r, g, b; rows sum to 1.
 
     The colour point nearest to the colour in linear light (Euclidean); all points within ``TIE`` of the smallest
-    distance share equally, so that a grey below ½, as near to red as to green and blue, is no lottery.
+    distance share equally, so that rounding decides nothing for a grey below ½, as near to red as to green and blue.
     """
     red, green, blue = linear.T
     # |l − p|² = |l|² + 1 − 2·score with score r, g, b for the primaries and r+g+b−1 for white. The same |l|² for all

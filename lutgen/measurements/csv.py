@@ -29,6 +29,10 @@ _DECIMAL_COMMA = re.compile(r"\d,\d+;|;\s*\d+,\d")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 
+#: No colour has a smaller y than the violet end of the spectrum, 0.005; far below, xY/y overflows.
+MIN_Y = 1e-4
+
+
 class _Rows(NamedTuple):
     columns: list[str]
     cells: list[list[str]]
@@ -149,7 +153,7 @@ def _numbers(rows: _Rows, name: str, file: str) -> Array:
 def _check_chromaticity(values: dict[str, Array], rows: _Rows, file: str) -> None:
     x, y, luminance = values["x"], values["y"], values["Y"]
     for bad, column, why in (
-        (y <= 0, "y", "y must be above 0: XYZ = xY/y would be infinite"),
+        (y < MIN_Y, "y", "y must be above 0: XYZ = xY/y would be infinite"),
         (x < 0, "x", "x must not be negative"),
         (x + y > 1, "x", "x + y must not be above 1: that is no colour"),
         (luminance > RANGES["XYZ"][1], "Y", "Y is more than a million cd/m², which no display gives"),
