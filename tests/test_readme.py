@@ -42,6 +42,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder that holds what the examples name."""
     folder = tmp_path_factory.mktemp("examples")
     imsave(folder / "slide.png", immunohistochemistry()[:64, :64])
+    for name in ("a.tif", "b.tif"):
+        imsave(folder / name, immunohistochemistry()[:32, :32])
+    (folder / "compared").mkdir()
     shutil.copyfile(default_display(), folder / "my-display.csv")
     shutil.copyfile(ROOT / "configs/default/chroma/10000h/aged.clf", folder / "theirs.clf")
     model = DisplayModel(read_measurements(default_display()))
