@@ -171,10 +171,11 @@ def _add_views(lib: Any, config: Any, aged: AgedConfig) -> None:
 
 def _file_rules(lib: Any) -> Any:
     rules = lib.FileRules()
-    for position, extension in enumerate((*LINEAR_FILES, *SIGNAL_FILES)):
-        space = LINEAR if extension in LINEAR_FILES else SOURCE
-        pattern = "".join(f"[{letter.upper()}{letter}]" for letter in extension)
-        rules.insertRule(position, extension, space, "*", pattern)
+    for position, (name, space, extensions) in enumerate(
+        (("Linear light", LINEAR, LINEAR_FILES), ("Code values", SOURCE, SIGNAL_FILES))
+    ):
+        patterns = ("".join(f"[{letter.upper()}{letter}]" for letter in extension) for extension in extensions)
+        rules.insertRule(position, name, space, rf".*\.({'|'.join(patterns)})$")
     rules.setDefaultRuleColorSpace(SOURCE)
     return rules
 

@@ -38,6 +38,9 @@ if TYPE_CHECKING:
 SEED = 20150319
 UNIFORM, GREY, TISSUE, PAIRS = 50_000, 4_096, 32_000, 16_384
 
+#: A table by itself is judged on one in so many of the certificate's colours.
+EVERY = 32
+
 #: Optical density of the stains per unit of R, G, B absorption: haematoxylin, eosin, DAB
 #: (Ruifrok & Johnston, Anal. Quant. Cytol. Histol. 23, 291-299, 2001).
 STAINS = np.array([[0.65, 0.70, 0.29], [0.07, 0.99, 0.11], [0.27, 0.57, 0.78]])
@@ -112,7 +115,7 @@ class Judge:
 
     def prepare(self, aged: AgedDisplay, *, certify: bool) -> None:
         """Compute what every display with this head shares, before workers are forked, which then inherit it."""
-        self._model(aged, every=16)
+        self._model(aged, every=EVERY)
         if certify:
             self._model(aged)
 
@@ -144,9 +147,9 @@ class Judge:
         )
 
     def table_error(self, lut: Lut | MatrixLut, aged: AgedDisplay) -> Figures:
-        """ΔE2000 of a table by itself, in double precision on every 16th colour: the same on every binding."""
-        code = self.code[::16]
-        model = self._model(aged, every=16)
+        """ΔE2000 of a table by itself, in double precision on some colours: the same on every binding."""
+        code = self.code[::EVERY]
+        model = self._model(aged, every=EVERY)
         if isinstance(lut, Lut):
             key = (lut.space, lut.size)
             if key not in self._tetrahedra:
