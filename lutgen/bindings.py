@@ -22,9 +22,13 @@ def ocio() -> Any:
 
 
 def ocio_errors() -> tuple[type[BaseException], ...]:
-    """Return what OpenColorIO raises: a missing file is not among its own ``Exception``."""
+    """Return what OpenColorIO raises.
+
+    A missing file is not among its own ``Exception``, and where it quotes a file that is no text, Python cannot decode
+    what it says.
+    """
     lib = ocio()
-    return lib.Exception, lib.ExceptionMissingFile
+    return lib.Exception, lib.ExceptionMissingFile, UnicodeDecodeError
 
 
 def oiio() -> Any:
