@@ -309,7 +309,7 @@ def check_digits(values: Array) -> None:
         cells = ["%.7f" % value for value in row]  # noqa: UP031 - the oracle itself
         cells = [cell.removeprefix("-") if float(cell) == 0 else cell for cell in cells]
         expected.append(" ".join(cell if cell.startswith("-") or not signed else f" {cell}" for cell in cells))
-    assert rows_of_text(values).decode() == "".join(f"{line}\n" for line in expected)
+    assert bytes(rows_of_text(values)).decode() == "".join(f"{line}\n" for line in expected)
 
 
 @pytest.mark.parametrize("span", [(0.0, 1.0), (-0.6, 1.1), (-9.0, 9.0), (0.0, 1e-6), (-1e-6, 1e-6)])

@@ -28,7 +28,7 @@ def _pieces() -> tuple[NDArray[np.uint32], NDArray[np.uint32], NDArray[np.uint16
     return np.frombuffer(head, np.uint32), np.frombuffer(middle, np.uint32), np.frombuffer(last, np.uint16)
 
 
-def rows_of_text(values: Array) -> bytes:
+def rows_of_text(values: Array) -> memoryview:
     """Return ``values``, shape (n, k), as n lines of k numbers with seven decimals, separated by one space.
 
     Numbers must lie in (-10, 10): one digit before the point. When any is negative every number gets a column
@@ -41,11 +41,12 @@ def rows_of_text(values: Array) -> bytes:
 
     """
     flat = np.asarray(values, dtype=np.float64).reshape(-1)
-    # NaN fails the comparison too.
-    if not (np.abs(flat) < 10 - 1 / _SCALE).all():
+    smallest, largest = flat.min(), flat.max()
+    # NaN is both, and fails the comparison too.
+    if not (smallest > 1 / _SCALE - 10 and largest < 10 - 1 / _SCALE):
         message = "a table holds NaN, infinity or a number of 10 or more"
         raise ValueError(message)
-    signed = int((flat < -0.5 / _SCALE).any())
+    signed = int(smallest < -0.5 / _SCALE)
     width = DECIMALS + 3 + signed
     text = np.empty((flat.size, width), dtype=np.uint8)
     raw = text.reshape(-1)
@@ -64,4 +65,4 @@ def rows_of_text(values: Array) -> bytes:
         tens = low // 10
         head[part], middle[part], last[part] = heads.take(high), middles.take(tens), lasts.take(low - tens * 10)
     text.reshape(len(values), -1)[:, -1] = ord("\n")
-    return text.tobytes()
+    return raw.data

@@ -78,7 +78,7 @@ def _table(lut: Lut) -> bytes:
     )
     # CLF has blue fastest, the table red.
     values = lut.table.transpose(2, 1, 0, 3).reshape(-1, 3)
-    return head.encode() + rows_of_text(values) + b"    </Array>\n  </LUT3D>\n"
+    return b"".join((head.encode(), rows_of_text(values), b"    </Array>\n  </LUT3D>\n"))
 
 
 FORMAT = Format(

@@ -29,7 +29,7 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     title = provenance.title.replace('"', "'")
     header = [f'TITLE "{title}"', *(f"# {line}" for line in provenance.lines), f"LUT_3D_SIZE {lut.size}"]
     text = "\n".join(header) + "\n"
-    return text.encode("ascii", errors="replace") + rows_of_text(lut.table.reshape(-1, 3))
+    return b"".join((text.encode("ascii", errors="replace"), rows_of_text(lut.table.reshape(-1, 3))))
 
 
 FORMAT = Format(
