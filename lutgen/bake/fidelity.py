@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 SEED = 20150319
 UNIFORM, GREY, TISSUE, PAIRS = 50_000, 4_096, 32_000, 16_384
 
-#: A table by itself is judged on one in so many of the certificate's colours.
+#: A table by itself is judged on so many times fewer colours.
 EVERY = 32
 
 #: Optical density of the stains per unit of R, G, B absorption: haematoxylin, eosin, DAB
@@ -113,11 +113,16 @@ class Judge:
         """The certificate's colours, shape (n, 3), code values that float32 holds exactly."""
         return certificate_colours()
 
+    @cached_property
+    def few(self) -> Array:
+        """A smaller set of the same mix."""
+        return certificate_colours(one_in=EVERY)
+
     def prepare(self, aged: AgedDisplay, *, certify: bool) -> None:
         """Compute what every display with this head shares, before workers are forked, which then inherit it."""
-        self._model(aged, every=EVERY)
+        self._model(aged, self.few)
         if certify:
-            self._model(aged)
+            self._model(aged, self.code)
 
     def certify(self, path: Path, aged: AgedDisplay, table: TableKind) -> Certificate:
         """Read ``path`` through OpenColorIO and compare it with ``aged``.
@@ -132,7 +137,7 @@ class Judge:
 
     def compare(self, code: Array, aged: AgedDisplay, table: TableKind) -> Certificate:
         """Compare the code values that a file gave for ``self.code`` with the model's."""
-        model = self._model(aged)
+        model = self._model(aged, self.code)
         clipped = outside_gamut(model).mean()
         shown = code_to_linear(np.clip(code, 0.0, 1.0))
         error = delta_e_2000(linear_to_lab(np.clip(model, 0.0, 1.0)), linear_to_lab(shown))
@@ -148,8 +153,7 @@ class Judge:
 
     def table_error(self, lut: Lut | MatrixLut, aged: AgedDisplay) -> Figures:
         """ΔE2000 of a table by itself, in double precision on some colours: the same on every binding."""
-        code = self.code[::EVERY]
-        model = self._model(aged, every=EVERY)
+        code, model = self.few, self._model(aged, self.few)
         if isinstance(lut, Lut):
             key = (lut.space, lut.size)
             if key not in self._tetrahedra:
@@ -160,10 +164,10 @@ class Judge:
         shown = code_to_linear(np.clip(shown, 0.0, 1.0))
         return figures(delta_e_2000(linear_to_lab(np.clip(model, 0.0, 1.0)), linear_to_lab(shown)))
 
-    def _model(self, aged: AgedDisplay, every: int = 1) -> Array:
-        key = (aged.head, every)
+    def _model(self, aged: AgedDisplay, code: Array) -> Array:
+        key = (aged.head, len(code))
         if key not in self._heads:
-            self._heads[key] = aged.head_signal(self.code[::every])
+            self._heads[key] = aged.head_signal(code)
         return xyz_to_linear(aged.xyz(self._heads[key]))
 
     def _mixing_in(self, table: TableKind) -> Mixing:
@@ -208,29 +212,33 @@ def apply_lut(path: Path, code: Array) -> Array:
     return result.astype(np.float64)
 
 
-def certificate_colours() -> Array:
-    """Return the certificate's colours, shape (n, 3): uniform, greys, tissue, then 2 × ``PAIRS`` border colours."""
+def certificate_colours(one_in: int = 1) -> Array:
+    """Return the certificate's colours, shape (n, 3): uniform, greys, tissue, then 2 × ``PAIRS`` border colours.
+
+    ``one_in``: so many times fewer of each kind.
+    """
     random = np.random.default_rng(SEED)
-    uniform = random.random((UNIFORM, 3))
-    grey = np.repeat(np.linspace(0.0, 1.0, GREY)[:, np.newaxis], 3, axis=1)
-    code = np.concatenate([uniform, grey, tissue_colours(random), border_pairs(random)])
+    uniform = random.random((UNIFORM // one_in, 3))
+    grey = np.repeat(np.linspace(0.0, 1.0, GREY // one_in)[:, np.newaxis], 3, axis=1)
+    tissue, pairs = tissue_colours(random, TISSUE // one_in), border_pairs(random, PAIRS // one_in)
+    code = np.concatenate([uniform, grey, tissue, pairs])
     return code.astype(np.float32).astype(np.float64)
 
 
-def tissue_colours(random: np.random.Generator) -> Array:
+def tissue_colours(random: np.random.Generator, count: int) -> Array:
     """Stained tissue by Beer-Lambert: random amounts of haematoxylin, eosin and DAB, 8-bit code values."""
-    amounts = random.gamma([[1.2, 0.9, 0.3]], [[0.35, 0.25, 0.35]], (TISSUE, 3))
+    amounts = random.gamma([[1.2, 0.9, 0.3]], [[0.35, 0.25, 0.35]], (count, 3))
     light = 0.95 * 10.0 ** -transform(STAINS.T, amounts)
     return np.asarray(np.round(linear_to_code(light) * 255.0) / 255.0)
 
 
-def border_pairs(random: np.random.Generator) -> Array:
+def border_pairs(random: np.random.Generator, count: int) -> Array:
     """Pairs of colours on both sides of white's border in ``nearest``, 1e-4 to 1e-2 of linear light apart.
 
     White is nearer than the nearest primary where the other two channels sum to more than 1.
     """
     # Of random colours, seven in twenty have the border that they are led to inside the cube.
-    linear = random.random((4 * PAIRS, 3))
+    linear = random.random((4 * count, 3))
     others = 1.0 - (linear == linear.max(axis=1, keepdims=True))
     beyond = (linear * others).sum(axis=1) - 1.0
     on_border = linear - (beyond / 2)[:, np.newaxis] * others
@@ -238,7 +246,7 @@ def border_pairs(random: np.random.Generator) -> Array:
     pairs = np.stack([on_border - step, on_border + step], axis=1)
     inside = ((pairs >= 0) & (pairs <= 1)).all(axis=(1, 2))
     switching = nearest_weights(pairs[:, 0])[:, 0] < nearest_weights(pairs[:, 1])[:, 0]
-    return linear_to_code(pairs[inside & switching][:PAIRS].reshape(-1, 3))
+    return linear_to_code(pairs[inside & switching][:count].reshape(-1, 3))
 
 
 def mixing_of(code: Array, space: str, size: int) -> Mixing:

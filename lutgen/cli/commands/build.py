@@ -10,6 +10,8 @@ from lutgen.cli.shared import MODES, echo_json, model_from, model_options, progr
 
 if TYPE_CHECKING:
     from lutgen.bake.build import Built
+    from lutgen.bake.manifest import FileRecord
+    from lutgen.bake.summary import SummaryRow
 
 
 @click.command()
@@ -80,34 +82,31 @@ def command(
 
 
 def _report(built: Built, output: str) -> None:
+    from lutgen.bake.summary import summarise
+
+    if built.unfinished:
+        missing, planned = built.unfinished
+        click.echo(f"The last build into this folder was interrupted; {missing} of its {planned} files were missing.")
+    luts = [record for record in built.manifest.files if record.kind == "lut"]
+    configs = len(built.manifest.files) - len(luts)
+    click.echo(f"{len(luts)} LUTs and {configs} configs in {output}")
+    rows = summarise(luts)
+    if rows:
+        _report_certificates(luts, rows)
+
+
+def _report_certificates(luts: list[FileRecord], rows: list[SummaryRow]) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from lutgen.bake.summary import summarise
-
-    console = Console()
-    if built.unfinished:
-        missing, planned = built.unfinished
-        console.print(
-            f"The last build into this folder was interrupted; {missing} of its {planned} files were missing.",
-            soft_wrap=True,
-        )
-    luts = [record for record in built.manifest.files if record.kind == "lut"]
-    configs = len(built.manifest.files) - len(luts)
-    console.print(f"{len(luts)} LUTs and {configs} configs in {output}", highlight=False, soft_wrap=True)
-    rows = summarise(luts)
-    if not rows:
-        return
     table = Table("mode", "format", "files", "largest ΔE2000", "mean", "99 %", "max", box=None, pad_edge=False)
     for row in rows:
         figures = [f"{value:.4f}" for value in (row.mean, row.p99, row.max)]
         table.add_row(row.mode, row.format, str(row.files), row.group, *figures)
-    console.print(table)
+    Console().print(table)
     worst = max(luts, key=lambda record: record.certificate["clipped_share"] if record.certificate else 0.0)
     share = worst.certificate["clipped_share"] if worst.certificate else 0.0
-    console.print(
-        f"Up to {share:.1%} of the test colours leave the viewer's sRGB gamut ({worst.mode}, {worst.hours:g} h).",
-        highlight=False,
-        soft_wrap=True,
+    click.echo(
+        f"Up to {share:.1%} of the test colours leave the viewer's sRGB gamut ({worst.mode}, {worst.hours:g} h)."
     )
-    console.print("smooth: the model without its jumps and clipping; gamut, border: where it clips, where it jumps.")
+    click.echo("smooth: the model without its jumps and clipping; gamut, border: where it clips, where it jumps.")
