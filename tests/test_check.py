@@ -113,6 +113,25 @@ FAULTS: list[tuple[str, Callable[[Path], None], str, str]] = [
     ("a manifest that points outside", edit("manifest.json", CUBE, "../" + CUBE), "manifest.json", "outside"),
     ("a manifest of another model", edit("manifest.json", '"nearest"', '"fastest"'), "manifest.json", "selection"),
     ("another model in the manifest", edit("manifest.json", '"relative"', '"absolute"'), CUBE, "over the budget"),
+    (
+        "a model without the way to its file",
+        edit("manifest.json", r'"path": "../mine.csv",', ""),
+        "manifest.json",
+        "path",
+    ),
+    ("a model with a number for a path", edit("manifest.json", r'"../mine.csv"', "5"), "manifest.json", "path"),
+    (
+        "a model with text for hours",
+        edit("manifest.json", r'"hours": \[\s*0.0', '"hours": ["x"'),
+        "manifest.json",
+        "model",
+    ),
+    (
+        "a file with text for its hour",
+        edit("manifest.json", r'"hours": 10000.0', '"hours": "x"'),
+        "manifest.json",
+        "hours",
+    ),
     ("an interrupted build", interrupted, ".lutgen-build.json", "interrupted"),
 ]
 

@@ -43,7 +43,8 @@ class Plan:
     tolerance
         ΔE2000 that the largest ``smooth`` error may reach; the smallest of ``SIZES`` that keeps it is taken.
     certify
-        Read every LUT back through OpenColorIO and compare it with the model.
+        Read every different table back through OpenColorIO and compare it with the model; hours that show the same
+        display share a certificate. ``lutgen check`` reads every file.
 
     """
 

@@ -110,6 +110,7 @@ def model_from_json(content: Mapping[str, Any], *, where: str) -> DisplayModel:
 
     try:
         display, law = content["display"], content["luminance"]
+        _check_kind(display, "path", str | None)
         hours = np.array(display["hours"], dtype=np.float64)
         tips = np.array(display["xyY"], dtype=np.float64)
         measurements = Measurements(
@@ -128,7 +129,9 @@ def model_from_json(content: Mapping[str, Any], *, where: str) -> DisplayModel:
             selection=content["selection"],
             luminance=law_of_table(law["law"], table, where=where) if table else luminance_law("measured"),
         )
-    except (KeyError, TypeError, AttributeError) as error:
+    except LutgenError:
+        raise
+    except (KeyError, TypeError, AttributeError, ValueError) as error:
         message = f"{where}: the model in the manifest is not complete ({error!r}). Build again."
         raise LutgenError(message) from None
 
@@ -159,9 +162,14 @@ def read_manifest(path: Path) -> Manifest | None:
 
 
 def _file_record(content: dict[str, Any]) -> FileRecord:
-    if not (isinstance(content["path"], str) and isinstance(content["sha256"], str)):
-        raise TypeError("a path or a hash is no text")
+    for key, kind in (("path", str), ("sha256", str), ("mode", str | None), ("hours", int | float | None)):
+        _check_kind(content, key, kind)
     return FileRecord(**content)
+
+
+def _check_kind(content: Mapping[str, Any], key: str, kind: Any) -> None:
+    if not isinstance(content[key], kind):
+        raise TypeError(f"{key} is {content[key]!r}")
 
 
 def planned(paths: Sequence[str]) -> tuple[FileRecord, ...]:

@@ -93,7 +93,8 @@ def _read_table(path: Path) -> tuple[tuple[float, float], ...]:
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        message = f"{path}: cannot read the luminance table: {error}."
+        reason = (getattr(error, "strerror", None) or str(error)).lower()
+        message = f"{path}: cannot read the luminance table: {reason}."
         raise LutgenError(message) from None
     rows = [row for row in csv.reader(lines) if row and not row[0].startswith("#")]
     if rows and [cell.strip() for cell in rows[0]] == ["hour", "factor"]:

@@ -53,8 +53,8 @@ def command(
     """Bake aged displays into LUTs and OpenColorIO configs, one per aging mode and hour.
 
     Writes DIR/manifest.json, DIR/config.ocio (every display, by context variables) and for each mode and hour a folder
-    such as DIR/chroma/10000h with its own config.ocio and LUTs. Every LUT is read back through OpenColorIO and
-    compared with the model; the figures are in the manifest.
+    such as DIR/chroma/10000h with its own config.ocio and LUTs. Every different table is read back through
+    OpenColorIO and compared with the model; the figures are in the manifest.
 
     \b
     Example:
