@@ -146,7 +146,15 @@ def xyz_to_linear(xyz: ArrayLike) -> Array:
 
 def linear_to_lab(linear: ArrayLike) -> Array:
     """Linear sRGB to CIE L*a*b* under D65 (CIE 15:2018, 8.2.1). Shape (..., 3) → (..., 3)."""
-    ratio = transform(LINEAR_TO_XYZ / D65[:, np.newaxis], linear)
+    return _ratio_to_lab(transform(LINEAR_TO_XYZ / D65[:, np.newaxis], linear))
+
+
+def xyz_to_lab(xyz: ArrayLike, white: ArrayLike) -> Array:
+    """XYZ to CIE L*a*b* under a white of the same unit (CIE 15:2018, 8.2.1). Shapes (..., 3), (3,) → (..., 3)."""
+    return _ratio_to_lab(np.asarray(xyz, dtype=np.float64) / np.asarray(white, dtype=np.float64))
+
+
+def _ratio_to_lab(ratio: Array) -> Array:
     f = np.where(ratio > (6 / 29) ** 3, np.cbrt(ratio), ratio * ((29 / 6) ** 2 / 3) + 4 / 29)
     x, y, z = np.moveaxis(f, -1, 0)
     return np.stack([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)], axis=-1)

@@ -1,0 +1,33 @@
+"""Physical effects: the catalogue, and everybody's own.
+
+Built-in effects are the modules of ``lutgen/effects/catalogue``; installed packages add theirs by the entry-point
+group ``lutgen.effects``; :func:`lutgen.effects.own.load_file` reads a user's file.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import import_module
+from pkgutil import iter_modules
+
+from lutgen.effects.declare import STAGES, Effect, Parameter, chain_order, effect
+from lutgen.effects.scene import Scene, growth
+from lutgen.errors import LutgenError
+
+__all__ = ["STAGES", "Effect", "Parameter", "Scene", "catalogue", "effect", "growth"]
+
+#: Imported here and by name: its own name is then that of the function below, at run time and for type checkers.
+_FOLDER = import_module("lutgen.effects.catalogue")
+
+
+@cache
+def catalogue() -> dict[str, Effect]:
+    """Return the built-in effects by name, in the order of the light's way, then of the alphabet."""
+    found = []
+    for module in iter_modules(_FOLDER.__path__):
+        declared = getattr(import_module(f"{_FOLDER.__name__}.{module.name}"), module.name, None)
+        if not isinstance(declared, Effect):
+            message = f"lutgen/effects/catalogue/{module.name}.py holds no effect named {module.name}."
+            raise LutgenError(message)
+        found.append(declared)
+    return {each.name: each for each in sorted(found, key=chain_order)}

@@ -1,0 +1,51 @@
+"""The screen reflects the room: a constant light of the lamp's colour lies over everything.
+
+XYZ += R_d·E·lamp, with the diffuse reflection coefficient R_d in cd/m² per lx (1/sr) and E the light that falls on the
+screen in lx, so that R_d·E is the luminance that is added and no π is left over; lamp is the lamp's XYZ with Y = 1, D65
+unless tinted. Definition: Samei et al. (AAPM TG18), Med. Phys. 32, 1205 (2005). R_d of 0.002 to 0.06 1/sr at 4 to 150
+lx: effects.md.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.colorimetry import D65
+from lutgen.effects.declare import Parameter, effect
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.effects.scene import Scene
+
+#: The exponent bends the answer about this light.
+USUAL_LX = 100.0
+
+
+@effect(
+    stage="viewing",
+    neutral={"reflectance": 0.0},
+    forms=(
+        ("reflectance",),
+        ("reflectance", "tint_x", "tint_z"),
+        ("reflectance", "exponent", "tint_x", "tint_z"),
+    ),
+    needs=("ambient_lx",),
+    confused_with={
+        "black-level": "a shrouded black: stray light goes, a leak stays; or several levels of ambient light",
+        "meter-offset": "a reading with the lens capped, or several levels of ambient light",
+        "veiling-glare": "black at two levels of ambient light",
+    },
+    source="Samei et al. 2005 (AAPM TG18, definition); size: effects.md",
+    reflectance=Parameter(0.01, (0.0, 0.6), "1/sr", "luminance that the screen reflects per illuminance on it"),
+    tint_x=Parameter(0.0, (-0.4, 0.6), "1", "X of the lamp relative to D65's, less 1 (incandescent: 0.16)"),
+    tint_z=Parameter(0.0, (-0.95, 1.0), "1", "Z of the lamp relative to D65's, less 1 (incandescent: −0.67)"),
+    exponent=Parameter(1.0, (0.5, 2.0), "1", "power of the illuminance, where the light meter is not linear"),
+)
+def ambient_reflection(
+    xyz: Array, scene: Scene, *, reflectance: float, tint_x: float, tint_z: float, exponent: float
+) -> Array:
+    """Add the reflected room."""
+    light = scene.ambient_lx if exponent == 1.0 else USUAL_LX * (scene.ambient_lx / USUAL_LX) ** exponent
+    return np.asarray(xyz + reflectance * light * (D65 * np.array([1.0 + tint_x, 1.0, 1.0 + tint_z])))

@@ -1,0 +1,40 @@
+"""The light source fades: all colours alike.
+
+L = exp(−(t/T)^β), written with the loss at 18 000 h as exp(−ℓ·τ^β), so that T = 18 000 h/ℓ^(1/β). β = 1 is the
+exponential of IES TM-21; the paper's 67 % at 10 000 h and 40 % at 18 000 h (Avanaki et al., Proc. SPIE 9420, 2015) are
+not exponential: T = 19 150 h, β = 1.41 meets both. LED lamps may first rise by 1 to 3 %: × (1 + r·(1 − e^(−t/t_r))).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.effects.declare import Parameter, effect
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.effects.scene import Scene
+
+
+@effect(
+    stage="emission",
+    neutral={"loss": 0.0, "rise": 0.0},
+    forms=(("loss",), ("loss", "beta"), ("loss", "beta", "rise", "rise_h")),
+    baseline="fresh",
+    confused_with={
+        "stabilizer-headroom": "hours around the knee: held first, or falling from the start",
+        "meter-drift": "a second meter or a check source",
+        "drive-loss": "ramps; under a pure power law nothing separates them and the picture is the same",
+    },
+    source="IES TM-21 (form); Avanaki et al. 2015, Proc. SPIE 9420 (67 % and 40 %)",
+    loss=Parameter(0.9, (-0.3, 6.0), "1", "nepers lost by 18 000 h: T = 18 000 h/loss^(1/beta)"),
+    beta=Parameter(1.0, (0.3, 4.0), "1", "shape: 1 exponential, above 1 slow first"),
+    rise=Parameter(0.0, (-0.3, 0.3), "1", "share by which the light first rises"),
+    rise_h=Parameter(1000.0, (50.0, 6000.0), "h", "hours in which e − 1 of e parts of that rise come"),
+)
+def backlight_decay(tips: Array, scene: Scene, *, loss: float, beta: float, rise: float, rise_h: float) -> Array:
+    """Dim all tips."""
+    left = np.exp(-loss * scene.tau**beta) * (1.0 - rise * np.expm1(-scene.hours / rise_h))
+    return np.asarray(tips * left[..., np.newaxis])

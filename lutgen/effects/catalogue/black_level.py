@@ -1,0 +1,55 @@
+"""Black leaks light: a share of the backlight passes the panel at code 0, and more of it as the panel ages.
+
+XYZ += κ(τ) · q · W(t), with W(t) the white at that hour and q the leak's colour relative to white, slightly blue in
+LCDs. Medical LCDs show 0.43–0.87 cd/m² of black beside 263–715 cd/m² of white, and their black grows by a factor of 1.2
+to 3 in life.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import growth
+from lutgen.effects.time_law import POWER, SATURATION
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.effects.scene import Scene
+
+
+@effect(
+    stage="optics",
+    neutral={"new": 0.0, "grown": 0.0},
+    forms=(
+        ("grown",),
+        ("new",),
+        ("new", "grown"),
+        ("new", "grown", "power"),
+        ("new", "grown", "tint_x", "tint_z"),
+        ("new", "grown", "power", "tint_x", "tint_z"),
+        ("new", "grown", "power", "saturation", "tint_x", "tint_z"),
+    ),
+    refined=3,
+    confused_with={
+        "ambient-reflection": "a shrouded black: stray light goes, a leak stays",
+        "veiling-glare": "black on black beside black on white",
+        "meter-offset": "a reading with the lens capped, and a second date: a leak follows the backlight",
+    },
+    source="sizes: black and white luminance of medical LCDs, effects.md",
+    new=Parameter(0.0015, (0.0, 0.03), "1", "share of white's light that passes at black, at hour 0"),
+    grown=Parameter(0.0015, (-0.03, 0.06), "1", "what has come to that share by 18 000 h"),
+    power=POWER,
+    saturation=SATURATION,
+    tint_x=Parameter(0.0, (-0.5, 0.5), "1", "X of the leak relative to white's, less 1"),
+    tint_z=Parameter(0.0, (-0.5, 1.0), "1", "Z of the leak relative to white's, less 1"),
+)
+def black_level(
+    xyz: Array, scene: Scene, *, new: float, grown: float, power: float, saturation: float, tint_x: float, tint_z: float
+) -> Array:
+    """Add the leak to every colour."""
+    colour = scene.white * np.array([1.0 + tint_x, 1.0, 1.0 + tint_z])
+    share = growth(scene.tau, new=new, grown=grown, power=power, saturation=saturation)
+    return np.asarray(xyz + share * colour)

@@ -1,0 +1,66 @@
+"""Each channel fades at its own rate, as the three emitters of an OLED do; white drifts with them.
+
+P_c × exp(−ℓ_c·τ^p); white follows as the sum of its primaries. On an early OLED blue lost 12, green 8 and red 7 % in
+1000 h (effects.md). Stretched in time: Féry et al., Appl. Phys. Lett. 87, 213502 (2005), doi:10.1063/1.2133922.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.primaries import scaled
+from lutgen.effects.scene import growth
+from lutgen.effects.time_law import POWER, SATURATION
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.effects.scene import Scene
+
+#: No channel gains more nepers than this, so that light stays finite far beyond 18 000 h.
+MOST = 20.0
+
+
+@effect(
+    stage="emission",
+    neutral={"red": 0.0, "green": 0.0, "blue": 0.0},
+    forms=(
+        ("blue",),
+        ("red", "green", "blue"),
+        ("red", "green", "blue", "power"),
+        ("red", "green", "blue", "power", "saturation"),
+        ("red", "green", "blue", "power", "red_bend", "blue_bend"),
+    ),
+    refined=2,
+    baseline="fresh",
+    confused_with={
+        "phosphor-wear": "spectra of the primaries: unequal emitters keep their chromaticities",
+        "drive-loss": "ramps; under a pure power law nothing separates them and the picture is the same",
+    },
+    source="Féry et al. 2005, doi:10.1063/1.2133922 (form); size: effects.md",
+    red=Parameter(0.2, (-0.5, 10.0), "1", "nepers that red has lost by 18 000 h"),
+    green=Parameter(0.2, (-0.5, 10.0), "1", "nepers that green has lost by 18 000 h"),
+    blue=Parameter(0.4, (-0.5, 10.0), "1", "nepers that blue has lost by 18 000 h"),
+    power=POWER,
+    saturation=SATURATION,
+    red_bend=Parameter(1.0, (0.5, 2.0), "1", "power of red's loss in time relative to green's"),
+    blue_bend=Parameter(1.0, (0.5, 2.0), "1", "power of blue's loss in time relative to green's"),
+)
+def channel_decay(
+    tips: Array,
+    scene: Scene,
+    *,
+    red: float,
+    green: float,
+    blue: float,
+    power: float,
+    saturation: float,
+    red_bend: float,
+    blue_bend: float,
+) -> Array:
+    """Dim each primary, and white by their sum."""
+    bends = np.array([red_bend, 1.0, blue_bend])
+    size = growth(scene.tau**bends, new=0.0, grown=1.0, power=power, saturation=saturation)
+    return scaled(tips, np.exp(np.minimum(-size * np.array([red, green, blue]), MOST)))

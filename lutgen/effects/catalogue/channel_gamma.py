@@ -1,0 +1,133 @@
+"""The transfer curve of one channel drifts: greys take a tint, and only that channel's ramp bends.
+
+l_c → l_c^(1 + Γ_c) with a Γ for each channel, constant over the levels in the simple forms, free at five levels of one
+channel in the refined ones. Drivers and calibration tables are per channel, and so are their faults. The size is an
+assumption, effects.md.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.colorimetry import linear_to_code
+from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.level_curve import bent, level_curve
+from lutgen.effects.scene import growth
+from lutgen.effects.time_law import GROWING, POWER, SATURATION, share_of_final
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.effects.scene import Scene
+
+CODES = ("00", "25", "50", "75", "100")
+RED, GREEN, BLUE = (tuple(f"{channel}_{code}" for code in CODES) for channel in ("red", "green", "blue"))
+SIZES = tuple(f"{channel}_{date}" for channel in ("red", "green", "blue") for date in ("new", "grown"))
+
+
+def _new(channel: str) -> Parameter:
+    return Parameter(0.05, (-0.6, 2.0), "1", f"change of {channel}'s exponent at hour 0")
+
+
+def _grown(channel: str) -> Parameter:
+    return Parameter(0.05, (-0.6, 2.0), "1", f"what has come to {channel}'s exponent by 18 000 h")
+
+
+def _level(channel: str, code: str) -> Parameter:
+    return Parameter(0.0, (-0.6, 2.0), "1", f"change of {channel}'s exponent near code value {code}, at 18 000 h")
+
+
+@effect(
+    stage="transfer",
+    neutral=dict.fromkeys((*SIZES, *RED, *GREEN, *BLUE), 0.0),
+    forms=(
+        ("red_new", "red_grown"),
+        ("green_new", "green_grown"),
+        ("blue_new", "blue_grown"),
+        SIZES,
+        (*RED, "onset"),
+        (*GREEN, "onset"),
+        (*BLUE, "onset"),
+        (*RED, "onset", "power", "saturation"),
+        (*GREEN, "onset", "power", "saturation"),
+        (*BLUE, "onset", "power", "saturation"),
+    ),
+    refined=4,
+    confused_with={
+        "primary-shift": "ramps of red, green and blue: a gamma keeps each ramp's chromaticity",
+        "eotf-drift": "ramps of red, green and blue: one of them bends, or all",
+        "black-level": "single-channel ramps at dark levels",
+    },
+    source="size: an assumption, effects.md",
+    red_new=_new("red"),
+    red_grown=_grown("red"),
+    green_new=_new("green"),
+    green_grown=_grown("green"),
+    blue_new=_new("blue"),
+    blue_grown=_grown("blue"),
+    power=POWER,
+    saturation=SATURATION,
+    onset=GROWING,
+    red_00=_level("red", "0"),
+    red_25=_level("red", "0.25"),
+    red_50=_level("red", "0.5"),
+    red_75=_level("red", "0.75"),
+    red_100=_level("red", "1"),
+    green_00=_level("green", "0"),
+    green_25=_level("green", "0.25"),
+    green_50=_level("green", "0.5"),
+    green_75=_level("green", "0.75"),
+    green_100=_level("green", "1"),
+    blue_00=_level("blue", "0"),
+    blue_25=_level("blue", "0.25"),
+    blue_50=_level("blue", "0.5"),
+    blue_75=_level("blue", "0.75"),
+    blue_100=_level("blue", "1"),
+)
+def channel_gamma(
+    linear: Array,
+    scene: Scene,
+    *,
+    red_new: float,
+    red_grown: float,
+    green_new: float,
+    green_grown: float,
+    blue_new: float,
+    blue_grown: float,
+    power: float,
+    saturation: float,
+    onset: float,
+    red_00: float,
+    red_25: float,
+    red_50: float,
+    red_75: float,
+    red_100: float,
+    green_00: float,
+    green_25: float,
+    green_50: float,
+    green_75: float,
+    green_100: float,
+    blue_00: float,
+    blue_25: float,
+    blue_50: float,
+    blue_75: float,
+    blue_100: float,
+) -> Array:
+    """Raise the light of each channel to its own power."""
+    parts = (
+        (red_new, red_grown, (red_00, red_25, red_50, red_75, red_100)),
+        (green_new, green_grown, (green_00, green_25, green_50, green_75, green_100)),
+        (blue_new, blue_grown, (blue_00, blue_25, blue_50, blue_75, blue_100)),
+    )
+    channels = []
+    for (new, grown, knots), light in zip(parts, np.moveaxis(linear, -1, 0)[..., np.newaxis], strict=True):
+        if not (new or grown or any(knots)):
+            channels.append(np.broadcast_to(light, np.broadcast_shapes(light.shape, scene.tau.shape)))
+            continue
+        change = growth(scene.tau, new=new, grown=grown, power=power, saturation=saturation)
+        if any(knots):
+            curve = level_curve(linear_to_code(light), knots)
+            change = change + share_of_final(scene.tau, onset=onset, power=power, saturation=saturation) * curve
+        channels.append(bent(light, change))
+    return np.concatenate(channels, axis=-1)

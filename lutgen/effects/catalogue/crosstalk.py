@@ -1,0 +1,94 @@
+"""A lit neighbour takes light from a subpixel: bright mixtures are darker than the sum of their channels.
+
+l_c → l_c·(1 − χ(τ)·Σ_{j≠c} l_j). Electrical coupling between the columns of a panel; zero on ramps of one channel. The
+refined forms give each pair of channels its own χ, let the neighbour act by another power of its light, or ask for
+both neighbours at once. Products of two channels as terms of a display's model: Wen & Wu, Color Res. Appl. 31, 102
+(2006), doi:10.1002/col.20187. Sizes of 1 to 4 % are an assumption, effects.md.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import growth
+from lutgen.effects.time_law import LASTING, POWER, SATURATION, share_of_final
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.effects.scene import Scene
+
+PAIRS = ("red_by_green", "red_by_blue", "green_by_red", "green_by_blue", "blue_by_red", "blue_by_green")
+
+
+def _pair(victim: str, neighbour: str) -> Parameter:
+    return Parameter(0.0, (-0.15, 0.25), "1", f"share of {victim}'s light that full {neighbour} takes, at 18 000 h")
+
+
+@effect(
+    stage="mixing",
+    neutral=dict.fromkeys(("new", "grown", "both", *PAIRS), 0.0),
+    forms=(
+        ("new",),
+        ("grown",),
+        ("new", "grown"),
+        ("new", "grown", "power"),
+        ("new", "grown", "power", "saturation"),
+        ("new", "grown", "power", "saturation", "exponent"),
+        ("both", "onset"),
+        ("new", "grown", "both", "onset"),
+        PAIRS,
+        (*PAIRS, "onset", "power", "exponent"),
+    ),
+    refined=3,
+    confused_with={
+        "loading": "the same colour in a 10 % window, or random mixtures",
+        "matrix-switching": "pairs of patches across a border between two colour points",
+    },
+    source="Wen & Wu 2006, doi:10.1002/col.20187 (form); size: an assumption, effects.md",
+    new=Parameter(0.02, (-0.1, 0.2), "1", "share of its light that a channel loses to each full neighbour, at hour 0"),
+    grown=Parameter(0.02, (-0.1, 0.25), "1", "what has come to that share by 18 000 h"),
+    power=POWER,
+    saturation=SATURATION,
+    exponent=Parameter(1.0, (0.3, 3.0), "1", "power of the neighbour's light that counts; 1/2.2 for its drive"),
+    both=Parameter(0.0, (-0.2, 0.4), "1", "share lost where both neighbours are full, beyond the sum, at 18 000 h"),
+    onset=LASTING,
+    red_by_green=_pair("red", "green"),
+    red_by_blue=_pair("red", "blue"),
+    green_by_red=_pair("green", "red"),
+    green_by_blue=_pair("green", "blue"),
+    blue_by_red=_pair("blue", "red"),
+    blue_by_green=_pair("blue", "green"),
+)
+def crosstalk(
+    linear: Array,
+    scene: Scene,
+    *,
+    new: float,
+    grown: float,
+    power: float,
+    saturation: float,
+    exponent: float,
+    both: float,
+    onset: float,
+    red_by_green: float,
+    red_by_blue: float,
+    green_by_red: float,
+    green_by_blue: float,
+    blue_by_red: float,
+    blue_by_green: float,
+) -> Array:
+    """Take from each channel what its neighbours cost it."""
+    lit = linear if exponent == 1.0 else np.maximum(linear, 0.0) ** exponent
+    loss = growth(scene.tau, new=new, grown=grown, power=power, saturation=saturation) * (
+        lit.sum(axis=-1, keepdims=True) - lit
+    )
+    first = np.array([red_by_green, green_by_blue, blue_by_red])  # by the next channel, and by the one after
+    second = np.array([red_by_blue, green_by_red, blue_by_green])
+    if both or first.any() or second.any():
+        next_lit, after_lit = lit[..., [1, 2, 0]], lit[..., [2, 0, 1]]
+        extra = first * next_lit + second * after_lit + both * next_lit * after_lit
+        loss = loss + share_of_final(scene.tau, onset=onset, power=power, saturation=saturation) * extra
+    return np.asarray(linear * np.maximum(1.0 - loss, 0.0))

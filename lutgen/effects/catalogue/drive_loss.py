@@ -1,0 +1,71 @@
+"""Drive is lost on its way to the pixels: every code value arrives a little smaller.
+
+d → (1 − ρ(τ))·d. Contacts oxidise and driver outputs sag. Under a pure power law a smaller drive is a gain of each
+channel, which re-measured tips take in entirely; only the straight toe of sRGB leaves a small residue in the
+mid-tones. Losses of 0.5 to 10 % are an assumption, effects.md.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import growth
+from lutgen.effects.time_law import LASTING, POWER, SATURATION, share_of_final
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.effects.scene import Scene
+
+
+@effect(
+    stage="drive",
+    neutral={"new": 0.0, "grown": 0.0, "red": 0.0, "green": 0.0, "blue": 0.0},
+    forms=(
+        ("grown",),
+        ("new",),
+        ("new", "grown"),
+        ("new", "grown", "power"),
+        ("new", "grown", "power", "saturation"),
+        ("red", "green", "blue"),
+        ("red", "green", "blue", "onset", "power"),
+        ("red", "green", "blue", "onset", "power", "saturation"),
+    ),
+    refined=3,
+    confused_with={
+        "eotf-drift": "ramps: a gamma bends them all over, a loss of drive hardly at all",
+        "channel-decay": "ramps; under a pure power law nothing separates them and the picture is the same",
+        "backlight-decay": "ramps; under a pure power law nothing separates them and the picture is the same",
+    },
+    source="size: an assumption, effects.md",
+    new=Parameter(0.01, (-0.1, 0.4), "1", "share of the drive that is lost at hour 0"),
+    grown=Parameter(0.03, (-0.3, 0.5), "1", "what has come to that share by 18 000 h"),
+    power=POWER,
+    saturation=SATURATION,
+    onset=LASTING,
+    red=Parameter(0.0, (-0.3, 0.5), "1", "share of red's drive that is lost beside that, at 18 000 h"),
+    green=Parameter(0.0, (-0.3, 0.5), "1", "share of green's drive that is lost beside that, at 18 000 h"),
+    blue=Parameter(0.0, (-0.3, 0.5), "1", "share of blue's drive that is lost beside that, at 18 000 h"),
+)
+def drive_loss(
+    code: Array,
+    scene: Scene,
+    *,
+    new: float,
+    grown: float,
+    power: float,
+    saturation: float,
+    onset: float,
+    red: float,
+    green: float,
+    blue: float,
+) -> Array:
+    """Shrink the code values; a loss above 1 leaves none."""
+    loss = growth(scene.tau, new=new, grown=grown, power=power, saturation=saturation)
+    if red or green or blue:
+        loss = loss + share_of_final(scene.tau, onset=onset, power=power, saturation=saturation) * np.array(
+            [red, green, blue]
+        )
+    return np.asarray(code * np.maximum(1.0 - loss, 0.0))

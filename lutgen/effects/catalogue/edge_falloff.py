@@ -1,0 +1,75 @@
+"""The screen darkens towards its edges, more so as it ages: light guides and lamps lose most where they are hottest.
+
+XYZ × (1 − k(τ)·ρ²), ρ = 1 in the corners, 0 in the centre. About 10 % when new is an assumption, effects.md. The
+refined forms free the power of ρ, the shape of its contours (circles to rounded rectangles), the ratio of horizontal
+to vertical fall-off, a slope across the screen, and the colour of what is lost. Nothing else does this; it takes
+five positions a session to see its shape.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import growth
+from lutgen.effects.time_law import POWER, SATURATION
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.effects.scene import Scene
+
+
+@effect(
+    stage="optics",
+    neutral={"new": 0.0, "grown": 0.0},
+    forms=(
+        ("new", "grown"),
+        ("new", "grown", "power"),
+        ("new", "grown", "exponent"),
+        ("new", "grown", "exponent", "contour", "stretch"),
+        ("new", "grown", "power", "exponent", "contour", "stretch"),
+        ("new", "grown", "power", "saturation", "exponent", "contour"),
+        ("new", "grown", "exponent", "tint_x", "tint_z"),
+        ("new", "grown", "power", "saturation", "exponent", "contour", "tint_x", "tint_z"),
+        ("new", "grown", "power", "exponent", "contour", "stretch", "tint_x", "tint_z"),
+        ("new", "grown", "power", "exponent", "contour", "stretch", "slope_u", "slope_v"),
+    ),
+    needs=("u", "v"),
+    confused_with={},
+    source="size: an assumption, effects.md",
+    new=Parameter(0.1, (-0.1, 0.6), "1", "share of the light that is missing in the corners, at hour 0"),
+    grown=Parameter(0.05, (-0.3, 0.6), "1", "what has come to that share by 18 000 h"),
+    power=POWER,
+    saturation=SATURATION,
+    exponent=Parameter(2.0, (0.5, 8.0), "1", "power of the distance from the centre"),
+    contour=Parameter(2.0, (1.0, 8.0), "1", "shape of the lines of equal loss: 2 circles, more: rounded rectangles"),
+    stretch=Parameter(0.0, (-0.95, 0.95), "1", "how much more is lost to the sides than above and below"),
+    slope_u=Parameter(0.0, (-2.0, 2.0), "1", "slope from left to right, relative to the loss in the corners"),
+    slope_v=Parameter(0.0, (-2.0, 2.0), "1", "slope from top to bottom, relative to the loss in the corners"),
+    tint_x=Parameter(0.0, (-1.0, 1.0), "1", "loss of X relative to that of Y, less 1"),
+    tint_z=Parameter(0.0, (-1.0, 2.0), "1", "loss of Z relative to that of Y, less 1"),
+)
+def edge_falloff(
+    xyz: Array,
+    scene: Scene,
+    *,
+    new: float,
+    grown: float,
+    power: float,
+    saturation: float,
+    exponent: float,
+    contour: float,
+    stretch: float,
+    slope_u: float,
+    slope_v: float,
+    tint_x: float,
+    tint_z: float,
+) -> Array:
+    """Darken by the distance from the centre; the centre itself stays."""
+    across, down = 2.0 * scene.u - 1.0, 2.0 * scene.v - 1.0
+    norm = ((1.0 + stretch) * np.abs(across) ** contour + (1.0 - stretch) * np.abs(down) ** contour) / 2.0
+    shape = norm ** (exponent / contour) + slope_u * across + slope_v * down
+    loss = growth(scene.tau, new=new, grown=grown, power=power, saturation=saturation) * shape
+    return np.asarray(xyz * (1.0 - loss * np.array([1.0 + tint_x, 1.0, 1.0 + tint_z])))

@@ -1,0 +1,93 @@
+"""The transfer curve drifts: mid-tones of all channels brighten or darken, black and white stay.
+
+l → l^(1 + Γ), Γ = ``new`` + ``grown``·τ^p; then with a Γ that varies linearly with the code value (an S-curve), and
+with a Γ free at five levels. Liquid-crystal cells change their voltage curve with age, and the table that linearises
+them does not follow. Gammas off by 0.02 to 0.2 are an assumption on the size, effects.md.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lutgen.colorimetry import linear_to_code
+from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.level_curve import bent, level_curve
+from lutgen.effects.scene import growth
+from lutgen.effects.time_law import GROWING, POWER, SATURATION, share_of_final
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.effects.scene import Scene
+
+LEVELS = ("level_00", "level_25", "level_50", "level_75", "level_100")
+
+
+def _level(code: str) -> Parameter:
+    return Parameter(0.0, (-0.6, 2.0), "1", f"change of the exponent near code value {code}, at 18 000 h")
+
+
+@effect(
+    stage="transfer",
+    neutral=dict.fromkeys(("new", "grown", "slope_new", "slope_grown", *LEVELS), 0.0),
+    forms=(
+        ("grown",),
+        ("new",),
+        ("new", "grown"),
+        ("new", "grown", "power"),
+        ("new", "grown", "power", "saturation"),
+        ("new", "slope_new"),
+        ("new", "grown", "slope_new", "slope_grown", "power"),
+        (*LEVELS, "power"),
+        (*LEVELS, "onset", "power"),
+        (*LEVELS, "onset", "power", "saturation"),
+    ),
+    refined=3,
+    confused_with={
+        "primary-shift": "neutral and single-channel ramps of at least five levels: a gamma keeps the chromaticity",
+        "recalibration": "neutral ramps at more dates: a step or a slow growth",
+        "channel-gamma": "ramps of red, green and blue",
+        "drive-loss": "ramps: a loss of drive hardly bends the curve",
+    },
+    source="size: an assumption, effects.md",
+    new=Parameter(0.05, (-0.6, 2.0), "1", "change of the exponent at hour 0"),
+    grown=Parameter(0.05, (-0.6, 2.0), "1", "what has come to it by 18 000 h"),
+    power=POWER,
+    saturation=SATURATION,
+    slope_new=Parameter(0.0, (-0.6, 0.6), "1", "how much larger it is at code 1 than at code ½, at hour 0"),
+    slope_grown=Parameter(0.0, (-0.6, 0.6), "1", "what has come to that slope by 18 000 h"),
+    onset=GROWING,
+    level_00=_level("0"),
+    level_25=_level("0.25"),
+    level_50=_level("0.5"),
+    level_75=_level("0.75"),
+    level_100=_level("1"),
+)
+def eotf_drift(
+    linear: Array,
+    scene: Scene,
+    *,
+    new: float,
+    grown: float,
+    power: float,
+    saturation: float,
+    slope_new: float,
+    slope_grown: float,
+    onset: float,
+    level_00: float,
+    level_25: float,
+    level_50: float,
+    level_75: float,
+    level_100: float,
+) -> Array:
+    """Raise the light of every channel to a power that may depend on its level."""
+    change = growth(scene.tau, new=new, grown=grown, power=power, saturation=saturation)
+    knots = (level_00, level_25, level_50, level_75, level_100)
+    if any(knots) or slope_new or slope_grown:
+        code = linear_to_code(linear)
+        slope = growth(scene.tau, new=slope_new, grown=slope_grown, power=power, saturation=saturation)
+        change = change + slope * (2.0 * code - 1.0)
+        if any(knots):
+            change = change + share_of_final(scene.tau, onset=onset, power=power, saturation=saturation) * level_curve(
+                code, knots
+            )
+    return bent(linear, change)

@@ -1,0 +1,81 @@
+"""A bright screen pulls its supply down: all colours darken with the mean drive of the whole screen.
+
+l → l·(1 − ξ(τ)·m), m the mean code value of patch and surround. Supply lines droop, and brightness limiters of OLED
+screens cut in; up to 26 % on an OLED with a white surround (effects.md). On full-field patches it looks like crosstalk,
+because bright mixtures are bright screens. The refined forms take another power of the code values (their light), bend
+the answer to m (a limiter's knee), and let the channels droop unequally.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import growth
+from lutgen.effects.time_law import POWER, SATURATION
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.effects.scene import Scene
+
+
+@effect(
+    stage="mixing",
+    neutral={"new": 0.0, "grown": 0.0},
+    forms=(
+        ("new",),
+        ("grown",),
+        ("new", "grown"),
+        ("new", "grown", "power"),
+        ("new", "bend"),
+        ("new", "grown", "bend"),
+        ("new", "grown", "power", "exponent", "bend"),
+        ("new", "grown", "power", "saturation", "exponent", "bend"),
+        ("new", "grown", "weight_red", "weight_blue"),
+        ("new", "grown", "exponent", "tint_red", "tint_blue"),
+    ),
+    refined=3,
+    confused_with={
+        "crosstalk": "window patches: the same colour in 10 % of the screen",
+        "veiling-glare": "window patches: loading darkens by a factor, glare adds",
+        "eotf-drift": "window patches",
+    },
+    source="size: an assumption, effects.md",
+    new=Parameter(0.03, (-0.1, 0.6), "1", "share of the light that a white screen loses, at hour 0"),
+    grown=Parameter(0.03, (-0.2, 0.35), "1", "what has come to that share by 18 000 h"),
+    power=POWER,
+    saturation=SATURATION,
+    exponent=Parameter(1.0, (0.3, 4.0), "1", "power of the code values that is averaged; 2.2 for their light"),
+    bend=Parameter(1.0, (0.3, 8.0), "1", "power of that mean that the loss follows; large for a limiter"),
+    weight_red=Parameter(0.0, (-0.9, 3.0), "1", "weight of red in the mean relative to green's, less 1"),
+    weight_blue=Parameter(0.0, (-0.9, 3.0), "1", "weight of blue in the mean relative to green's, less 1"),
+    tint_red=Parameter(0.0, (-1.0, 1.0), "1", "red's loss relative to green's, less 1"),
+    tint_blue=Parameter(0.0, (-1.0, 1.0), "1", "blue's loss relative to green's, less 1"),
+)
+def loading(
+    linear: Array,
+    scene: Scene,
+    *,
+    new: float,
+    grown: float,
+    power: float,
+    saturation: float,
+    exponent: float,
+    bend: float,
+    weight_red: float,
+    weight_blue: float,
+    tint_red: float,
+    tint_blue: float,
+) -> Array:
+    """Darken by the mean of the screen, patch and surround."""
+    weights = np.array([1.0 + weight_red, 1.0, 1.0 + weight_blue]) / (3.0 + weight_red + weight_blue)
+    patch, surround = scene.code, scene.surround
+    if exponent != 1.0:
+        patch, surround = np.maximum(patch, 0.0) ** exponent, np.maximum(surround, 0.0) ** exponent
+    load = scene.window * (patch * weights).sum(axis=-1, keepdims=True) + (1.0 - scene.window) * surround
+    if bend != 1.0:
+        load = np.maximum(load, 0.0) ** bend
+    loss = growth(scene.tau, new=new, grown=grown, power=power, saturation=saturation) * load
+    return np.asarray(linear * np.maximum(1.0 - loss * np.array([1.0 + tint_red, 1.0, 1.0 + tint_blue]), 0.0))

@@ -1,0 +1,44 @@
+"""The meter's sensitivity drifts, and every display seems to.
+
+XYZ × (1 + ε·τ^p), ε the drift by 18 000 h: about two years, so the 0.2 to 1 % a year of effects.md are 0.4 to 2 %.
+Filters of a colorimeter drift apart: X and Z in the refined forms.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.time_law import POWER
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.effects.scene import Scene
+
+
+@effect(
+    stage="instrument",
+    neutral={"drift": 0.0, "drift_x": 0.0, "drift_z": 0.0},
+    forms=(
+        ("drift",),
+        ("drift", "power"),
+        ("drift", "drift_x", "drift_z"),
+        ("drift", "drift_x", "drift_z", "power"),
+    ),
+    baseline="fresh",
+    confused_with={
+        "backlight-decay": "a second meter or a check source",
+        "yellowing": "a second meter or a check source",
+        "phosphor-wear": "a second meter or a check source",
+    },
+    source="size: effects.md",
+    drift=Parameter(0.01, (-0.2, 0.2), "1", "relative change of all readings by 18 000 h"),
+    drift_x=Parameter(0.0, (-0.2, 0.2), "1", "relative change of X beside that"),
+    drift_z=Parameter(0.0, (-0.2, 0.2), "1", "relative change of Z beside that"),
+    power=POWER,
+)
+def meter_drift(xyz: Array, scene: Scene, *, drift: float, drift_x: float, drift_z: float, power: float) -> Array:
+    """Scale what the meter sees."""
+    return np.asarray(xyz * (1.0 + scene.tau**power * np.array([drift + drift_x, drift, drift + drift_z])))

@@ -1,0 +1,57 @@
+"""One part of the light source wears faster than the rest, and white drifts away from its colour.
+
+The part's share of the spectrum is multiplied by exp(−w·g(τ)), g a power of time: in a CCFL the blue phosphor (BAM),
+then the green one; in a white LED the yellow phosphor (YAG), then the chip; of RGB LEDs and OLEDs the blue emitter,
+then the green one. Acts on the display's spectra, measured or estimated from its class. Δu'v' of 0.002 to 0.007 at
+6000 h: effects.md. Which part leads is an assumption for LEDs.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.observer import WAVELENGTHS
+from lutgen.effects.scene import growth
+from lutgen.effects.spectra import mapped, of_scene
+from lutgen.effects.time_law import POWER, SATURATION
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.effects.scene import Scene
+
+
+@effect(
+    stage="emission",
+    neutral={"wear": 0.0, "second": 0.0},
+    forms=(
+        ("wear",),
+        ("wear", "power"),
+        ("wear", "second", "power"),
+        ("wear", "second", "power", "saturation"),
+    ),
+    baseline="fresh",
+    confused_with={
+        "yellowing": "a spectrum; with a guessed one both give the same picture",
+        "meter-drift": "a second meter or a check source",
+        "channel-decay": "spectra of the primaries: a worn phosphor also moves their chromaticities",
+    },
+    source="size: effects.md",
+    wear=Parameter(0.15, (0.0, 3.0), "1", "nepers that the part that wears first has lost by 18 000 h"),
+    second=Parameter(0.0, (-0.3, 3.0), "1", "nepers that the next part has lost by 18 000 h"),
+    power=POWER,
+    saturation=SATURATION,
+)
+def phosphor_wear(tips: Array, scene: Scene, *, wear: float, second: float, power: float, saturation: float) -> Array:
+    """Take the worn parts' light away."""
+    if not (wear or second):
+        return tips
+    light = of_scene(scene.light, "phosphor-wear")
+    tau, index = np.unique(scene.tau, return_inverse=True)
+    size = growth(tau, new=0.0, grown=1.0, power=power, saturation=saturation)[:, np.newaxis]
+    left = np.ones(WAVELENGTHS.size)
+    for lost, share in zip((wear, second), light.parts.values(), strict=False):
+        left = left + np.expm1(-lost * size) * share
+    return mapped(tips, light.maps(left)[index.reshape(-1)][:, np.newaxis])

@@ -1,0 +1,103 @@
+"""A primary changes colour as it darkens: dark greys of TN and IPS panels are bluish.
+
+P_c(d) = P_c(1) + (1 − d_c^b)^e · k_c, where k_c adds X and Z in units of the primary's X + Y + Z and leaves Y alone: a
+shift of chromaticity at constant luminance; the freest forms let Y move too, and b and e from 1. The retardation of a
+liquid-crystal cell depends on wavelength, so its transmittance changes spectrally with voltage. White moves by the sum
+of its primaries' shifts. Primary shift and crosstalk as the two ways in which an LCD departs from additivity: Feng &
+Yoshida, Proc. CGIV 2008, 327, doi:10.2352/CGIV.2008.4.1.art00071. The size is an assumption.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.time_law import LASTING, POWER, share_of_final
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.effects.scene import Scene
+
+SHIFTS = ("red_x", "red_z", "green_x", "green_z", "blue_x", "blue_z")
+LUMINANCES = ("red_y", "green_y", "blue_y")
+
+
+def _shift(primary: str, axis: str) -> Parameter:
+    return Parameter(
+        0.01, (-0.25, 0.25), "1", f"{axis} that {primary} gains towards black, per its X + Y + Z, at 18 000 h"
+    )
+
+
+def _luminance(primary: str) -> Parameter:
+    return Parameter(
+        0.0, (-0.25, 0.25), "1", f"luminance that {primary} gains towards black, per its X + Y + Z, at 18 000 h"
+    )
+
+
+@effect(
+    stage="emission",
+    neutral=dict.fromkeys((*SHIFTS, *LUMINANCES), 0.0),
+    forms=(
+        ("blue_x", "blue_z"),
+        ("green_x", "green_z"),
+        ("red_x", "red_z"),
+        SHIFTS,
+        ("blue_x", "blue_z", "onset", "level", "bend"),
+        ("green_x", "green_z", "onset", "level", "bend"),
+        ("red_x", "red_z", "onset", "level", "bend"),
+        (*SHIFTS, "level", "bend"),
+        (*SHIFTS, "onset", "power", "level", "bend"),
+        (*SHIFTS, *LUMINANCES, "onset", "level", "bend"),
+    ),
+    refined=4,
+    confused_with={
+        "channel-gamma": "ramps of red, green and blue, in x and y: a gamma keeps their chromaticity",
+        "eotf-drift": "ramps of red, green and blue, in x and y",
+        "black-level": "ramps: a leak has one colour for all of them; fit it first",
+    },
+    source="Feng & Yoshida 2008, doi:10.2352/CGIV.2008.4.1.art00071 (effect); size: an assumption, effects.md",
+    red_x=_shift("red", "X"),
+    red_y=_luminance("red"),
+    red_z=_shift("red", "Z"),
+    green_x=_shift("green", "X"),
+    green_y=_luminance("green"),
+    green_z=_shift("green", "Z"),
+    blue_x=_shift("blue", "X"),
+    blue_y=_luminance("blue"),
+    blue_z=_shift("blue", "Z"),
+    level=Parameter(1.0, (0.3, 6.0), "1", "power of 1 − d with which the shift grows towards black"),
+    bend=Parameter(1.0, (0.3, 4.0), "1", "power of d before it is taken from 1; 2.2 for the light"),
+    onset=LASTING,
+    power=POWER,
+)
+def primary_shift(
+    tips: Array,
+    scene: Scene,
+    *,
+    red_x: float,
+    red_y: float,
+    red_z: float,
+    green_x: float,
+    green_y: float,
+    green_z: float,
+    blue_x: float,
+    blue_y: float,
+    blue_z: float,
+    level: float,
+    bend: float,
+    onset: float,
+    power: float,
+) -> Array:
+    """Shift each primary by its own code value's distance from 1."""
+    code = np.clip(scene.code, 0.0, 1.0)
+    away = 1.0 - (code if bend == 1.0 else code**bend)
+    if level != 1.0:
+        away **= level
+    size = share_of_final(scene.tau, onset=onset, power=power) * away
+    direction = np.array([[red_x, red_y, red_z], [green_x, green_y, green_z], [blue_x, blue_y, blue_z]])
+    primaries = tips[..., 1:, :]
+    shift = (size[..., np.newaxis] * primaries.sum(axis=-1, keepdims=True)) * direction
+    whole = shift[..., 0, :] + shift[..., 1, :] + shift[..., 2, :]
+    return np.concatenate([(tips[..., 0, :] + whole)[..., np.newaxis, :], primaries + shift], axis=-2)

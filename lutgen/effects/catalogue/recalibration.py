@@ -1,0 +1,76 @@
+"""Somebody recalibrated: from one hour on the display answers code values differently.
+
+d → (1 + g)·d^(1 + Γ) for hours ≥ t*, with one Γ for all channels, one for each, or one free at five levels. The date
+is tried in every gap between two sessions. Re-measured tips take in a step in gain alone. The size is an assumption.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.level_curve import bent, level_curve
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.effects.scene import Scene
+
+LEVELS = ("level_00", "level_25", "level_50", "level_75", "level_100")
+
+
+def _level(code: str) -> Parameter:
+    return Parameter(0.0, (-0.6, 2.0), "1", f"change of the exponent near code value {code}")
+
+
+@effect(
+    stage="drive",
+    neutral=dict.fromkeys(("gamma", "red", "green", "blue", "gain", *LEVELS), 0.0),
+    forms=(
+        ("hour", "gamma"),
+        ("hour", "gamma", "gain"),
+        ("hour", "red", "green", "blue"),
+        ("hour", *LEVELS),
+    ),
+    refined=1,
+    confused_with={
+        "stabilizer-headroom": "a column or note of events; both change suddenly",
+        "eotf-drift": "readings at more dates: a step or a slow growth",
+    },
+    source="size: an assumption",
+    hour=Parameter(9000.0, (0.0, 100_000.0), "h", "when it happened", "gaps"),
+    gamma=Parameter(0.05, (-0.6, 2.0), "1", "change of the exponent of the code value since then"),
+    red=Parameter(0.0, (-0.6, 2.0), "1", "the same for red alone, beside that"),
+    green=Parameter(0.0, (-0.6, 2.0), "1", "the same for green alone, beside that"),
+    blue=Parameter(0.0, (-0.6, 2.0), "1", "the same for blue alone, beside that"),
+    gain=Parameter(0.0, (-0.5, 0.5), "1", "relative change of all code values since then"),
+    level_00=_level("0"),
+    level_25=_level("0.25"),
+    level_50=_level("0.5"),
+    level_75=_level("0.75"),
+    level_100=_level("1"),
+)
+def recalibration(
+    code: Array,
+    scene: Scene,
+    *,
+    hour: float,
+    gamma: float,
+    red: float,
+    green: float,
+    blue: float,
+    gain: float,
+    level_00: float,
+    level_25: float,
+    level_50: float,
+    level_75: float,
+    level_100: float,
+) -> Array:
+    """Bend and scale the code values from that hour on."""
+    since = (scene.hours >= hour).astype(np.float64)
+    change = np.array([gamma + red, gamma + green, gamma + blue])
+    knots = (level_00, level_25, level_50, level_75, level_100)
+    if any(knots):
+        change = change + level_curve(code, knots)
+    return bent(code, since * change) * (1.0 + gain * since)

@@ -1,0 +1,71 @@
+"""A cold display is darker: its lamp needs minutes to reach its light.
+
+XYZ × (1 − a·e^(−m/τ_w)), m minutes since power-on. The pressure of mercury in a fluorescent lamp follows its
+temperature; LEDs, on the contrary, are brighter when cold (a < 0). 2 to 20 % within 30 to 100 minutes: effects.md. The
+refined forms give the approach a long tail, (1 + q·m/τ_w)^(−1/q), which is 1/(1 + m/τ_w) for q = 1, a stretched start,
+and a colour.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import growth
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.effects.scene import Scene
+
+#: Below this tail the approach is an exponential to every printed digit.
+LEAST_TAIL = 1e-7
+
+
+@effect(
+    stage="emission",
+    neutral={"amount": 0.0, "grown": 0.0},
+    forms=(
+        ("amount", "minutes"),
+        ("amount", "minutes", "tail"),
+        ("amount", "minutes", "tail", "stretch"),
+        ("amount", "grown", "minutes"),
+        ("amount", "minutes", "tint_x", "tint_z"),
+        ("amount", "grown", "minutes", "tail", "tint_x", "tint_z"),
+        ("amount", "grown", "minutes", "tail", "stretch", "tint_x", "tint_z"),
+    ),
+    needs=("warmup_min",),
+    confused_with={
+        "temperature": "log minutes and temperature apart, and read the first patch again at the end",
+        "burn-in-decay": "hours of operation against minutes since power-on",
+    },
+    source="size: effects.md",
+    amount=Parameter(0.08, (-0.5, 0.9), "1", "share of the warm display's light that is missing at power-on"),
+    grown=Parameter(0.0, (-0.5, 0.5), "1", "what has come to that share by 18 000 h"),
+    minutes=Parameter(30.0, (1.0, 300.0), "min", "time in which e − 1 of e parts of it come"),
+    tail=Parameter(0.0, (0.0, 3.0), "1", "length of the tail: 0 exponential, 1 rational"),
+    stretch=Parameter(1.0, (0.4, 2.5), "1", "power of the time: above 1 it starts slowly"),
+    tint_x=Parameter(0.0, (-2.0, 2.0), "1", "what is missing of X relative to Y, less 1"),
+    tint_z=Parameter(0.0, (-2.0, 2.0), "1", "what is missing of Z relative to Y, less 1"),
+)
+def warm_up(
+    tips: Array,
+    scene: Scene,
+    *,
+    amount: float,
+    grown: float,
+    minutes: float,
+    tail: float,
+    stretch: float,
+    tint_x: float,
+    tint_z: float,
+) -> Array:
+    """Take from all light what the lamp does not give yet."""
+    age = np.maximum(scene.warmup_min, 0.0) / minutes
+    if stretch != 1.0:
+        age = age**stretch
+    cold = np.exp(-age) if tail < LEAST_TAIL else np.exp(-np.log1p(tail * age) / tail)
+    missing = growth(scene.tau, new=amount, grown=grown, power=1.0) * cold
+    factor = 1.0 - missing * np.array([1.0 + tint_x, 1.0, 1.0 + tint_z])
+    return np.asarray(tips * factor[..., np.newaxis, :])

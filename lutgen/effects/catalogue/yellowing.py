@@ -1,0 +1,53 @@
+"""Optics yellow: films, glue and light guide absorb more and more of the short wavelengths.
+
+Transmittance exp(−a·g(τ)·e^(−(λ−400 nm)/λ₀)) on the display's spectra, measured or estimated from its class, g a power
+of time. The paper (Avanaki et al., Proc. SPIE 9420, 2015) sees white turn yellow in all displays; the form and its
+size are assumptions. Never negative: nothing un-yellows.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.observer import WAVELENGTHS
+from lutgen.effects.scene import growth
+from lutgen.effects.spectra import mapped, of_scene
+from lutgen.effects.time_law import POWER, SATURATION
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.effects.scene import Scene
+
+
+@effect(
+    stage="optics",
+    neutral={"depth": 0.0},
+    forms=(
+        ("depth",),
+        ("depth", "power"),
+        ("depth", "power", "reach"),
+        ("depth", "power", "saturation", "reach"),
+    ),
+    baseline="fresh",
+    confused_with={
+        "phosphor-wear": "a spectrum; with a guessed one both give the same picture",
+        "meter-drift": "a second meter or a check source",
+        "channel-decay": "spectra of the primaries: yellowing also moves their chromaticities",
+    },
+    source="size: an assumption",
+    depth=Parameter(0.1, (0.0, 2.0), "1", "optical depth at 400 nm that has come by 18 000 h"),
+    power=POWER,
+    saturation=SATURATION,
+    reach=Parameter(60.0, (20.0, 300.0), "nm", "λ₀, over which the depth falls to 1/e towards red"),
+)
+def yellowing(xyz: Array, scene: Scene, *, depth: float, power: float, saturation: float, reach: float) -> Array:
+    """Filter the display's light."""
+    if not depth:
+        return xyz
+    tau, index = np.unique(scene.tau, return_inverse=True)
+    size = growth(tau, new=0.0, grown=depth, power=power, saturation=saturation)
+    passed = np.exp(-size[:, np.newaxis] * np.exp((400.0 - WAVELENGTHS) / reach))
+    return mapped(xyz, of_scene(scene.light, "yellowing").maps(passed)[index.reshape(-1)])

@@ -1,0 +1,276 @@
+"""How a physical effect is declared: one decorator over one pure function, for built-in effects and for anybody's own.
+
+::
+
+    @effect(
+        stage="optics",
+        neutral={"leak": 0.0},
+        leak=Parameter(0.002, (0.0, 0.05), "1", "light that black lets through, as a share of white's, at 18 000 h"),
+    )
+    def black_level(xyz, scene, *, leak):
+        return xyz + leak * scene.tau * scene.white
+
+The function takes the signal of its stage and the :class:`~lutgen.effects.scene.Scene`, and returns the signal
+anew. Its name with hyphens is the effect's name, its module's docstring tells the mechanism and its source.
+"""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from dataclasses import dataclass, field
+from importlib import import_module
+from math import isfinite
+from typing import TYPE_CHECKING, Any, Protocol
+
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+
+    from lutgen.colorimetry import Array
+    from lutgen.effects.scene import Scene
+
+#: Stages of the display, in the order of the light's way, and the signal that an effect there takes and returns.
+STAGES = {
+    "drive": "code values (..., 3), 0..1",
+    "transfer": "linear light per channel (..., 3)",
+    "mixing": "linear light per channel (..., 3)",
+    "emission": "XYZ of white, red, green, blue at full drive (..., 4, 3), cd/m²",
+    "optics": "XYZ (..., 3), cd/m²",
+    "viewing": "XYZ (..., 3), cd/m²",
+    "instrument": "XYZ as the meter reports it (..., 3), cd/m²",
+    "selection": "none: the effect is another choice among the paper's four matrices",
+}
+
+#: Modules whose effects are lutgen's own.
+_BUILT_IN = "lutgen.effects.catalogue."
+
+#: Origin of an effect that a program declares, before the program's module.
+CODE = "code, module "
+
+#: Columns of the readings that an effect may need.
+COLUMNS = ("u", "v", "ambient_lx", "warmup_min", "temperature_c", "window", "surround")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One physical number of an effect.
+
+    Attributes
+    ----------
+    value
+        Typical value: where a search starts, and what is meant while a form does not free it.
+    bounds
+        Smallest and largest physical value.
+    unit
+        Unit in the field's spelling, ``1`` for a ratio.
+    meaning
+        One sentence.
+    grid
+        Values to try one by one, where a search cannot slide (a number of bits); ``"gaps"``: the middles between the
+        sessions of the data, for an hour at which something happened.
+
+    """
+
+    value: float
+    bounds: tuple[float, float]
+    unit: str
+    meaning: str
+    grid: tuple[float, ...] | str = ()
+
+
+class Transform(Protocol):
+    """The function of an effect."""
+
+    def __call__(self, signal: Array, scene: Scene, /, **parameters: float) -> Array:
+        """Send the signal of a stage through the effect; shapes broadcast, the input stays untouched."""
+        ...
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A declared effect.
+
+    Attributes
+    ----------
+    name
+        As users type it.
+    stage
+        One of ``STAGES``.
+    parameters
+        Name → :class:`Parameter`, in the function's order.
+    neutral
+        Values at which it does nothing, whatever the other parameters are: its amplitudes.
+    forms
+        Sets of parameters that a fit frees, simplest first. The others stay at neutral, or at their typical value.
+        Those from ``refined`` on are refinements: the same physics with a freer formula.
+    refined
+        Index of the first refinement in ``forms``.
+    needs
+        Columns without which it cannot be seen.
+    baseline
+        ``tips``: can be seen beside re-measured tips; ``fresh``: only by a model that starts from hour 0.
+    confused_with
+        Name of another effect → what would separate the two, one sentence.
+    source
+        What the size and the form rest on (DOI where there is one).
+    text, origin
+        The module's docstring; ``built-in``, the file, the package, the expression or the code it came from.
+
+    """
+
+    name: str
+    stage: str
+    parameters: Mapping[str, Parameter]
+    neutral: Mapping[str, float]
+    forms: tuple[tuple[str, ...], ...]
+    function: Transform
+    refined: int = 1
+    needs: tuple[str, ...] = ()
+    baseline: str = "tips"
+    confused_with: Mapping[str, str] = field(default_factory=dict)
+    source: str = ""
+    text: str = ""
+    origin: str = "built-in"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle where it is to be found again: the decorator has put the effect in its function's place."""
+        return _recalled, (self.name, self.origin, self.function.__module__, getattr(self.function, "__name__", ""))
+
+    @property
+    def summary(self) -> str:
+        """First sentence of the docstring."""
+        return self.text.strip().partition("\n")[0].rstrip(".")
+
+    def rest(self) -> dict[str, float]:
+        """Return the parameters at which the effect does nothing: amplitudes neutral, the others typical."""
+        return {name: self.neutral.get(name, parameter.value) for name, parameter in self.parameters.items()}
+
+    def typical(self) -> dict[str, float]:
+        """Return every parameter's typical value."""
+        return {name: parameter.value for name, parameter in self.parameters.items()}
+
+
+def chain_order(declared: Effect) -> tuple[int, str]:
+    """Sort key: by the light's way, then by the alphabet."""
+    return list(STAGES).index(declared.stage), declared.name
+
+
+def _recalled(name: str, origin: str, module: str, attribute: str) -> Effect:
+    """Find a pickled effect again: in its module, else, for a file's or an expression's, by its origin."""
+    home = import_module(module) if origin.startswith(CODE) else sys.modules.get(module)
+    found = getattr(home, attribute, None)
+    if isinstance(found, Effect) and found.origin == origin:
+        return found
+    recalled: Effect = import_module("lutgen.effects.own").recall(name, origin)  # by name: it imports this module
+    return recalled
+
+
+def effect(
+    *,
+    stage: str,
+    neutral: Mapping[str, float],
+    forms: tuple[tuple[str, ...], ...] = (),
+    refined: int = 1,
+    needs: tuple[str, ...] = (),
+    baseline: str = "tips",
+    confused_with: Mapping[str, str] | None = None,
+    source: str = "",
+    **parameters: Parameter,
+) -> Callable[[Callable[..., Array]], Effect]:
+    """Declare a function as an effect; what is declared is checked at once.
+
+    Raises
+    ------
+    LutgenError
+        Something in the declaration is wrong: one sentence says what to change.
+
+    """
+
+    def declare(function: Callable[..., Array]) -> Effect:
+        name = function.__name__.replace("_", "-")
+        module = sys.modules.get(function.__module__)
+        declared = Effect(
+            name=name,
+            stage=stage,
+            parameters=parameters,
+            neutral=dict(neutral),
+            forms=forms or _usual_forms(neutral, parameters),
+            function=function,
+            refined=refined,
+            needs=needs,
+            baseline=baseline,
+            confused_with=confused_with or {},
+            source=source,
+            text=inspect.getdoc(module) or inspect.getdoc(function) or "",
+            origin="built-in" if function.__module__.startswith(_BUILT_IN) else CODE + function.__module__,
+        )
+        check_declaration(declared)
+        return declared
+
+    return declare
+
+
+def _usual_forms(neutral: Mapping[str, float], parameters: Mapping[str, Parameter]) -> tuple[tuple[str, ...], ...]:
+    """The amplitudes alone; then, where there are more parameters, all of them."""
+    amplitudes = tuple(name for name in parameters if name in neutral)
+    return (amplitudes,) if len(amplitudes) == len(parameters) else (amplitudes, tuple(parameters))
+
+
+def check_declaration(declared: Effect) -> None:
+    """Refuse a declaration that contradicts itself. Raises LutgenError with what to change."""
+    who = f"effect {declared.name!r}"
+    if declared.stage not in STAGES:
+        _refuse(f"{who}: stage {declared.stage!r} is none. Pick one of: {', '.join(STAGES)}.")
+    if declared.baseline not in {"tips", "fresh"}:
+        _refuse(f"{who}: baseline {declared.baseline!r} is none. Pick one of: tips, fresh.")
+    _check_signature(declared, who)
+    for name, parameter in declared.parameters.items():
+        _check_parameter(f"{who}: parameter {name!r}", parameter, declared.neutral.get(name))
+    if not declared.neutral and declared.parameters:
+        _refuse(f"{who}: neutral is empty. Name the amplitudes and the values at which the effect does nothing.")
+    _check_names(f"{who}: neutral", tuple(declared.neutral), declared.parameters)
+    _check_names(f"{who}: needs", declared.needs, COLUMNS)
+    for form in declared.forms:
+        _check_names(f"{who}: forms", form, declared.parameters)
+
+
+def _check_names(who: str, names: tuple[str, ...] | str, allowed: Iterable[str]) -> None:
+    if isinstance(names, str):
+        _refuse(f"{who} is the text {names!r}. Write ({names!r},), with a comma.")
+    for name in names:
+        if name not in allowed:
+            _refuse(f"{who} names {name!r}. Pick from: {', '.join(allowed)}.")
+
+
+def _check_signature(declared: Effect, who: str) -> None:
+    signature = inspect.signature(declared.function).parameters.values()
+    positional = [p.name for p in signature if p.kind in {p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD}]
+    keyword = [p.name for p in signature if p.kind == p.KEYWORD_ONLY]
+    if len(positional) != 2 or any(p.kind in {p.VAR_KEYWORD, p.VAR_POSITIONAL} for p in signature):
+        _refuse(f"{who}: the function takes (signal, scene, *, parameters…); write exactly two names before the star.")
+    if set(keyword) != set(declared.parameters):
+        odd = sorted(set(keyword) ^ set(declared.parameters))
+        _refuse(
+            f"{who}: function and decorator differ in {', '.join(odd)}. Each parameter stands after the function's "
+            f"star and, with a Parameter, in the decorator."
+        )
+
+
+def _check_parameter(who: str, parameter: Any, neutral: float | None) -> None:
+    if not isinstance(parameter, Parameter):
+        _refuse(f"{who} is {parameter!r}. Declare it as Parameter(value, (low, high), unit, meaning).")
+    low, high = parameter.bounds
+    if not (isfinite(low) and isfinite(high) and low < high):
+        _refuse(f"{who}: bounds ({low:g}, {high:g}) must be finite, the smaller first.")
+    if not low <= parameter.value <= high:
+        _refuse(f"{who}: the typical value {parameter.value:g} lies outside its bounds {low:g}..{high:g}.")
+    if neutral is not None and not parameter.grid and not low <= neutral <= high:
+        _refuse(f"{who}: the neutral value {neutral:g} lies outside its bounds {low:g}..{high:g}.")
+    if not parameter.unit or not parameter.meaning:
+        _refuse(f"{who}: give its unit (`1` for a ratio) and one sentence of meaning.")
+
+
+def _refuse(message: str) -> None:
+    raise LutgenError(message)

@@ -1,0 +1,187 @@
+"""Effects in one line: ``xyz + k*tau*white``.
+
+What a formula says of the signal decides the stage: ``code`` is an effect of the drive, ``linear`` of the transfer,
+``xyz`` of the optics. Names that stand for nothing else are its parameters; what they start from and how far they may
+go can be written behind semicolons, a name before a colon::
+
+    leak: xyz + k*tau**p*white; k=0.002[0,0.05]; p=1[0.3,3]
+
+The amplitudes among the parameters are the fewest that, when 0, leave the signal as it is.
+"""
+
+from __future__ import annotations
+
+import re
+from difflib import get_close_matches
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.effects.declare import Effect, Parameter, check_declaration
+from lutgen.effects.formula import FUNCTIONS, QUANTITIES, SIGNALS, Formula, number_of, read_formula, refuse
+from lutgen.effects.probe import parameter_draws, readings
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from lutgen.colorimetry import Array
+
+#: An effect of one line is read by a person; longer or with more parameters it is a file.
+MAX_LETTERS, MAX_PARAMETERS = 500, 8
+
+#: Where amplitudes start and how far they go to either side; what shapes starts at 1 and spans a decade to either side.
+AMPLITUDE, REACH, DECADE = 0.01, 1.0, 10.0
+
+#: How much like a quantity's name a parameter's may look; `whte` and `ambient` look too much so.
+_LIKENESS = 0.74
+
+_NUMBER = r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"
+_VALUE = re.compile(rf"\s*([A-Za-z]\w*)\s*={_NUMBER}(?:\[{_NUMBER},{_NUMBER}\]\s*)?", re.ASCII)
+
+#: What the user wrote of a parameter: its start, and its bounds where he did.
+_Given = tuple[float, tuple[float, float] | None]
+
+
+def parse(text: str) -> Effect:
+    """Read a one-line effect: ``[name:] formula [; parameter=start[low,high]]…``.
+
+    Raises
+    ------
+    LutgenError
+        Too long, outside the grammar, of no or of two signals, a misspelt quantity, or not the signal itself when its
+        amplitudes are 0.
+
+    """
+    if len(text) > MAX_LETTERS:
+        message = f"expression of {len(text)} letters: {MAX_LETTERS} are allowed. Write it as a file for --effects."
+        raise LutgenError(message)
+    text = " ".join(text.split())
+    named = re.match(r"([a-z][a-z0-9-]*) ?:(.*)", text)
+    written, *values = (named[2] if named else text).split(";")
+    formula = read_formula(written.strip())
+    given = _given(formula, values)
+    _check_spelling(formula, [name for name in formula.parameters if name not in given])
+    amplitudes = _amplitudes(formula, given)
+    names = formula.parameters
+    effect = Effect(
+        name=named[1] if named else _name(formula),
+        stage=SIGNALS[formula.signal],
+        parameters={name: _parameter(name, given.get(name), amplitude=name in amplitudes) for name in names},
+        neutral=dict.fromkeys(amplitudes, 0.0),
+        forms=(amplitudes,) if len(amplitudes) == len(names) else (amplitudes, names),
+        function=formula,
+        needs=tuple(dict.fromkeys(column for name in formula.quantities for column in QUANTITIES[name][1])),
+        text=f"{formula.text}\n\nAn effect in one line, of the stage {SIGNALS[formula.signal]}.",
+        origin=text,
+    )
+    check_declaration(effect)
+    return effect
+
+
+def _name(formula: Formula) -> str:
+    """Name an effect after the names in its formula: the same on every run."""
+    return "-".join(re.findall(r"[a-z][a-z0-9]*", formula.text.lower().replace("_", "")))
+
+
+def _given(formula: Formula, values: Sequence[str]) -> dict[str, _Given]:
+    """Read ``k=0.01[-0.1,0.1]``."""
+    if len(formula.parameters) > MAX_PARAMETERS:
+        listed = ", ".join(formula.parameters)
+        refuse(formula.text, f"has {len(formula.parameters)} parameters ({listed}); {MAX_PARAMETERS} are allowed")
+    found: dict[str, _Given] = {}
+    for value in filter(str.strip, values):
+        read = _VALUE.fullmatch(value)
+        if not read:
+            refuse(formula.text, f"`{value.strip()}` is no parameter's value. Write `k=0.01` or `k=0.01[-0.1,0.1]`")
+        name, *numbers = read[1], *(number_of(number, formula.text) for number in read.groups()[1:] if number)
+        if name not in formula.parameters:
+            known = ", ".join(formula.parameters) or "none"
+            refuse(formula.text, f"`{value.strip()}`: {name!r} is none of its parameters, which are: {known}")
+        if len(numbers) == 3 and not numbers[1] <= numbers[0] <= numbers[2] > numbers[1]:
+            refuse(formula.text, f"`{value.strip()}`: write start[low,high], the start between the bounds")
+        found[name] = numbers[0], (numbers[1], numbers[2]) if len(numbers) == 3 else None
+    return found
+
+
+def _check_spelling(formula: Formula, names: Sequence[str]) -> None:
+    """Refuse a parameter that looks like a misspelt quantity: it would be fitted in silence."""
+    known = {name.replace("_", ""): name for name in (*SIGNALS, *QUANTITIES, *FUNCTIONS)}
+    for name in names:
+        plain = name.lower().replace("_", "")
+        long = [word for word in known if len(word) > 2]
+        swapped = [word for word in long if sorted(word) == sorted(plain)]
+        near = [plain] if plain in known else swapped or get_close_matches(plain, long, 1, _LIKENESS)
+        if near:
+            meant = known[near[0]]
+            refuse(
+                formula.text,
+                f"{name!r} looks like {meant!r}. Write that, or say that you mean it: `; {name}=0.01[-1,1]`",
+            )
+
+
+def _parameter(name: str, given: _Given | None, *, amplitude: bool) -> Parameter:
+    start, bounds = given or (AMPLITUDE if amplitude else 1.0, None)
+    meaning = f"{name} of the expression: " + ("at 0 it does nothing" if amplitude else "shapes the effect")
+    if bounds is None and amplitude:
+        reach = max(REACH, DECADE * abs(start))
+        bounds = -reach, reach
+    return Parameter(start, bounds or _decades(start), "1", meaning)
+
+
+def _decades(start: float) -> tuple[float, float]:
+    low, high = sorted((start / DECADE, start * DECADE))
+    return (low, high) if low < high else (-REACH, REACH)
+
+
+def _amplitudes(formula: Formula, given: Mapping[str, _Given]) -> tuple[str, ...]:
+    """Fewest parameters that make the formula the signal itself when they are 0, whatever the others are.
+
+    Of equally few, those in which the formula is linear: in ``xyz*(1 + k*sin(w*tau))`` that is k, not w.
+    """
+    ends = {name: given.get(name, (1.0, None)) for name in formula.parameters}
+    bounds = {name: reach or _decades(start) for name, (start, reach) in ends.items()}
+    draws = parameter_draws(bounds, 6)
+    if not any(_changes(formula, draw) for draw in draws):
+        refuse(formula.text, f"is always {formula.signal} itself. Add what changes it, as in `xyz + k*tau*white`")
+    may_vanish = [name for name, (_, reach) in ends.items() if reach is None or reach[0] <= 0.0 <= reach[1]]
+    for count in range(1, len(may_vanish) + 1):
+        fitting = [
+            some
+            for some in combinations(may_vanish, count)
+            if not any(_changes(formula, {**draw, **dict.fromkeys(some, 0.0)}) for draw in draws)
+        ]
+        if fitting:
+            return max(fitting, key=lambda some: _is_linear(formula, some, draws))
+    return refuse(
+        formula.text,
+        f"is not {formula.signal} itself when its parameters are 0. Write a change beside the signal, as in "
+        f"`xyz + k*tau*white`, `xyz*(1 - k*tau)` or `linear**(1 + k)`, with 0 inside the bounds of k. "
+        f"Read here as quantities: {', '.join(formula.quantities) or 'none'}; as parameters: "
+        f"{', '.join(formula.parameters) or 'none'}"
+        + ("; warmup_min is infinite when warm" if "warmup_min" in formula.quantities else ""),
+    )
+
+
+def _changes(formula: Formula, values: Mapping[str, float]) -> bool:
+    """Whether the formula gives anything else than the signal, or no number at all."""
+    signal = readings(SIGNALS[formula.signal]).signal
+    return not np.allclose(_result(formula, values), signal, rtol=1e-12, atol=1e-12 * float(np.abs(signal).max()))
+
+
+def _result(formula: Formula, values: Mapping[str, float]) -> Array:
+    reading = readings(SIGNALS[formula.signal])
+    return formula(reading.signal, reading.scene, **values)
+
+
+def _is_linear(formula: Formula, some: Sequence[str], draws: Sequence[Mapping[str, float]]) -> bool:
+    """Whether twice these parameters make twice the change."""
+    signal = readings(SIGNALS[formula.signal]).signal
+    for draw in draws:
+        once, twice = (
+            _result(formula, {**draw, **{name: factor * draw[name] for name in some}}) - signal for factor in (1.0, 2.0)
+        )
+        if not np.allclose(twice, 2.0 * once, rtol=1e-9, atol=1e-9 * float(np.abs(signal).max())):
+            return False
+    return True

@@ -1,0 +1,244 @@
+"""Formulas of one-line effects: a small grammar, and a stack machine that computes them; nothing is run as Python.
+
+A formula holds numbers, + - * / **, parentheses, the functions of ``FUNCTIONS`` and names. A name is the signal, a
+quantity of ``QUANTITIES``, or else a parameter.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from dataclasses import dataclass
+from inspect import Parameter as Argument
+from inspect import Signature
+from math import isfinite, pi
+from operator import attrgetter
+from typing import TYPE_CHECKING, NoReturn
+
+import numpy as np
+
+from lutgen.colorimetry import code_to_linear
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    from lutgen.colorimetry import Array
+    from lutgen.effects.scene import Scene
+
+#: Name of a signal → the stage of an effect on it.
+SIGNALS = {"code": "drive", "linear": "transfer", "xyz": "optics"}
+
+#: Name of a quantity of the scene → how it is read there, and the columns that it comes from.
+QUANTITIES: dict[str, tuple[Callable[[Scene], Array], tuple[str, ...]]] = {
+    "code": (attrgetter("code"), ()),
+    "r": (lambda scene: code_to_linear(scene.code[..., :1]), ()),
+    "g": (lambda scene: code_to_linear(scene.code[..., 1:2]), ()),
+    "b": (lambda scene: code_to_linear(scene.code[..., 2:]), ()),
+    "tau": (attrgetter("tau"), ()),
+    "hours": (attrgetter("hours"), ()),
+    "white": (attrgetter("white"), ()),
+    "fresh_white": (attrgetter("fresh_white"), ()),
+    "u": (attrgetter("u"), ("u",)),
+    "v": (attrgetter("v"), ("v",)),
+    "rho": (attrgetter("radius"), ("u", "v")),
+    "ambient_lx": (attrgetter("ambient_lx"), ("ambient_lx",)),
+    "warmup_min": (attrgetter("warmup_min"), ("warmup_min",)),
+    "temperature_c": (attrgetter("temperature_c"), ("temperature_c",)),
+    "window": (attrgetter("window"), ("window",)),
+    "surround": (attrgetter("surround"), ("surround",)),
+    "mean_drive": (attrgetter("mean_drive"), ("window", "surround")),
+    "pi": (lambda _scene: np.array(pi), ()),
+}
+
+#: Function → what computes it, and its number of arguments; `min` and `max` of more are made of pairs.
+FUNCTIONS: dict[str, tuple[Callable[..., Array], int]] = {
+    "exp": (np.exp, 1),
+    "log": (np.log, 1),
+    "sqrt": (np.sqrt, 1),
+    "abs": (np.abs, 1),
+    "sin": (np.sin, 1),
+    "cos": (np.cos, 1),
+    "min": (np.minimum, 2),
+    "max": (np.maximum, 2),
+    "clip": (np.clip, 3),
+}
+
+_SIGNS: dict[type[ast.AST], tuple[str, Callable[..., Array], int]] = {
+    ast.Add: ("+", np.add, 2),
+    ast.Sub: ("-", np.subtract, 2),
+    ast.Mult: ("*", np.multiply, 2),
+    ast.Div: ("/", np.divide, 2),
+    ast.Pow: ("**", np.power, 2),
+    ast.USub: ("minus", np.negative, 1),
+}
+_OPERATIONS = FUNCTIONS | {sign: (compute, count) for sign, compute, count in _SIGNS.values()}
+
+#: Deeper, a formula is not read by a person either.
+MAX_DEPTH = 40
+
+#: Larger powers are slips, and overflow.
+MAX_POWER = 20
+
+_HINTS = {
+    "^": ": a power is written **",
+    "=": ": values of parameters stand behind a semicolon: `; k=0.01[-0.1,0.1]`",
+    "[": ": the channels of linear light are r, g and b",
+    ":": ": it stands behind a name of small letters, digits and hyphens",
+}
+
+
+@dataclass(frozen=True)
+class Formula:
+    """The function of a one-line effect.
+
+    Attributes
+    ----------
+    text
+        As it was written.
+    signal
+        Which of ``SIGNALS`` it changes.
+    parameters
+        Names, in the order of their appearance.
+    program
+        In postfix order: numbers, names and operations of a stack machine.
+
+    """
+
+    text: str
+    signal: str
+    parameters: tuple[str, ...]
+    program: tuple[tuple[str, str | float], ...]
+
+    @property
+    def __signature__(self) -> Signature:
+        """What it takes, for those who inspect it."""
+        taken = [Argument(name, Argument.POSITIONAL_ONLY) for name in ("signal", "scene")]
+        return Signature([*taken, *(Argument(name, Argument.KEYWORD_ONLY) for name in self.parameters)])
+
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        """Names of the quantities of the scene that it reads."""
+        names = (str(what) for kind, what in self.program if kind == "name")
+        return tuple(dict.fromkeys(name for name in names if name != self.signal and name in QUANTITIES))
+
+    def __call__(self, signal: Array, scene: Scene, /, **parameters: float) -> Array:
+        """Compute the formula; where it divides by zero or overflows, the result is not finite."""
+        stack: list[Array] = []
+        with np.errstate(all="ignore"):
+            for kind, what in self.program:
+                if kind == "operation":
+                    compute, count = _OPERATIONS[str(what)]
+                    stack[-count:] = [compute(*stack[-count:])]
+                elif kind == "number":
+                    stack.append(np.array(float(what)))
+                else:
+                    stack.append(self._value(str(what), signal, scene, parameters))
+            return np.asarray(stack.pop() + np.zeros_like(signal))
+
+    def _value(self, name: str, signal: Array, scene: Scene, parameters: Mapping[str, float]) -> Array:
+        if name in parameters:
+            return np.array(float(parameters[name]))
+        if name == self.signal:
+            return signal
+        if self.signal == "linear" and name in {"r", "g", "b"}:
+            channel = "rgb".index(name)
+            return signal[..., channel : channel + 1]
+        return QUANTITIES[name][0](scene)
+
+
+def read_formula(text: str) -> Formula:
+    """Read a formula. Raises LutgenError where it leaves the grammar, or names no signal or two."""
+    odd = re.search(r"[^A-Za-z0-9_+\-*/()., ]", text)
+    if odd:
+        _outside(text, f"{odd[0]!r} is not allowed{_HINTS.get(odd[0], '')}")
+    try:
+        tree = ast.parse(text, mode="eval").body
+    except (SyntaxError, ValueError, MemoryError, RecursionError):
+        _outside(text, "is no formula: a sign, a parenthesis or a name is missing or too many")
+    program = tuple(_steps(tree, text, 0))
+    names = dict.fromkeys(str(what) for kind, what in program if kind == "name")
+    signal = _signal(text, names)
+    return Formula(text, signal, tuple(name for name in names if name not in {signal, *QUANTITIES}), program)
+
+
+def _signal(text: str, names: Mapping[str, None]) -> str:
+    """Return which signal the formula changes: `xyz` or `linear`, beside which `code` may be read; else `code`."""
+    found = [name for name in ("xyz", "linear") if name in names] or [name for name in ("code",) if name in names]
+    if len(found) != 1:
+        said = "names both xyz and linear, which belong to two stages" if found else "names no signal to change"
+        refuse(text, f"{said}. Begin with exactly one of: {', '.join(SIGNALS)}")
+    return found[0]
+
+
+def _steps(node: ast.expr, text: str, depth: int) -> Iterator[tuple[str, str | float]]:
+    """Yield a node's program: its operands first."""
+    if depth > MAX_DEPTH:
+        refuse(text, f"is nested more than {MAX_DEPTH} deep. Write it as a file for --effects")
+    match node:
+        case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
+            yield "number", number_of(str(number), text)
+        case ast.Name(id=name):
+            if name in FUNCTIONS or name.startswith("_"):
+                _outside(text, f"the name {name!r} stands for no number")
+            yield "name", "code" if name == "drive" else name
+        case ast.UnaryOp(op=ast.UAdd(), operand=operand):
+            yield from _steps(operand, text, depth + 1)
+        case ast.UnaryOp(op=ast.USub(), operand=operand):
+            yield from _steps(operand, text, depth + 1)
+            yield "operation", "minus"
+        case ast.BinOp(left=left, op=sign, right=right) if type(sign) in _SIGNS:
+            if isinstance(sign, ast.Pow):
+                _check_power(right, text)
+            yield from _steps(left, text, depth + 1)
+            yield from _steps(right, text, depth + 1)
+            yield "operation", _SIGNS[type(sign)][0]
+        case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
+            yield from _call(name, arguments, text, depth)
+        case _:
+            _outside(text, f"`{ast.unparse(node)}` is not allowed")
+
+
+def _call(name: str, arguments: list[ast.expr], text: str, depth: int) -> Iterator[tuple[str, str | float]]:
+    if name not in FUNCTIONS:
+        _outside(text, f"{name!r} is no function")
+    count = FUNCTIONS[name][1]
+    if len(arguments) != count and not (count == 2 < len(arguments)):
+        _outside(text, f"{name} takes {count} argument{'s' * (count > 1)}, not {len(arguments)}")
+    for position, argument in enumerate(arguments):
+        yield from _steps(argument, text, depth + 1)
+        if count == 2 and position:
+            yield "operation", name
+    if count != 2:
+        yield "operation", name
+
+
+def _check_power(exponent: ast.expr, text: str) -> None:
+    inner = exponent.operand if isinstance(exponent, ast.UnaryOp) else exponent
+    huge = isinstance(inner, ast.Constant) and isinstance(inner.value, int | float) and abs(inner.value) > MAX_POWER
+    tower = isinstance(inner, ast.BinOp) and isinstance(inner.op, ast.Pow)
+    if huge or tower:
+        refuse(text, f"a power of `{ast.unparse(exponent)}`: numbers up to {MAX_POWER} are allowed there")
+
+
+def number_of(number: str, text: str) -> float:
+    """Return a number that a formula writes. Raises LutgenError when it is beyond all numbers."""
+    value = float(number)
+    if not isfinite(value):
+        refuse(text, "holds a number that is too large")
+    return value
+
+
+def _outside(text: str, why: str) -> NoReturn:
+    refuse(
+        text,
+        f"{why}. Allowed are one of the signals {', '.join(SIGNALS)}; numbers; + - * / ** and parentheses; the "
+        f"functions {', '.join(FUNCTIONS)}; the quantities {', '.join(QUANTITIES)}; and names of parameters",
+    )
+
+
+def refuse(text: str, why: str) -> NoReturn:
+    """Raise the LutgenError that tells why a formula is refused."""
+    shown = text if len(text) <= 60 else f"{text[:57]}…"
+    message = f"expression {shown!r}: {why}."
+    raise LutgenError(message)

@@ -1,0 +1,244 @@
+"""Everybody's own effects: a Python file, an installed package, a one-line expression; beside the built-in ones.
+
+A file declares effects with the same decorator as the built-in ones, and is named by its path::
+
+    lutgen effects --effects my_effect.py
+
+A package lists modules, or single effects in them, as entry points of the group ``lutgen.effects``. For expressions
+see :mod:`lutgen.effects.expression`.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import sys
+from contextlib import redirect_stdout
+from dataclasses import replace
+from importlib.machinery import ModuleSpec, SourceFileLoader
+from importlib.metadata import entry_points
+from importlib.util import module_from_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lutgen.effects import catalogue
+from lutgen.effects.child import LIMIT_S, ask, what_was_raised
+from lutgen.effects.declare import CODE, Effect, chain_order
+from lutgen.errors import LutgenError, pick_one
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from importlib.metadata import EntryPoint
+    from types import ModuleType
+
+#: Entry points of this group are modules that declare effects, or effects.
+GROUP = "lutgen.effects"
+
+#: Modules of users' files begin with this, and end in the hash of path and content.
+_PRIVATE = "lutgen_own_"
+
+
+def everything(
+    files: Iterable[str | Path] = (), expressions: Iterable[str] = (), *, limit_s: float = LIMIT_S
+) -> dict[str, Effect]:
+    """Return all effects by name, in chain order: built-in, installed, from files and from expressions.
+
+    Parameters
+    ----------
+    files, expressions
+        As users name them after ``--effects`` and ``--add-expr``.
+    limit_s
+        Seconds that loading a file may take.
+
+    Raises
+    ------
+    LutgenError
+        A file, package or expression is refused, or two of them give an effect the same name.
+
+    """
+    from lutgen.effects.expression import parse
+
+    found = dict(catalogue())
+    own = [
+        *installed(),
+        *(each for path in files for each in load_file(path, limit_s=limit_s)),
+        *map(parse, expressions),
+    ]
+    for each in own:
+        if each.name in found and found[each.name].origin != each.origin:
+            message = (
+                f"two effects are named {each.name!r}: of {found[each.name].origin} and of {each.origin}. Rename one: "
+                f"a file's effect by its function, an expression by `another-name: …` before it."
+            )
+            raise LutgenError(message)
+        found[each.name] = each
+    return {each.name: each for each in sorted(found.values(), key=chain_order)}
+
+
+def load_file(path: str | Path, *, limit_s: float = LIMIT_S) -> tuple[Effect, ...]:
+    """Load the effects that a Python file declares.
+
+    The file is run, first in a process of its own to see whether it ends, then here.
+
+    Parameters
+    ----------
+    path
+        The file. It becomes the effects' ``origin`` as it is given.
+    limit_s
+        Seconds it may take.
+
+    Raises
+    ------
+    LutgenError
+        Missing, no Python, raises or never ends when it is run, declares no effect, a declaration is refused, or an
+        effect has a built-in one's name.
+
+    """
+    if _module_name(path) not in sys.modules:
+        ask("load", "file", str(path), limit_s).effects(str(path))
+    return imported(path)
+
+
+def imported(path: str | Path) -> tuple[Effect, ...]:
+    """Run a file of effects in this process; errors as in :func:`load_file`, but without a time limit."""
+    name = _module_name(path)
+    module = sys.modules.get(name) or _run(name, path)
+    found = {name: value for name, value in vars(module).items() if _declared_in(value, module.__name__)}
+    if not found:
+        message = (
+            f"{path}: declares no effect. Put the decorator `@effect(stage=…, …)` of lutgen.effects on a function."
+        )
+        raise LutgenError(message)
+    for name, each in found.items():
+        if each.name in catalogue():
+            message = f"{path}: {each.name!r} is a built-in effect. Rename the function."
+            raise LutgenError(message)
+        # Several effects in a file tell their mechanisms apart in their own docstrings.
+        text = (len(found) > 1 and each.function.__doc__) or each.text
+        setattr(module, name, replace(each, origin=str(path), text=text))
+    return tuple(sorted((getattr(module, name) for name in found), key=chain_order))
+
+
+def installed() -> tuple[Effect, ...]:
+    """Load the effects of installed packages.
+
+    Raises
+    ------
+    LutgenError
+        A package's entry point cannot be loaded, or is no effect.
+
+    """
+    found = {}
+    for point in sorted(entry_points(group=GROUP), key=lambda point: (_distribution(point), point.name)):
+        for each in _effects_of(point):
+            if each.name in catalogue():
+                message = f"{_whose(point)}: {each.name!r} is a built-in effect. Ask its authors to rename it."
+                raise LutgenError(message)
+            found[each.name] = replace(each, origin=_distribution(point))
+    return tuple(sorted(found.values(), key=chain_order))
+
+
+def recall(name: str, origin: str) -> Effect:
+    """Find the effect of a name and an origin again, as a saved model or a worker process names it.
+
+    Raises
+    ------
+    LutgenError
+        It is not to be found there any more.
+
+    """
+    from lutgen.effects.expression import parse
+
+    if origin == "built-in":
+        found: dict[str, Effect] = catalogue()
+    elif origin.startswith(CODE):
+        message = f"effect {name!r} was declared by a running program ({origin}). Put it into a file of its own."
+        raise LutgenError(message)
+    elif origin.endswith(".py"):
+        found = {each.name: each for each in imported(origin)}
+    else:
+        packages = {each.name: each for each in installed() if each.origin.split()[:1] == origin.split()[:1]}
+        found = packages or {each.name: each for each in (parse(origin),)}
+    if name not in found:
+        message = f"{origin}: {pick_one('effect', name, found)}"
+        raise LutgenError(message)
+    return found[name]
+
+
+def _module_name(path: str | Path) -> str:
+    """Name the module of a file by its place and content, when it is Python: another version is another module."""
+    if Path(path).suffix != ".py":
+        message = f"{path}: effects are read from Python files. Give a name that ends in .py."
+        raise LutgenError(message)
+    try:
+        data = Path(path).read_bytes()
+        ast.parse(data, str(path))
+    except OSError as error:
+        message = f"{path}: cannot read the effects: {(error.strerror or str(error)).lower()}."
+        raise LutgenError(message) from None
+    except SyntaxError as error:
+        message = f"{path}: line {error.lineno}: not Python: {error.msg}."
+        raise LutgenError(message) from None
+    except (ValueError, MemoryError, RecursionError) as error:
+        message = f"{path}: not Python: {error}."
+        raise LutgenError(message) from None
+    return _PRIVATE + hashlib.sha256(str(Path(path).resolve()).encode() + data).hexdigest()[:16]
+
+
+class _Loader(SourceFileLoader):
+    """Runs the file as it stands: no bytecode is written beside it, and none that is out of date is read."""
+
+    def get_code(self, fullname: str) -> Any:  # noqa: ARG002 - importlib's interface
+        return self.source_to_code(self.get_data(self.path), self.path)
+
+
+def _run(name: str, path: str | Path) -> ModuleType:
+    loader = _Loader(name, str(path))
+    module = module_from_spec(ModuleSpec(name, loader, origin=str(path)))
+    module.__file__ = str(path)
+    sys.modules[name] = module  # the decorator reads the module's docstring there
+    try:
+        with redirect_stdout(sys.stderr):  # what it prints is not to end up in our JSON
+            loader.exec_module(module)
+    except BaseException as error:
+        del sys.modules[name]
+        if isinstance(error, KeyboardInterrupt):
+            raise
+        message = f"{path}: {_sentence(error, str(path))}"
+        raise LutgenError(message) from None
+    return module
+
+
+def _sentence(error: BaseException, file: str) -> str:
+    """What a module raised: a refused declaration as it is, anything else with the advice to look there."""
+    told = what_was_raised(error, file)
+    return told if isinstance(error, LutgenError) else f"cannot be loaded: {told}. Run it with Python to see more."
+
+
+def _declared_in(value: Any, module: str) -> bool:
+    """Whether a module's value is an effect that it declares, not one that it imports."""
+    return isinstance(value, Effect) and value.function.__module__ == module
+
+
+def _effects_of(point: EntryPoint) -> tuple[Effect, ...]:
+    try:
+        loaded = point.load()
+    except BaseException as error:
+        if isinstance(error, KeyboardInterrupt):
+            raise
+        message = f"{_whose(point)}: {what_was_raised(error, '')}. Update, mend or uninstall the package."
+        raise LutgenError(message) from None
+    values = (loaded,) if isinstance(loaded, Effect) else vars(loaded).values() if hasattr(loaded, "__dict__") else ()
+    found = tuple(value for value in values if isinstance(value, Effect) and value.origin != "built-in")
+    if not found:
+        message = f"{_whose(point)}: {point.value} holds no effect. Update, mend or uninstall the package."
+        raise LutgenError(message)
+    return found
+
+
+def _distribution(point: EntryPoint) -> str:
+    return f"{point.dist.name} {point.dist.version}" if point.dist else point.value
+
+
+def _whose(point: EntryPoint) -> str:
+    return f"installed package {_distribution(point)}, entry point {point.name!r} of {GROUP}"

@@ -1,0 +1,151 @@
+"""Readings and parameters to try an effect on: made up, seeded, and hard on careless formulas.
+
+Blacks, primaries, greys and mixtures at hours from 0 to 18 000, under every condition: at the centre and in the
+corners, dark and lit, cold and warm (where the minutes are infinite), small windows on bright surrounds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from functools import cache
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.colorimetry import LINEAR_TO_XYZ, code_to_linear, transform
+from lutgen.effects.scene import LIFE_H, REFERENCE_C, Scene
+from lutgen.effects.spectra import DEFAULT_CLASS, SpectralDisplay
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from lutgen.colorimetry import Array
+
+#: Readings of a probe; neither 1 nor 3 nor 4, which would broadcast by accident.
+READINGS = 48
+
+#: Sets of tips that are sent through at once: what the fits do to find how readings depend on the tips.
+TIPS_AT_ONCE = 12
+
+#: Most corners of the parameters' bounds that are all tried; of more, this many by chance.
+MAX_CORNERS = 256
+
+#: Column → what a probe draws from; the first is the reference.
+CONDITIONS = {
+    "u": (0.5, 0.0, 0.1, 0.9, 1.0),
+    "v": (0.5, 0.0, 0.2, 0.8, 1.0),
+    "ambient_lx": (0.0, 5.0, 60.0, 400.0),
+    "warmup_min": (np.inf, 0.0, 3.0, 20.0, 90.0),
+    "temperature_c": (REFERENCE_C, 5.0, 18.0, 40.0),
+    "window": (1.0, 0.04, 0.1, 0.5),
+    "surround": (0.0, 0.2, 0.5, 1.0),
+}
+
+_GREYS = (0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95)
+_HOURS = (0.0, 1.0, 500.0, 4000.0, 9000.0, 14_000.0, LIFE_H)
+_FRESH_TIPS = 250.0 * np.array([LINEAR_TO_XYZ.sum(axis=1), *LINEAR_TO_XYZ.T])
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What an effect is given: the signal of its stage for some readings, and their scene."""
+
+    signal: Array
+    scene: Scene
+
+
+@cache
+def readings(stage: str, *, at_rest: bool = False) -> Reading:
+    """Return ``READINGS`` readings under all conditions, or under the reference ones; arrays are read-only."""
+    random = np.random.default_rng(3)
+    corners = np.array(list(product((0.0, 1.0), repeat=3)))
+    greys = np.repeat(np.array(_GREYS)[:, np.newaxis], 3, axis=1)
+    mixtures = random.uniform(size=(READINGS - len(corners) - len(greys), 3))
+    code = np.concatenate([corners, greys, mixtures])[random.permutation(READINGS)]
+    hours = np.resize(_HOURS, (READINGS, 1))
+    aged = 1.0 - hours / LIFE_H * np.array([0.3, 0.32, 0.4])
+    columns: dict[str, Any] = {
+        name: np.concatenate([values[:1] * 6, random.choice(values, READINGS - 6)])[random.permutation(READINGS)]
+        for name, values in CONDITIONS.items()
+    }
+    light = SpectralDisplay.of(DEFAULT_CLASS, _FRESH_TIPS)
+    scene = Scene(hours=hours, code=code, white=_FRESH_TIPS[:1] * aged, fresh_white=_FRESH_TIPS[:1], light=light)
+    if not at_rest:
+        scene = replace(scene, **{name: column[:, np.newaxis] for name, column in columns.items()})
+    signal = _signal(stage, scene)
+    for array in (signal, *arrays(scene).values()):
+        array.flags.writeable = False
+    return Reading(signal, scene)
+
+
+def _signal(stage: str, scene: Scene) -> Array:
+    if stage == "drive":
+        return scene.code.copy()
+    linear = code_to_linear(scene.code)
+    if stage in {"transfer", "mixing"}:
+        return linear
+    # Tips that almost add up, as those of measured displays do.
+    primaries = LINEAR_TO_XYZ.T * (scene.white / LINEAR_TO_XYZ.sum(axis=1))[:, np.newaxis]
+    if stage == "emission":
+        return np.concatenate([scene.white[:, np.newaxis], 0.99 * primaries], axis=1)
+    return np.asarray(transform(LINEAR_TO_XYZ, linear) * scene.white / LINEAR_TO_XYZ.sum(axis=1))
+
+
+def arrays(scene: Scene) -> dict[str, Array]:
+    """Return the arrays of a scene by name."""
+    values = {field.name: getattr(scene, field.name) for field in fields(scene)}
+    return {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
+
+
+def copied(reading: Reading) -> Reading:
+    """Return a reading in arrays of its own, which may be written."""
+    own: dict[str, Any] = {name: array.copy() for name, array in arrays(reading.scene).items()}
+    return Reading(reading.signal.copy(), replace(reading.scene, **own))
+
+
+def some(reading: Reading, rows: slice, stage: str) -> Reading:
+    """Return the readings of ``rows`` alone."""
+    scene: dict[str, Any] = {
+        name: array[..., rows, :] if array.shape[-2] > 1 else array for name, array in arrays(reading.scene).items()
+    }
+    signal = reading.signal[..., rows, :, :] if stage == "emission" else reading.signal[..., rows, :]
+    return Reading(signal, replace(reading.scene, **scene))
+
+
+def at_once(reading: Reading) -> Reading:
+    """Return ``TIPS_AT_ONCE`` versions along a leading axis: other tips, hence another white; the same scene else."""
+    factors = np.linspace(0.9, 1.1, TIPS_AT_ONCE)
+    signal = np.multiply.outer(factors, reading.signal)
+    return Reading(signal, replace(reading.scene, white=np.multiply.outer(factors, reading.scene.white)))
+
+
+def with_column(reading: Reading, column: str, values: Array) -> Reading:
+    """Return the readings with another value of one column each."""
+    changed: dict[str, Any] = {column: values}
+    return Reading(reading.signal, replace(reading.scene, **changed))
+
+
+def other_values(column: str) -> Array:
+    """Return values of a column that differ from the reference, one a reading."""
+    return np.resize(np.array(CONDITIONS[column][1:]), (READINGS, 1))
+
+
+def parameter_corners(bounds: Mapping[str, tuple[float, float]]) -> list[dict[str, float]]:
+    """Return every corner of the bounds, or ``MAX_CORNERS`` of them by chance."""
+    if 2 ** len(bounds) <= MAX_CORNERS:
+        return [dict(zip(bounds, corner, strict=True)) for corner in product(*bounds.values())]
+    random = np.random.default_rng(5)
+    return [{name: float(random.choice(ends)) for name, ends in bounds.items()} for _ in range(MAX_CORNERS)]
+
+
+def parameter_draws(bounds: Mapping[str, tuple[float, float]], count: int) -> list[dict[str, float]]:
+    """Return ``count`` points inside the bounds, by chance."""
+    shares = np.random.default_rng(7).uniform(size=(count, len(bounds)))
+    return [
+        {
+            name: float(low * (1.0 - share) + high * share)
+            for share, (name, (low, high)) in zip(row, bounds.items(), strict=True)
+        }
+        for row in shares
+    ]

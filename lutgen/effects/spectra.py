@@ -1,0 +1,262 @@
+"""The display's light as spectra: an estimate of its class, corrected so that it has the measured primaries.
+
+What acts by wavelength (yellowed optics, worn phosphors) needs spectra, and readings mostly have three numbers. Each
+class states the spectrum of a typical primary; of all spectra that have the measured XYZ, the one nearest to it in
+relative entropy is taken: S(λ) = S₀(λ)·exp(θ·c(λ)), c the colour-matching functions, θ from three equations. That
+factor is smooth and positive, and Newton's method finds it because the dual is convex (Boyd & Vandenberghe, Convex
+Optimization, 2004, §5.2.4 and §9.5).
+
+Class spectra are assumptions in their widths and strengths. Line positions: Hg from the NIST Atomic Spectra Database;
+Tb³⁺, Eu³⁺ and BaMgAl₁₀O₁₇:Eu²⁺ (BAM) rounded from Blasse & Grabmaier, Luminescent Materials (1994). Lines are drawn
+wider than they are, for the 5 nm grid. Mercury's lines do not wear.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from lutgen.colorimetry import inverse
+from lutgen.effects.observer import CMFS, WAVELENGTHS
+from lutgen.errors import LutgenError, pick_one
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from lutgen.colorimetry import Array
+
+#: What is meant where nothing is said: most displays on desks.
+DEFAULT_CLASS = "white-led"
+
+#: Class → pattern of the words that name it, the first that fits.
+_WORDS = {
+    "ccfl": r"ccfl|cold.?cathode|fluorescent",
+    "oled": r"oled",
+    "rgb-led": r"rgb.{0,3}led|tri.?colou?r.{0,3}led",
+    "white-led": r"w.?led|white.{0,3}led|led|edge.?lit",
+}
+
+#: Smallest share of a primary's X + Y + Z that X, Y or Z is taken to have: no light has less.
+_LEAST = 1e-5
+
+#: Pass bands of the colour filters: lower edge, upper edge, width of the edges (nm), floor.
+_FILTERS = ((590.0, 900.0, 6.0, 0.008), (488.0, 592.0, 9.0, 0.018), (300.0, 486.0, 7.0, 0.003))
+
+
+class _Light(NamedTuple):
+    """Typical spectra of a class: of what wears, first what wears most; of what does not; and of the filters (3, 81).
+
+    Without filters each part is a primary's emitter, in the order of ``emitters``.
+    """
+
+    parts: Mapping[str, Array]
+    steady: Array
+    emitters: tuple[str, str, str] | None = None
+
+    @property
+    def primaries(self) -> Array:
+        if self.emitters:
+            return np.array([self.parts[name] for name in self.emitters]) + self.steady
+        return _filters() * self.total
+
+    @property
+    def total(self) -> Array:
+        return np.asarray(sum(self.parts.values()) + self.steady)
+
+
+def _bell(peak: float, below: float, above: float | None = None, area: float = 1.0) -> Array:
+    """Spectrum with a Gaussian's flanks, their widths (nm) at half maximum counted twice; area per 5 nm step."""
+    width = np.where(peak > WAVELENGTHS, below, above or below)
+    bell = np.exp(-4.0 * np.log(2.0) * ((WAVELENGTHS - peak) / width) ** 2)
+    return np.asarray(area * bell / bell.sum())
+
+
+def _lines(width: float, *lines: tuple[float, float]) -> Array:
+    return np.asarray(sum(_bell(at, width, area=area) for at, area in lines))
+
+
+def _filters() -> Array:
+    low, high, width, floor = np.array(_FILTERS).T[:, :, np.newaxis]
+    band = 1.0 / ((1.0 + np.exp((low - WAVELENGTHS) / width)) * (1.0 + np.exp((WAVELENGTHS - high) / width)))
+    return np.asarray(floor + (1.0 - floor) * band)
+
+
+def _lights() -> dict[str, _Light]:
+    """Typical spectra; the areas give white near D65 behind the filters."""
+    floor = np.full(WAVELENGTHS.size, 1e-5)  # light at every wavelength, so that any correction finds some
+    return {
+        "ccfl": _Light(
+            {
+                "blue phosphor (BAM)": _bell(450.0, 40.0, 64.0, 1.0),
+                "green phosphor (Tb)": _lines(10.0, (490.0, 0.18), (544.0, 0.80), (585.0, 0.16), (620.0, 0.06)),
+                "red phosphor (Eu)": _lines(
+                    8.0, (594.0, 0.1), (611.0, 0.38), (630.0, 0.06), (650.0, 0.02), (707.0, 0.04)
+                ),
+            },
+            floor + _lines(8.0, (404.7, 0.02), (435.8, 0.06), (546.1, 0.05), (578.0, 0.015)),
+        ),
+        "white-led": _Light(
+            {
+                "yellow phosphor (YAG)": _bell(545.0, 70.0, 130.0, 2.6),
+                "blue chip": _bell(450.0, 18.0, 24.0, 1.0),
+            },
+            floor,
+        ),
+        "rgb-led": _Light(
+            {
+                "blue chip": _bell(458.0, 20.0, 26.0, 1.0),
+                "green chip": _bell(527.0, 32.0, 40.0, 1.4),
+                "red chip": _bell(632.0, 20.0, 16.0, 1.4),
+            },
+            floor,
+        ),
+        "oled": _Light(
+            {
+                "blue emitter": _bell(461.0, 20.0, 36.0, 1.0),
+                "green emitter": _bell(528.0, 30.0, 46.0, 1.0),
+                "red emitter": _bell(620.0, 30.0, 50.0, 1.1),
+            },
+            floor,
+            ("red emitter", "green emitter", "blue emitter"),
+        ),
+    }
+
+
+@cache
+def _light_of(display_class: str) -> _Light:
+    lights = _lights()
+    if display_class not in lights:
+        raise pick_one("display class", display_class, lights)
+    return lights[display_class]
+
+
+def stated_class(text: str) -> str | None:
+    """Display class that a text such as "simulated CCFL-lit medical LCD" names, or None."""
+    return next((name for name, words in _WORDS.items() if re.search(words, text, re.IGNORECASE)), None)
+
+
+def class_of(text: str) -> str:
+    """Display class that a text names; ``DEFAULT_CLASS`` where :func:`stated_class` finds none."""
+    return stated_class(text) or DEFAULT_CLASS
+
+
+@dataclass(frozen=True, eq=False)
+class SpectralDisplay:
+    """Spectra of a display's primaries.
+
+    Attributes
+    ----------
+    display_class
+        One of :meth:`classes`.
+    spectra
+        Of red, green, blue at full drive, (3, 81), at ``observer.WAVELENGTHS``; Σ spectrum·CMF is XYZ in cd/m².
+    parts
+        What wears, first what wears most → its share of the light at each wavelength, (81,).
+    misfit
+        Largest relative error of a primary's XYZ; above 1e-9 only where no light has such XYZ.
+
+    """
+
+    display_class: str
+    spectra: Array
+    parts: Mapping[str, Array]
+    misfit: float
+
+    @staticmethod
+    def classes() -> tuple[str, ...]:
+        """Names of the display classes."""
+        return tuple(_lights())
+
+    @classmethod
+    def of(cls, display_class: str, xyz_tips: Array) -> SpectralDisplay:
+        """Estimate the spectra of a display.
+
+        Parameters
+        ----------
+        display_class
+            One of :meth:`classes`.
+        xyz_tips
+            XYZ of white, red, green, blue in cd/m², (4, 3). White itself is not asked for.
+
+        Raises
+        ------
+        LutgenError
+            Unknown class, or a primary without luminance.
+
+        """
+        light = _light_of(display_class)
+        primaries = np.asarray(xyz_tips, dtype=np.float64)[1:]
+        if not (np.isfinite(primaries).all() and (primaries[:, 1] > 0).all()):
+            message = (
+                f"the primaries' luminances are {', '.join(f'{value:g}' for value in primaries[:, 1])} cd/m². "
+                f"Spectra are estimated from primaries that give light: give positive, finite tips."
+            )
+            raise LutgenError(message)
+        spectra = np.array([_nearest(base, xyz) for base, xyz in zip(light.primaries, primaries, strict=True)])
+        parts = {name: part / light.total for name, part in light.parts.items()}
+        misfit = np.abs(_xyz_of(spectra) - primaries).max(axis=1) / primaries.sum(axis=1)
+        return cls(display_class, spectra, parts, float(misfit.max()))
+
+    @cached_property
+    def _by_wavelength(self) -> Array:
+        """What each wavelength contributes to the map from XYZ to XYZ, (81, 3, 3); their sum is 1."""
+        back = inverse(_xyz_of(self.spectra).T)
+        colours = self.spectra.T[:, :, np.newaxis] * back  # (81, primary, from)
+        return np.asarray((CMFS[:, :, np.newaxis, np.newaxis] * colours[:, np.newaxis]).sum(axis=2))
+
+    def maps(self, factor: Array) -> Array:
+        """Matrices (..., 3, 3) from XYZ to XYZ when the display's light is multiplied by a factor (..., 81).
+
+        M'·M⁻¹ with the primaries' XYZ as columns of M, and of M' with the factor.
+        """
+        return np.asarray((factor[..., np.newaxis, np.newaxis] * self._by_wavelength).sum(axis=-3))
+
+    def through(self, xyz: Array, factor: Array) -> Array:
+        """XYZ (..., 3) of the display's light multiplied by a factor (..., 81); leading axes broadcast."""
+        return mapped(xyz, self.maps(factor))
+
+
+def mapped(xyz: Array, maps: Array) -> Array:
+    """Multiply XYZ (..., 3) by matrices (..., 3, 3), summed in a fixed order rather than by BLAS."""
+    return np.asarray(
+        xyz[..., 0:1] * maps[..., :, 0] + xyz[..., 1:2] * maps[..., :, 1] + xyz[..., 2:3] * maps[..., :, 2]
+    )
+
+
+def of_scene(light: SpectralDisplay | None, who: str) -> SpectralDisplay:
+    """Return a scene's light, or refuse: an effect that acts by wavelength does not guess a display."""
+    if light is None:
+        message = f"{who} acts on the display's spectra, and the scene has none. Give it light=SpectralDisplay.of(…)."
+        raise LutgenError(message)
+    return light
+
+
+def _xyz_of(spectra: Array) -> Array:
+    """XYZ (..., 3) of spectra (..., 81)."""
+    return np.asarray((spectra[..., np.newaxis] * CMFS).sum(axis=-2))
+
+
+def _nearest(base: Array, xyz: Array) -> Array:
+    """Spectrum nearest to ``base`` with that XYZ: base·exp(θ·CMFs), θ by Newton's method with step halving."""
+    wanted = np.maximum(xyz, _LEAST * xyz.sum()) / xyz[1]
+    base = base / _xyz_of(base)[1]
+    theta, spectrum = np.zeros(3), base
+    for _ in range(200):
+        missing = wanted - _xyz_of(spectrum)
+        if np.abs(missing).max() < 1e-14 * wanted.max():
+            break
+        curvature = (spectrum[:, np.newaxis, np.newaxis] * CMFS[:, :, np.newaxis] * CMFS[:, np.newaxis]).sum(axis=0)
+        step = (inverse(curvature) * missing).sum(axis=1)
+        step *= min(1.0, 20.0 / float(np.abs(step).max()))
+        dual = spectrum.sum() - theta @ wanted
+        for _ in range(40):
+            moved = base * np.exp((CMFS * (theta + step)).sum(axis=1))
+            if moved.sum() - (theta + step) @ wanted <= dual + 1e-15 * abs(dual):
+                break
+            step = step / 2.0
+        theta, spectrum = theta + step, moved
+    return np.asarray(spectrum * xyz[1])

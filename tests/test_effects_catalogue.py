@@ -1,0 +1,194 @@
+"""Every built-in effect keeps the contract."""
+
+from __future__ import annotations
+
+import re
+import zlib
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from lutgen.display.trace import in_chain_order, panel, reported
+from lutgen.effects import Effect, catalogue
+from tests.effect_scenes import TIPS, N, Term, lively, scene_of, signal_of
+
+pytestmark = pytest.mark.numbers
+
+EFFECTS = tuple(catalogue().values())
+NAMES = tuple(catalogue())
+
+#: The catalogue of effects.md, table by table.
+BESIDE_THE_TIPS = """
+    black-level eotf-drift channel-gamma drive-loss crosstalk loading primary-shift quantization recalibration
+    edge-falloff ambient-reflection veiling-glare warm-up temperature meter-offset matrix-switching
+"""
+FROM_HOUR_0 = "backlight-decay burn-in-decay phosphor-wear yellowing stabilizer-headroom channel-decay meter-drift"
+
+
+def random_values(effect: Effect, rng: np.random.Generator) -> dict[str, float]:
+    """A point within the bounds."""
+    return {name: float(rng.uniform(*parameter.bounds)) for name, parameter in effect.parameters.items()}
+
+
+def seed_of(effect: Effect) -> int:
+    return zlib.crc32(effect.name.encode())
+
+
+def test_the_catalogue_is_that_of_the_design() -> None:
+    assert sorted(NAMES) == sorted((BESIDE_THE_TIPS + FROM_HOUR_0).split())
+    assert {each.name for each in EFFECTS if each.baseline == "fresh"} == set(FROM_HOUR_0.split())
+
+
+@pytest.mark.parametrize("effect", EFFECTS, ids=NAMES)
+class TestContract:
+    def test_it_is_documented(self, effect: Effect) -> None:
+        assert 20 < len(effect.summary) < 120
+        assert effect.text.count("\n") >= 3
+        assert effect.function.__doc__
+        assert effect.source
+        assert effect.origin == "built-in"
+        for parameter in effect.parameters.values():
+            assert len(parameter.meaning) > 10
+
+    def test_what_it_is_confused_with_exists(self, effect: Effect) -> None:
+        assert set(effect.confused_with or {}) <= set(NAMES) - {effect.name}
+        assert all(len(text) > 10 for text in (effect.confused_with or {}).values())
+
+    def test_its_forms_are_few_and_free_everything(self, effect: Effect) -> None:
+        assert len(set(map(frozenset, effect.forms))) == len(effect.forms) <= 10
+        assert max(map(len, effect.forms)) <= 12
+        assert 1 <= effect.refined <= len(effect.forms)
+        assert {name for form in effect.forms for name in form} == set(effect.parameters)
+        for form in effect.forms:
+            # A search starts where the effect does nothing: without an amplitude it would stay there.
+            assert not effect.parameters or set(form) & set(effect.neutral)
+
+    def test_neutral_is_identity_whatever_the_shape(self, effect: Effect) -> None:
+        rng = np.random.default_rng(seed_of(effect))
+        scene = scene_of()
+        signal = signal_of(effect, scene)
+        points = [effect.rest(), *(random_values(effect, rng) | dict(effect.neutral) for _ in range(20))]
+        for values in points:
+            np.testing.assert_allclose(effect.function(signal, scene, **values), signal, rtol=1e-12, atol=1e-12)
+
+    @pytest.mark.parametrize("variants", [(), (12,), (2, 3)])
+    @pytest.mark.parametrize("columns", [True, False])
+    def test_shapes_broadcast(self, effect: Effect, variants: tuple[int, ...], *, columns: bool) -> None:
+        scene = scene_of(columns=columns)
+        signal = signal_of(effect, scene, variants)
+        scene = replace(scene, white=np.broadcast_to(scene.white, (*variants, *scene.white.shape)))
+        found = effect.function(signal, scene, **lively(effect))
+        assert found.shape == signal.shape
+        assert found.dtype == np.float64
+
+    def test_variants_are_treated_alike(self, effect: Effect) -> None:
+        scene = scene_of()
+        signal = signal_of(effect, scene, (4,))
+        if signal.ndim == signal_of(effect, scene).ndim:
+            return  # codes and linear light have no variants
+        found = effect.function(signal, scene, **lively(effect))
+        for one, given in zip(found, signal, strict=True):
+            np.testing.assert_array_equal(one, effect.function(given, scene, **lively(effect)))
+
+    def test_one_hour_and_one_reading_will_do(self, effect: Effect) -> None:
+        scene = scene_of(columns=False, hours=np.array([[9000.0]]), white=TIPS[:1])
+        signal = signal_of(effect, scene)
+        many = replace(scene, hours=np.full((N, 1), 9000.0), white=np.tile(TIPS[:1], (N, 1)))
+        values = lively(effect)
+        np.testing.assert_allclose(
+            effect.function(signal, scene, **values), effect.function(signal, many, **values), rtol=1e-13
+        )
+        if effect.stage == "emission":  # a model holds one set of tips an hour, whatever the colours
+            found = effect.function(TIPS[np.newaxis], scene, **values)
+            assert np.broadcast_shapes(found.shape, (N, 4, 3)) == (N, 4, 3)
+
+    def test_it_is_finite_within_and_at_the_corners_of_its_bounds(self, effect: Effect) -> None:
+        rng = np.random.default_rng(seed_of(effect))
+        scene = scene_of()
+        signal = signal_of(effect, scene)
+        corners = [
+            {name: float(rng.choice(parameter.bounds)) for name, parameter in effect.parameters.items()}
+            for _ in range(150)
+        ]
+        low = {name: parameter.bounds[0] for name, parameter in effect.parameters.items()}
+        high = {name: parameter.bounds[1] for name, parameter in effect.parameters.items()}
+        one_by_one = [effect.typical() | {name: end} for name in low for end in (low[name], high[name])]
+        inside = [random_values(effect, rng) for _ in range(50)]
+        with np.errstate(all="raise", under="ignore"):
+            for values in (low, high, *corners, *one_by_one, *inside):
+                found = effect.function(signal, scene, **values)
+                assert np.isfinite(found).all(), values
+                if effect.stage in {"drive", "transfer", "mixing"}:
+                    assert (found >= 0).all(), values
+
+    def test_what_it_is_given_stays_untouched(self, effect: Effect) -> None:
+        scene = scene_of()
+        for each in fields(scene):
+            value = getattr(scene, each.name)
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+        effect.function(signal_of(effect, scene), scene, **lively(effect))  # read-only arrays raise when written to
+
+    def test_every_parameter_matters(self, effect: Effect) -> None:
+        scene = scene_of(200)
+        signal = signal_of(effect, scene)
+        values = lively(effect)
+        before = effect.function(signal, scene, **values)
+        for name, parameter in effect.parameters.items():
+            low, high = parameter.bounds
+            moved = values[name] + (0.2 if values[name] < (low + high) / 2 else -0.2) * (high - low)
+            after = effect.function(signal, scene, **values | {name: moved})
+            assert np.abs(after - before).max() > 1e-5 * np.abs(before).max(), name
+
+    def test_a_small_step_makes_a_small_difference(self, effect: Effect) -> None:
+        rng = np.random.default_rng(seed_of(effect))
+        scene = scene_of()
+        signal = signal_of(effect, scene)
+        for _ in range(5):
+            values = random_values(effect, rng)
+            for name, parameter in effect.parameters.items():
+                if parameter.grid:
+                    continue
+                step = 1e-7 * (parameter.bounds[1] - parameter.bounds[0])
+                there = effect.function(signal, scene, **values | {name: values[name] + step})
+                here = effect.function(signal, scene, **values)
+                np.testing.assert_allclose(there, here, rtol=1e-4, atol=1e-4 * np.abs(here).max())
+
+    def test_without_its_columns_it_hides_behind_the_tips(self, effect: Effect) -> None:
+        """Where its columns are at rest, all it does is a factor an hour."""
+        if not effect.needs:
+            return
+        seen = scene_of(hours=np.full((N, 1), 9000.0))
+        rest = scene_of(columns=False, hours=np.full((N, 1), 9000.0))
+        still = {name: getattr(rest, name) for name in effect.needs}
+        signal = signal_of(effect, seen) + 1.0
+        factor = effect.function(signal, replace(seen, **still), **lively(effect)) / signal
+        np.testing.assert_allclose(factor, np.broadcast_to(factor[:1], factor.shape), rtol=1e-12)
+        factor = effect.function(signal, seen, **lively(effect)) / signal
+        assert np.ptp(factor, axis=0).max() > 1e-3
+
+    def test_the_chain_runs_with_it(self, effect: Effect) -> None:
+        scene = scene_of()
+        tips = TIPS * np.random.default_rng(1).uniform(0.5, 1.0, size=(12, N, 1, 1))
+        applied = [Term(effect, **lively(effect))]
+        for selection in ("nearest", "continuous"):
+            found = reported(applied, panel(applied, scene, selection), tips, scene)
+            assert found.shape == (12, N, 3)
+            assert np.isfinite(found).all()
+
+
+def test_the_chain_runs_with_all_of_them_in_any_order() -> None:
+    scene = scene_of()
+    applied = [Term(each, **lively(each)) for each in EFFECTS]
+    tips = np.broadcast_to(TIPS, (3, N, 4, 3))
+    found = reported(applied, panel(applied, scene, "continuous"), tips, scene)
+    again = reported(applied[::-1], panel(applied[::-1], scene, "continuous"), tips, scene)
+    np.testing.assert_array_equal(found, again)
+    assert [each.effect.name for each in in_chain_order(applied[::-1])] == list(NAMES)
+
+
+def test_every_module_docstring_gives_its_equation() -> None:
+    for effect in EFFECTS:
+        if effect.name != "matrix-switching":
+            assert re.search(r"[×→=]|exp", effect.text), effect.name

@@ -1,0 +1,278 @@
+"""Each built-in effect does what its formula says, and its free forms come near formulas that it does not have."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from scipy.interpolate import BSpline
+from scipy.optimize import least_squares
+
+from lutgen.colorimetry import D65, linear_to_code
+from lutgen.display.trace import panel, reported
+from lutgen.effects import Scene, catalogue, growth
+from lutgen.effects.level_curve import LEAST_EXPONENT, bent, level_curve
+from tests.effect_scenes import TIPS, N, Term, at, one, scene_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from lutgen.colorimetry import Array
+
+pytestmark = pytest.mark.numbers
+
+NAMES = tuple(catalogue())
+
+# Literal twins: name, values, where, what passes and what must come out, computed by hand or in plain Python.
+LINEAR = (0.2, 0.5, 0.9)
+HALF = 9000.0
+TWINS: tuple[tuple[str, Mapping[str, float], Scene, object, object], ...] = (
+    ("eotf-drift", {"new": 0.1, "grown": 0.2}, at(HALF), [LINEAR], [[x**1.2 for x in LINEAR]]),
+    ("eotf-drift", {"grown": 0.2, "power": 2.0}, at(HALF), [LINEAR], [[x**1.05 for x in LINEAR]]),
+    (
+        "eotf-drift",
+        {"slope_grown": 0.2},
+        at(),
+        [LINEAR],
+        [[x ** (1 + 0.2 * (2 * float(linear_to_code(x)) - 1)) for x in LINEAR]],
+    ),
+    ("channel-gamma", {"green_new": 0.1, "green_grown": 0.1}, at(HALF), [LINEAR], [[0.2, 0.5**1.15, 0.9]]),
+    ("drive-loss", {"new": 0.1, "grown": 0.2}, at(HALF), [LINEAR], [[0.16, 0.4, 0.72]]),
+    ("drive-loss", {"blue": 0.1}, at(0.0), [LINEAR], [[0.2, 0.5, 0.81]]),
+    (
+        "crosstalk",
+        {"new": 0.02, "grown": 0.02},
+        at(),
+        [LINEAR],
+        [[0.2 * (1 - 0.04 * 1.4), 0.5 * (1 - 0.04 * 1.1), 0.9 * (1 - 0.04 * 0.7)]],
+    ),
+    (
+        "crosstalk",
+        {"red_by_green": 0.1, "red_by_blue": 0.2, "blue_by_red": 0.05, "green_by_blue": 0.01},
+        at(),
+        [LINEAR],
+        [[0.2 * (1 - 0.05 - 0.18), 0.5 * (1 - 0.009), 0.9 * (1 - 0.01)]],
+    ),
+    ("crosstalk", {"both": 0.1}, at(), [LINEAR], [[0.2 * (1 - 0.045), 0.5 * (1 - 0.018), 0.9 * (1 - 0.01)]]),
+    ("loading", {"new": 0.1}, at(code=(0.3, 0.6, 0.9)), [LINEAR], [[x * (1 - 0.06) for x in LINEAR]]),
+    (
+        "loading",
+        {"new": 0.1, "bend": 2.0},
+        at(code=(1, 1, 1), window=0.1, surround=0.5),
+        [LINEAR],
+        [[x * (1 - 0.1 * 0.55**2) for x in LINEAR]],
+    ),
+    ("quantization", {"bits": 4}, at(), [[0.0, 0.5, 1.0]], [[0.0, 8 / 15, 1.0]]),
+    ("quantization", {"bits": 4, "table_gamma": 2.2}, at(), [[0.0, 0.5, 1.0]], [[0.0, (3 / 15) ** (1 / 2.2), 1.0]]),
+    ("recalibration", {"hour": 9000, "gamma": 0.2}, at(HALF), [LINEAR], [[x**1.2 for x in LINEAR]]),
+    ("recalibration", {"hour": 9000, "gamma": 0.2, "gain": 0.1}, at(8999.0), [LINEAR], [LINEAR]),
+    ("recalibration", {"hour": 9000, "red": 0.2, "gain": 0.1}, at(), [LINEAR], [[1.1 * 0.2**1.2, 0.55, 0.99]]),
+    ("edge-falloff", {"new": 0.1, "grown": 0.1}, at(HALF, u=0.0, v=0.0), [[100.0] * 3], [[85.0] * 3]),
+    ("edge-falloff", {"new": 0.2}, at(u=1.0, v=0.5), [[100.0] * 3], [[90.0] * 3]),
+    # |u|⁴ + |v|⁴ instead of ρ²
+    (
+        "edge-falloff",
+        {"new": 0.2, "exponent": 4, "contour": 4},
+        at(u=0.75, v=1.0),
+        [[100.0] * 3],
+        [[100 * (1 - 0.2 * (0.5**4 + 1) / 2)] * 3],
+    ),
+    ("edge-falloff", {"new": 0.2, "slope_u": 1.0, "tint_z": 0.5}, at(u=0.0), [[10.0] * 3], [[11.0, 11.0, 11.5]]),
+    (
+        "black-level",
+        {"new": 0.001, "grown": 0.001, "tint_z": 0.2},
+        at(),
+        [[0.0] * 3],
+        [TIPS[0] * 0.002 * [1, 1, 1.2]],
+    ),
+    ("ambient-reflection", {"reflectance": 0.02}, at(ambient_lx=50.0), [[0.0] * 3], [D65]),
+    (
+        "ambient-reflection",
+        {"reflectance": 0.02, "tint_x": 0.1},
+        at(ambient_lx=50.0),
+        [[1.0] * 3],
+        [1 + D65 * [1.1, 1, 1]],
+    ),
+    (
+        "veiling-glare",
+        {"glare": 0.01},
+        at(window=0.1, surround=1.0),
+        [[10.0] * 3],
+        [10 + 0.01 * (0.1 * 10 + 0.9 * TIPS[0])],
+    ),
+    ("meter-offset", {"offset": 0.01, "offset_z": 0.02}, at(), [[1.0] * 3], [1 + 0.01 * D65 + [0, 0, 0.02]]),
+    ("meter-drift", {"drift": 0.02, "drift_x": 0.01}, at(HALF), [[1.0] * 3], [[1.015, 1.01, 1.01]]),
+    ("warm-up", {"amount": 0.1, "minutes": 30}, at(warmup_min=30.0), TIPS[None], TIPS[None] * (1 - 0.1 / np.e)),
+    # 1/(1 + m/τ_w) instead of the exponential
+    ("warm-up", {"amount": 0.1, "minutes": 30, "tail": 1}, at(warmup_min=60.0), TIPS[None], TIPS[None] * (1 - 0.1 / 3)),
+    ("warm-up", {"amount": 0.1, "tail": 1}, at(warmup_min=np.inf), TIPS[None], TIPS[None]),
+    ("temperature", {"slope": -0.003}, at(temperature_c=35.0), TIPS[None], TIPS[None] * 0.97),
+    (
+        "temperature",
+        dict.fromkeys(("red", "green", "blue"), -0.003),
+        at(temperature_c=35.0),
+        TIPS[None],
+        TIPS[None] * 0.97,
+    ),
+    ("backlight-decay", {"loss": 0.5}, at(HALF), TIPS[None], TIPS[None] * np.exp(-0.25)),
+    (
+        "backlight-decay",
+        {"rise": 0.03, "rise_h": 1000.0},
+        at(1000.0),
+        TIPS[None],
+        TIPS[None] * (1 + 0.03 * (1 - 1 / np.e)),
+    ),
+    (
+        "burn-in-decay",
+        {"share": 0.1, "early_h": 500.0, "loss": 0.5, "beta": 2.0},
+        at(1000.0),
+        TIPS[None],
+        TIPS[None] * (0.1 * np.exp(-4) + 0.9 * np.exp(-0.5 / 18)),
+    ),
+    ("channel-decay", dict.fromkeys(("red", "green", "blue"), 0.3), at(HALF), TIPS[None], TIPS[None] * np.exp(-0.15)),
+    ("stabilizer-headroom", {"headroom": 0.5, "loss": 0.4}, at(HALF), TIPS[None], TIPS[None]),
+    ("stabilizer-headroom", {"headroom": 0.5, "loss": 2.0}, at(), TIPS[None], TIPS[None] * 1.5 * np.exp(-2.0)),
+)
+
+
+@pytest.mark.parametrize(("name", "values", "scene", "given", "wanted"), TWINS)
+def test_an_effect_does_what_its_formula_says(
+    name: str, values: Mapping[str, float], scene: Scene, given: object, wanted: object
+) -> None:
+    found = one(name, given, scene, **values)
+    np.testing.assert_allclose(found, np.broadcast_to(np.asarray(wanted), found.shape), rtol=1e-9, atol=1e-12)
+
+
+def test_every_effect_has_a_literal_twin_or_a_test_of_its_own() -> None:
+    own = {"primary-shift", "matrix-switching", "yellowing", "phosphor-wear"}  # below and in test_spectra
+    assert {name for name, *_ in TWINS} | own == set(NAMES)
+
+
+@pytest.mark.parametrize(("hours", "left"), [(0, 1.0), (10_000, 0.67), (18_000, 0.40)])
+def test_the_decay_meets_the_papers_luminances(hours: float, left: float) -> None:
+    """β = 1.41, T = 19 150 h: effects.md."""
+    loss = (18_000 / 19_150) ** 1.41
+    found = one("backlight-decay", TIPS[None], at(hours), loss=loss, beta=1.41)
+    np.testing.assert_allclose(found, TIPS[None] * left, rtol=0.003)
+
+
+def test_a_primary_shifts_with_its_own_level_only() -> None:
+    code = (0.25, 1.0, 0.0)
+    found = one(
+        "primary-shift", TIPS[None], at(code=code), red_x=0.02, green_z=0.05, blue_x=0.01, blue_z=0.04, level=2.0
+    )
+    shifts = np.zeros((3, 3))
+    shifts[0, 0] = 0.75**2 * 0.02 * TIPS[1].sum()
+    shifts[2] = TIPS[3].sum() * np.array([0.01, 0.0, 0.04])
+    np.testing.assert_allclose(found[0, 1:], TIPS[1:] + shifts, rtol=1e-12)
+    np.testing.assert_allclose(found[0, 0], TIPS[0] + shifts.sum(axis=0), rtol=1e-12)
+
+
+def test_at_full_drive_primaries_are_the_tips() -> None:
+    found = one("primary-shift", TIPS[None], at(code=(1, 1, 1)), red_x=0.02, green_z=0.05, blue_x=0.01, blue_z=0.04)
+    np.testing.assert_array_equal(found, TIPS[None])
+
+
+def test_unequal_channels_keep_what_white_has_beside_them() -> None:
+    found = one("channel-decay", TIPS[None], at(), red=0.1, blue=0.7)[0]
+    gain = np.exp([-0.1, 0.0, -0.7])
+    np.testing.assert_allclose(found[1:], TIPS[1:] * gain[:, None], rtol=1e-12)
+    beside = TIPS[0] - TIPS[1:].sum(axis=0)
+    np.testing.assert_allclose(found[0] - found[1:].sum(axis=0), beside * gain.mean(), rtol=1e-9)
+
+
+def test_matrix_switching_switches_the_selection() -> None:
+    scene = scene_of()
+    tips = np.broadcast_to(TIPS, (N, 4, 3))
+    applied = [Term(catalogue()["matrix-switching"])]
+    found = reported(applied, panel(applied, scene, "nearest"), tips, scene)
+    np.testing.assert_array_equal(found, reported([], panel([], scene, "continuous"), tips, scene))
+    assert (found != reported([], panel([], scene, "nearest"), tips, scene)).any()
+
+
+def test_loading_and_crosstalk_part_in_a_window() -> None:
+    full, window = at(code=(1, 1, 1)), at(code=(1, 1, 1), window=0.1)
+    white = [[1.0, 1.0, 1.0]]
+    assert (one("crosstalk", white, full, new=0.02) == one("crosstalk", white, window, new=0.02)).all()
+    assert (one("loading", white, full, new=0.02) < one("loading", white, window, new=0.02)).all()
+
+
+def test_the_meters_offset_stays_with_the_lens_capped() -> None:
+    applied = [Term(catalogue()["meter-offset"], offset=0.01), Term(catalogue()["black-level"], new=0.01)]
+    scene = at(capped=1.0)
+    found = reported(applied, panel(applied, scene, "nearest"), TIPS[None], scene)
+    np.testing.assert_allclose(found, [0.01 * D65], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "knots", [(0.1, 0.1, 0.1, 0.1, 0.1), (-0.2, -0.1, 0.0, 0.1, 0.2), (0.3, -0.1, 0.05, 0.2, -0.4)]
+)
+def test_the_level_curve_is_a_cubic_spline(knots: tuple[float, ...]) -> None:
+    code = np.linspace(0, 1, 101)
+    padded = [2 * knots[0] - knots[1], *knots, 2 * knots[-1] - knots[-2]]
+    spline = BSpline(np.arange(-3, 8) * 0.25, padded, 3)
+    np.testing.assert_allclose(level_curve(code, knots), spline(code), atol=1e-14)
+
+
+def test_free_levels_contain_the_plain_gamma_and_the_slope() -> None:
+    scene = scene_of()
+    linear = np.random.default_rng(0).uniform(size=(N, 3))
+    levels = [f"level_{code}" for code in ("00", "25", "50", "75", "100")]
+    plain = one("eotf-drift", linear, scene, grown=0.1, slope_grown=0.04)
+    free = one("eotf-drift", linear, scene, **dict(zip(levels, np.linspace(0.06, 0.14, 5), strict=True)))
+    np.testing.assert_allclose(free, plain, rtol=1e-12)
+
+
+def test_light_is_bent_but_never_below_the_least_exponent() -> None:
+    np.testing.assert_allclose(bent(np.array([0.0, 0.5, 1.0]), np.array(-3.0)), [0.0, 0.5**LEAST_EXPONENT, 1.0])
+
+
+def test_growth_contains_powers_and_s_curves() -> None:
+    tau = np.linspace(0, 1, 11)
+    np.testing.assert_allclose(growth(tau, new=0.1, grown=0.2, power=1.3), 0.1 + 0.2 * tau**1.3)
+    exponential = growth(tau, new=0.0, grown=1.0, power=1.0, saturation=3.0)
+    np.testing.assert_allclose(exponential, (1 - np.exp(-3 * tau)) / (1 - np.exp(-3)), rtol=1e-12)
+    tiny = growth(tau, new=0.0, grown=1.0, power=1.3, saturation=1e-9)
+    np.testing.assert_allclose(tiny, tau**1.3, rtol=1e-8)
+
+
+@pytest.mark.parametrize("steepness", [6.0, 9.0, 12.0])
+@pytest.mark.parametrize("middle", [0.3, 0.5, 0.7])
+def test_growth_comes_near_logistic_curves(steepness: float, middle: float) -> None:
+    tau = np.linspace(0, 1, 21)
+    raw = 1 / (1 + np.exp(-steepness * (tau - middle)))
+    wanted = (raw - raw[0]) / (raw[-1] - raw[0])
+    start, bounds = (0.0, 1.0, 2.0, 3.0), ([-1, -3, 0.3, 0], [2, 3, 6, 20])
+
+    def missed(values: Array) -> Array:
+        new, grown, power, saturation = values
+        return np.asarray(growth(tau, new=new, grown=grown, power=power, saturation=saturation) - wanted)
+
+    assert np.sqrt((least_squares(missed, start, bounds=bounds).fun ** 2).mean()) < 0.01
+
+
+# Forms that the catalogue does not have, and how far its freest form must come: (name, parameters, hidden, limit).
+HIDDEN: tuple[tuple[str, Callable[[Array, float], Array], float], ...] = (
+    ("a symmetric S in linear light", lambda light, size: light + size * light * (1 - light) * (2 * light - 1), 5e-4),
+    (
+        "a bump in code values",
+        lambda light, size: light * np.exp(size * np.sin(np.pi * linear_to_code(light)) ** 2),
+        1e-3,
+    ),
+    ("an offset gamma", lambda light, size: ((light**0.5 + size / 4) / (1 + size / 4)) ** 2 * (light > 0), 3e-3),
+)
+
+
+@pytest.mark.parametrize(("hidden", "limit"), [each[1:] for each in HIDDEN], ids=[each[0] for each in HIDDEN])
+def test_free_levels_come_near_other_curves(hidden: Callable[[Array, float], Array], limit: float) -> None:
+    code = np.linspace(0.1, 1, 40)
+    light_there = np.interp(code, linear_to_code(np.linspace(0, 1, 5001)), np.linspace(0, 1, 5001))
+    wanted = hidden(light_there, 0.1)
+
+    def missed(knots: Array) -> Array:
+        return bent(light_there, level_curve(code, knots)) - wanted
+
+    found = least_squares(missed, np.zeros(5))
+    assert np.abs(found.fun).max() < limit
+    assert np.abs(found.fun).max() < 0.2 * np.abs(missed(np.zeros(5))).max()
