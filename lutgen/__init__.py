@@ -3,7 +3,8 @@
 The package turns measurements of an aging display into 3D LUTs and OpenColorIO configs.
 The public Python API is small; each function is what a command of the same name calls:
 
-``read_measurements`` · ``DisplayModel`` · ``Plan`` and ``build`` · ``check`` · ``apply_to_image`` · ``show``.
+``read_measurements`` · ``DisplayModel``, ``load_model``, ``save_model`` · ``Plan`` and ``build`` · ``check`` ·
+``apply_to_image`` · ``show`` · ``compare`` · ``diagnose`` · ``refine`` · ``plan``. Effects: ``lutgen.effects``.
 
 Names are imported when they are first used, so that ``import lutgen`` costs nothing.
 """
@@ -21,15 +22,23 @@ _HOME = {
     "Measurements": "lutgen.measurements",
     "read_measurements": "lutgen.measurements",
     "DisplayModel": "lutgen.display",
+    "AppliedEffect": "lutgen.display",
     "default_display": "lutgen.display",
+    "load_model": "lutgen.display",
+    "save_model": "lutgen.display",
     "Plan": "lutgen.bake.build",
     "build": "lutgen.bake.build",
     "check": "lutgen.bake.check",
     "apply_to_image": "lutgen.appearance.apply",
     "show": "lutgen.report.show",
+    "compare": "lutgen.criticism.compare",
+    "diagnose": "lutgen.criticism.diagnose",
+    "refine": "lutgen.criticism.refine",
+    "plan": "lutgen.criticism.plan",
 }
 
 __all__ = [
+    "AppliedEffect",
     "DisplayModel",
     "LutgenError",
     "Measurements",
@@ -38,8 +47,14 @@ __all__ = [
     "apply_to_image",
     "build",
     "check",
+    "compare",
     "default_display",
+    "diagnose",
+    "load_model",
+    "plan",
     "read_measurements",
+    "refine",
+    "save_model",
     "show",
 ]
 
@@ -47,7 +62,11 @@ if TYPE_CHECKING:
     from lutgen.appearance.apply import apply_to_image
     from lutgen.bake.build import Plan, build
     from lutgen.bake.check import check
-    from lutgen.display import DisplayModel, default_display
+    from lutgen.criticism.compare import compare
+    from lutgen.criticism.diagnose import diagnose
+    from lutgen.criticism.plan import plan
+    from lutgen.criticism.refine import refine
+    from lutgen.display import AppliedEffect, DisplayModel, default_display, load_model, save_model
     from lutgen.errors import LutgenError
     from lutgen.measurements import Measurements, read_measurements
     from lutgen.report.show import show

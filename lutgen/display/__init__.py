@@ -1,21 +1,34 @@
 """The display: measured tips, aging modes, the paper's matrices, and the chain from code value to light."""
 
 from lutgen.display.chain import STAGES, AgedDisplay, Link
-from lutgen.display.model import DisplayModel, default_display, hour_name, load_model
+from lutgen.display.conditions import REFERENCE, Conditions, parse_at, what_luts_carry, what_pictures_carry
+from lutgen.display.fitted import AppliedEffect, Estimate, LatentTips
+from lutgen.display.model import BASELINES, DisplayModel, default_display, hour_name
+from lutgen.display.model_file import load_model, save_model
 from lutgen.display.modes import MODES
 from lutgen.display.paper import SELECTIONS
 from lutgen.display.tips import REFERENCES, Tips
 
 __all__ = [
+    "BASELINES",
     "MODES",
+    "REFERENCE",
     "REFERENCES",
     "SELECTIONS",
     "STAGES",
     "AgedDisplay",
+    "AppliedEffect",
+    "Conditions",
     "DisplayModel",
+    "Estimate",
+    "LatentTips",
     "Link",
     "Tips",
     "default_display",
     "hour_name",
     "load_model",
+    "parse_at",
+    "save_model",
+    "what_luts_carry",
+    "what_pictures_carry",
 ]

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from lutgen import effects
 from lutgen.colorimetry import CHUNK, code_to_linear, linear_to_code, xyz_to_linear
 
 if TYPE_CHECKING:
@@ -26,7 +27,8 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-STAGES = ("drive", "transfer", "mixing", "emission", "optics", "viewing", "instrument")
+#: As effects name them, in the order of the light's way.
+STAGES = tuple(stage for stage in effects.STAGES if stage != "selection")
 
 
 class Link(Protocol):

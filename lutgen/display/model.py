@@ -2,28 +2,44 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+import numpy as np
+
+from lutgen.colorimetry import xyY_to_xyz, xyz_to_xyY
 from lutgen.display.chain import AgedDisplay, SrgbTransfer
+from lutgen.display.conditions import REFERENCE, Conditions
+from lutgen.display.effect_chain import EffectChain, Surroundings, four_tips, makes_steps
+from lutgen.display.fitted import AppliedEffect, LatentTips, constant_tips
 from lutgen.display.modes import MODES, LuminanceLaw, luminance_law, scale_luminance
 from lutgen.display.paper import SELECTIONS, Matrices, Selection, matrices_of
 from lutgen.display.tips import REFERENCES, Tips
+from lutgen.display.trace import SELECTION_STAGE, in_chain_order
 from lutgen.errors import LutgenError, pick_one
-from lutgen.measurements import Measurements, read_measurements
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from lutgen.colorimetry import Array
     from lutgen.display.chain import Link
+    from lutgen.measurements import Measurements
 
 #: The display that is used when none is given: reconstructed, see its first line.
 DEFAULT_DISPLAY = "reconstructed-ccfl"
 
 
+#: What the aging of the tips is taken from: the readings of every hour, or those of hour 0 and the effects.
+BASELINES = {
+    "tips": "white and primaries as measured at each hour",
+    "fresh": "white and primaries of hour 0 alone: the effects do the aging",
+}
+
+
 @dataclass(frozen=True)
 class DisplayModel:
-    """The paper's model of one display.
+    """A display: the paper's model of its tips, and the effects that the paper leaves out.
 
     Attributes
     ----------
@@ -33,6 +49,20 @@ class DisplayModel:
         One of ``REFERENCES`` and of ``SELECTIONS``.
     luminance
         The law for ``chroma-luma``.
+    effects
+        What was found to act beside the paper's model; kept in the order of the light's way.
+    latent
+        The tips before the effects, as fitted; None: as measured.
+    baseline
+        One of ``BASELINES``.
+    held
+        For ``fresh``: whether a sensor holds white's luminance, so that by the law ``measured`` it stays.
+    conditions
+        Where and when the display is seen. Without effects nothing depends on them.
+    verdict, fit
+        How the model was found: a word, and texts and numbers for people.
+    file
+        The model file that it was loaded from; "" where there is none.
 
     """
 
@@ -40,43 +70,147 @@ class DisplayModel:
     reference: str = "relative"
     selection: str = "nearest"
     luminance: LuminanceLaw = field(default_factory=lambda: luminance_law("paper"))
+    effects: tuple[AppliedEffect, ...] = ()
+    latent: LatentTips | None = None
+    baseline: str = "tips"
+    held: bool = False
+    conditions: Conditions = REFERENCE
+    verdict: str = ""
+    fit: Mapping[str, str | float] = field(default_factory=dict)
+    file: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse unknown names and tips that make no history."""
+        """Refuse unknown names, tips that make no history, and an effect given twice."""
         if self.reference not in REFERENCES:
             raise pick_one("reference", self.reference, REFERENCES)
         if self.selection not in SELECTIONS:
             raise pick_one("selection", self.selection, SELECTIONS)
-        object.__setattr__(self, "_tips", Tips.of(self.measurements))
+        if self.baseline not in BASELINES:
+            raise pick_one("baseline", self.baseline, BASELINES)
+        effects = tuple(in_chain_order(self.effects))
+        names = [each.effect.name for each in effects]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice:
+            raise LutgenError(f"effect {twice!r} is given twice. Keep one of them.")
+        object.__setattr__(self, "effects", effects)
+        object.__setattr__(self, "_tips", self._measured_tips())
+        object.__setattr__(self, "_before", self._tips_before_effects())
 
     @property
     def tips(self) -> Tips:
-        """White and primaries over time."""
+        """White and primaries over time, as measured; for the baseline ``fresh`` those of hour 0."""
         tips: Tips = self.__dict__["_tips"]
         return tips
 
+    @property
+    def tips_before_effects(self) -> Tips:
+        """White and primaries over time of the display before its effects, as fitted, or as measured."""
+        tips: Tips = self.__dict__["_before"]
+        return tips
+
+    @property
+    def baked(self) -> tuple[AppliedEffect, ...]:
+        """The effects that a LUT shows: those of the instrument belong to no display."""
+        return tuple(each for each in self.effects if each.effect.stage != "instrument")
+
     def at(self, mode: str, hours: float) -> AgedDisplay:
-        """Return the display of ``mode`` at ``hours``.
+        """Return the display of ``mode`` at ``hours``, under the model's conditions.
+
+        Effects that do not age, such as a leak that was there from the first hour, show at hour 0 too: with them hour 0
+        is no identity, and ``stable`` is the un-aged display with its leak.
 
         Raises
         ------
         LutgenError
-            Unknown mode, or hours outside the measured span or the luminance law's.
+            Unknown mode, hours outside the measured span or the luminance law's, or effects that give no light.
 
         """
         if mode not in MODES:
             raise pick_one("mode", mode, MODES)
         self.tips.check_span(hours)
-        xyY = self.tips.referenced(0.0 if mode == "stable" else hours, self.reference)
-        factor = self.luminance.factor(hours, self.tips) if mode == "chroma-luma" else 1.0
-        emission = matrices_of(scale_luminance(xyY, factor), self.selection)
-        head: tuple[Link, ...] = (SrgbTransfer(), Selection(self.selection))
+        when = 0.0 if mode == "stable" else float(hours)
+        if self._acting:
+            return self._chain.at(mode, float(hours), self._surroundings(when, self.reference), self._law(mode, hours))
+        tips = self.tips_before_effects
+        factor = self.luminance.factor(hours, tips) if mode == "chroma-luma" else 1.0
+        emission = matrices_of(scale_luminance(tips.referenced(when, self.reference), factor), self._chosen)
+        head: tuple[Link, ...] = (SrgbTransfer(), Selection(self._chosen))
         return AgedDisplay(mode, float(hours), head, (emission,))
 
+    def shown_tips(self, hours: float) -> Array:
+        """Return xyY in cd/m² of white and primaries as they are seen, effects included, shape (4, 3).
+
+        Raises
+        ------
+        LutgenError
+            Hours outside the measured span, or effects that give no light.
+
+        """
+        if not self._acting:
+            return self.tips_before_effects.at(hours)
+        self.tips.check_span(hours)
+        return xyz_to_xyY(self._chain.tips(self._surroundings(float(hours), "absolute")))
+
     def matrices(self, mode: str, hours: float) -> Matrices:
-        """The emission of ``mode`` at ``hours``: the four matrices that ``selection`` chooses from."""
+        """The emission of ``mode`` at ``hours``: the four matrices that ``selection`` chooses from.
+
+        Raises
+        ------
+        LutgenError
+            The model has effects: then matrices do not tell it.
+
+        """
+        if self._acting:
+            raise LutgenError("a display with effects is more than four matrices: ask its chain, at(mode, hours).")
         (emission,) = (link for link in self.at(mode, hours).tail if isinstance(link, Matrices))
         return emission
+
+    def names_of_steps(self) -> list[str]:
+        """Name the effects that make stairs of the curves, by the last hour."""
+        last = self._surroundings(float(self.tips.hours[-1]), self.reference)
+        return [each.effect.name for each in self._acting if makes_steps(each, last)]
+
+    @property
+    def _chain(self) -> EffectChain:
+        return EffectChain(self._acting, self._chosen, self.conditions)
+
+    @property
+    def _acting(self) -> tuple[AppliedEffect, ...]:
+        """The effects on the light; one that only asks for another selection is none of them."""
+        return tuple(each for each in self.baked if each.effect.stage != SELECTION_STAGE)
+
+    @property
+    def _chosen(self) -> str:
+        return self.selection if len(self._acting) == len(self.baked) else "continuous"
+
+    def _law(self, mode: str, hours: float) -> Callable[[float], float]:
+        """White's luminance in a mode, relative to hour 0, from that by the effects alone."""
+        if mode != "chroma-luma":
+            return lambda _measured: 1.0
+        if self.luminance.table:
+            factor = self.luminance.factor(hours, self.tips)
+            return lambda _measured: factor
+        return lambda measured: 1.0 if self.held and self.baseline == "fresh" else measured
+
+    def _surroundings(self, hours: float, reference: str) -> Surroundings:
+        tips = self.tips_before_effects
+        white = float(tips.xyY[0, 0, 2])
+        now, fresh = (xyY_to_xyz(tips.referenced(hour, reference)) * white for hour in (hours, 0.0))
+        kind = self.measurements.metadata.get("display", "")
+        return Surroundings(hours, four_tips(now), four_tips(fresh), kind)
+
+    def _measured_tips(self) -> Tips:
+        if self.baseline == "tips":
+            return Tips.of(self.measurements)
+        return constant_tips(np.unique(self.measurements.hours), self.measurements.tips()[1][0], self.measurements.file)
+
+    def _tips_before_effects(self) -> Tips:
+        if self.latent is None:
+            return self.tips
+        if self.baseline == "fresh":
+            fresh = xyz_to_xyY(self.latent.xyz_cd_m2[0])
+            return constant_tips(self.tips.hours, fresh, self.measurements.file)
+        return self.latent.over_time(self.measurements.file)
 
 
 def hour_name(hours: float) -> str:
@@ -93,58 +227,3 @@ def default_display() -> Path:
             return path
     message = f"the default display {DEFAULT_DISPLAY}.csv is missing here. Reinstall lutgen, or give --display FILE."
     raise LutgenError(message)
-
-
-def load_model(path: str | Path) -> DisplayModel:
-    """Load a model file (TOML).
-
-    ``schema = 1``, then ``[display]`` with ``file`` (measurements, relative to the model file; absent: the
-    default display), then optionally ``[model]`` with ``reference``, ``selection`` and ``luminance``.
-
-    Raises
-    ------
-    LutgenError
-        Unreadable, not TOML, or a key or value that is not allowed.
-
-    """
-    path = Path(path)
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        message = f"{path}: cannot read the model: {(error.strerror or str(error)).lower()}."
-        raise LutgenError(message) from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        message = f"{path}: not a model file (TOML): {error}."
-        raise LutgenError(message) from None
-    if content.get("schema") != 1:
-        message = f"{path}: schema is {content.get('schema')!r}; this version of lutgen reads `schema = 1`."
-        raise LutgenError(message)
-    _check_keys(path, content, ("schema", "display", "model"))
-    display, model = _table(path, content, "display", ("file",)), _table(path, content, "model", _MODEL_KEYS)
-    file = path.parent / display["file"] if "file" in display else default_display()
-    options = {key: model[key] for key in ("reference", "selection") if key in model}
-    law = _law(path, str(model.get("luminance", "paper")))
-    return DisplayModel(read_measurements(file), luminance=law, **options)
-
-
-_MODEL_KEYS = ("reference", "selection", "luminance")
-
-
-def _law(path: Path, name: str) -> LuminanceLaw:
-    return luminance_law(str(path.parent / name) if name.endswith(".csv") else name)
-
-
-def _table(path: Path, content: dict[str, Any], name: str, allowed: tuple[str, ...]) -> dict[str, str]:
-    table = content.get(name, {})
-    if not isinstance(table, dict) or not all(isinstance(value, str) for value in table.values()):
-        message = f"{path}: [{name}] is a table of texts. Allowed keys: {', '.join(allowed)}."
-        raise LutgenError(message)
-    _check_keys(path, table, allowed)
-    return table
-
-
-def _check_keys(path: Path, table: dict[str, Any], allowed: tuple[str, ...]) -> None:
-    unknown = [key for key in table if key not in allowed]
-    if unknown:
-        message = f"{path}: unknown key {unknown[0]!r}. Pick one of: {', '.join(allowed)}."
-        raise LutgenError(message)

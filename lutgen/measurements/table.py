@@ -50,6 +50,10 @@ RANGES = {
 MIN_WHITE_CD_M2 = 2.0
 
 
+#: Temperatures of one hour that differ by less are the same room; some 0.3 % of luminance a kelvin.
+FEW_KELVINS = 3.0
+
+
 @dataclass(frozen=True)
 class Measurements:
     """Readings of one display over its life.
@@ -100,7 +104,19 @@ class Measurements:
             for hour in np.unique(self.hours):
                 here = self.hours == hour
                 rest &= ~here | (minutes >= minutes[here].max())
+        if "temperature_c" in condition:
+            rest &= ~(np.abs(self.warmer()) > FEW_KELVINS)
         return rest
+
+    def warmer(self) -> Array:
+        """Temperature of each reading less the median of its hour, in kelvins, (n,); NaN where it was not logged."""
+        temperature = self.conditions["temperature_c"]
+        warmer = np.full(self.hours.size, np.nan)
+        known = ~np.isnan(temperature)
+        for hour in np.unique(self.hours[known]):
+            here = (self.hours == hour) & known
+            warmer[here] = temperature[here] - np.median(temperature[here])
+        return warmer
 
     def tips(self) -> tuple[Array, Array]:
         """Return the hours at which the tips were measured, (N,), and their mean xyY in cd/m², (N, 4, 3).

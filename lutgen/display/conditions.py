@@ -1,0 +1,191 @@
+"""``--at``: the conditions under which a display is baked, since a LUT knows the code values and nothing else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from itertools import product
+from math import inf, isfinite
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.effects.scene import REFERENCE_C
+from lutgen.errors import LutgenError, pick_one
+from lutgen.measurements.table import RANGES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from lutgen.display.model import DisplayModel
+
+#: What people call the power-on time of a display that is warm.
+WARM = "warm"
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """Where, when and in which surroundings the display is seen.
+
+    Attributes
+    ----------
+    u, v
+        Position, 0..1 from the top left.
+    ambient_lx
+        Room light that falls on the screen, lux.
+    warmup_min
+        Minutes since power-on; infinity when warm.
+    temperature_c
+        Panel temperature, °C.
+    window, surround
+        Share of the screen that a colour covers, and the code value of the grey around it.
+
+    """
+
+    u: float = 0.5
+    v: float = 0.5
+    ambient_lx: float = 0.0
+    warmup_min: float = inf
+    temperature_c: float = REFERENCE_C
+    window: float = 1.0
+    surround: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse what no display meets."""
+        for name, value in self.as_dict().items():
+            low, high, meaning = RANGES[name]
+            warm = name == "warmup_min" and value == inf
+            if not warm and not (isfinite(value) and low <= value <= high):
+                raise LutgenError(f"condition {name} = {value:g}: must be {meaning} ({low:g} to {high:g}).")
+
+    def as_dict(self) -> dict[str, float]:
+        """Every condition by name."""
+        return {each.name: float(getattr(self, each.name)) for each in fields(self)}
+
+    def stated(self) -> dict[str, float]:
+        """Return the conditions that are not the usual ones, by name."""
+        usual = REFERENCE.as_dict()
+        return {name: value for name, value in self.as_dict().items() if value != usual[name]}
+
+
+#: Centre, dark room, warm, 25 °C, full screen: what is meant when nothing is said.
+REFERENCE = Conditions()
+
+
+def conditions_of(values: Mapping[str, float]) -> Conditions:
+    """Return the usual conditions with some others. Raises LutgenError for a name or a value that is not allowed."""
+    return replace(REFERENCE, **_known(values))
+
+
+def parse_at(texts: Iterable[str], usual: Conditions = REFERENCE) -> Conditions:
+    """Read ``--at``: NAME=VALUE, repeated or as a comma list.
+
+    Raises
+    ------
+    LutgenError
+        Not of that form, an unknown name, one given twice, or a value that is not allowed.
+
+    """
+    values: dict[str, float] = {}
+    for part in (part for text in texts for part in text.split(",")):
+        name, equals, text = (piece.strip() for piece in part.partition("="))
+        if not equals:
+            message = f"--at {part.strip()}: write NAME=VALUE, such as ambient_lx=60. Names: {', '.join(_names())}."
+            raise LutgenError(message)
+        if name in values:
+            raise LutgenError(f"--at gives {name} twice. Give each condition once.")
+        try:
+            values[name] = inf if (name, text) == ("warmup_min", WARM) else float(text)
+        except ValueError:
+            raise LutgenError(f"--at {name}={text}: {text!r} is not a number.") from None
+        if values[name] == inf and text != WARM:
+            raise LutgenError(f"--at {name}={text}: give a finite number.")
+    return replace(usual, **_known(values))
+
+
+def _names() -> list[str]:
+    return [each.name for each in fields(Conditions)]
+
+
+def _known(values: Mapping[str, float]) -> Mapping[str, float]:
+    for name in values:
+        if name not in _names():
+            raise pick_one("condition", name, _names())
+    return values
+
+
+def told(conditions: Conditions, names: Iterable[str]) -> str:
+    """Say some conditions in words: ``centre, dark room, warm``."""
+    wanted = set(names)
+    values = conditions.as_dict()
+    parts = []
+    if wanted & {"u", "v"}:
+        centre = (values["u"], values["v"]) == (0.5, 0.5)
+        parts.append("centre" if centre else f"position u = {values['u']:g}, v = {values['v']:g}")
+    if "ambient_lx" in wanted:
+        parts.append(f"room light {values['ambient_lx']:g} lx" if values["ambient_lx"] else "dark room")
+    if "warmup_min" in wanted:
+        warm = values["warmup_min"] == inf
+        parts.append("warm" if warm else f"{values['warmup_min']:g} min after power-on")
+    if "temperature_c" in wanted:
+        parts.append(f"{values['temperature_c']:g} °C")
+    if wanted & {"window", "surround"}:
+        full = values["window"] == 1.0
+        parts.append(
+            "full screen"
+            if full
+            else f"a window of {100 * values['window']:g} % in a surround of code value {values['surround']:g}"
+        )
+    return ", ".join(parts)
+
+
+#: Column → what an effect depends on that needs it.
+_DEPENDS = {
+    "u": "position",
+    "v": "position",
+    "ambient_lx": "the room's light",
+    "warmup_min": "the minutes since power-on",
+    "temperature_c": "temperature",
+    "window": "the rest of the picture",
+    "surround": "the rest of the picture",
+}
+
+
+def what_luts_carry(model: DisplayModel) -> list[str]:
+    """Say by name what a bake of ``model`` fixes, and what no LUT can carry: sentences, none where there is nothing."""
+    steps = [
+        f"{name} makes stairs of the curves, which are finer than a LUT's grid: its error is in the group border."
+        for name in model.names_of_steps()
+    ]
+    return _fixed(model, "Baked at", "which a LUT cannot carry") + steps
+
+
+def what_pictures_carry(model: DisplayModel) -> list[str]:
+    """Say by name what is fixed when ``model`` is applied to a picture: sentences, none where there is nothing."""
+    return _fixed(model, "Shown at", "which is taken as the same in all of the picture")
+
+
+def _fixed(model: DisplayModel, made: str, but: str) -> list[str]:
+    stated = model.conditions.stated()
+    needs = {name for each in model.baked for name in each.effect.needs} | set(stated)
+    lines = [f"{made}: {told(model.conditions, needs)}."] if needs else []
+    for each in model.baked:
+        if each.effect.needs:
+            what = " and ".join(dict.fromkeys(_DEPENDS[name] for name in each.effect.needs))
+            lines.append(f"{each.effect.name} depends on {what}, {but}.")
+    lines += [f"Nothing in this model depends on {name}." for name in stated if not _matters(model, name)]
+    return lines + [
+        f"{each.effect.name} is left out: it belongs to the instrument, not to the display."
+        for each in model.effects
+        if each.effect.stage == "instrument"
+    ]
+
+
+def _matters(model: DisplayModel, name: str) -> bool:
+    """Whether any of some colours looks otherwise under the usual value of a condition, at the first or last hour."""
+    usual = replace(model, conditions=replace(model.conditions, **{name: getattr(REFERENCE, name)}))
+    code = np.array(list(product((0.0, 0.25, 0.5, 1.0), repeat=3)))
+    ends = (float(model.tips.hours[0]), float(model.tips.hours[-1]))
+    return any(
+        (model.at("chroma", hours).code_to_xyz(code) != usual.at("chroma", hours).code_to_xyz(code)).any()
+        for hours in ends
+    )

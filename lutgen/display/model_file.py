@@ -1,0 +1,298 @@
+"""Model files (TOML): a display's model as ``lutgen refine`` writes it, and as a person may write it by hand.
+
+By hand ``schema = 1`` and perhaps ``[display]`` and ``[model]`` are enough. A refined model also holds how it was found
+(``[fit]``), the tips before its effects (``[tips]``), the effects in the order of the light's way, every parameter with
+its unit and standard error, and perhaps the conditions that it is seen under. Numbers are written so that they read
+back to the last bit.
+"""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.display.conditions import REFERENCE, conditions_of
+from lutgen.display.fitted import AppliedEffect, Estimate, LatentTips
+from lutgen.display.model import DisplayModel, default_display
+from lutgen.display.modes import LAWS, law_of_table, luminance_law
+from lutgen.display.origin import found_by, record_of
+from lutgen.display.toml import document, table_lines
+from lutgen.errors import LutgenError
+from lutgen.files import write_atomically
+from lutgen.measurements import read_measurements
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from lutgen.display.modes import LuminanceLaw
+    from lutgen.effects import Effect
+    from lutgen.measurements import Measurements
+
+SCHEMA = 1
+
+HEAD = "# A lutgen display model: lutgen build --model THIS_FILE bakes it. Made by lutgen refine; edit with care."
+
+
+def save_model(model: DisplayModel, path: str | Path, *, force: bool = False) -> None:
+    """Write ``model`` to a file that :func:`load_model` reads, with the way to its readings and their hash.
+
+    Raises
+    ------
+    LutgenError
+        The readings come from no file, an effect cannot be found again, ``path`` exists without ``force``, or cannot be
+        written.
+
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise LutgenError(f"{path}: is a folder. Give the name of a .toml file.")
+    if path.exists() and not force:
+        raise LutgenError(f"{path}: exists already. Add --force to replace it, or choose another name.")
+    write_atomically(path, model_text(model, path.parent))
+
+
+def model_text(model: DisplayModel, folder: Path) -> bytes:
+    """Return the bytes of a model file that is to lie in ``folder``."""
+    head = [HEAD, *table_lines("", {"schema": SCHEMA})]
+    parts = [head, _display_lines(model.measurements, folder), _model_lines(model)]
+    if model.conditions != REFERENCE:
+        parts.append(table_lines("[conditions]", model.conditions.stated()))
+    if model.verdict or model.fit:
+        parts.append(table_lines("[fit]", {"verdict": model.verdict, **model.fit}))
+    for each in model.effects:
+        parts += _effect_lines(each, folder)
+    if model.latent is not None:
+        tips = {
+            "hours": [float(hour) for hour in model.latent.hours],
+            "xyz_cd_m2": [[[float(v) for v in tip] for tip in tips] for tips in model.latent.xyz_cd_m2],
+        }
+        says = {"hours": "of the display before its effects", "xyz_cd_m2": "X, Y, Z of white, red, green, blue; cd/m²"}
+        parts.append(table_lines("[tips]", tips, says))
+    return document(parts)
+
+
+def _display_lines(readings: Measurements, folder: Path) -> list[str]:
+    if not readings.sha256:
+        message = "the model's readings come from no file, so a model file cannot name them. Read them from a file."
+        raise LutgenError(message)
+    built_in = Path(readings.file) == default_display()
+    file = None if built_in else Path(os.path.relpath(Path(readings.file).resolve(), folder.resolve())).as_posix()
+    says = {"file": "the readings, as seen from this file", "sha256": "of the readings that the model was made from"}
+    return table_lines("[display]", {"file": file, "sha256": readings.sha256}, says)
+
+
+def _model_lines(model: DisplayModel) -> list[str]:
+    law = model.luminance
+    own_law = law.name not in LAWS
+    values = {
+        "baseline": model.baseline,
+        "held": model.held if model.baseline == "fresh" else None,
+        "reference": model.reference,
+        "selection": model.selection,
+        "luminance": law.name,
+        "luminance_table": [list(row) for row in law.table] if own_law else None,
+    }
+    says = {"luminance_table": "hour, white's luminance relative to hour 0"}
+    return table_lines("[model]", values, says)
+
+
+def _effect_lines(each: AppliedEffect, folder: Path) -> list[list[str]]:
+    head = {"name": each.effect.name, **record_of(each.effect, folder)}
+    parts = [table_lines("[[effects]]", head)]
+    for name, parameter in each.effect.parameters.items():
+        estimate = each.estimates[name]
+        values = {
+            "value": estimate.value,
+            "stderr": estimate.stderr,
+            "unit": parameter.unit,
+            "bounds": [float(bound) for bound in parameter.bounds],
+            "free": name in each.free,
+            "at_bound": estimate.at_bound,
+        }
+        parts.append(table_lines(f"[effects.parameters.{name}]", values, {"value": parameter.meaning}))
+    return parts
+
+
+def load_model(path: str | Path, effects: Mapping[str, Effect] | None = None) -> DisplayModel:
+    """Load a model file.
+
+    ``schema = 1``, then ``[display]`` with ``file`` (measurements, relative to the model file; absent: the
+    default display) and ``sha256``, ``[model]`` with ``baseline``, ``held``, ``reference``, ``selection``,
+    ``luminance``, ``[conditions]``, ``[fit]``, ``[tips]`` and ``[[effects]]``; all of them may be left out.
+
+    Parameters
+    ----------
+    path
+        The file.
+    effects
+        Further effects by name; one of them is taken before one that the file says where to find.
+
+    Raises
+    ------
+    LutgenError
+        Unreadable, not TOML, a key or value that is not allowed, an effect that is not there any more, or readings that
+        are not those that the model was made from.
+
+    """
+    path = Path(path)
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        message = f"{path}: cannot read the model: {(error.strerror or str(error)).lower()}."
+        raise LutgenError(message) from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        message = f"{path}: not a model file (TOML): {error}."
+        raise LutgenError(message) from None
+    if content.get("schema") != SCHEMA:
+        message = (
+            f"{path}: schema is {content.get('schema')!r}; this version of lutgen reads `schema = {SCHEMA}`. Was the "
+            f"file written by a newer one? Update lutgen."
+        )
+        raise LutgenError(message)
+    try:
+        return _model_of(_Table(content, "the file"), path, effects or {})
+    except LutgenError as error:
+        raise LutgenError(f"{path}: {str(error).removeprefix(f'{path}: ')}") from None
+
+
+def _model_of(content: _Table, path: Path, effects: Mapping[str, Effect]) -> DisplayModel:
+    folder = path.parent
+    content.allow("schema", "display", "model", "conditions", "fit", "tips", "effects")
+    model, fit = content.table("model", _MODEL_KEYS), content.table("fit", None)
+    conditions, tips = content.table("conditions", None), content.table("tips", ("hours", "xyz_cd_m2"))
+    return DisplayModel(
+        _readings(content.table("display", ("file", "sha256")), folder),
+        reference=model.text("reference", "relative"),
+        selection=model.text("selection", "nearest"),
+        luminance=_law(model, folder),
+        effects=tuple(_effect(_Table(each, "[[effects]]"), folder, effects) for each in content.tables("effects")),
+        latent=LatentTips(tips.numbers("hours"), tips.numbers("xyz_cd_m2")) if tips.values else None,
+        baseline=model.text("baseline", "tips"),
+        held=model.flag("held"),
+        conditions=conditions_of({name: conditions.number(name) for name in conditions.values}),
+        verdict=fit.text("verdict", ""),
+        fit={name: fit.scalar(name) for name in fit.values if name != "verdict"},
+        file=str(path),
+    )
+
+
+_MODEL_KEYS = ("baseline", "held", "reference", "selection", "luminance", "luminance_table")
+_PARAMETER_KEYS = ("value", "stderr", "unit", "bounds", "free", "at_bound")
+
+
+def _readings(display: _Table, folder: Path) -> Measurements:
+    file = folder / display.text("file", "") if "file" in display.values else default_display()
+    readings, made_from = read_measurements(file), display.text("sha256", "")
+    if made_from and readings.sha256 != made_from:
+        message = (
+            f"the readings {file} have changed since the model was made from them (SHA-256 {readings.sha256[:12]}…, "
+            f"was {made_from[:12]}…). Restore them, or make the model anew: lutgen refine {file}."
+        )
+        raise LutgenError(message)
+    return readings
+
+
+def _law(model: _Table, folder: Path) -> LuminanceLaw:
+    name = model.text("luminance", "paper")
+    if "luminance_table" in model.values:
+        rows = model.numbers("luminance_table")
+        if rows.ndim != 2 or rows.shape[1] != 2:
+            raise LutgenError("[model] luminance_table holds rows of two numbers, [hour, factor].")
+        return law_of_table(name, tuple((hour, factor) for hour, factor in rows.tolist()), where="luminance_table")
+    return luminance_law(str(folder / name) if name.endswith(".csv") else name)
+
+
+def _effect(each: _Table, folder: Path, effects: Mapping[str, Effect]) -> AppliedEffect:
+    each.allow("name", "origin", "sha256", "parameters")
+    name = each.text("name", "")
+    record: dict[str, str] = {key: each.text(key, "") for key in ("origin", "sha256") if key in each.values}
+    effect = effects.get(name) or found_by(name, record, folder)
+    parameters = each.table("parameters", None)
+    estimates, free = {}, []
+    for key in parameters.values:
+        parameter = parameters.table(key, _PARAMETER_KEYS, f"effect {name!r}: parameter {key!r}")
+        _check_unit(parameter, effect, key)
+        stderr = parameter.number("stderr") if "stderr" in parameter.values else None
+        if stderr is not None and stderr < 0:
+            raise LutgenError(f"{parameter.where}: stderr is {stderr:g}; a standard error is never negative.")
+        estimates[key] = Estimate(parameter.number("value"), stderr, parameter.flag("at_bound"))
+        free += [key] * parameter.flag("free")
+    return AppliedEffect(effect, estimates, tuple(free))
+
+
+def _check_unit(parameter: _Table, effect: Effect, name: str) -> None:
+    """Refuse a value in another unit than the effect's; the bounds that a file notes are for its readers alone."""
+    declared = effect.parameters.get(name)
+    if declared and parameter.text("unit", declared.unit) != declared.unit:
+        message = (
+            f"{parameter.where}: its unit is {parameter.values['unit']!r}, but the effect takes {declared.unit!r}."
+        )
+        raise LutgenError(message)
+    if "bounds" in parameter.values and parameter.numbers("bounds").shape != (2,):
+        raise LutgenError(f"{parameter.where}: bounds are two numbers, the smaller first.")
+
+
+class _Table:
+    """A table of the file, which says what is wrong with it."""
+
+    def __init__(self, values: Any, where: str) -> None:
+        if not isinstance(values, dict):
+            raise LutgenError(f"{where} is a table, not {values!r}.")
+        self.values: dict[str, Any] = values
+        self.where = where
+
+    def allow(self, *keys: str) -> None:
+        unknown = [key for key in self.values if key not in keys]
+        if unknown:
+            raise LutgenError(f"unknown key {unknown[0]!r} in {self.where}. Pick one of: {', '.join(keys)}.")
+
+    def table(self, key: str, allowed: tuple[str, ...] | None, where: str = "") -> _Table:
+        found = _Table(self.values.get(key, {}), where or f"[{key}]")
+        if allowed is not None:
+            found.allow(*allowed)
+        return found
+
+    def tables(self, key: str) -> list[Any]:
+        found = self.values.get(key, [])
+        if not isinstance(found, list):
+            raise LutgenError(f"{key} is a list of tables: write [[{key}]].")
+        return found
+
+    def text(self, key: str, absent: str) -> str:
+        found = self.values.get(key, absent)
+        if not isinstance(found, str):
+            raise self._wrong(key, "a text")
+        return found
+
+    def flag(self, key: str) -> bool:
+        found = self.values.get(key, False)
+        if not isinstance(found, bool):
+            raise self._wrong(key, "true or false")
+        return found
+
+    def number(self, key: str) -> float:
+        found = self.values.get(key)
+        if isinstance(found, bool) or not isinstance(found, int | float) or not isfinite(found):
+            raise self._wrong(key, "a finite number")
+        return float(found)
+
+    def scalar(self, key: str) -> str | float:
+        found = self.values[key]
+        if not isinstance(found, str | int | float):
+            raise self._wrong(key, "a text or a number")
+        return found
+
+    def numbers(self, key: str) -> np.ndarray:
+        try:
+            return np.array(self.values.get(key, []), dtype=np.float64)
+        except (ValueError, TypeError):
+            raise self._wrong(key, "a list of numbers, all rows alike") from None
+
+    def _wrong(self, key: str, wanted: str) -> LutgenError:
+        given = f"is {self.values[key]!r}" if key in self.values else "is missing"
+        return LutgenError(f"{self.where}: {key} {given}; it must be {wanted}.")

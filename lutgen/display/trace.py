@@ -1,0 +1,111 @@
+"""The chain with effects: from code value to the light that a meter would see, stage by stage.
+
+Without effects it computes what the paper's links do. Which of the four matrices a colour uses under ``nearest`` is
+decided by the code values that were asked for, not by what effects have made of them: the selection is bookkeeping
+of the model, and its borders are to stay where they are while an effect is fitted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from lutgen.colorimetry import code_to_linear
+from lutgen.display.paper import continuous_weights, nearest_weights
+from lutgen.effects import STAGES
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from lutgen.colorimetry import Array
+    from lutgen.effects import Effect, Scene
+
+
+class Applied(Protocol):
+    """An effect and the values of its parameters."""
+
+    @property
+    def effect(self) -> Effect:
+        """The effect."""
+        ...
+
+    @property
+    def values(self) -> Mapping[str, float]:
+        """Every parameter's value."""
+        ...
+
+
+#: An effect of this stage switches the selection to ``continuous`` instead of touching the signal.
+SELECTION_STAGE = "selection"
+
+
+def in_chain_order(applied: Sequence[Applied]) -> list[Applied]:
+    """Sort effects by stage, each stage's by name: the order never depends on that of adding them."""
+    order = list(STAGES)
+    return sorted(applied, key=lambda each: (order.index(each.effect.stage), each.effect.name))
+
+
+def through(applied: Sequence[Applied], stages: tuple[str, ...], signal: Array, scene: Scene) -> Array:
+    """Send a signal through the effects of some stages."""
+    for each in in_chain_order(applied):
+        if each.effect.stage in stages:
+            signal = each.effect.function(signal, scene, **each.values)
+    return signal
+
+
+@dataclass(frozen=True)
+class Panel:
+    """The signal behind drive, transfer and mixing: linear light per channel and its share of each tip.
+
+    Attributes
+    ----------
+    shares
+        XYZ = Σ share · tip over white, red, green, blue: (n, 4).
+
+    """
+
+    shares: Array
+
+    def emit(self, tips: Array) -> Array:
+        """XYZ (..., n, 3) of tips (..., n or 1, 4, 3)."""
+        white, red, green, blue = np.moveaxis(self.shares, -1, 0)[..., np.newaxis]
+        return np.asarray(
+            white * tips[..., 0, :] + red * tips[..., 1, :] + green * tips[..., 2, :] + blue * tips[..., 3, :]
+        )
+
+
+def tip_shares(linear: Array, code: Array, selection: str, weights: Array | None = None) -> Array:
+    """Share of each tip in a colour, (n, 4), whose linear light is (n, 3): the paper's emission by its closed form.
+
+    With D = W − R − G − B: ``continuous`` gives Σ l_c P_c + D·(smallest channel), ``nearest`` gives
+    Σ l_c P_c + ⅓D·(Σ l − Σ_i w_i l_i), w_i the share of primary i's matrix. ``weights`` are those of ``nearest`` when
+    they are known already, (n, 4).
+    """
+    if selection == "nearest":
+        weights = (nearest_weights(code_to_linear(code)) if weights is None else weights)[:, 1:]
+        extra = (linear.sum(axis=-1) - (weights * linear).sum(axis=-1)) / 3.0
+    else:
+        extra = (continuous_weights(linear)[:, 1:] * linear).sum(axis=-1)
+    return np.concatenate([extra[..., np.newaxis], linear - extra[..., np.newaxis]], axis=-1)
+
+
+def panel(applied: Sequence[Applied], scene: Scene, selection: str, weights: Array | None = None) -> Panel:
+    """Follow the code values through drive, transfer and mixing: what does not depend on the tips."""
+    if any(each.effect.stage == SELECTION_STAGE for each in applied):
+        selection = "continuous"
+    drive = through(applied, ("drive",), scene.code, scene)
+    linear = through(applied, ("transfer", "mixing"), code_to_linear(drive), scene)
+    return Panel(tip_shares(linear, scene.code, selection, weights))
+
+
+def emitted(applied: Sequence[Applied], before: Panel, tips: Array, scene: Scene) -> Array:
+    """XYZ that leaves the display, (..., n, 3): emission and optics, from tips (..., n or 1, 4, 3)."""
+    return through(applied, ("optics",), before.emit(through(applied, ("emission",), tips, scene)), scene)
+
+
+def reported(applied: Sequence[Applied], before: Panel, tips: Array, scene: Scene) -> Array:
+    """XYZ that a meter reports, (..., n, 3): with the room's light and the instrument's own faults."""
+    xyz = through(applied, ("viewing",), emitted(applied, before, tips, scene), scene)
+    return through(applied, ("instrument",), xyz * (1.0 - scene.capped), scene)
