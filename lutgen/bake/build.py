@@ -263,10 +263,14 @@ def _best_candidate(model: DisplayModel, aged: AgedDisplay, form: Format, size: 
     if form.name not in _BAKED or _BAKED[form.name][0] != made_of:
         candidates = form.bake(_JUDGE.sampler, aged, size)
         errors = [_JUDGE.table_error(lut, aged) for lut in candidates]
-        best = min(zip(candidates, errors, strict=True), key=lambda pair: (pair[1].p99, pair[1].mean))
-        _BAKED[form.name] = made_of, *best
-    _, lut, error = _BAKED[form.name]
-    return lut, form.write(lut, _provenance(model, aged, lut, error))
+        # Where colours are smooth; the display that is nothing but stairs is judged on all.
+        lut, error = min(
+            zip(candidates, errors, strict=True),
+            key=lambda each: (each[1].smooth.p99, each[1].all.p99, each[1].all.mean),
+        )
+        _BAKED[form.name] = made_of, lut, error.all
+    _, baked, figures = _BAKED[form.name]
+    return baked, form.write(baked, _provenance(model, aged, baked, figures))
 
 
 def _provenance(model: DisplayModel, aged: AgedDisplay, lut: Lut | MatrixLut, error: Figures) -> Provenance:
@@ -278,6 +282,7 @@ def _provenance(model: DisplayModel, aged: AgedDisplay, lut: Lut | MatrixLut, er
         f"display: {Path(readings.file).name}, SHA-256 {readings.sha256}",
         *(f"source: {text}" for key, text in readings.metadata.items() if key == "source"),
         f"model: reference {model.reference}, selection {model.selection}, luminance {model.luminance.name}",
+        *_refinements(model),
         f"mode: {aged.mode}",
         f"hours: {aged.hours:g}",
         f"grid: {grid}",
@@ -285,6 +290,16 @@ def _provenance(model: DisplayModel, aged: AgedDisplay, lut: Lut | MatrixLut, er
     )
     hour = hour_name(aged.hours)
     return Provenance(f"Aged display, {aged.mode}, {hour}", f"lutgen-{aged.mode}-{hour}-{readings.sha256[:12]}", lines)
+
+
+def _refinements(model: DisplayModel) -> list[str]:
+    """What a model has beyond the paper's, one line each; in ASCII, since that is what a .cube is."""
+    lines = [] if model.baseline == "tips" else ["baseline: tips of hour 0 alone, the effects do the aging"]
+    for each in model.baked:
+        values = ", ".join(f"{name} {value:.6g}" for name, value in each.values.items())
+        lines.append(f"effect: {each.effect.name}{f' ({values})' if values else ''}")
+    stated = ", ".join(f"{name} = {value:g}" for name, value in model.conditions.stated().items())
+    return lines + ([f"at: {stated}"] if stated else [])
 
 
 def _write_config(work: _Work, aged: AgedDisplay, folder: str) -> FileRecord:

@@ -7,7 +7,7 @@ and context value of every config is instantiated and pixels are sent through it
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,13 +18,15 @@ from lutgen.bake.manifest import (
     MANIFEST,
     FileRecord,
     Manifest,
+    model_as_json,
     model_from_json,
     read_manifest,
+    same_model,
     sha256,
 )
 from lutgen.bake.parallel import in_parallel
 from lutgen.bindings import ocio, ocio_errors
-from lutgen.display import default_display
+from lutgen.display import default_display, load_model
 from lutgen.errors import LutgenError
 from lutgen.measurements import read_measurements
 
@@ -108,7 +110,7 @@ def check(
     Parameters
     ----------
     model
-        Compare with this model instead of the manifest's.
+        Compare with this model instead of the manifest's; under the conditions of the build.
     budget
         What the smooth colours may err; a file is also held to its own certificate.
     jobs, progress
@@ -129,6 +131,8 @@ def check(
         built_from = model_from_json(manifest.recipe["model"], where=str(folder / MANIFEST))
     except (LutgenError, KeyError) as error:
         return Checked(1, (*findings, Finding(MANIFEST, f"its model cannot be used: {error}")))
+    if model is not None:
+        model = replace(model, conditions=built_from.conditions)
     stale, remarks = _stale(folder, manifest, model)
     findings += stale
     work = [_Work(folder, manifest, model or built_from, part, budget or Budget()) for part in _parts(manifest)]
@@ -182,7 +186,15 @@ def _manifest(folder: Path) -> tuple[Manifest | None, list[Finding]]:
 
 
 def _stale(folder: Path, manifest: Manifest, model: DisplayModel | None) -> tuple[list[Finding], list[str]]:
-    """Whether the measurements are still those that the build was made from."""
+    """Whether the measurements, and a refined model, are still those that the build was made from."""
+    findings, remarks = _stale_readings(folder, manifest, model)
+    if not findings:
+        found, more = _stale_model(folder, manifest, model)
+        findings, remarks = findings + found, remarks + more
+    return findings, remarks
+
+
+def _stale_readings(folder: Path, manifest: Manifest, model: DisplayModel | None) -> tuple[list[Finding], list[str]]:
     display = manifest.recipe["model"]["display"]
     if model is not None:
         current, name = model.measurements.sha256, model.measurements.file
@@ -198,6 +210,26 @@ def _stale(folder: Path, manifest: Manifest, model: DisplayModel | None) -> tupl
     if current != display["sha256"]:
         return [Finding(MANIFEST, f"stale: the measurements {name} have changed since the build; build again")], []
     return [], []
+
+
+def _stale_model(folder: Path, manifest: Manifest, model: DisplayModel | None) -> tuple[list[Finding], list[str]]:
+    built_from = manifest.recipe["model"]
+    name, current = built_from.get("file", ""), model
+    if model is None:
+        if not name:
+            return [], []
+        if not (folder / name).is_file():
+            return [], [f"the model file {Path(name).name} was not found; its copy in the manifest was used"]
+        try:
+            current = load_model(folder / name)
+        except LutgenError as error:
+            return [Finding(MANIFEST, f"stale: the model has changed and cannot be read: {error}")], []
+    elif not (model.effects or "effects" in built_from):
+        return [], []  # the files themselves tell: any model that says the same as they will do
+    if current is None or same_model(built_from, model_as_json(current, folder)):
+        return [], []
+    which = Path(current.file or name or "given").name
+    return [Finding(MANIFEST, f"stale: the model {which} is not the one that was built from; build again")], []
 
 
 _JUDGE = Judge()

@@ -5,7 +5,8 @@ hug the border at which the paper's ``nearest`` selection jumps: white's (see ``
 table can follow the model where it jumps, and none that is clipped where it bends at the viewer's gamut; figures are
 therefore given apart:
 
-``border``  the pairs, and colours for which the interpolation mixes lattice points from both sides of the border
+``border``  the pairs, and colours for which the interpolation mixes lattice points from both sides of the border; all
+            colours where an effect makes stairs of the curves, finer than any table
 ``gamut``   other colours for which it mixes lattice points that the table clips with others that it does not
 ``smooth``  all the rest
 """
@@ -22,6 +23,7 @@ from lutgen.bake.lut import Lut, Sampler, lattice, tetrahedra
 from lutgen.bindings import ocio, ocio_errors
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_code, linear_to_lab, transform, xyz_to_linear
 from lutgen.display.chain import outside_gamut
+from lutgen.display.effect_chain import jumps, without_steps
 from lutgen.display.paper import Selection, nearest_weights
 from lutgen.errors import LutgenError
 
@@ -68,6 +70,13 @@ class Figures:
     max: float
 
 
+class TableError(NamedTuple):
+    """What a table does to some colours: all of them, and those that no jump of the display is mixed into."""
+
+    all: Figures
+    smooth: Figures
+
+
 @dataclass(frozen=True)
 class Certificate:
     """What a file was found to do, and the share of colours whose aged colour lies outside sRGB."""
@@ -105,7 +114,7 @@ class Judge:
 
     sampler: Sampler = field(default_factory=Sampler)
     _heads: dict[tuple[tuple[Link, ...], int], Array] = field(default_factory=dict)
-    _mixing: dict[tuple[str, int], Mixing] = field(default_factory=dict)
+    _mixing: dict[tuple[str, int, int], Mixing] = field(default_factory=dict)
     _tetrahedra: dict[tuple[str, int], tuple[NDArray[np.intp], Array]] = field(default_factory=dict)
 
     @cached_property
@@ -144,15 +153,21 @@ class Judge:
         border = np.arange(len(error)) >= len(error) - 2 * PAIRS
         gamut = np.zeros_like(border)
         if table.size:
-            mixing = self._mixing_in(table)
-            border |= mixing.crosses & _jumps(aged)
-            gamut = self._mixes_clipped(aged, table, mixing) & ~border
+            border |= self._crosses(aged, table, self.code)
+            gamut = self._mixes_clipped(aged, table) & ~border
         return Certificate(
             figures(error[~border & ~gamut]), figures(error[gamut]), figures(error[border]), float(clipped)
         )
 
-    def table_error(self, lut: Lut | MatrixLut, aged: AgedDisplay) -> Figures:
+    def table_error(self, lut: Lut | MatrixLut, aged: AgedDisplay) -> TableError:
         """ΔE2000 of a table by itself, in double precision on some colours: the same on every binding."""
+        error = self._table_errors(lut, aged)
+        smooth = np.arange(len(error)) < len(error) - 2 * (PAIRS // EVERY)
+        if lut.size:
+            smooth &= ~self._crosses(aged, TableKind(lut.space, lut.size, clipped=False), self.few)
+        return TableError(figures(error), figures(error[smooth]))
+
+    def _table_errors(self, lut: Lut | MatrixLut, aged: AgedDisplay) -> Array:
         code, model = self.few, self._model(aged, self.few)
         if isinstance(lut, Lut):
             key = (lut.space, lut.size)
@@ -162,7 +177,7 @@ class Judge:
         else:
             shown = lut.apply(code)
         shown = code_to_linear(np.clip(shown, 0.0, 1.0))
-        return figures(delta_e_2000(linear_to_lab(np.clip(model, 0.0, 1.0)), linear_to_lab(shown)))
+        return delta_e_2000(linear_to_lab(np.clip(model, 0.0, 1.0)), linear_to_lab(shown))
 
     def _model(self, aged: AgedDisplay, code: Array) -> Array:
         key = (aged.head, len(code))
@@ -170,20 +185,26 @@ class Judge:
             self._heads[key] = aged.head_signal(code)
         return xyz_to_linear(aged.xyz(self._heads[key]))
 
-    def _mixing_in(self, table: TableKind) -> Mixing:
-        key = (table.space, table.size)
+    def _mixing_in(self, table: TableKind, code: Array) -> Mixing:
+        key = (table.space, table.size, len(code))
         if key not in self._mixing:
-            self._mixing[key] = mixing_of(self.code, *key)
+            self._mixing[key] = mixing_of(code, table.space, table.size)
         return self._mixing[key]
 
-    def _mixes_clipped(self, aged: AgedDisplay, table: TableKind, mixing: Mixing) -> NDArray[np.bool_]:
+    def _crosses(self, aged: AgedDisplay, table: TableKind, code: Array) -> NDArray[np.bool_]:
+        """Whether a table mixes colours from both sides of a jump of the display for each colour, (n,)."""
+        if without_steps(aged) is not None:
+            return np.ones(len(code), dtype=bool)
+        return self._mixing_in(table, code).crosses & _jumps(aged)
+
+    def _mixes_clipped(self, aged: AgedDisplay, table: TableKind) -> NDArray[np.bool_]:
         """Whether a colour's lattice points lie on both sides of the gamut's boundary, for a clipped table."""
         if not table.clipped:
             return np.zeros(len(self.code), dtype=bool)
         linear = self.sampler.linear(aged, table.size, table.space).T
         above, below = linear > 1, linear < 0
         side = above[0] + 2 * above[1] + 4 * above[2] + 8 * below[0] + 16 * below[1] + 32 * below[2]
-        return _differ(side.astype(np.uint8)[mixing.nodes])
+        return _differ(side.astype(np.uint8)[self._mixing_in(table, self.code).nodes])
 
 
 def figures(error: Array) -> Figures:
@@ -275,4 +296,4 @@ def _region(weights: Array) -> NDArray[np.uint8]:
 
 
 def _jumps(aged: AgedDisplay) -> bool:
-    return any(isinstance(link, Selection) and link.name == "nearest" for link in aged.head)
+    return jumps(aged) or any(isinstance(link, Selection) and link.name == "nearest" for link in aged.head)

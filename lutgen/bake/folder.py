@@ -6,7 +6,7 @@ import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from lutgen.bake.manifest import JOURNAL, MANIFEST, Manifest, Recipe, planned, read_manifest, sha256
+from lutgen.bake.manifest import JOURNAL, MANIFEST, Manifest, Recipe, planned, read_manifest, sha256, without_ways
 from lutgen.errors import LutgenError
 from lutgen.files import PARTIAL, write_atomically
 
@@ -107,12 +107,12 @@ def _refuse_other_build(path: Path, manifest: Manifest | None, journal: Manifest
 
 
 def _wherever(recipe: Mapping[str, Any]) -> Mapping[str, Any]:
-    """A recipe as read, without the way to the measurements: a folder that was moved holds the same build."""
+    """A recipe as read, without the ways to the files it names: a folder that was moved holds the same build."""
     model = recipe.get("model")
-    display = model.get("display") if isinstance(model, dict) else None
-    if not isinstance(model, dict) or not isinstance(display, dict):
+    try:
+        return {**recipe, "model": without_ways(model)}  # type: ignore[arg-type]
+    except (KeyError, TypeError, AttributeError):
         return recipe
-    return {**recipe, "model": {**model, "display": {**display, "path": None}}}
 
 
 def _remove_empty(folder: Path, root: Path) -> None:

@@ -9,7 +9,9 @@ import numpy as np
 
 from lutgen.colorimetry import XYZ_TO_LINEAR, code_to_linear, linear_to_code, transform, xyz_to_linear
 from lutgen.display.chain import viewer_code
+from lutgen.display.effect_chain import without_steps
 from lutgen.display.paper import paper_links
+from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -20,6 +22,12 @@ if TYPE_CHECKING:
 
 #: Lattice sizes on offer: the sizes that viewers and graphics cards commonly take.
 SIZES = (17, 33, 65)
+
+#: Linear light that differs by no more is the same: a thousandth of what float32 can tell.
+EXACT = 1e-10
+
+#: Numbers in a table have one digit before the point.
+BRIGHTEST = 9.9
 
 #: The four matrices agree when no entry differs by more than this: 1e-7 is float32's own rounding.
 AGREE = 2e-7
@@ -52,10 +60,15 @@ class Lut:
 
     def mix(self, nodes: NDArray[np.intp], weights: Array) -> Array:
         """Sum lattice points by weight, both (n, 4) as from :func:`tetrahedra`: code values (n, 3)."""
+        values = self.mix_in_space(nodes, weights)
+        return values if self.space == "code" else linear_to_code(values)
+
+    def mix_in_space(self, nodes: NDArray[np.intp], weights: Array) -> Array:
+        """As :meth:`mix`, in the table's own space."""
         table, values = self.table.reshape(-1, 3), np.zeros((len(nodes), 3))
         for node, weight in zip(nodes.T, weights.T, strict=True):
             values += table[node] * weight[:, np.newaxis]
-        return values if self.space == "code" else linear_to_code(values)
+        return values
 
 
 @dataclass(frozen=True)
@@ -108,6 +121,12 @@ class Sampler:
             values = viewer_code(linear) if clip else linear_to_code(linear)
         else:
             values = np.clip(linear, 0.0, 1.0) if clip else linear
+        if np.abs(values).max() > BRIGHTEST:
+            message = (
+                f"{aged.mode} at {aged.hours:g} h: colours reach {np.abs(values).max():.3g} times what a viewer shows, "
+                f"more than a table holds. Check the model's effects and the conditions (--at)."
+            )
+            raise LutgenError(message)
         return Lut(space, values.reshape(size, size, size, 3))
 
 
@@ -133,6 +152,21 @@ def as_matrix(aged: AgedDisplay) -> MatrixLut | None:
 
 
 def is_tetrahedral(aged: AgedDisplay) -> bool:
-    """Whether the display is exactly a 2 × 2 × 2 tetrahedral table in linear light (``continuous``)."""
+    """Whether the display is exactly a 2 × 2 × 2 tetrahedral table in linear light.
+
+    The paper's is with ``continuous``. With effects it is when they only scale, tint and add light: that is found out
+    on a lattice.
+    """
     paper = paper_links(aged)
-    return paper is not None and paper[0].name == "continuous"
+    if paper is not None:
+        return paper[0].name == "continuous"
+    corners, code = lattice(2, "linear"), lattice(17, "code")
+    table = Lut("linear", aged.code_to_linear(corners).reshape(2, 2, 2, 3))
+    away = table.mix_in_space(*tetrahedra(code, "linear", 2)) - aged.code_to_linear(code)
+    return bool(np.abs(away).max() <= EXACT)
+
+
+def with_and_without_steps(aged: AgedDisplay) -> list[AgedDisplay]:
+    """Return the display, and one without the stairs in its curves: a coarse table of stairs can err more than none."""
+    smooth = without_steps(aged)
+    return [aged, smooth] if smooth else [aged]

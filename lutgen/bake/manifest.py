@@ -16,8 +16,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen import __version__
-from lutgen.display import DisplayModel, default_display
+from lutgen.display import AppliedEffect, DisplayModel, LatentTips, default_display
+from lutgen.display.conditions import REFERENCE, conditions_of, what_luts_carry
 from lutgen.display.modes import law_of_table, luminance_law
+from lutgen.display.origin import found_by, record_of
 from lutgen.errors import LutgenError
 from lutgen.measurements.table import TIP_DRIVES, Measurements
 
@@ -85,7 +87,8 @@ def sha256(data: bytes) -> str:
 def model_as_json(model: DisplayModel, output: Path) -> dict[str, Any]:
     """Describe a model so that :func:`model_from_json` gives it back.
 
-    The only path is that from the output folder to the measurements; None for the display that lutgen brings.
+    Paths are those from the output folder: to the measurements (None for the display that lutgen brings), to the
+    model's file and to users' own effects, where there are any.
     """
     readings = model.measurements
     built_in = Path(readings.file) == default_display()
@@ -101,16 +104,62 @@ def model_as_json(model: DisplayModel, output: Path) -> dict[str, Any]:
         "reference": model.reference,
         "selection": model.selection,
         "luminance": {"law": model.luminance.name, "table": [list(row) for row in model.luminance.table]},
+        **_refinements_as_json(model, output),
     }
 
 
+def _refinements_as_json(model: DisplayModel, output: Path) -> dict[str, Any]:
+    """What a model has beyond the paper's: each key only where there is something to say."""
+    content: dict[str, Any] = {}
+    if model.baseline != "tips":
+        content |= {"baseline": model.baseline, "held": model.held}
+    if model.conditions != REFERENCE:
+        content["conditions"] = model.conditions.stated()
+    if model.latent:
+        content["latent"] = {
+            "hours": model.latent.hours.tolist(),
+            "xyz_cd_m2": model.latent.xyz_cd_m2.tolist(),
+        }
+    if model.effects:
+        content["effects"] = [
+            {"name": each.effect.name, **record_of(each.effect, output), "parameters": each.values}
+            for each in model.effects
+        ]
+    if model.verdict:
+        content["verdict"] = model.verdict
+    if content and model.file:
+        content["file"] = Path(os.path.relpath(model.file, output)).as_posix()
+    carried = what_luts_carry(model)
+    return content | ({"carries": carried} if carried else {})
+
+
+def same_model(model: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    """Whether two descriptions say the same display, wherever their files lie and however it is seen."""
+    return _display_alone(model) == _display_alone(json.loads(json.dumps(other)))
+
+
+def _display_alone(model: Mapping[str, Any]) -> dict[str, Any]:
+    content = {key: value for key, value in model.items() if key not in {"conditions", "carries", "verdict"}}
+    return without_ways(content)
+
+
+def without_ways(model: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a description without the ways to its files: a folder that was moved holds the same build."""
+    display, effects = model["display"], model.get("effects", [])
+    content = {key: value for key, value in model.items() if key not in {"display", "file", "effects"}}
+    content["display"] = {**display, "path": None}
+    content["effects"] = [{**each, "origin": Path(str(each.get("origin"))).name} for each in effects]
+    return content
+
+
 def model_from_json(content: Mapping[str, Any], *, where: str) -> DisplayModel:
-    """Rebuild the model of a manifest. Raises LutgenError when it is not one."""
+    """Rebuild the model of a manifest, whose path is ``where``. Raises LutgenError when it is not one."""
     from lutgen.colorimetry import xyY_to_xyz
 
     try:
         display, law = content["display"], content["luminance"]
         _check_kind(display, "path", str | None)
+        _check_kind({"file": "", **content}, "file", str)
         hours = np.array(display["hours"], dtype=np.float64)
         tips = np.array(display["xyY"], dtype=np.float64)
         measurements = Measurements(
@@ -128,12 +177,28 @@ def model_from_json(content: Mapping[str, Any], *, where: str) -> DisplayModel:
             reference=content["reference"],
             selection=content["selection"],
             luminance=law_of_table(law["law"], table, where=where) if table else luminance_law("measured"),
+            **_refinements_from_json(content, Path(where).parent),
         )
     except LutgenError:
         raise
     except (KeyError, TypeError, AttributeError, ValueError) as error:
         message = f"{where}: the model in the manifest is not complete ({error!r}). Build again."
         raise LutgenError(message) from None
+
+
+def _refinements_from_json(content: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    latent = content.get("latent")
+    return {
+        "baseline": content.get("baseline", "tips"),
+        "held": content.get("held", False),
+        "conditions": conditions_of(content.get("conditions", {})),
+        "latent": LatentTips(latent["hours"], latent["xyz_cd_m2"]) if latent else None,
+        "effects": tuple(
+            AppliedEffect.of(found_by(each["name"], each, folder), each["parameters"])
+            for each in content.get("effects", [])
+        ),
+        "verdict": content.get("verdict", ""),
+    }
 
 
 def read_manifest(path: Path) -> Manifest | None:

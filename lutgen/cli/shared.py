@@ -18,14 +18,15 @@ if TYPE_CHECKING:
 MODES = ("stable", "chroma", "chroma-luma")
 SELECTIONS = ("nearest", "continuous")
 REFERENCES = ("relative", "absolute")
+CONDITIONS = ("u", "v", "ambient_lx", "warmup_min", "temperature_c", "window", "surround")
 
 
 def model_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options that choose a model: --display, --model, --selection, --reference, --luminance."""
+    """Add the options that choose a model: --display, --model, --selection, --reference, --luminance, --at."""
     for option in reversed(
         (
             click.option("--display", metavar="FILE", help="Measurements of a display [default: the reconstruction]."),
-            click.option("--model", metavar="FILE", help="A saved model (.toml); excludes the other model options."),
+            click.option("--model", metavar="FILE", help="A saved model (.toml); only --at goes with it."),
             click.option(
                 "--selection",
                 type=click.Choice(SELECTIONS),
@@ -41,6 +42,13 @@ def model_options(command: Callable[..., Any]) -> Callable[..., Any]:
                 metavar="LAW",
                 help="Luminance of chroma-luma: paper, measured, or a .csv of hour,factor [default: paper].",
             ),
+            click.option(
+                "--at",
+                metavar="NAME=VALUE",
+                multiple=True,
+                help=f"How the display is seen, where effects depend on it: {', '.join(CONDITIONS)}; several in a list "
+                "[default: centre, dark room, warm, 25 °C, full screen].",
+            ),
         )
     ):
         command = option(command)
@@ -48,10 +56,18 @@ def model_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def model_from(
-    display: str | None, model: str | None, selection: str | None, reference: str | None, luminance: str | None
+    *,
+    display: str | None,
+    model: str | None,
+    selection: str | None,
+    reference: str | None,
+    luminance: str | None,
+    at: tuple[str, ...],
 ) -> DisplayModel:
     """Make the model that the options of :func:`model_options` ask for."""
-    from lutgen.display import DisplayModel, default_display, load_model
+    from dataclasses import replace
+
+    from lutgen.display import DisplayModel, default_display, load_model, parse_at
     from lutgen.display.modes import luminance_law
     from lutgen.measurements import read_measurements
 
@@ -59,12 +75,14 @@ def model_from(
         if display or selection or reference or luminance:
             message = "--model says it all: leave --display, --selection, --reference and --luminance out."
             raise click.UsageError(message)
-        return load_model(model)
+        saved = load_model(model)
+        return replace(saved, conditions=parse_at(at, saved.conditions))
     return DisplayModel(
         read_measurements(display or default_display()),
         selection=selection or "nearest",
         reference=reference or "relative",
         luminance=luminance_law(luminance or "paper"),
+        conditions=parse_at(at),
     )
 
 

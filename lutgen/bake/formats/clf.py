@@ -1,7 +1,8 @@
 """Common LUT Format (Academy S-2014-006, version 3), in its plain form and the most exact the model admits.
 
 One matrix between the sRGB curves when the four matrices agree; a 2 × 2 × 2 tetrahedral table in linear light
-for ``continuous``; otherwise a table, indexed in linear light or in code values, whichever certifies better.
+for ``continuous``, and with effects that only scale, tint and add light; otherwise a table, indexed in linear light or
+in code values, whichever certifies better.
 Aged colours outside sRGB are kept: code values may leave 0..1, and whoever writes integers clips.
 
 OpenColorIO's own writers give different bytes in different versions, so the few lines of XML are written here
@@ -15,7 +16,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from lutgen.bake.digits import rows_of_text
 from lutgen.bake.formats import Format, Provenance
-from lutgen.bake.lut import Lut, MatrixLut, Sampler, as_matrix, is_tetrahedral
+from lutgen.bake.lut import Lut, MatrixLut, Sampler, as_matrix, is_tetrahedral, with_and_without_steps
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -29,7 +30,8 @@ def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut
         return [matrix]
     if is_tetrahedral(aged):
         return [sampler.lut(aged, 2, "linear", clip=False)]
-    return [sampler.lut(aged, size, space, clip=False) for space in ("code", "linear")]
+    displays = with_and_without_steps(aged)
+    return [sampler.lut(each, size, space, clip=False) for each in displays for space in ("code", "linear")]
 
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:

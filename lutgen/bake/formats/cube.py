@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING
 
 from lutgen.bake.digits import rows_of_text
 from lutgen.bake.formats import Format, Provenance
-from lutgen.bake.lut import Lut, MatrixLut, Sampler
+from lutgen.bake.lut import Lut, MatrixLut, Sampler, with_and_without_steps
 
 if TYPE_CHECKING:
     from lutgen.display import AgedDisplay
 
 
 def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
-    """Give one candidate: the table indexed in code values, as viewers expect, clipped to sRGB."""
-    return [sampler.lut(aged, size, "code", clip=True)]
+    """Give the table indexed in code values, as viewers expect, clipped to sRGB."""
+    return [sampler.lut(each, size, "code", clip=True) for each in with_and_without_steps(aged)]
 
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:

@@ -67,7 +67,7 @@ def command(
 
     from lutgen.appearance.apply import apply_to_images, outputs_for
 
-    aging = _aging(mode, hours, lut, build, options)
+    aging, remarks = _aging(mode, hours, lut, build, options)
     paths = [Path(image) for image in images]
     pairs = list(zip(paths, outputs_for(paths, output), strict=True))
     with progress_bar("applying", quiet=as_json) as progress:
@@ -75,31 +75,35 @@ def command(
     if as_json:
         from dataclasses import asdict
 
-        echo_json({"schema": 1, "images": [asdict(applied) for applied in done]})
+        notes = {"remarks": remarks} if remarks else {}
+        echo_json({"schema": 1, "images": [asdict(applied) for applied in done], **notes})
     else:
-        for applied in done:
-            click.echo(_sentence(applied))
+        for sentence in (*map(_sentence, done), *remarks):
+            click.echo(sentence)
 
 
 def _aging(
     mode: str | None, hours: float | None, lut: str | None, build: str | None, options: dict[str, Any]
-) -> AgedDisplay | Path:
+) -> tuple[AgedDisplay | Path, list[str]]:
+    """What to apply, and what is to be said of a model's conditions."""
     from pathlib import Path
 
+    from lutgen.display import what_pictures_carry
     from lutgen.errors import LutgenError
 
     model_given = any(options.values())
     if lut and (build or mode or hours is not None or model_given):
         raise LutgenError("--lut says it all: leave --build, --mode, --hours and the options of the model out.")
     if lut:
-        return Path(lut)
+        return Path(lut), []
     if mode is None or hours is None:
         raise LutgenError("which display? Give --mode and --hours, such as --mode chroma --hours 10000, or --lut FILE.")
     if not build:
-        return model_from(**options).at(mode, hours)
+        model = model_from(**options)
+        return model.at(mode, hours), what_pictures_carry(model)
     if model_given:
         raise LutgenError("--build says everything about the model: leave the options of the model out.")
-    return _built_lut(Path(build), mode, hours)
+    return _built_lut(Path(build), mode, hours), []
 
 
 def _built_lut(folder: Path, mode: str, hours: float) -> Path:

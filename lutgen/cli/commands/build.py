@@ -62,6 +62,7 @@ def command(
       lutgen build --hours 10000 --mode chroma --format clf --selection continuous -o aged-10000/
     """
     from lutgen.bake.build import Plan, build
+    from lutgen.display import what_luts_carry
     from lutgen.display.hours import parse_hours
 
     model = model_from(**options)
@@ -79,6 +80,8 @@ def command(
         echo_json(built.manifest.as_json())
     else:
         _report(built, output)
+        for sentence in what_luts_carry(model):
+            click.echo(sentence)
 
 
 def _report(built: Built, output: str) -> None:

@@ -79,6 +79,8 @@ def _check(
     if Path(path).is_dir():
         if mode or hours is not None:
             raise click.UsageError("--mode and --hours go with LUT files; a folder's manifest knows its own.")
+        if options["at"]:
+            raise click.UsageError("--at goes with LUT files; a folder's manifest knows its own conditions.")
         model = model_from(**options) if any(options.values()) else None
         return check(path, model=model, budget=budget, jobs=jobs, progress=progress)
     if mode is None or hours is None:
