@@ -1,0 +1,82 @@
+"""Prediction as a user would bake it: tips from their own readings alone, everything else predicted.
+
+A fit lets all readings pull at the tips, which is right for weighing evidence and wrong for looking: a fault off the
+centre would seem to darken the white. Here the tips are solved, with the effects in place, from their own readings, so
+that the error shows where it is. The floor is what noise alone does to the same procedure.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.criticism.fit import fit
+from lutgen.criticism.linear import State, predict
+from lutgen.criticism.noise import is_capped
+from lutgen.measurements.table import TIP_DRIVES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+    from lutgen.criticism.linear import Term
+    from lutgen.criticism.problem import Problem
+
+SEED = 20150319
+
+#: Campaigns of pure noise that the floor is the mean of.
+DRAWS = 8
+
+
+def anchored_state(problem: Problem, terms: Sequence[Term]) -> State:
+    """Solve the tips from their own readings, effects given: at every hour, under ``fresh`` at hour 0 only."""
+    fixed = tuple(replace(term, free=()) for term in terms)
+    sub = replace(problem, rows=problem.rows[is_anchor(problem)])
+    solved = fit(sub, fixed)
+    tips = problem.measured_tips.copy()
+    if problem.baseline == "fresh":
+        tips[:] = solved.tips[0]
+    else:
+        tips[np.isin(problem.hours, sub.hours)] = solved.tips
+        tips = problem.interpolated(tips)
+    return State(fixed, tips, np.zeros(max(int(problem.gains.max()) + 1, 1)))
+
+
+def is_anchor(problem: Problem) -> NDArray[np.bool_]:
+    """Readings of the tips at rest that the model is anchored to, (n,)."""
+    drive = problem.readings.drive[problem.rows]
+    tip = (drive[:, np.newaxis] == TIP_DRIVES).all(axis=-1).any(axis=1)
+    anchor = tip & problem.readings.at_rest()[problem.rows] & ~is_capped(problem.readings)[problem.rows]
+    return np.asarray(anchor & (problem.hour_of == 0) if problem.baseline == "fresh" else anchor)
+
+
+def anchored(problem: Problem, terms: Sequence[Term]) -> Array:
+    """XYZ that the model predicts, (n, 3), cd/m²."""
+    return predict(problem, anchored_state(problem, terms))
+
+
+def noise_only(problem: Problem, predicted: Array) -> Iterator[Array]:
+    """Residuals (n, 3) in cd/m² of campaigns in which the prediction is true and only noise is added; seeded."""
+    rng = np.random.default_rng(SEED)
+    root = np.linalg.cholesky(problem.noise.covariance(predicted))
+    anchor, shares = is_anchor(problem), problem.panel(()).shares
+    fresh = problem.baseline == "fresh"
+    for _ in range(DRAWS):
+        noise = np.einsum("nij,nj->ni", root, rng.standard_normal(predicted.shape))
+        gains = problem.noise.session * rng.standard_normal(max(int(problem.gains.max()) + 1, 1))
+        noise += np.where(problem.gains >= 0, gains[problem.gains], 0.0)[:, np.newaxis] * predicted
+        shift = np.zeros((problem.hours.size, 4, 3))
+        drive = problem.readings.drive[problem.rows]
+        for hour in np.flatnonzero(problem.is_knot)[: 1 if fresh else None]:
+            for tip in range(4):
+                here = anchor & (problem.hour_of == hour) & (drive == TIP_DRIVES[tip]).all(axis=1)
+                shift[hour, tip] = noise[here].mean(axis=0)
+        shift = np.broadcast_to(shift[0], shift.shape) if fresh else problem.interpolated(shift)
+        # Between sessions the tips are off by what a straight line misses as well.
+        bend = np.where(np.isfinite(problem.slack), problem.slack, 0.0) * rng.standard_normal(shift.shape)
+        shift = shift + (0.0 if fresh else bend)
+        yield noise - np.einsum("nj,njk->nk", shares, shift[problem.hour_of])

@@ -1,0 +1,114 @@
+"""Wrong rows and wrong sessions: faults of the measurement, found before they are smeared into an effect."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import stats
+
+from lutgen.criticism.fit import fit
+from lutgen.criticism.noise import is_capped
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.criticism.fit import Fit
+    from lutgen.criticism.problem import Problem
+
+#: A reading is suspected when noise gives so large a residual less often than this in the whole file.
+UNLIKELY = 1e-4
+
+#: ... and when it stands out by this factor from readings of the same patch at other times.
+ALONE = 4.0
+
+#: Chance that noise alone makes a session look so bad.
+SURE = 1e-12
+
+#: More rows than this are no slips: something else is wrong.
+MOST_ROWS = 5
+
+#: No colorimeter that is used on displays scatters by more than this share of the light.
+WORST_INSTRUMENT = 0.012
+
+
+@dataclass(frozen=True)
+class Suspicion:
+    """A fault of the measurement: rows of the file (indices), hours, and a sentence."""
+
+    rows: tuple[int, ...]
+    hours: tuple[float, ...]
+    sentence: str
+
+
+def wrong_rows(found: Fit) -> tuple[int, ...]:
+    """Indices of readings that contradict both the fit and their own kin: same patch, other hours or replicates.
+
+    A slip pulls at the tips and makes its neighbours look wrong: so the worst is left out, the rest fitted again, until
+    no reading stands alone. When there is no end to it, none of them was a slip.
+    """
+    out: list[int] = []
+    while len(out) <= MOST_ROWS:
+        worst = _worst_alone(found)
+        if worst is None:
+            return tuple(sorted(out))
+        out.append(worst)
+        found = fit(found.problem.without([worst]), found.terms)
+    return ()
+
+
+def _worst_alone(found: Fit) -> int | None:
+    """Index of the reading with the largest residual, when it stands alone."""
+    problem = found.problem
+    size = (found.linear.residual**2).sum(axis=1)
+    worst = int(np.argmax(size))
+    if size[worst] < 1.5 * float(stats.chi2.isf(UNLIKELY / max(size.size, 1), 3)):
+        return None
+    kin = _kin(problem)
+    others = np.flatnonzero(kin == kin[worst])
+    if others.size < 3:
+        others = np.flatnonzero(problem.hour_of == problem.hour_of[worst])
+    usual = float(np.max(size[others[others != worst]], initial=0.0))
+    return int(problem.rows[worst]) if size[worst] > ALONE**2 * max(usual, 3.0) else None
+
+
+def _kin(problem: Problem) -> Array:
+    """Number the readings of the same patch under the same conditions, at whatever hour, (n,)."""
+    conditions = [
+        np.nan_to_num(values[problem.rows], nan=-1.0)
+        for name, values in problem.readings.conditions.items()
+        if name != "temperature_c"
+    ]
+    columns = [*problem.readings.drive[problem.rows].T, *conditions, is_capped(problem.readings)[problem.rows]]
+    return np.asarray(np.unique(np.column_stack(columns), axis=0, return_inverse=True)[1].reshape(-1))
+
+
+def wrong_sessions(found: Fit, scale: float) -> tuple[float, ...]:
+    """Hours at which nearly all of the misfit sits although later hours are sound: no aging comes and goes.
+
+    ``scale`` is the variance of the noise in the fit's own units.
+    """
+    problem = found.problem
+    if problem.baseline != "tips" or problem.hours.size < 4:
+        return ()
+    squares = (found.linear.residual**2).sum(axis=1) / scale
+    mean = np.bincount(problem.hour_of, squares) / (3 * np.bincount(problem.hour_of))
+    count = np.bincount(problem.hour_of)
+    # An hour that only leans on a bad neighbour is not meant.
+    bad = np.flatnonzero((mean > 4.0 * np.median(mean)) & (mean > 0.05 * mean.max()))
+    sure = all(stats.chi2.sf(mean[hour] * 3 * count[hour], 3 * count[hour]) < SURE for hour in bad)
+    if not 1 <= bad.size <= 2 or not sure or bad[0] == problem.hours.size - bad.size:
+        return ()
+    return tuple(float(problem.hours[hour]) for hour in bad)
+
+
+def suspicious_noise(problem: Problem) -> str:
+    """Say what is wrong with the scatter of replicates, if anything."""
+    noise = problem.noise
+    if noise.source == "instrument" and noise.contrasts >= 6:
+        ratio = noise.scatter / (3 * noise.contrasts)
+        if stats.f.sf(ratio, 3 * noise.contrasts, 1e6) < 1e-6 and ratio > 2.0:
+            return f"replicates scatter {np.sqrt(ratio):.1f} times as much as the stated noise of the instrument allows"
+    if noise.source == "replicates" and noise.relative > WORST_INSTRUMENT:
+        return f"replicates scatter by {noise.relative:.1%} of the light, more than any colorimeter in order does"
+    return ""

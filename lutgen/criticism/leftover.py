@@ -1,0 +1,62 @@
+"""Is what remains noise? Its size against the scatter of replicates, and its evenness.
+
+Size is an F test for lack of fit. But noise known from a few dozen replicates is not known well, and a campaign whose
+replicates happened to agree would then call every display faulty. What a wrong model leaves is uneven: it sits in some
+colours, conditions or hours. So a leftover counts when it is too large *and* uneven; how uneven noise is, seeded draws
+of χ² tell.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.criticism.families import condition_of, family_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+    from lutgen.criticism.fit import Fit
+    from lutgen.criticism.search import PureError
+
+#: Leftover less likely than this is no noise.
+SIGNIFICANT = 0.01
+
+SEED, DRAWS = 20150319, 1999
+
+
+def is_noise(found: Fit, error: PureError) -> bool:
+    """Whether noise alone may have left what a fit leaves."""
+    return error.p_of_leftover(found) >= SIGNIFICANT or p_of_unevenness(found) >= SIGNIFICANT
+
+
+def p_of_unevenness(found: Fit) -> float:
+    """Probability that noise of one size spreads so unevenly: the least of three ways to look, times three."""
+    problem = found.problem
+    squares = (found.linear.residual**2).sum(axis=1)
+    condition = condition_of(problem)
+    named = np.where(condition == "", family_of(problem), condition)
+    cells = np.char.add(np.char.add(named.astype(str), "@"), problem.hour_of.astype(str))
+    chances = [_p_of_parts(squares, labels, found) for labels in (named, problem.hour_of, cells)]
+    return min(1.0, 3.0 * min(chances))
+
+
+def _p_of_parts(squares: Array, labels: NDArray[np.generic], found: Fit) -> float:
+    _, part = np.unique(labels, return_inverse=True)
+    part = part.reshape(-1)
+    count = np.bincount(part)
+    if count.size < 2:
+        return 1.0
+    freedom = 3.0 * count * max(found.freedom, 1) / found.readings
+    seen = _unevenness(np.bincount(part, squares).astype(np.float64), freedom)
+    draws = np.random.default_rng(SEED).chisquare(freedom, size=(DRAWS, freedom.size))
+    return float((1 + np.count_nonzero(_unevenness(draws, freedom) >= seen)) / (DRAWS + 1))
+
+
+def _unevenness(sums: Array, freedom: Array) -> Array:
+    """Σ of squared standardised departures of parts (..., parts) from their share of the whole."""
+    expected = freedom * (sums.sum(axis=-1, keepdims=True) / freedom.sum())
+    scale = sums.sum(axis=-1, keepdims=True) / freedom.sum()
+    return np.asarray((((sums - expected) / scale) ** 2 / (2.0 * freedom)).sum(axis=-1))

@@ -1,0 +1,196 @@
+"""Probes: whether the leftover of a fit still follows anything that the readings vary in.
+
+An F test over thousands of readings misses a leftover that sits in a few. So simple signatures that belong to no effect
+are tried on the residuals: light that goes with level, channel, mixture, position, minutes, lux, window or temperature,
+at all hours alike, growing, or at one hour, and light that is added. Each is one number to fit, with the tips and the
+admitted effects free; the best must pass a test corrected for all. What several probes gain together says how much of
+the excess is still unexplained.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.criticism.linear import whiten
+from lutgen.criticism.noise import is_capped
+from lutgen.criticism.search import Score
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from lutgen.colorimetry import Array
+    from lutgen.criticism.fit import Fit
+    from lutgen.criticism.problem import Problem
+    from lutgen.criticism.search import PureError
+
+#: Chance of a false alarm over all probes.
+SIGNIFICANT = 0.003
+
+#: Probes that are combined to size what is left.
+COMBINED = 6
+
+#: A signature of which less than this share remains beside tips and effects says nothing.
+LEAST_SEEN = 1e-3
+
+#: Centres of the level probes in code values, and their half width.
+LEVELS, WIDTH = (0.1, 0.25, 0.4, 0.6, 0.8), 0.2
+
+
+@dataclass(frozen=True)
+class Probed:
+    """What the probes found.
+
+    Attributes
+    ----------
+    names
+        Probes that describe the leftover, best first; empty when it is noise.
+    gain
+        χ² that they gain together.
+
+    """
+
+    names: tuple[str, ...] = ()
+    gain: float = 0.0
+
+
+def probe(found: Fit, error: PureError) -> Probed:
+    """Try all probes on what a fit leaves."""
+    score = Score(found)
+    names, matrix = _columns(score, _signatures(found.problem, found.predicted))
+    if not names:
+        return Probed()
+    residual = score.residual
+    chosen: list[int] = []
+    gain = 0.0
+    while len(chosen) < COMBINED:
+        gains = (matrix @ residual) ** 2
+        best = int(np.argmax(gains))
+        if error.p_of_gain(float(gains[best]), 1) * len(names) > SIGNIFICANT:
+            break
+        chosen.append(best)
+        gain += float(gains[best])
+        direction = matrix[best] / np.linalg.norm(matrix[best])
+        residual = residual - direction * (direction @ residual)
+        matrix = matrix - np.outer(matrix @ direction, direction)
+        size = np.linalg.norm(matrix, axis=1, keepdims=True)
+        matrix = np.where(size > 0.05, matrix / np.where(size > 0, size, 1.0), 0.0)
+    return Probed(tuple(names[index] for index in chosen), gain)
+
+
+def nameless(base: Fit) -> Probed:
+    """Find the best of the signatures that no catalogue of effects has: what it gains alone, one number to fit.
+
+    Order of reading, sides of the screen and the room's light as a factor: displays do such things, and greedy search
+    makes two or three well-known names of them.
+    """
+    score = Score(base)
+    names, matrix = _columns(score, _strange(base.problem, base.predicted))
+    if not names:
+        return Probed()
+    gains = (matrix @ score.residual) ** 2
+    best = int(np.argmax(gains))
+    return Probed((names[best],), float(gains[best]))
+
+
+def _columns(score: Score, signatures: Iterator[tuple[str, Array]]) -> tuple[list[str], Array]:
+    """Unit vectors of what tips and effects leave of signatures, (k, 3n), with their names."""
+    names, columns = [], []
+    for name, signature in signatures:
+        raw = whiten(score.problem, signature)
+        left, size = score.project(raw), float(np.linalg.norm(raw))
+        seen = float(np.linalg.norm(left))
+        if size > 0 and seen > LEAST_SEEN * size:
+            names.append(name)
+            columns.append(left / seen)
+    return names, np.array(columns)
+
+
+def _strange(problem: Problem, predicted: Array) -> Iterator[tuple[str, Array]]:
+    before = np.roll(predicted, 1, axis=0)
+    first = np.concatenate([[True], np.diff(problem.hour_of) != 0])
+    yield "the patch read before", np.where(first[:, np.newaxis], 0.0, before - predicted)
+    order = np.arange(len(predicted)) - np.maximum.accumulate(np.where(first, np.arange(len(predicted)), 0))
+    yield "the order of reading", predicted * (order / max(int(order.max()), 1))[:, np.newaxis]
+    top = problem.readings.drive[problem.rows].max(axis=1)
+    for name, condition in _conditions(problem):
+        if name in {"side", "height", "room light"}:
+            for shape, factor in (("", np.ones_like(top)), (" and level", 4 * top * (1 - top))):
+                yield f"{name}{shape}", predicted * (condition * factor)[:, np.newaxis]
+
+
+def _signatures(problem: Problem, predicted: Array) -> Iterator[tuple[str, Array]]:
+    """Names and signatures in cd/m², (n, 3)."""
+    colours = {"": np.ones(3), " in X": np.array([1.0, 0.0, 0.0]), " in Z": np.array([0.0, 0.0, 1.0])}
+    for name, weight in _weights(problem):
+        for colour, part in colours.items():
+            yield f"light by {name}{colour}", predicted * weight[:, np.newaxis] * part
+    white = problem.measured_tips[:, 0][problem.hour_of]
+    for name, weight in _places(problem):
+        for colour, part in colours.items():
+            yield f"light added {name}{colour}", white * weight[:, np.newaxis] * part
+
+
+def _weights(problem: Problem) -> Iterator[tuple[str, Array]]:
+    code = problem.readings.drive[problem.rows]
+    tau = problem.readings.hours[problem.rows] / problem.hours[-1] if problem.hours[-1] > 0 else np.zeros(len(code))
+    top = code.max(axis=1)
+    red, green, blue = code.T
+    for level in LEVELS:
+        near = np.maximum(1.0 - np.abs(top - level) / WIDTH, 0.0)
+        for course, grown in (("", 1.0), (", growing", tau)):
+            yield f"level near {level:g}{course}", near * grown
+            for channel, share in (("red", red), ("green", green), ("blue", blue)):
+                yield f"{channel} near {level:g}{course}", near * grown * share / np.maximum(top, 1e-6)
+        for hour, when in enumerate(problem.hours):
+            yield f"level near {level:g} at {when:g} h", near * (problem.hour_of == hour)
+    for name, product in (("red × green", red * green), ("green × blue", green * blue), ("red × blue", red * blue)):
+        yield f"{name}", product
+        yield f"{name}, growing", product * tau
+    for name, condition in _conditions(problem):
+        for shape, factor in (
+            ("", np.ones_like(top)),
+            (" and level", top),
+            (" and level²", top * top),
+            (" and red", red),
+            (" and blue", blue),
+            (" and mixture", np.sort(code, axis=1)[:, 1]),
+        ):
+            yield f"{name}{shape}", condition * factor
+            yield f"{name}{shape}, growing", condition * factor * tau
+
+
+def _conditions(problem: Problem) -> Iterator[tuple[str, Array]]:
+    given = {name: values[problem.rows] for name, values in problem.readings.conditions.items()}
+    if {"u", "v"} <= set(given):
+        u, v = 2 * given["u"] - 1, 2 * given["v"] - 1
+        yield "side", u
+        yield "height", v
+        yield "distance from the centre", (u * u + v * v) / 2
+        yield "distance from the centre to the fourth", ((u * u + v * v) / 2) ** 2
+    if "ambient_lx" in given:
+        yield "room light", given["ambient_lx"] / (given["ambient_lx"] + 100.0)
+    if "warmup_min" in given:
+        minutes = np.nan_to_num(given["warmup_min"], nan=np.inf)
+        yield "minutes", np.exp(-minutes / 5.0)
+        yield "minutes, slower", np.exp(-minutes / 25.0)
+    if "window" in given:
+        yield "window", 1.0 - given["window"]
+    if "surround" in given:
+        yield "surround", given["surround"]
+    if "temperature_c" in given and not np.isnan(given["temperature_c"]).all():
+        yield "temperature", np.nan_to_num(given["temperature_c"] - np.nanmedian(given["temperature_c"])) / 10.0
+
+
+def _places(problem: Problem) -> Iterator[tuple[str, Array]]:
+    """Where light may be added: everywhere, growing, under a capped lens, by room light, surround or window."""
+    code, hours = problem.readings.drive[problem.rows], problem.readings.hours[problem.rows]
+    ones = np.ones(len(code))
+    yield "everywhere", ones
+    yield "everywhere, growing", hours / max(float(problem.hours[-1]), 1.0)
+    yield "before the lens cap", is_capped(problem.readings)[problem.rows].astype(float)
+    yield "to black", (code.max(axis=1) == 0).astype(float)
+    for name, condition in _conditions(problem):
+        yield f"by {name}", condition

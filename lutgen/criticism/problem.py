@@ -1,0 +1,300 @@
+"""The question that a fit answers: which tips and effects would have given these readings.
+
+Under the baseline ``tips`` every hour's tips are unknown, with their own readings among the data: effects act on the
+latent display, and its tips are solved again whenever an effect changes. At an hour without readings of the tips they
+are known only from the neighbouring hours, within what a straight line between those misses. Under ``fresh`` only the
+tips of hour 0 are unknown; sessions have gains of their own.
+
+Unknown tips and gains are *local* to a block of readings and enter the prediction (nearly) linearly, so
+a fit eliminates them block by block (:mod:`lutgen.criticism.fit`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.colorimetry import code_to_linear
+from lutgen.criticism.noise import estimate_noise, is_capped, is_shrouded, replicate_groups
+from lutgen.display.paper import nearest_weights
+from lutgen.display.trace import Panel, emitted, panel, reported
+from lutgen.effects import Scene
+from lutgen.effects.scene import REFERENCE_C
+from lutgen.effects.spectra import SpectralDisplay, class_of
+from lutgen.errors import LutgenError, pick_one
+from lutgen.measurements.table import OPTIONAL, TIP_DRIVES
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+    from lutgen.criticism.noise import Noise
+    from lutgen.display.trace import Applied
+    from lutgen.measurements import Measurements
+
+BASELINES = ("tips", "fresh")
+
+#: What a condition might have been that nobody logged.
+UNLOGGED = {
+    "u": 0.4, "v": 0.4, "ambient_lx": 100.0, "warmup_min": 30.0, "temperature_c": 30.0, "window": 0.9, "surround": 0.1,
+}  # fmt: skip
+
+#: A straight line between three equidistant points of a parabola misses it by ⅛ of the second difference.
+CURVATURE = 1 / 8
+
+#: Latent tips at an hour between are known no better than this share of themselves.
+LEAST_SLACK = 2e-4
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Readings, what surrounds them, and their noise.
+
+    Attributes
+    ----------
+    readings
+        The data.
+    noise
+        Their noise.
+    baseline, selection
+        One of ``BASELINES``; the paper's choice of matrix.
+    held
+        Whether a sensor holds white's luminance (only asked under ``fresh``).
+    rows
+        Indices of the readings that count: slips are left out.
+    assumed
+        Conditions that nobody logged, taken as the same at all readings: (column, value). What the notes call
+        shrouded or capped is free of them.
+
+    """
+
+    readings: Measurements
+    noise: Noise
+    baseline: str
+    selection: str
+    held: bool
+    rows: NDArray[np.intp]
+    assumed: tuple[tuple[str, float], ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        readings: Measurements,
+        *,
+        baseline: str = "tips",
+        selection: str = "nearest",
+        instrument: str | None = None,
+        leave_out: Sequence[int] = (),
+    ) -> Problem:
+        """Pose the problem of ``readings``.
+
+        Parameters
+        ----------
+        readings, baseline, selection
+            The data, one of ``BASELINES``, one of ``SELECTIONS``.
+        instrument
+            Stated noise, ``relative,floor``; None: replicates tell.
+        leave_out
+            Indices of readings that are not to count.
+
+        Raises
+        ------
+        LutgenError
+            Unknown baseline.
+
+        """
+        if baseline not in BASELINES:
+            raise pick_one("baseline", baseline, BASELINES)
+        noise = estimate_noise(readings, instrument)
+        rows = np.setdiff1d(np.arange(readings.hours.size), [*noise.slips, *leave_out])
+        return cls(readings, noise, baseline, selection, _is_held(readings), rows)
+
+    def unlogged(self, columns: Sequence[str]) -> Problem | None:
+        """Return the problem with some columns as they might have been, unlogged; None when any of them was logged."""
+        if not columns or any(name in self.readings.conditions for name in columns):
+            return None
+        return replace(self, assumed=tuple((name, UNLOGGED[name]) for name in columns))
+
+    def without(self, rows: Sequence[int]) -> Problem:
+        """Return the same problem without some readings, by their indices in the file."""
+        return replace(self, rows=np.setdiff1d(self.rows, rows))
+
+    @cached_property
+    def xyz(self) -> Array:
+        """What was measured, (n, 3), cd/m²."""
+        return self.readings.xyz_cd_m2[self.rows]
+
+    @cached_property
+    def hours(self) -> Array:
+        """The different hours, (H,)."""
+        return np.unique(self.readings.hours[self.rows])
+
+    @cached_property
+    def hour_of(self) -> NDArray[np.intp]:
+        """Index of each reading's hour, (n,)."""
+        return np.searchsorted(self.hours, self.readings.hours[self.rows])
+
+    @cached_property
+    def groups(self) -> NDArray[np.intp]:
+        """Number of each reading's group of replicates, (n,)."""
+        return replicate_groups(self.readings)[self.rows]
+
+    @cached_property
+    def gains(self) -> NDArray[np.intp]:
+        """Number of each reading's session gain, (n,); −1 where the tips of that hour have taken it in already."""
+        sessions = np.array(self.readings.session or [""] * self.readings.hours.size)[self.rows]
+        pairs = [f"{hour}\0{session}" for hour, session in zip(self.hour_of, sessions, strict=True)]
+        number = np.unique(pairs, return_inverse=True)[1].reshape(-1)
+        if self.baseline == "tips":
+            for hour in range(self.hours.size):
+                here = self.hour_of == hour
+                if np.unique(number[here]).size == 1 and self.is_knot[hour]:
+                    number[here] = -1
+        return np.asarray(number)
+
+    @cached_property
+    def blocks(self) -> list[NDArray[np.intp]]:
+        """Readings that share local unknowns: those of an hour (its tips), under ``fresh`` of a session (its gain)."""
+        number = self.hour_of if self.baseline == "tips" else self.gains
+        return [np.flatnonzero(number == each) for each in np.unique(number)]
+
+    @cached_property
+    def is_knot(self) -> NDArray[np.bool_]:
+        """Whether the tips were read at each hour, (H,)."""
+        return np.isin(self.hours, self.readings.tips()[0])
+
+    @cached_property
+    def whitener(self) -> Array:
+        """Matrices (n, 3, 3) that make residuals independent with variance 1; noise goes by the replicates' mean."""
+        count = np.bincount(self.groups)
+        mean = np.stack([np.bincount(self.groups, self.xyz[:, k]) for k in range(3)], axis=1)[self.groups]
+        return self.noise.whitener(mean / count[self.groups][:, np.newaxis])
+
+    @cached_property
+    def measured_tips(self) -> Array:
+        """Tips at every hour, as measured or interpolated, (H, 4, 3), cd/m²."""
+        hours, drive = self.readings.hours[self.rows], self.readings.drive[self.rows]
+        rest = self.readings.at_rest()[self.rows] & ~is_capped(self.readings)[self.rows]
+        tips = np.empty((self.hours.size, 4, 3))
+        for index in np.flatnonzero(self.is_knot):
+            here = rest & (hours == self.hours[index])
+            for tip in range(4):
+                chosen = here & (drive == TIP_DRIVES[tip]).all(axis=1)
+                if not chosen.any():
+                    message = (
+                        f"{self.readings.file}: hour {self.hours[index]:g}: no reading of a tip is left beside those "
+                        f"that contradict it. Measure white, red, green and blue of that hour again."
+                    )
+                    raise LutgenError(message)
+                tips[index, tip] = self.xyz[chosen].mean(axis=0)
+        return self.interpolated(tips)
+
+    def interpolated(self, tips: Array) -> Array:
+        """Fill the hours without tips from their neighbours, linearly: (..., H, 4, 3)."""
+        tips = tips.copy()
+        knots = np.flatnonzero(self.is_knot)
+        for index in np.flatnonzero(~self.is_knot):
+            after = int(np.clip(np.searchsorted(knots, index), 1, knots.size - 1))
+            start, end = knots[after - 1], knots[after]
+            share = (self.hours[index] - self.hours[start]) / (self.hours[end] - self.hours[start])
+            tips[..., index, :, :] = (1 - share) * tips[..., start, :, :] + share * tips[..., end, :, :]
+        return tips
+
+    @cached_property
+    def slack(self) -> Array:
+        """How well interpolation knows the tips of each hour, 1 σ, (H, 4, 3); infinite at hours that have their own."""
+        slack = np.full((self.hours.size, 4, 3), np.inf)
+        knots = np.flatnonzero(self.is_knot)
+        tips, hours = self.measured_tips, self.hours
+        for index in np.flatnonzero(~self.is_knot):
+            after = int(np.clip(np.searchsorted(knots, index), 1, knots.size - 1))
+            span = hours[knots[after]] - hours[knots[after - 1]]
+            bends = []
+            for middle in {after - 1, after} & set(range(1, knots.size - 1)):
+                a, b, c = knots[middle - 1], knots[middle], knots[middle + 1]
+                left = (tips[b] - tips[a]) / (hours[b] - hours[a])
+                right = (tips[c] - tips[b]) / (hours[c] - hours[b])
+                bends.append(np.abs(right - left) * 2 / (hours[c] - hours[a]) * span**2)
+            bend = np.max(bends, axis=0) if bends else np.zeros((4, 3))
+            floor = LEAST_SLACK * np.abs(tips[index]) + 1e-6
+            slack[index] = np.maximum(CURVATURE * bend, floor)
+        return slack
+
+    @cached_property
+    def light(self) -> SpectralDisplay:
+        """Spectral estimate of the display's class with the tips of hour 0."""
+        return SpectralDisplay.of(class_of(self.readings.metadata.get("display", "")), self.measured_tips[0])
+
+    @cached_property
+    def _columns(self) -> dict[str, Array]:
+        fill = {"warmup_min": np.inf, "temperature_c": REFERENCE_C}
+        columns = {
+            "hours": self.readings.hours[self.rows][:, np.newaxis],
+            "code": self.readings.drive[self.rows],
+        }
+        for name in OPTIONAL:
+            if name in self.readings.conditions:
+                values = self.readings.conditions[name][self.rows]
+                values = np.where(np.isnan(values), fill.get(name, np.nan), values)
+                columns[name] = values[:, np.newaxis]
+        open_to_room = ~(is_capped(self.readings) | is_shrouded(self.readings))[self.rows, np.newaxis]
+        columns |= {name: np.where(open_to_room, value, OPTIONAL[name]) for name, value in self.assumed}
+        columns["capped"] = is_capped(self.readings)[self.rows].astype(float)[:, np.newaxis]
+        return columns
+
+    def scene(self, tips: Array) -> Scene:
+        """What surrounds each reading; ``tips`` (..., H, 4, 3) give the whites."""
+        return Scene(
+            **self._columns,
+            white=tips[..., self.hour_of, 0, :],
+            fresh_white=tips[..., :1, 0, :],
+            light=self.light,
+        )
+
+    def panel(self, applied: Sequence[Applied]) -> Panel:
+        """Send the readings' code values through drive, transfer and mixing."""
+        return panel(applied, self._plain_scene, self.selection, self._weights)
+
+    @cached_property
+    def _plain_scene(self) -> Scene:
+        return self.scene(self.measured_tips)
+
+    @cached_property
+    def _weights(self) -> Array:
+        """Shares of the paper's matrices, which no effect changes."""
+        return nearest_weights(code_to_linear(self.readings.drive[self.rows]))
+
+    def predict(self, applied: Sequence[Applied], before: Panel, tips: Array) -> Array:
+        """XYZ that the meter should report, (..., n, 3), of latent tips (..., H, 4, 3)."""
+        if self.baseline == "fresh" and self.held:
+            tips = tips * self._held_gain(applied, tips)[..., np.newaxis, np.newaxis]
+        return reported(applied, before, tips[..., self.hour_of, :, :], self.scene(tips))
+
+    def _held_gain(self, applied: Sequence[Applied], tips: Array) -> Array:
+        """Gain by which a sensor holds the white of every hour at that of hour 0, (..., H)."""
+        scene = Scene(
+            hours=self.hours[:, np.newaxis],
+            code=np.ones((self.hours.size, 3)),
+            white=tips[..., :, 0, :],
+            fresh_white=tips[..., :1, 0, :],
+            light=self.light,
+        )
+        white = emitted(applied, panel(applied, scene, self.selection), tips, scene)[..., 1]
+        return np.asarray(white[..., :1] / white)
+
+
+def _is_held(readings: Measurements) -> bool:
+    """Whether a sensor holds white's luminance: as the file says, else when white has not fallen by 3 %."""
+    stated = readings.metadata.get("luminance", "")
+    if stated in {"held", "free"}:
+        return stated == "held"
+    if stated:
+        message = f"{readings.file}: luminance is {stated!r}. Pick one of: held, free."
+        raise LutgenError(message)
+    white = readings.tips()[1][:, 0, 2]
+    return bool(abs(white[-1] / white[0] - 1.0) < 0.03)

@@ -1,0 +1,341 @@
+"""Trying effects on a problem: every form of a family from its best start, families ranked by BIC."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import stats
+
+from lutgen.criticism.fit import Fit, fit
+from lutgen.criticism.linear import STEP, State, Term, whiten
+from lutgen.criticism.noise import replicate_deviations
+from lutgen.criticism.system import prior_rows
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+    from lutgen.criticism.problem import Problem
+    from lutgen.effects import Effect
+
+#: ΔBIC from which one explanation is preferred to another (criticism.md; "strong" in Kass & Raftery 1995,
+#: doi:10.1080/01621459.1995.10476572).
+STRONG = 6.0
+
+#: By how much a full fit may beat the promise of its first step, which is linear and has few starts.
+OPTIMISM = 1.6
+
+#: A grid of several parameters with more settings than this is walked only where its first parameter alone promises.
+MANY = 20
+
+#: A refined form whose linearised gain in χ² is below this share of its own penalty is not worth a fit.
+WORTH = 0.6
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One form of an effect, fitted beside others.
+
+    ``gain``: by how much it lowers χ². ``refined``: it is not the effect's simple formula.
+    """
+
+    effect: Effect
+    form: tuple[str, ...]
+    fit: Fit
+    gain: float
+    refined: bool
+
+    @property
+    def term(self) -> Term:
+        """The effect's term in the fit."""
+        return next(term for term in self.fit.terms if term.effect.name == self.effect.name)
+
+
+@dataclass(frozen=True)
+class Family:
+    """All forms of one effect that were fitted: the best by BIC, and the simple formula."""
+
+    effect: Effect
+    best: Candidate
+    simple: Candidate
+    tried: int
+
+    @property
+    def name(self) -> str:
+        """Name of the effect."""
+        return self.effect.name
+
+
+def families(base: Fit, effects: Iterable[Effect], *, within: float = np.inf) -> Iterator[Family]:
+    """Fit every effect beside what ``base`` has already, one after the other, in the order given.
+
+    ``within``: families that cannot come this near to the best one's BIC need not be refined beyond their simple
+    formulas. What a form may reach is judged from its first step.
+    """
+    score = Score(base)
+    effects = list(effects)
+    simple = [_attempts(base, effect, score, range(min(effect.refined, len(effect.forms)))) for effect in effects]
+    best = min((min(map(bic, tried)) for tried in simple if tried), default=np.inf)
+    for effect, tried in zip(effects, simple, strict=True):
+        if not tried:
+            continue
+        refined = _attempts(base, effect, score, range(effect.refined, len(effect.forms)), limit=best + within)
+        both = [*tried, *refined]
+        best = min(best, *map(bic, both))
+        yield Family(effect, min(both, key=bic), tried[0], len(both))
+
+
+def contenders(base: Fit, effects: Iterable[Effect], limit: float) -> list[Family]:
+    """Families whose BIC beside ``base`` is below a limit, best first; those that cannot reach it are not fitted."""
+    score, found = Score(base), []
+    for effect in effects:
+        tried = _attempts(base, effect, score, range(max(len(effect.forms), 1)), limit=limit, spare=True)
+        if tried and min(map(bic, tried)) < limit:
+            found.append(Family(effect, min(tried, key=bic), tried[0], len(tried)))
+    return sorted(found, key=lambda each: bic(each.best))
+
+
+def family(base: Fit, effect: Effect, score: Score | None = None) -> Family:
+    """Fit all forms of an effect beside what ``base`` has already, and choose the best by BIC."""
+    tried = _attempts(base, effect, score or Score(base), range(max(len(effect.forms), 1)))
+    if not tried:
+        raise LutgenError(
+            f"{effect.name} happens between two sessions, and {base.problem.readings.file} holds one. Add a later one."
+        )
+    return Family(effect, min(tried, key=bic), tried[0], len(tried))
+
+
+def forms_of(base: Fit, effect: Effect) -> list[Candidate]:
+    """Fit all forms of an effect beside what ``base`` has already: best by BIC first."""
+    return sorted(_attempts(base, effect, Score(base), range(max(len(effect.forms), 1))), key=bic)
+
+
+def _attempts(
+    base: Fit,
+    effect: Effect,
+    score: Score,
+    indices: Iterable[int],
+    *,
+    limit: float = np.inf,
+    spare: bool = False,
+) -> list[Candidate]:
+    """Fit some forms when their first step promises enough; the simplest in any case, unless to ``spare``."""
+    tried: list[Candidate] = []
+    forms = effect.forms or ((),)
+    for index in indices:
+        form = forms[index]
+        grids, penalty = _grids(base.problem, effect, form), len(form) * float(np.log(base.readings))
+        if not grids:
+            continue  # a grid between sessions, and one session only
+        if len(grids) > MANY and _promise(score, effect, form[:1]) < WORTH * penalty / len(form):
+            continue
+        starts = [_start(score, effect, form, grid) for grid in grids]
+        promise = max(gain for gain, _ in starts)
+        hopeless = base.bic - OPTIMISM * promise + penalty > limit
+        if (index or spare) and (hopeless or promise < WORTH * penalty):
+            continue
+        starts.sort(key=lambda start: -start[0])
+        fits = [fit(base.problem, (*base.terms, term), _state(base)) for _, term in starts[:2]]
+        best = min(fits, key=lambda found: found.chi2)
+        tried.append(Candidate(effect, form, best, base.chi2 - best.chi2, index >= effect.refined))
+    return tried
+
+
+def _promise(score: Score, effect: Effect, form: tuple[str, ...]) -> float:
+    """What the first step of a form promises at best."""
+    return max(_start(score, effect, form, grid)[0] for grid in _grids(score.problem, effect, form))
+
+
+def bic(candidate: Candidate) -> float:
+    """BIC of a candidate's fit."""
+    return candidate.fit.bic
+
+
+def _state(base: Fit) -> State:
+    return State(base.terms, base.tips, base.gains)
+
+
+def _grids(problem: Problem, effect: Effect, form: tuple[str, ...]) -> list[dict[str, float]]:
+    """All settings of the grid parameters that a form frees."""
+    settings: list[dict[str, float]] = [{}]
+    for name in form:
+        grid = effect.parameters[name].grid
+        if grid:
+            hours = problem.hours
+            values = (hours[1:] + hours[:-1]) / 2 if isinstance(grid, str) else grid
+            settings = [{**setting, name: float(value)} for setting in settings for value in values]
+    return settings
+
+
+def _start(score: Score, effect: Effect, form: tuple[str, ...], grid: dict[str, float]) -> tuple[float, Term]:
+    """Return the start of a form from which the first step promises most, and that promise."""
+    amplitudes = [name for name in form if name in effect.neutral and not effect.parameters[name].grid]
+    shapes = [name for name in form if name not in effect.neutral and not effect.parameters[name].grid]
+    values = [grid]
+    for name in shapes:
+        values += [{**grid, name: value} for value in _thirds(effect, name)]
+    found = max(
+        (
+            (score.gain(Term.at_rest(effect, form, **each), amplitudes), Term.at_rest(effect, form, **each))
+            for each in values
+        ),
+        key=lambda start: start[0],
+    )
+    if found[0] > 0 or not amplitudes:
+        return found
+    # Beyond a threshold only: nothing moves at rest, so the search starts from the typical size.
+    typical = Term.at_rest(effect, form, **({name: effect.parameters[name].value for name in form} | grid))
+    return score.gain_of_typical(typical), typical
+
+
+def _thirds(effect: Effect, name: str) -> list[float]:
+    """Two more values of a shape parameter to start from: a third and two thirds on the way through its bounds."""
+    low, high = effect.parameters[name].bounds
+    if low > 0 and high / low > 10:
+        return [float(low ** (1 - share) * high**share) for share in (1 / 3, 2 / 3)]
+    return [low + (high - low) / 3, low + 2 * (high - low) / 3]
+
+
+class Score:
+    """Gains in χ² that a first step promises, from one linearisation that all candidates share."""
+
+    def __init__(self, base: Fit) -> None:
+        """Linearise about a fit."""
+        self.base, self.problem, self.state = base, base.problem, _state(base)
+        self.predicted = self.problem.predict(base.terms, self.problem.panel(base.terms), base.tips)
+        self.parts = [_Part.of(base, self.state, here) for here in self.problem.blocks]
+        free = [self._outside(column) for column in base.linear.free]
+        self.free = np.linalg.qr(np.array(free).T)[0] if free else None
+        whole = np.concatenate([part.outside(base.linear.residual, part.off) for part in self.parts])
+        self.residual = self._without_free(whole)
+
+    def _outside(self, column: Array) -> Array:
+        return np.concatenate([part.outside(column) for part in self.parts])
+
+    def _without_free(self, rows: Array) -> Array:
+        return rows if self.free is None else rows - self.free @ (self.free.T @ rows)
+
+    def project(self, column: Array) -> Array:
+        """What the base fit's unknowns cannot absorb of a whitened signature (n, 3), priors included: (3n + k,)."""
+        return self._without_free(self._outside(column))
+
+    def signature(self, term: Term, name: str) -> Array:
+        """Whitened change of the readings per unit of a parameter, tips held: (n, 3)."""
+        low, high = term.effect.parameters[name].bounds
+        value = term.values[name]
+        step = STEP * (high - low) * (1 if value + STEP * (high - low) <= high else -1)
+        moved = replace(term, values={**term.values, name: value + step})
+        terms = (*self.base.terms, moved)
+        changed = self.problem.predict(terms, self.problem.panel(terms), self.base.tips)
+        return whiten(self.problem, (changed - self.predicted) / step)
+
+    def seen(self, term: Term, name: str) -> tuple[Array, Array]:
+        """Return a parameter's signature, and what of it the base fit's unknowns cannot absorb, (3n,) each."""
+        signature = self.signature(term, name)
+        return signature.ravel(), self.project(signature)
+
+    def gain(self, term: Term, names: Sequence[str]) -> float:
+        """χ² that a step of some parameters from where the effect does nothing would gain, bounds ignored."""
+        if not names:
+            return self._plain_gain(term)
+        columns = np.array([self.seen(term, name)[1] for name in names]).T
+        size = np.linalg.norm(columns, axis=0)
+        columns = columns[:, size > 1e-9] / size[size > 1e-9]
+        if not columns.shape[1]:
+            return 0.0
+        found = np.linalg.lstsq(columns, self.residual, rcond=1e-6)[0]
+        return float(((columns @ found) ** 2).sum())
+
+    def gain_of_typical(self, term: Term) -> float:
+        """χ² that the signature of an effect at given values, scaled at will, gains."""
+        column = self.project(self._switched(term))
+        size = float(np.linalg.norm(column))
+        return float((column @ self.residual / size) ** 2) if size > 1e-9 else 0.0
+
+    def _plain_gain(self, term: Term) -> float:
+        """χ² that switching on an effect without amplitudes gains."""
+        after = self.residual - self.project(self._switched(term))
+        return float(self.residual @ self.residual - after @ after)
+
+    def _switched(self, term: Term) -> Array:
+        terms = (*self.base.terms, term)
+        changed = self.problem.predict(terms, self.problem.panel(terms), self.base.tips) - self.predicted
+        return whiten(self.problem, changed)
+
+    def switched(self, term: Term) -> tuple[float, float]:
+        """Whitened norm of what an effect at given values changes, and of what cannot be absorbed of that."""
+        changed = self._switched(term)
+        return float(np.linalg.norm(changed)), float(np.linalg.norm(self.project(changed)))
+
+
+@dataclass(frozen=True)
+class _Part:
+    """A block's readings ``here``, an orthonormal basis of what its local unknowns do, and the priors' right sides."""
+
+    here: NDArray[np.intp]
+    basis: Array
+    off: Array
+
+    @classmethod
+    def of(cls, base: Fit, state: State, here: NDArray[np.intp]) -> _Part:
+        """Take a block of the problem at a fit."""
+        problem, linear = base.problem, base.linear
+        gains = tuple(int(gain) for gain in np.unique(problem.gains[here]) if gain >= 0)
+        prior, off = prior_rows(problem, state, int(problem.hour_of[here[0]]), gains)
+        tips = 12 if problem.baseline == "tips" else 0
+        local = linear.local[[*range(tips), *(tips + gain for gain in gains)]][:, here]
+        columns = np.concatenate([local.reshape(len(local), -1).T, prior])
+        if not columns.shape[1]:
+            return cls(here, columns, off)
+        u, s, _ = np.linalg.svd(columns, full_matrices=False)
+        return cls(here, u[:, s > 1e-9 * max(float(s.max(initial=0.0)), 1e-300)], off)
+
+    def outside(self, column: Array, off: Array | None = None) -> Array:
+        """What the local unknowns cannot explain of a column's readings, and of the priors' right sides."""
+        rows = np.concatenate([column[self.here].ravel(), np.zeros(self.off.size) if off is None else off])
+        return np.asarray(rows - self.basis @ (self.basis.T @ rows))
+
+
+@dataclass(frozen=True)
+class PureError:
+    """Scatter of replicates about their means in the fit's own units: the yardstick of all tests."""
+
+    squares: float
+    freedom: int
+
+    @classmethod
+    def of(cls, problem: Problem) -> PureError:
+        """Take the scatter from the readings that count; the stated noise where there are too few replicates."""
+        temperature = problem.readings.conditions.get("temperature_c")
+        warm = None if temperature is None else temperature[problem.rows]
+        off = replicate_deviations(problem.xyz, problem.groups, warm)
+        white, count = whiten(problem, off), np.bincount(problem.groups)
+        freedom = 3 * int(np.maximum(count - 1, 0).sum())
+        return cls(float((white**2).sum()), freedom)
+
+    @property
+    def measured(self) -> bool:
+        """Whether there are replicates enough to serve as a yardstick."""
+        return self.freedom >= 18
+
+    def p_of_gain(self, gain: float, parameters: int) -> float:
+        """Probability that an effect that is not there lowers χ² by so much (F test)."""
+        if gain <= 0:
+            return 1.0
+        if not self.measured:
+            return float(stats.chi2.sf(gain, parameters))
+        return float(stats.f.sf(gain / parameters / (self.squares / self.freedom), parameters, self.freedom))
+
+    def p_of_leftover(self, found: Fit) -> float:
+        """Probability that noise alone leaves so much (F test for lack of fit)."""
+        if not self.measured:
+            return float(stats.chi2.sf(found.chi2, max(found.freedom, 1)))
+        squares, freedom = found.chi2 - self.squares, found.freedom - self.freedom
+        if freedom < 1 or squares <= 0:
+            return 1.0
+        return float(stats.f.sf(squares / freedom / (self.squares / self.freedom), freedom, self.freedom))

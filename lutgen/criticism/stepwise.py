@@ -1,0 +1,214 @@
+"""From one effect to several: admit, refine the form, exchange, prune, and stop at the noise.
+
+An effect is admitted when chance cannot explain its gain: BIC, an F test corrected for all forms that were tried, and
+held-out readings must agree. Before a second family is offered, the first has its refined forms: right physics with
+too simple a formula looks like further effects. Each pass may also exchange an admitted effect for a better one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.criticism.fit import fit
+from lutgen.criticism.heldout import held_out
+from lutgen.criticism.linear import State
+from lutgen.criticism.probes import probe
+from lutgen.criticism.search import STRONG, Family, bic, contenders, families, family, forms_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from lutgen.criticism.fit import Fit
+    from lutgen.criticism.linear import Term
+    from lutgen.criticism.search import Candidate, PureError
+    from lutgen.effects import Effect
+
+#: Chance of a false alarm over all forms tried.
+SIGNIFICANT = 0.01
+
+#: Held-out readings must improve by this many standard errors.
+HELD_OUT_SE = 2.0
+
+#: Families are refined as far as they may come this near to the best one's BIC: far beyond what makes a rival.
+NEAR = 60.0
+
+#: More effects than this at once no campaign tells apart.
+MOST = 3
+
+
+@dataclass(frozen=True)
+class Step:
+    """One admitted effect: the candidate in the final company, and what passes as well as it in its place."""
+
+    chosen: Candidate
+    rivals: tuple[Family, ...]
+
+    @property
+    def name(self) -> str:
+        """Name of the effect."""
+        return self.chosen.effect.name
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What the search ended with.
+
+    Attributes
+    ----------
+    base, final
+        The fits without and with the admitted effects.
+    first
+        All families fitted alone beside the base, best first.
+    steps
+        The admitted effects in the order of their admission.
+    trail
+        The fits from base to final, one effect more each.
+
+    """
+
+    base: Fit
+    final: Fit
+    first: tuple[Family, ...]
+    steps: tuple[Step, ...]
+    trail: tuple[Fit, ...]
+
+
+def explain(
+    base: Fit,
+    effects: Sequence[Effect],
+    error: PureError,
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
+) -> Explanation:
+    """Search for the effects that explain what ``base`` leaves."""
+    first = _ranked(base, effects, progress)
+    chosen: list[Candidate] = []
+    current, ranked = base, first
+    while len(chosen) < MOST:
+        best = ranked[0] if ranked else None
+        if best is None or not admissible(best.best, current, error, sum(each.tried for each in ranked)):
+            break
+        chosen = _refined([*chosen, best.best], base)
+        chosen = _exchanged(chosen, effects, base)
+        current = _together(base, chosen)
+        names = {each.effect.name for each in chosen}
+        ranked = _ranked(current, [each for each in effects if each.name not in names], progress)
+    chosen = _clean(_pruned(chosen, base), base, error)
+    final = _together(base, chosen)
+    trail = [_together(base, chosen[: count + 1]) for count in range(len(chosen))]
+    steps = tuple(Step(each, _rivals(each, chosen, effects, base)) for each in chosen)
+    return Explanation(base, final, tuple(first), steps, tuple(trail))
+
+
+def admissible(candidate: Candidate, current: Fit, error: PureError, tried: int) -> bool:
+    """Whether a candidate beside ``current`` is beyond chance: BIC, corrected F test, held-out readings."""
+    if bic(candidate) > current.bic - STRONG:
+        return False
+    if candidate.form and error.p_of_gain(candidate.gain, len(candidate.form)) * tried > SIGNIFICANT:
+        return False
+    gain, deviation = held_out(candidate.fit).gain_over(held_out(current))
+    return gain > HELD_OUT_SE * deviation
+
+
+def _ranked(
+    base: Fit,
+    effects: Sequence[Effect],
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
+    within: float = NEAR,
+) -> list[Family]:
+    found = []
+    for each in families(base, effects, within=within):
+        found.append(each)
+        progress(len(found), len(effects))
+    return sorted(found, key=lambda each: bic(each.best))
+
+
+def _others(base: Fit, terms: Sequence[Term]) -> Fit:
+    """Fit terms beside the base's own."""
+    return fit(base.problem, (*base.terms, *terms), State((), base.tips, base.gains))
+
+
+def _together(base: Fit, chosen: Sequence[Candidate]) -> Fit:
+    return _others(base, [each.term for each in chosen]) if chosen else base
+
+
+def _refined(chosen: list[Candidate], base: Fit, *, alone: bool = False) -> list[Candidate]:
+    """Choose the form of every admitted effect again, now that all are there; ``alone``: also that of a single one."""
+    if len(chosen) < 2 and not alone:
+        return chosen
+    for index, each in enumerate(chosen):
+        beside = [*chosen[:index], *chosen[index + 1 :]]
+        again = family(_together(base, beside), each.effect).best
+        chosen = [*chosen[:index], again, *chosen[index + 1 :]]
+    return chosen
+
+
+def _exchanged(chosen: list[Candidate], effects: Sequence[Effect], base: Fit) -> list[Candidate]:
+    """Replace an admitted effect where, beside the others, another family explains clearly more."""
+    if len(chosen) < 2:
+        return chosen
+    limit = _together(base, chosen).bic - STRONG
+    for each in chosen:
+        beside = [other for other in chosen if other is not each]
+        names = {other.effect.name for other in chosen}
+        better = contenders(_together(base, beside), [new for new in effects if new.name not in names], limit)
+        if better:
+            return _refined([*beside, better[0].best], base)
+    return chosen
+
+
+def _pruned(chosen: list[Candidate], base: Fit) -> list[Candidate]:
+    """Drop what the later arrivals have made superfluous, once their forms are chosen without it."""
+    if len(chosen) < 2:
+        return chosen
+    limit = _together(base, chosen).bic + STRONG
+    for each in chosen:
+        rest = _refined([other for other in chosen if other is not each], base, alone=True)
+        if _together(base, rest).bic < limit:
+            return _pruned(rest, base)
+    return chosen
+
+
+def _clean(chosen: list[Candidate], base: Fit, error: PureError) -> list[Candidate]:
+    """Where one effect leaves a structure, take the first of its freer forms that does not, if there is one."""
+    if len(chosen) != 1 or not probe(chosen[0].fit, error).names:
+        return chosen
+    for freer in forms_of(base, chosen[0].effect):
+        if freer.fit.chi2 < chosen[0].fit.chi2 and not probe(freer.fit, error).names:
+            return [freer]
+    return chosen
+
+
+#: Two fits whose χ² differs by less than this are equal, whichever has a parameter more.
+EQUAL = 2.0
+
+
+def _rivals(each: Candidate, chosen: Sequence[Candidate], effects: Sequence[Effect], base: Fit) -> tuple[Family, ...]:
+    """Families that would do as well in the place of an admitted effect."""
+    beside = [other for other in chosen if other is not each]
+    names = {other.effect.name for other in chosen}
+    alone = _together(base, beside)
+    mine = family(alone, each.effect).best
+    penalty = float(np.log(alone.readings))
+    kin = {effect.name for effect in effects if each.effect.name in effect.confused_with}
+    kin |= set(each.effect.confused_with)
+    limit = bic(mine) + max(2 * STRONG, EQUAL + penalty)
+    others = [effect for effect in effects if effect.name not in names]
+    near = contenders(alone, others, limit)
+    # An effect may be blind here only because nobody logged what it goes by: room light that was always there.
+    for effect in others:
+        if effect.name in each.effect.confused_with and (problem := base.problem.unlogged(effect.needs)):
+            near += contenders(fit(problem, alone.terms, State((), alone.tips, alone.gains)), [effect], limit)
+    # From hour 0 on, a few sessions carry all that tells one decay from another: more is asked to tell kin apart.
+    strong = {name: 2 * STRONG if base.problem.baseline == "fresh" and name in kin else STRONG for name in kin}
+    return tuple(
+        rival for rival in near if bic(rival.best) < bic(mine) + strong.get(rival.name, STRONG) or _as_good(rival, mine)
+    )
+
+
+def _as_good(rival: Family, mine: Candidate) -> bool:
+    """Whether a rival fits as well and BIC holds but one parameter more against it."""
+    more = len(rival.best.form) - len(mine.form)
+    return more <= 1 and rival.best.fit.chi2 < mine.fit.chi2 + EQUAL

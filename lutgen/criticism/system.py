@@ -1,0 +1,183 @@
+"""Least squares with the local unknowns eliminated: every block of readings is reduced by QR to what it cannot explain.
+
+Golub & Pereyra, SIAM J. Numer. Anal. 10, 413-432 (1973), doi:10.1137/0710036.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from lutgen.criticism.linear import State, tip_scale
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+    from lutgen.criticism.linear import Linear, Term
+    from lutgen.criticism.problem import Problem
+
+
+#: Directions in which parameters trade off, to the accuracy of a numerical derivative, are left where they are.
+TRADED = 1e-6
+
+
+class Move(NamedTuple):
+    """A step of the global unknowns and the χ² that it promises."""
+
+    parameters: Array
+    chi2: float
+
+
+class System:
+    """The linearised problem with local unknowns eliminated: χ² = ‖z − A δ‖² + rest."""
+
+    def __init__(self, problem: Problem, linear: Linear, state: State) -> None:
+        """Reduce every block of readings."""
+        self.problem, self.linear = problem, linear
+        self.global_count = len(linear.free)
+        self.effect_count = sum(len(term.free) for term in state.terms)
+        self.blocks = [Block.of(problem, linear, state, here) for here in problem.blocks]
+        reduced = np.concatenate([block.reduced for block in self.blocks])
+        self.A, self.z = reduced[:, :-1], reduced[:, -1]
+        self.chi2 = float(self.z @ self.z)
+
+    def step(self, terms: Sequence[Term]) -> Move:
+        """Best step of the global unknowns within the parameters' bounds."""
+        return bounded(self.A, self.z, *self.limits(terms))
+
+    def limits(self, terms: Sequence[Term]) -> tuple[Array, Array]:
+        """How far each global unknown may move down and up, (p,) each."""
+        low = np.full(self.global_count, -np.inf)
+        high = np.full(self.global_count, np.inf)
+        if self.effect_count:
+            bounds = np.concatenate([term.bounds for term in terms if term.free])
+            here = np.array([term.values[name] for term in terms for name in term.free])
+            low[: self.effect_count], high[: self.effect_count] = (bounds - here[:, np.newaxis]).T
+        return low, high
+
+    def moved(self, state: State, parameters: Array, share: float) -> State:
+        """Move a state by a share of a step; local unknowns follow."""
+        parameters = share * parameters
+        terms, place = [], 0
+        for term in state.terms:
+            now = [term.values[name] for name in term.free]
+            change = parameters[place : place + len(now)]
+            terms.append(term.moved([float(a + b) for a, b in zip(now, change, strict=True)]))
+            place += len(now)
+        tips, gains = state.tips.copy(), state.gains.copy()
+        scale = tip_scale(self.problem)
+        if self.problem.baseline == "fresh":
+            tips = tips + parameters[place : place + 12].reshape(4, 3) * scale
+        for block in self.blocks:
+            local = block.local_step(parameters)
+            if block.tips_of is not None:
+                tips[block.tips_of] += local[:12].reshape(4, 3) * scale
+                local = local[12:]
+            gains[list(block.gains)] += local
+        return State(tuple(terms), tips, gains)
+
+    def covariance(self) -> Array:
+        """Covariance of the effects' parameters, (p, p); infinite where the data say nothing."""
+        count = self.effect_count
+        size = np.linalg.norm(self.A, axis=0)
+        size = np.where(size > 0, size, 1.0)
+        _, s, vt = np.linalg.svd(self.A / size, full_matrices=False)
+        seen = s > 1e-7 * max(float(s.max(initial=0.0)), 1e-300)
+        v = vt[seen].T / s[seen] / size[:, np.newaxis]
+        covariance = (v @ v.T)[:count, :count]
+        blind = (vt[~seen] ** 2).sum(axis=0)[:count] > 1e-3
+        covariance[blind, :] = covariance[:, blind] = 0.0
+        covariance[blind, blind] = np.inf
+        return np.asarray(covariance)
+
+
+@dataclass(frozen=True)
+class Block:
+    """Readings that share local unknowns, reduced by QR: an hour under ``tips``, a session under ``fresh``.
+
+    ``upper`` (L, L + p + 1) determines the local unknowns, ``reduced`` (≤ p + 1, p + 1) is what they leave.
+    """
+
+    upper: Array
+    reduced: Array
+    tips_of: int | None
+    gains: tuple[int, ...]
+
+    @classmethod
+    def of(
+        cls,
+        problem: Problem,
+        linear: Linear,
+        state: State,
+        whole: NDArray[np.intp],
+        without: NDArray[np.intp] | None = None,
+    ) -> Block:
+        """Reduce the readings of a whole block, ``without`` some of them."""
+        hour = int(problem.hour_of[whole[0]])
+        gains = tuple(int(gain) for gain in np.unique(problem.gains[whole]) if gain >= 0)
+        here = whole if without is None else np.setdiff1d(whole, without)
+        tips = 12 if problem.baseline == "tips" else 0
+        local = tips + len(gains)
+        rows = _stack(linear, here, [*range(tips), *(tips + gain for gain in gains)])
+        prior, off = prior_rows(problem, state, hour, gains)
+        nothing = np.zeros((len(off), rows.shape[1] - local - 1))
+        whole = np.concatenate([rows, np.column_stack([prior, nothing, off])])
+        upper = np.asarray(np.linalg.qr(whole, mode="r"))
+        return cls(upper[:local], upper[local:, local:], hour if tips else None, gains)
+
+    def local_step(self, parameters: Array) -> Array:
+        """Local unknowns that go with a step of the global ones."""
+        local = self.upper.shape[0]
+        if not local:
+            return np.zeros(0)
+        right = self.upper[:, -1] - self.upper[:, local:-1] @ parameters
+        return np.asarray(np.linalg.lstsq(self.upper[:, :local], right, rcond=1e-12)[0])
+
+
+def _stack(linear: Linear, here: NDArray[np.intp], columns: list[int]) -> Array:
+    """Rows [local | global | residual] of some readings, (3m, L + p + 1)."""
+    parts = [linear.local[columns][:, here], linear.free[:, here], linear.residual[np.newaxis, here]]
+    stacked = np.concatenate(parts)
+    return stacked.reshape(len(stacked), -1).T
+
+
+def prior_rows(problem: Problem, state: State, hour: int, gains: tuple[int, ...]) -> tuple[Array, Array]:
+    """What is known of local unknowns beside the readings, as equations in units of σ: (k, L) and right sides (k,).
+
+    Gains are 0 within the session's σ; the tips of an hour between sessions are those of its neighbours, interpolated.
+    """
+    tips = 12 if problem.baseline == "tips" else 0
+    sigma = max(problem.noise.session, 1e-6)
+    of_gains = np.column_stack([np.zeros((len(gains), tips)), np.eye(len(gains)) / sigma])
+    off_gains = -state.gains[list(gains)] / sigma
+    if not tips or problem.is_knot[hour]:
+        return of_gains, off_gains
+    slack = problem.slack[hour]
+    of_tips = np.column_stack([np.diag((tip_scale(problem) / slack).ravel()), np.zeros((12, len(gains)))])
+    off_tips = ((problem.interpolated(state.tips)[hour] - state.tips[hour]) / slack).ravel()
+    return np.concatenate([of_gains, of_tips]), np.concatenate([off_gains, off_tips])
+
+
+def bounded(A: Array, z: Array, low: Array, high: Array) -> Move:
+    """Minimise ‖z − A δ‖² for low ≤ δ ≤ high: what leaves its bounds is held there, the rest solved again."""
+    count = A.shape[1]
+    delta, free = np.zeros(count), np.ones(count, dtype=bool)
+    size = np.linalg.norm(A, axis=0)
+    size = np.where(size > 0, size, 1.0)
+    for _ in range(count + 1):
+        if not free.any():
+            break
+        right = z - A[:, ~free] @ delta[~free]
+        delta[free] = np.linalg.lstsq(A[:, free] / size[free], right, rcond=TRADED)[0] / size[free]
+        outside = free & ((delta < low) | (delta > high))
+        if not outside.any():
+            break
+        delta[outside] = np.clip(delta[outside], low[outside], high[outside])
+        free &= ~outside
+    left = z - A @ delta
+    return Move(delta, float(left @ left))

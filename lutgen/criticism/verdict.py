@@ -1,0 +1,228 @@
+"""The verdict: what the evidence allows to say, in one sentence, and what it does not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.criticism.families import condition_of, family_of
+from lutgen.criticism.leftover import is_noise
+from lutgen.criticism.probes import Probed, nameless, probe
+from lutgen.criticism.search import STRONG
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from lutgen.criticism.influence import Suspicion
+    from lutgen.criticism.search import PureError
+    from lutgen.criticism.stepwise import Explanation
+    from lutgen.criticism.visibility import Visibility
+
+#: Verdict → what it means.
+VERDICTS = {
+    "consistent": "nothing above the noise",
+    "named": "one effect, and what remains is noise",
+    "form": "the family is right, its simple formula is not",
+    "one-of": "a set that these data cannot split",
+    "several": "more than one effect, each with its share",
+    "unexplained": "something is there that no known effect explains",
+    "measurement-problem": "the measurement moved, not the display",
+}
+
+#: A family that explains this share of the excess is the right one although its formula leaves something.
+MOST_OF_IT = 0.95
+
+
+NO_PROBES = Probed()
+
+
+#: A confusable effect whose share is below this part of the other's is its shadow.
+SHADOW = 0.12
+
+#: ... and any effect below this part.
+NEXT_TO_NOTHING = 0.02
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A verdict.
+
+    Attributes
+    ----------
+    name
+        One of ``VERDICTS``.
+    sentence
+        The finding in plain words.
+    effects
+        What the finding names; for ``unexplained`` nothing.
+    rivals
+        Sets of effects that these data cannot tell apart.
+    shares
+        Effect → share of the excess error that goes with it.
+    remarks
+        What else a reader must know.
+
+    """
+
+    name: str
+    sentence: str
+    effects: tuple[str, ...] = ()
+    rivals: tuple[tuple[str, ...], ...] = ()
+    shares: Mapping[str, float] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
+
+
+def pronounce(explanation: Explanation, error: PureError, seen: Sequence[Visibility], suspicion: Suspicion) -> Verdict:
+    """Weigh a search."""
+    blind = [each.effect for each in seen if not each.visible]
+    remarks = _remarks(explanation, blind, suspicion)
+    if suspicion.hours:
+        at = " and ".join(f"{hour:g} h" for hour in suspicion.hours)
+        sentence = (
+            f"The measurement, not the display, moved: nearly all of the misfit sits at {at}, and later readings are "
+            f"sound again. Check hour, patch order and instrument of that session."
+        )
+        return Verdict("measurement-problem", sentence, remarks=remarks)
+    if suspicion.sentence:
+        sentence = f"The measurement cannot be trusted: {suspicion.sentence}."
+        return Verdict("measurement-problem", sentence, remarks=remarks)
+    if not explanation.steps:
+        return _nothing_named(explanation, error, suspicion, remarks)
+    return _named(explanation, error, remarks)
+
+
+def _remarks(explanation: Explanation, blind: Sequence[str], suspicion: Suspicion) -> tuple[str, ...]:
+    noise, remarks = explanation.base.problem.noise, []
+    if noise.source == "assumed":
+        remarks.append(
+            f"No replicates: the noise is assumed, {noise.relative:.2%} and {noise.floor_cd_m2:g} cd/m². Repeat "
+            f"readings three times, or give --instrument."
+        )
+    if suspicion.rows:
+        remarks.append(f"Left out: {_lines(explanation, suspicion)}, which contradict their own replicates or kin.")
+    if blind:
+        remarks.append(f"These data could not have seen: {', '.join(blind)}.")
+    return tuple(remarks)
+
+
+def _lines(explanation: Explanation, suspicion: Suspicion) -> str:
+    lines = explanation.base.problem.readings.lines
+    numbers = ", ".join(f"{int(lines[row])}" for row in suspicion.rows)
+    return f"{'lines' if len(suspicion.rows) > 1 else 'line'} {numbers}"
+
+
+def _nothing_named(
+    explanation: Explanation, error: PureError, suspicion: Suspicion, remarks: tuple[str, ...]
+) -> Verdict:
+    if suspicion.rows:
+        sentence = (
+            f"The measurement, not the display, moved: {_lines(explanation, suspicion)} of the file cannot be right. "
+            f"Nothing else is above the noise."
+        )
+        return Verdict("measurement-problem", sentence, remarks=remarks)
+    probed = probe(explanation.base, error)
+    if is_noise(explanation.base, error) and not probed.names:
+        sentence = "Nothing is above the noise: the model agrees with these readings."
+        return Verdict("consistent", sentence, remarks=remarks)
+    return _unexplained(explanation, remarks, probed)
+
+
+def _unexplained(explanation: Explanation, remarks: tuple[str, ...], probed: Probed = NO_PROBES) -> Verdict:
+    nearest = explanation.first[0] if explanation.first else None
+    tried = (
+        f" The nearest effect, {nearest.name}, leaves {_left(nearest.best.fit.chi2, explanation):.0%} of it."
+        if nearest
+        else ""
+    )
+    sentence = (
+        f"Something is there that no known effect explains: {structure(explanation, probed)}.{tried} "
+        f"An effect of your own can be tried: lutgen refine --effects my_effect.py."
+    )
+    return Verdict("unexplained", sentence, remarks=remarks)
+
+
+def _left(chi2: float, explanation: Explanation) -> float:
+    base = explanation.base
+    return max(chi2 - base.freedom, 0.0) / max(base.chi2 - base.freedom, 1e-9)
+
+
+def structure(explanation: Explanation, probed: Probed = NO_PROBES) -> str:
+    """Where the leftover of the final fit sits, in words: family or condition, hours."""
+    worst, course = strongest(explanation)
+    follows = f"; it follows {' and '.join(probed.names[:2])}" if probed.names else ""
+    return f"it is strongest in the readings called '{worst}', {course}{follows}"
+
+
+def strongest(explanation: Explanation) -> tuple[str, str]:
+    """Name the family or condition in which most of the final fit's leftover sits, and its course over the hours."""
+    found = explanation.final
+    problem = found.problem
+    size = (found.linear.residual**2).sum(axis=1) / 3.0
+    family, condition = family_of(problem), condition_of(problem)
+    named = np.where(condition == "", family, condition)
+    share = {str(name): float(np.maximum(size[named == name] - 1.0, 0.0).mean()) for name in np.unique(named)}
+    worst = max(share, key=lambda name: share[name])
+    hours = [float(size[problem.hour_of == hour].mean()) for hour in range(problem.hours.size)]
+    late = np.corrcoef(problem.hours, hours)[0, 1] if len(hours) > 2 and np.ptp(hours) > 0 else 0.0
+    course = "growing with the hours" if late > 0.6 else "at all hours alike" if late > -0.3 else "more in early hours"
+    return worst, course
+
+
+def _without_shadows(explanation: Explanation, shares: Mapping[str, float]) -> tuple[str, ...]:
+    """Names of the admitted effects, less those that shadow another.
+
+    A formula that does not quite fit leaves something that looks like the effects that its own is confused with: one of
+    them that explains a small part only is that, not a second fault; so is anything that explains next to nothing.
+    """
+    kept = []
+    for step in explanation.steps:
+        if shares[step.name] < NEXT_TO_NOTHING * max(shares.values()):
+            continue
+        kin = [
+            other
+            for other in explanation.steps
+            if other.name in step.chosen.effect.confused_with or step.name in other.chosen.effect.confused_with
+        ]
+        if all(shares[step.name] >= SHADOW * shares[other.name] for other in kin):
+            kept.append(step.name)
+    return tuple(kept)
+
+
+def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...]) -> Verdict:
+    steps, base, final = explanation.steps, explanation.base, explanation.final
+    noise = error.squares / error.freedom if error.measured else 1.0
+    excess = max(base.chi2 - base.freedom * noise, 1e-9)
+    shares, before = {}, base.chi2
+    for step, found in zip(steps, explanation.trail, strict=True):
+        shares[step.name], before = max(before - found.chi2, 0.0) / excess, found.chi2
+    probed = probe(final, error)
+    clean = is_noise(final, error) and not probed.names
+    gain = base.chi2 - final.chi2
+    explained = gain / (gain + probed.gain) if probed.names else gain / excess
+    strange = nameless(base)
+    if base.chi2 - strange.gain + float(np.log(base.readings)) < final.bic - STRONG:
+        return _unexplained(explanation, remarks, strange)
+    names = _without_shadows(explanation, shares)
+    steps = tuple(step for step in steps if step.name in names)
+    # Several names that together still leave something are what greedy search makes of an unknown effect.
+    if not clean and (explained < MOST_OF_IT or len(steps) > 1):
+        return _unexplained(explanation, remarks, probed)
+    rivals = tuple((step.name, *(rival.name for rival in step.rivals)) for step in steps if step.rivals)
+    if len(steps) > 1:
+        listed = ", ".join(f"{name} ({shares[name]:.0%} of the excess)" for name in names)
+        sentence = f"More than one effect is missing: {listed}."
+        return Verdict("several", sentence, names, rivals, shares, remarks)
+    step = steps[0]
+    if step.rivals:
+        listed = " or ".join((step.name, *(rival.name for rival in step.rivals)))
+        sentence = f"One effect is missing, and these data cannot tell which: {listed}."
+        return Verdict("one-of", sentence, rivals[0], rivals, shares, remarks)
+    if step.chosen.refined or not clean or len(explanation.steps) > 1:
+        freed = ", ".join(step.chosen.form)
+        sentence = f"{step.name} is missing, but not in its simple form: {freed} had to be free."
+        if not step.chosen.refined:
+            sentence = f"{step.name} is missing, but its formula leaves something: {structure(explanation, probed)}."
+        return Verdict("form", sentence, names, (), shares, remarks)
+    return Verdict("named", f"{step.name} is missing: with it, what remains is noise.", names, (), shares, remarks)

@@ -1,0 +1,227 @@
+"""The noise of the readings: from replicates, as stated, or assumed; and replicates that are slips."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from lutgen.criticism.diagnose import diagnose
+from lutgen.criticism.noise import CORRELATION, FLOOR_CD_M2, RELATIVE, SESSION, Noise, estimate_noise, replicate_groups
+from lutgen.criticism.problem import Problem
+from lutgen.criticism.search import PureError
+from lutgen.errors import LutgenError
+from lutgen.measurements import Measurements
+from tests.criticism_twin import FRESH, TIPS
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+
+pytestmark = pytest.mark.numbers
+
+BLACK = (0.0, 0.0, 0.0)
+HOURS = (0.0, 4000.0, 9000.0, 18_000.0)
+
+
+def readings(
+    *,
+    patches: tuple[tuple[float, float, float], ...] = (*TIPS, BLACK),
+    repeats: int = 3,
+    hours: tuple[float, ...] = HOURS,
+) -> Measurements:
+    """Patches of an unchanging display, each repeated in every session, without noise."""
+    light = {**dict(zip(TIPS, FRESH, strict=True)), BLACK: np.array([0.2, 0.2, 0.3])}
+    rows = [(hour, code) for hour in hours for code in patches for _ in range(repeats)]
+    return Measurements(
+        hours=np.array([hour for hour, _ in rows]),
+        drive=np.array([code for _, code in rows]),
+        xyz_cd_m2=np.array([light.get(code, FRESH[0] * code[0] ** 2.2) for _, code in rows]),
+        lines=np.arange(2.0, 2.0 + len(rows)),
+    )
+
+
+def with_noise(
+    exact: Measurements,
+    seed: int,
+    relative: float = 0.002,
+    floor: float = 0.003,
+    correlation: float = 0.6,
+    **changes: Any,
+) -> Measurements:
+    """Gaussian noise of each reading: x, y, z share a part of it."""
+    rng = np.random.default_rng(seed)
+    sigma = np.sqrt((relative * exact.xyz_cd_m2) ** 2 + floor**2)
+    shared = rng.standard_normal((exact.hours.size, 1))
+    own = rng.standard_normal((exact.hours.size, 3))
+    noise = sigma * (np.sqrt(correlation) * shared + np.sqrt(1.0 - correlation) * own)
+    return replace(exact, xyz_cd_m2=exact.xyz_cd_m2 + noise, **changes)
+
+
+@pytest.mark.parametrize(("relative", "floor", "correlation"), [
+    (0.001, 0.0005, 0.6),
+    (0.002, 0.003, 0.3),
+    (0.005, 0.02, 0.8),
+])  # fmt: skip
+def test_noise_is_recovered_from_replicates(relative: float, floor: float, correlation: float) -> None:
+    exact = readings()
+    noisy = [with_noise(exact, seed, relative=relative, floor=floor, correlation=correlation) for seed in range(40)]
+    found = [estimate_noise(each) for each in noisy]
+    # 32 contrasts of bright patches and 8 of black: 13 % and 25 % scatter of one estimate, a sixth of it for 40.
+    assert np.mean([each.relative for each in found]) == pytest.approx(relative, rel=0.08)
+    assert np.exp(np.mean([np.log(each.floor_cd_m2) for each in found])) == pytest.approx(floor, rel=0.2)
+    assert np.mean([each.correlation[0, 2] for each in found]) == pytest.approx(correlation, abs=0.08)
+    assert {each.source for each in found} == {"replicates"}
+    assert {each.contrasts for each in found} == {40}
+
+
+def test_the_scatter_of_replicates_is_three_a_contrast_in_units_of_the_noise_they_tell() -> None:
+    found = [estimate_noise(with_noise(readings(), seed)) for seed in range(20)]
+    assert np.mean([each.scatter / (3 * each.contrasts) for each in found]) == pytest.approx(1.0, abs=0.02)
+
+
+def test_the_covariance_is_that_of_many_draws() -> None:
+    light = np.array([[235.0, 248.0, 268.0], [0.2, 0.2, 0.3]])
+    noise = Noise(0.002, 0.003, 0.003, np.full((3, 3), 0.6) + 0.4 * np.eye(3), "stated")
+    exact = replace(readings(), xyz_cd_m2=readings().xyz_cd_m2)
+    draws = np.array([with_noise(exact, seed).xyz_cd_m2[[0, 12]] for seed in range(2000)])
+    for k, where in enumerate((0, 12)):
+        drawn = np.cov(draws[:, k].T)
+        np.testing.assert_allclose(noise.covariance(exact.xyz_cd_m2[[where]])[0], drawn, rtol=0.12)
+    white = np.einsum("nij,njk,nlk->nil", noise.whitener(light), noise.covariance(light), noise.whitener(light))
+    np.testing.assert_allclose(white, [np.eye(3)] * 2, atol=1e-9)
+
+
+def test_without_dark_replicates_the_floor_stays_near_an_ordinary_one() -> None:
+    found = [estimate_noise(with_noise(readings(patches=TIPS), seed, floor=1e-5)) for seed in range(20)]
+    floors = np.array([each.floor_cd_m2 for each in found])
+    assert (floors > FLOOR_CD_M2 / 4).all()
+    assert (floors < FLOOR_CD_M2 * 4).all()
+    assert np.mean([each.relative for each in found]) == pytest.approx(0.002, rel=0.15)
+
+
+def test_without_replicates_the_noise_is_assumed_and_the_remark_says_so() -> None:
+    single = with_noise(readings(repeats=1, patches=(*TIPS, BLACK, *((g, g, g) for g in (0.2, 0.5, 0.8)))), 1)
+    noise = estimate_noise(single)
+    assert (noise.relative, noise.floor_cd_m2, noise.session) == (RELATIVE, FLOOR_CD_M2, SESSION)
+    assert (noise.source, noise.contrasts, noise.scatter) == ("assumed", 0, 0.0)
+    assert noise.correlation[0, 1] == CORRELATION
+    remarks = diagnose(single).verdict.remarks
+    assert remarks[0].startswith(
+        "No replicates: the noise is assumed, 0.20% and 0.003 cd/m². Repeat readings three times"
+    )
+
+
+@pytest.mark.parametrize(("metadata", "instrument", "said"), [
+    ({}, "0.004,0.01", (0.004, 0.01, 0.003)),
+    ({"noise_relative": "0.001", "noise_floor_cd_m2": "0.0005", "session_gain": "0.01"}, None, (0.001, 0.0005, 0.01)),
+    ({"noise_relative": "0.001", "noise_floor_cd_m2": "0.0005"}, "0.004,0.01", (0.004, 0.01, 0.003)),
+    ({"session_gain": "0"}, "0.004,0.01", (0.004, 0.01, 0.0)),
+])  # fmt: skip
+def test_stated_noise_is_taken_as_it_is(
+    metadata: dict[str, str], instrument: str | None, said: tuple[float, float, float]
+) -> None:
+    noise = estimate_noise(with_noise(readings(), 3, metadata=metadata), instrument)
+    assert (noise.relative, noise.floor_cd_m2, noise.session) == said
+    assert noise.source == "instrument"
+
+
+def test_half_a_statement_is_none() -> None:
+    assert estimate_noise(with_noise(readings(), 3, metadata={"noise_relative": "0.001"})).source == "replicates"
+
+
+@pytest.mark.parametrize(("metadata", "instrument", "told"), [
+    ({}, "0.002", "two numbers above 0"),
+    ({}, "a,b", "'a,b'"),
+    ({}, "0,0.003", "two numbers above 0"),
+    ({}, "-0.002,0.003", "two numbers above 0"),
+    ({}, "0.2 %,0.003", "two numbers above 0"),
+    ({}, "nan,0.003", "two numbers above 0"),
+    ({}, "2,0.003", "two numbers above 0"),
+    ({"noise_relative": "small", "noise_floor_cd_m2": "0.003"}, None, "small,0.003"),
+    ({"session_gain": "0.3 %"}, None, "session_gain is '0.3 %'"),
+    ({"session_gain": "-0.1"}, None, "session_gain is '-0.1'"),
+    ({"session_gain": "nan"}, None, "session_gain is 'nan'"),
+])  # fmt: skip
+def test_noise_that_is_none_is_refused(metadata: dict[str, str], instrument: str | None, told: str) -> None:
+    with pytest.raises(LutgenError, match=told):
+        estimate_noise(with_noise(readings(), 3, metadata=metadata), instrument)
+
+
+@pytest.mark.parametrize(("row", "by"), [(4, (1.0, 20.0, 0.0)), (13, (0.3, 0.3, 0.3)), (40, (-9.0, -9.0, -9.0))])
+def test_a_replicate_that_stands_alone_is_a_slip(row: int, by: tuple[float, float, float]) -> None:
+    right = with_noise(readings(), 5)
+    xyz: Array = right.xyz_cd_m2.copy()
+    xyz[row] += by
+    noise = estimate_noise(replace(right, xyz_cd_m2=xyz))
+    assert noise.slips == (row,)
+    assert noise.relative == pytest.approx(0.002, rel=0.4)
+    assert row not in Problem.of(replace(right, xyz_cd_m2=xyz)).rows
+
+
+def test_two_replicates_do_not_tell_which_of_them_slipped() -> None:
+    xyz = with_noise(readings(repeats=2), 5).xyz_cd_m2.copy()
+    xyz[0] *= 1.2
+    assert estimate_noise(replace(readings(repeats=2), xyz_cd_m2=xyz)).slips == ()
+
+
+@pytest.mark.parametrize("repeats", [3, 5])
+def test_pure_noise_has_no_slips(repeats: int) -> None:
+    exact = readings(repeats=repeats, hours=HOURS[:2])
+    assert not [seed for seed in range(500) if estimate_noise(with_noise(exact, seed)).slips]
+
+
+def test_replicates_share_hour_code_session_conditions_and_cap() -> None:
+    exact = readings(repeats=2, hours=(0.0,))
+    n = exact.hours.size
+    plain = replicate_groups(exact)
+    assert np.unique(plain).size == 5
+    apart: list[dict[str, Any]] = [
+        {"conditions": {"u": np.where(np.arange(n) == 9, 0.1, 0.5)}},
+        {"conditions": {"warmup_min": np.where(np.arange(n) == 9, 3.0, np.nan)}},
+        {"session": tuple("b" if k == 9 else "a" for k in range(n))},
+        {"note": tuple("Lens cap" if k == 9 else "" for k in range(n))},
+    ]
+    for changes in apart:
+        groups = replicate_groups(replace(exact, **changes))
+        assert np.unique(groups).size == 6
+        assert np.count_nonzero(groups == groups[9]) == 1
+    noted = replicate_groups(replace(exact, note=tuple("window closed" if k == 9 else "" for k in range(n))))
+    assert (noted == plain).all()
+
+
+def test_replicates_at_different_temperatures_do_not_count_their_drift_as_noise() -> None:
+    found, blind = [], []
+    for seed in range(12):
+        exact = readings(repeats=6)
+        rng = np.random.default_rng([seed, 1])
+        temperature = 25.0 + rng.normal(0.0, 1.0, exact.hours.size)
+        drifting = replace(exact, xyz_cd_m2=exact.xyz_cd_m2 * (1.0 - 0.005 * (temperature - 25.0))[:, np.newaxis])
+        measured = with_noise(drifting, seed)
+        blind.append(estimate_noise(measured).relative)
+        found.append(estimate_noise(replace(measured, conditions={"temperature_c": temperature})).relative)
+    assert np.mean(found) == pytest.approx(0.002, rel=0.08)
+    assert np.mean(blind) > 0.004
+
+
+@pytest.mark.parametrize(("warmer", "groups"), [(8.0, 10), (2.0, 5)])
+def test_a_hot_room_makes_no_replicates_of_the_usual_one(warmer: float, groups: int) -> None:
+    exact = readings(repeats=3, hours=(0.0,))
+    temperature = np.where(np.arange(exact.hours.size) % 3, 25.3, 25.3 + warmer)
+    assert np.unique(replicate_groups(replace(exact, conditions={"temperature_c": temperature}))).size == groups
+
+
+def test_pure_error_is_the_scatter_about_the_means_whitened() -> None:
+    problem = Problem.of(with_noise(readings(), 7), instrument="0.002,0.003")
+    total, freedom = 0.0, 0
+    for hour in HOURS:
+        for code in (*TIPS, BLACK):
+            here = (problem.readings.hours == hour) & (problem.readings.drive == code).all(axis=1)
+            mean = problem.xyz[here].mean(axis=0)
+            covariance = problem.noise.covariance(mean[np.newaxis])[0]
+            total += sum(float((xyz - mean) @ np.linalg.solve(covariance, xyz - mean)) for xyz in problem.xyz[here])
+            freedom += 3 * (int(here.sum()) - 1)
+    error = PureError.of(problem)
+    assert error.squares == pytest.approx(total)
+    assert error.freedom == freedom == 120

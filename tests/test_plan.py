@@ -1,0 +1,209 @@
+"""What to measure next: the sets that separate, that they do, and lists that can be measured and read back."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from lutgen.criticism.diagnose import diagnose
+from lutgen.criticism.fit import fit
+from lutgen.criticism.linear import State, Term, predict
+from lutgen.criticism.plan import MeasurementPlan, plan
+from lutgen.criticism.problem import Problem
+from lutgen.criticism.search import family
+from lutgen.criticism.separate import POOL, separation, with_patches
+from lutgen.criticism.visibility import visibility
+from lutgen.effects import catalogue
+from lutgen.errors import LutgenError
+from lutgen.measurements.csv import read
+from tests.criticism_twin import FRESH, TIPS, Fault, Reading, shown
+from tests.virtual_display.campaign import Campaign, csv_text
+
+if TYPE_CHECKING:
+    from lutgen.measurements import Measurements
+
+pytestmark = pytest.mark.numbers
+
+HOURS = (0.0, 2500.0, 6000.0, 11_500.0, 18_000.0)
+
+
+@cache
+def readings(design: str, hidden: tuple[tuple[str, float, str], ...] = ()) -> Measurements:
+    campaign = Campaign(design=design, hours=HOURS, seed=3, hidden=hidden, held=True, ageing=0.3)
+    return read(csv_text(campaign), file="plan.csv", sha256="")
+
+
+@cache
+def planned(design: str, *pair: str) -> MeasurementPlan:
+    return plan(readings(design), between=(pair[0], pair[1]))
+
+
+@pytest.mark.parametrize(("design", "pair", "sets", "times"), [
+    ("greys", ("crosstalk", "loading"), {"10 % windows", "black in a white surround"}, 4.0),
+    ("greys", ("black-level", "meter-offset"), {"lens cap", "black, shrouded, and black in the lit room"}, 4.0),
+    ("greys", ("black-level", "ambient-reflection"), {"black, shrouded, and black in the lit room"}, 1.0),
+    ("colours", ("warm-up", "temperature"), {"after power-on", "in a room 8 K warmer"}, 1.0),
+])  # fmt: skip
+def test_the_set_that_separates_two_effects_is_chosen(
+    design: str, pair: tuple[str, str], sets: set[str], times: float
+) -> None:
+    found = planned(design, *pair).separation
+    assert found is not None
+    assert found.name in sets
+    assert found.after > times * found.before + 20.0
+    assert f"To tell {pair[0]} from {pair[1]}: {found.name}." in planned(design, *pair).sentence
+
+
+def test_windows_lift_crosstalk_from_loading_and_more_greys_do_not() -> None:
+    base = fit(Problem.of(readings("greys")))
+    effects = catalogue()
+    truth = fit(base.problem, (Term(effects["crosstalk"], effects["crosstalk"].rest() | {"new": 0.01}),))
+    light = replace(base.problem.readings, xyz_cd_m2=truth.predicted)
+    rival = fit(replace(base.problem, readings=light), (Term.at_rest(effects["loading"], ("new",)),))
+    apart = {}
+    for name in ("10 % windows", "black and dark greys"):
+        problem = with_patches(base.problem, POOL[name])
+        exact = replace(problem.readings, xyz_cd_m2=predict(problem, State(truth.terms, truth.tips, truth.gains)))
+        apart[name] = fit(replace(problem, readings=exact), (Term.at_rest(effects["loading"], ("new",)),)).chi2
+    assert apart["10 % windows"] > 5.0 * rival.chi2
+    assert apart["black and dark greys"] < 2.0 * rival.chi2 + 5.0
+
+
+def test_the_separation_that_is_promised_is_what_measuring_brings() -> None:
+    """Measure the chosen patches of lutgen's own display twelve times: the rival then fits worse by what was said."""
+    effects = catalogue()
+    base = fit(Problem.of(readings("greys"), instrument="0.002,0.003"))
+    truth = fit(base.problem, (Term(effects["meter-offset"], effects["meter-offset"].rest() | {"offset": 0.02}),))
+    seen = replace(base.problem.readings, xyz_cd_m2=truth.predicted)
+    bare = fit(replace(base.problem, readings=seen))
+    simple = replace(effects["black-level"], forms=(("new",),), refined=1)
+    promised = separation(truth, family(bare, simple).best, ("meter-offset", "black-level"))
+    problem = with_patches(base.problem, promised.patches)
+    light = predict(problem, State(truth.terms, truth.tips, truth.gains))
+    root, brought = np.linalg.cholesky(problem.noise.covariance(light)), []
+    for seed in range(12):
+        noise = np.einsum("nij,nj->ni", root, np.random.default_rng(seed).standard_normal(light.shape))
+        again = replace(problem, readings=replace(problem.readings, xyz_cd_m2=light + noise))
+        right = fit(again, (Term.at_rest(effects["meter-offset"], ("offset",)),))
+        wrong = fit(again, (Term.at_rest(simple, ("new",)),))
+        brought.append(wrong.chi2 - right.chi2)
+    # χ² between two models of one parameter each scatters by twice its root.
+    error = 2.0 * np.sqrt(promised.after) / np.sqrt(12)
+    assert promised.after > promised.before
+    assert np.mean(brought) == pytest.approx(promised.after, abs=4.0 * error + 0.05 * promised.after)
+
+
+@pytest.mark.parametrize(("name", "chosen"), [
+    ("edge-falloff", "nine positions"),
+    ("warm-up", "after power-on"),
+    ("temperature", "in a room 8 K warmer"),
+    ("ambient-reflection", "black, shrouded, and black in the lit room"),
+    ("veiling-glare", "black in a white surround"),
+])  # fmt: skip
+def test_an_effect_that_cannot_be_seen_is_opened_by_its_own_patches(name: str, chosen: str) -> None:
+    found = plan(readings("colours"), effect=name)
+    assert chosen in found.sentence
+    assert "Today it cannot be seen; with these patches from" in found.sentence
+    assert all(patch in found.patches for patch in POOL[chosen])
+    before, after = found.gains[chosen]
+    assert before is None
+    assert after is not None
+    largest = max(abs(bound) for bound in catalogue()[name].parameters[visible_parameter(name)].bounds)
+    assert 0.0 < after < largest
+
+
+def visible_parameter(name: str) -> str:
+    base = fit(Problem.of(readings("full")))
+    return visibility(base, [catalogue()[name]])[0].parameter
+
+
+def test_general_coverage_opens_what_greys_cannot_show() -> None:
+    found = plan(readings("greys"))
+    opened = found.sentence.partition("They open: ")[2].rstrip(".").split(", ")
+    blind = {each.effect for each in diagnose(readings("greys")).visibility if not each.visible}
+    assert set(opened) <= blind
+    assert {"edge-falloff", "warm-up", "temperature", "veiling-glare"} <= set(opened)
+
+
+@pytest.mark.parametrize("design", ["tips", "greys", "colours", "full"])
+def test_every_plan_begins_with_what_a_session_needs(design: str) -> None:
+    patches = plan(readings(design)).patches
+    for code in (*TIPS, (0.0, 0.0, 0.0)):
+        assert sum(patch.code == code and not patch.conditions for patch in patches) >= 3
+
+
+def test_a_plan_filled_in_is_read_back() -> None:
+    made = plan(readings("colours"))
+    lines = made.as_csv().splitlines()
+    head = next(k for k, line in enumerate(lines) if line.startswith("hour,"))
+    columns, filled = lines[head].split(","), lines[: head + 1]
+    rng = np.random.default_rng(1)
+    for line in lines[head + 1 :]:
+        cells = dict(zip(columns, line.split(","), strict=True))
+        code = (float(cells["R"]), float(cells["G"]), float(cells["B"]))
+        light = shown(Reading(0.0, code), FRESH, Fault(), {}) * rng.normal(1.0, 0.002) + rng.normal(0.0, 0.003, 3)
+        cells |= {"hour": "0", **dict(zip("XYZ", (f"{value:.4f}" for value in light), strict=True))}
+        filled.append(",".join(cells[name] for name in columns))
+    back = read("\n".join(filled) + "\n", file="filled.csv", sha256="")
+    assert back.hours.size == len(made.patches)
+    for row, patch in enumerate(made.patches):
+        assert tuple(back.drive[row]) == patch.code
+        assert back.note[row] == patch.note
+        for name, value in patch.conditions.items():
+            assert back.conditions[name][row] == value
+    assert diagnose(back).verdict.name != "measurement-problem"
+
+
+def ti1(text: str) -> tuple[dict[str, str], list[str], list[dict[str, str]]]:
+    """Read CGATS as ArgyllCMS writes it: keywords, the names of the fields, and the rows of data."""
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    assert lines[0] == "CTI1"
+    keywords: dict[str, str] = {}
+    names: list[str] = []
+    rows: list[dict[str, str]] = []
+    block = ""
+    for line in lines[1:]:
+        if line in {"BEGIN_DATA_FORMAT", "BEGIN_DATA"}:
+            block = line
+        elif line in {"END_DATA_FORMAT", "END_DATA"}:
+            assert block == line.replace("END", "BEGIN")
+            block = ""
+        elif block == "BEGIN_DATA_FORMAT":
+            names += line.split()
+        elif block == "BEGIN_DATA":
+            rows.append(dict(zip(names, line.split(), strict=True)))
+        else:
+            keyword, _, value = line.partition(" ")
+            keywords[keyword] = value.strip('"')
+    assert not block
+    return keywords, names, rows
+
+
+def test_a_ti1_is_cgats_with_codes_in_percent() -> None:
+    made = planned("greys", "crosstalk", "loading")
+    keywords, names, rows = ti1(made.as_ti1())
+    assert keywords["COLOR_REP"] == "RGB"
+    assert int(keywords["NUMBER_OF_FIELDS"]) == len(names) == 7
+    assert int(keywords["NUMBER_OF_SETS"]) == len(rows) == len(made.patches)
+    assert [row["SAMPLE_ID"] for row in rows] == [str(k) for k in range(1, len(rows) + 1)]
+    for row, patch in zip(rows, made.patches, strict=True):
+        assert [float(row[f"RGB_{c}"]) for c in "RGB"] == pytest.approx(
+            [100.0 * value for value in patch.code], abs=1e-4
+        )
+        assert all(float(row[f"XYZ_{c}"]) >= 0.0 for c in "XYZ")
+
+
+@pytest.mark.parametrize(("asked", "told"), [
+    ({"between": ("crosstalk", "crosstalk")}, "cannot be told from itself"),
+    ({"between": ("crosstalk", "loadding")}, r"effect 'loadding'.*Pick one of"),
+    ({"effect": "leak"}, "effect 'leak'"),
+    ({"effect": "backlight-decay"}, "Use --baseline fresh"),
+    ({"between": ("backlight-decay", "meter-drift")}, "no patch"),
+])  # fmt: skip
+def test_what_cannot_be_planned_is_refused(asked: dict[str, object], told: str) -> None:
+    with pytest.raises(LutgenError, match=told):
+        plan(readings("colours"), **asked)  # type: ignore[arg-type]

@@ -1,0 +1,212 @@
+"""Refining: the error falls step by step, the model is the better display, and a file keeps it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+import lutgen
+from lutgen.colorimetry import delta_e_2000, xyz_to_lab
+from lutgen.criticism.compare import compare_problem
+from lutgen.criticism.diagnose import diagnose
+from lutgen.criticism.refine import Refinement, refine, terms_of
+from lutgen.display import DisplayModel, load_model, save_model
+from lutgen.display.modes import luminance_law
+from lutgen.errors import LutgenError
+from lutgen.measurements.csv import read
+from tests.criticism_twin import TIPS, Fault, Reading, display, noisy, table
+from tests.virtual_display.campaign import Campaign, csv_text, truth
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from lutgen.colorimetry import Array
+    from lutgen.measurements import Measurements
+
+pytestmark = pytest.mark.numbers
+
+HOURS = (0.0, 2500.0, 6000.0, 11_500.0, 18_000.0)
+TWO = (("black-level", 0.0016, "same"), ("crosstalk", 0.03, "same"))
+
+
+def campaign(*hidden: tuple[str, float, str], design: str = "colours") -> Campaign:
+    return Campaign(design=design, hours=HOURS, seed=3, hidden=hidden)
+
+
+@cache
+def readings(*hidden: tuple[str, float, str], design: str = "colours") -> Measurements:
+    return read(csv_text(campaign(*hidden, design=design)), file="hidden.csv", sha256="1" * 64)
+
+
+@cache
+def both() -> Refinement:
+    return refine(readings(*TWO), ["black-level", "crosstalk"])
+
+
+def test_the_error_falls_with_every_step_down_to_the_floor() -> None:
+    ratios = [both().before.ratio, *(step.comparison.ratio for step in both().steps)]
+    assert [step.effect for step in both().steps] == ["black-level", "crosstalk"]
+    assert all(after < before - 0.1 for before, after in pairwise(ratios))
+    assert ratios[0] > 3.0
+    assert ratios[-1] == pytest.approx(1.0, abs=0.06)
+    assert both().after is both().steps[-1].comparison
+
+
+def test_the_sentence_and_the_json_say_how_far_it_fell() -> None:
+    told = both().as_json("mine.toml")
+    assert told["sentence"].startswith("With black-level, crosstalk the error falls from ")
+    assert f"to {both().after.ratio:.2f} times the noise floor" in told["sentence"]
+    assert [step["added"] for step in told["steps"]] == ["black-level", "crosstalk"]
+    rms = [told["before"]["rms_sigma"], *(step["error"]["rms_sigma"] for step in told["steps"])]
+    assert rms == sorted(rms, reverse=True)
+    assert told["steps"][-1]["error"] == told["after"]
+    assert (told["model"], told["verdict"], told["schema"]) == ("mine.toml", None, 1)
+    for name in ("black-level", "crosstalk"):
+        fitted = [each for each in told["parameters"][name].values() if each["free"]]
+        assert fitted
+        assert all(each["stderr"] is None or each["stderr"] > 0 for each in fitted)
+
+
+def error(model: DisplayModel, hidden: Campaign, hours: float, code: Array) -> float:
+    """Mean ΔE2000 between a model in absolute colours and the true display, each relative to its own first white."""
+    absolute = replace(model, reference="absolute", luminance=luminance_law("measured"))
+    white = truth(hidden, np.ones((1, 3)), 0.0)[0]
+    true = truth(hidden, code, hours) / white[1]
+    shown = absolute.at("chroma-luma", hours).code_to_xyz(code)
+    return float(delta_e_2000(xyz_to_lab(true, white / white[1]), xyz_to_lab(shown, white / white[1])).mean())
+
+
+@pytest.mark.parametrize("hours", [0.0, 11_500.0, 18_000.0])
+def test_the_refined_model_is_the_true_display_on_colours_that_were_not_measured(hours: float) -> None:
+    code = np.random.default_rng(8).random((400, 3)) ** 1.5
+    plain, better = (
+        error(model, campaign(*TWO), hours, code) for model in (DisplayModel(readings(*TWO)), both().model)
+    )
+    # A session's gain of 0.3 %, which tips take in, is 0.1 of lightness by itself.
+    assert better < 0.2
+    assert better < 0.3 * plain
+
+
+def test_a_saved_model_is_the_same_display(tmp_path: Path) -> None:
+    (tmp_path / "hidden.csv").write_text(csv_text(campaign(*TWO)))
+    made = refine(lutgen.read_measurements(tmp_path / "hidden.csv"), ["black-level", "crosstalk"])
+    save_model(made.model, tmp_path / "mine.toml")
+    loaded, code = load_model(tmp_path / "mine.toml"), np.random.default_rng(8).random((100, 3))
+    for mode, hours in (("chroma", 0.0), ("chroma", 7000.0), ("chroma-luma", 18_000.0), ("stable", 6000.0)):
+        found = loaded.at(mode, hours).code_to_xyz(code)
+        np.testing.assert_array_equal(found, made.model.at(mode, hours).code_to_xyz(code))
+    by_name = {term.effect.name: term for term in made.found.terms}
+    assert {term.effect.name: term for term in terms_of(loaded)} == by_name
+    again = compare_problem(made.found.problem, terms_of(loaded))
+    assert again.error.rms_sigma == pytest.approx(made.after.error.rms_sigma, rel=1e-9)
+    assert loaded.effects == made.model.effects
+
+
+def test_the_model_predicts_the_readings_that_it_was_fitted_to() -> None:
+    made, problem = both(), both().found.problem
+    absolute = replace(made.model, reference="absolute", luminance=luminance_law("measured"))
+    white = absolute.tips_before_effects.xyY[0, 0, 2]
+    for index, hours in enumerate(problem.hours):
+        here = problem.hour_of == index
+        code: Array = problem.readings.drive[problem.rows[here]]
+        shown = absolute.at("chroma-luma", float(hours)).code_to_xyz(code)
+        # As light of the whole display: white under the effects is what relative luminances are of.
+        scale = float((shown * made.found.predicted[here]).sum() / (shown**2).sum())
+        np.testing.assert_allclose(shown * scale, made.found.predicted[here], rtol=1e-6, atol=1e-6 * white)
+
+
+def test_auto_adds_what_a_diagnosis_finds() -> None:
+    hidden = readings(("crosstalk", 0.03, "same"))
+    found, made = diagnose(hidden), refine(hidden, auto=True)
+    by_name = refine(hidden, found.verdict.effects)
+    assert [step.effect for step in made.steps] == list(found.verdict.effects) == ["crosstalk"]
+    assert made.diagnosis is not None
+    assert made.diagnosis.verdict == found.verdict
+    assert made.model.verdict == made.as_json()["verdict"] == "named"
+    assert made.found.chi2 == pytest.approx(by_name.found.chi2, rel=1e-4)
+    assert made.after.error.rms_sigma == pytest.approx(found.after.error.rms_sigma, rel=1e-9)
+
+
+def test_auto_adds_nothing_to_a_healthy_display() -> None:
+    made = refine(readings(), auto=True)
+    assert made.steps == ()
+    assert made.sentence() == "Nothing was added: the model stays as it was."
+    assert made.model.verdict == "consistent"
+    assert made.model.effects == ()
+
+
+def test_auto_goes_on_from_what_a_model_has() -> None:
+    first = refine(readings(*TWO), ["black-level"])
+    second = refine(readings(*TWO), auto=True, terms=terms_of(first.model))
+    assert [step.effect for step in second.steps] == ["crosstalk"]
+    assert {each.effect.name for each in second.model.effects} == {"black-level", "crosstalk"}
+    assert second.after.ratio == pytest.approx(both().after.ratio, abs=0.02)
+
+
+def test_what_luts_cannot_carry_is_said() -> None:
+    made = refine(readings(("edge-falloff", 0.2, "same"), design="full"), ["edge-falloff"])
+    told = " ".join(made.carried())
+    assert "edge-falloff" in told
+    assert "centre" in told
+    assert both().carried() == []
+    assert refine(readings(("meter-offset", 0.05, "same")), ["meter-offset"]).model.baked == ()
+
+
+def test_tips_that_effects_hide_are_solved_again() -> None:
+    made = refine(readings(("black-level", 0.0016, "same")), ["black-level"])
+    assert made.model.latent is not None
+    shown = made.model.shown_tips(18_000.0)
+    measured = DisplayModel(made.model.measurements).tips.at(18_000.0)
+    np.testing.assert_allclose(shown[:, 2], measured[:, 2], rtol=0.002)
+    assert (made.model.latent.xyz_cd_m2[:, 3, 1] < made.model.measurements.tips()[1][:, 3, 2]).all()
+
+
+def tips_only() -> Measurements:
+    return table(
+        noisy(
+            [Reading(hour, code) for hour in (0.0, 9000.0) for code in TIPS * 3], display((0.0, 9000.0)), Fault(), {}, 1
+        )
+    )
+
+
+@pytest.mark.parametrize(("add", "baseline", "told"), [
+    (["backlight-decay"], "tips", r"absorbed by the tips .* Add --baseline fresh"),
+    (["yellowing"], "tips", "only be fitted from the hour-0 display"),
+    (["leakage"], "tips", r"effect 'leakage'.*Pick one of"),
+    (["crosstalk", "crosstalk"], "tips", "in the model already"),
+])  # fmt: skip
+def test_what_cannot_be_added_is_refused(add: list[str], baseline: str, told: str) -> None:
+    with pytest.raises(LutgenError, match=told):
+        refine(readings(), add, baseline=baseline)
+
+
+def test_an_effect_that_the_model_has_is_not_added_again() -> None:
+    with pytest.raises(LutgenError, match="in the model already"):
+        refine(readings(*TWO), ["black-level"], terms=both().found.terms)
+
+
+def test_too_few_readings_for_the_parameters_are_refused() -> None:
+    with pytest.raises(LutgenError, match=r"beside white and primaries there are 0 .* lutgen plan lists them"):
+        refine(tips_only(), ["crosstalk"])
+
+
+def test_a_fresh_display_is_refined_from_hour_0() -> None:
+    hidden = Campaign(
+        display="OLED",
+        design="colours",
+        hours=HOURS,
+        seed=3,
+        baseline="fresh",
+        hidden=(("channel-decay", 0.3, "same"),),
+    )
+    made = refine(read(csv_text(hidden), file="oled.csv", sha256="2" * 64), ["channel-decay"], baseline="fresh")
+    assert made.before.ratio > 5.0
+    assert made.after.ratio == pytest.approx(1.0, abs=0.15)
+    code = np.random.default_rng(8).random((200, 3))
+    assert error(made.model, hidden, 18_000.0, code) < 0.3
+    assert made.model.baseline == "fresh"

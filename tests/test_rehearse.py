@@ -1,0 +1,141 @@
+"""The dress rehearsal of somebody's own effect on somebody's own readings."""
+
+from __future__ import annotations
+
+import json
+import time
+from functools import cache
+from typing import TYPE_CHECKING
+
+import pytest
+
+from lutgen.criticism.rehearse import Rehearsal, rehearse
+from lutgen.effects import catalogue
+from lutgen.effects.expression import parse
+from lutgen.measurements.csv import read
+from tests.virtual_display.campaign import Campaign, csv_text
+
+if TYPE_CHECKING:
+    from lutgen.measurements import Measurements
+
+pytestmark = pytest.mark.numbers
+
+HOURS = (0.0, 2500.0, 6000.0, 11_500.0, 18_000.0)
+BUILT_IN = tuple(catalogue().values())
+
+OWN = {
+    "leak": "leak: xyz + k*tau*white; k=0.002[0,0.05]",
+    "stairs": "stairs: linear*(1 + k*sin(40*code)); k=0.01[-0.5,0.5]",
+    "fade": "fade: xyz*(1 - k*tau); k=0.1[-0.5,0.5]",
+    "corner": "corner: xyz*(1 - k*(u-0.5)*(v-0.5)); k=0.1[-0.5,0.5]",
+    "small": "small: xyz + k*white; k=0.0000001[0,0.000001]",
+    "most": "most: xyz + k*tau*white; k=0.00001[0,0.00002]",
+    "dark": "dark: xyz - k*tau*white; k=0.002[0,0.05]",
+}
+
+
+@cache
+def readings(design: str, baseline: str = "tips") -> Measurements:
+    campaign = Campaign(
+        design=design,
+        hours=HOURS,
+        seed=3,
+        baseline=baseline,
+        display="OLED" if baseline == "fresh" else "white LED LCD",
+    )
+    return read(csv_text(campaign), file="own.csv", sha256="")
+
+
+@cache
+def rehearsed(name: str, design: str = "colours") -> Rehearsal:
+    return rehearse(parse(OWN[name]) if name in OWN else catalogue()[name], readings(design), BUILT_IN)
+
+
+@pytest.mark.parametrize(("name", "design", "told"), [
+    ("stairs", "colours", "three times the smallest detectable size, it is found again: 0.0"),
+    ("leak", "colours", "these readings cannot tell it from black-level."),
+    ("corner", "full", "it is found again"),
+    ("most", "colours", "the largest size allowed and "),
+    ("crosstalk", "colours", "it is found again: 0.0"),
+    ("warm-up", "full", "it is found again"),
+    ("temperature", "full", " 1/K, three times the smallest detectable size"),
+    ("quantization", "colours", "Put into these readings at "),
+])  # fmt: skip
+def test_what_is_put_in_is_found_again_in_its_size(name: str, design: str, told: str) -> None:
+    found = rehearsed(name, design)
+    assert found.recovered, found.sentence
+    assert told in found.sentence
+    assert found.sentence.startswith("Put into these readings")
+    assert found.sentence.endswith(".")
+    assert found.absorbed is not None
+    assert 0.0 <= found.absorbed < 1.0
+
+
+@pytest.mark.parametrize(("name", "design", "told"), [
+    ("fade", "colours", 'declare it with baseline="fresh"'),
+    ("crosstalk", "tips", "Measure more than the tips"),
+    ("corner", "colours", "It changes none of these readings"),
+    ("edge-falloff", "colours", "It needs the columns u, v."),
+    ("small", "colours", "It would show from k = "),
+    ("matrix-switching", "colours", "It shows too little in these readings"),
+])  # fmt: skip
+def test_what_cannot_be_seen_is_not_rehearsed_and_the_sentence_says_why(name: str, design: str, told: str) -> None:
+    found = rehearsed(name, design)
+    assert not found.recovered
+    assert told in found.sentence
+    assert "Put into these readings" not in found.sentence
+
+
+def test_an_effect_that_changes_nothing_is_like_nothing() -> None:
+    found = rehearsed("corner")
+    assert (found.absorbed, found.smallest_detectable, found.likeness) == (None, None, [])
+    assert json.loads(json.dumps(found.as_json()))["absorbed"] is None
+
+
+def test_what_takes_everything_alike_is_absorbed_and_its_leftover_is_like_nothing() -> None:
+    assert rehearsed("fade").absorbed == pytest.approx(1.0, abs=1e-6)
+    assert rehearsed("fade").likeness == []
+
+
+@pytest.mark.parametrize("name", ["leak", "dark"])
+def test_an_effect_is_most_like_its_twin_in_the_catalogue_whatever_its_sign(name: str) -> None:
+    found = rehearsed(name)
+    (first, cosine), *others = found.likeness
+    assert first == "black-level"
+    assert cosine == pytest.approx(1.0, abs=1e-6)
+    assert [share for _, share in found.likeness] == sorted((share for _, share in found.likeness), reverse=True)
+    assert all(0.0 <= share < 0.99 for _, share in others)
+    names = {each.name for each in BUILT_IN if each.baseline == "tips"}
+    assert {each for each, _ in found.likeness} == names
+
+
+def test_only_effects_of_the_same_baseline_are_likened_and_all_from_hour_0() -> None:
+    found = rehearse(catalogue()["channel-decay"], readings("colours", "fresh"), BUILT_IN)
+    assert {each for each, _ in found.likeness} == set(catalogue()) - {"channel-decay"}
+    assert dict(found.likeness)["phosphor-wear"] > 0.8
+    assert found.smallest_detectable is not None
+    assert found.parameter in catalogue()["channel-decay"].forms[0]
+
+
+def test_the_size_that_is_said_to_be_smallest_is_that_of_the_visibility_table() -> None:
+    found = rehearsed("crosstalk")
+    assert (found.parameter, found.unit) == ("new", "1")
+    put = float(found.sentence.partition(" at ")[2].partition(",")[0])
+    assert found.smallest_detectable is not None
+    assert put == pytest.approx(3.0 * found.smallest_detectable, rel=0.01)
+
+
+def test_the_rehearsal_is_the_same_twice_and_short() -> None:
+    effect = parse(OWN["stairs"])
+    start = time.perf_counter()
+    first = rehearse(effect, readings("full"), BUILT_IN)
+    assert time.perf_counter() - start < 15.0
+    assert first == rehearse(effect, readings("full"), BUILT_IN)
+
+
+def test_json_has_every_field_in_plain_values() -> None:
+    found = rehearsed("leak")
+    told = json.loads(json.dumps(found.as_json()))
+    assert set(told) == set(Rehearsal.__dataclass_fields__)
+    assert told["likeness"][0] == ["black-level", pytest.approx(1.0)]
+    assert told["recovered"] is True

@@ -1,0 +1,213 @@
+"""Trying effects: which forms are fitted, what they are charged, and how chance is told from an effect."""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import product
+
+import numpy as np
+import pytest
+from scipy import special, stats
+
+from lutgen.criticism.fit import Fit, fit, switching_penalty
+from lutgen.criticism.linear import Term
+from lutgen.criticism.problem import Problem
+from lutgen.criticism.search import STRONG, PureError, Score, bic, contenders, families, family, forms_of
+from lutgen.effects import Effect, catalogue
+from lutgen.errors import LutgenError
+from lutgen.measurements.csv import read
+from tests.criticism_twin import FAULTS, TRUTHS, display, measured, noisy, session, table
+from tests.virtual_display.campaign import Campaign, csv_text
+from tests.virtual_display.spectra import CLASSES
+
+pytestmark = pytest.mark.numbers
+
+HOURS = (0.0, 2500.0, 6000.0, 11_500.0, 18_000.0)
+
+
+@cache
+def base_of(name: str) -> Fit:
+    return fit(Problem.of(table(measured(name)), instrument="0.002,0.003"))
+
+
+@cache
+def campaign(design: str = "colours", seed: int = 3, **hidden: tuple[float, str]) -> Fit:
+    effects = tuple((name.replace("_", "-"), size, form) for name, (size, form) in hidden.items())
+    text = csv_text(Campaign(design=design, hours=HOURS, seed=seed, hidden=effects))
+    return fit(Problem.of(read(text, file="campaign.csv", sha256="")))
+
+
+@pytest.mark.parametrize(("name", "parameter", "tolerance"), [
+    ("ambient-reflection", "reflectance", 1e-6),  # linear
+    ("black-level", "grown", 0.01),
+    ("crosstalk", "grown", 0.1),
+    ("eotf-drift", "grown", 0.1),
+])  # fmt: skip
+def test_a_first_step_promises_what_the_fit_gains(name: str, parameter: str, tolerance: float) -> None:
+    base, term = base_of(name), Term.at_rest(catalogue()[name], (parameter,))
+    gained = base.chi2 - fit(base.problem, (term,)).chi2
+    assert Score(base).gain(term, (parameter,)) == pytest.approx(gained, rel=tolerance)
+
+
+def test_what_cannot_be_absorbed_is_what_least_squares_leaves() -> None:
+    base, term = base_of("crosstalk"), Term.at_rest(catalogue()["crosstalk"], ("new",))
+    raw, left = Score(base).seen(term, "new")
+    # The oracle: all twelve unknowns of each hour, moved one at a time, in one dense matrix.
+    columns = []
+    for hour, tip, axis in product(range(3), range(4), range(3)):
+        tips = base.tips.copy()
+        tips[hour, tip, axis] *= 1.001
+        moved = base.problem.predict((), base.problem.panel(()), tips) - base.predicted
+        columns.append(np.einsum("nij,nj->ni", base.problem.whitener, moved).ravel())
+    matrix = np.array(columns).T
+    kept = raw - matrix @ np.linalg.lstsq(matrix, raw, rcond=None)[0]
+    assert np.linalg.norm(left) == pytest.approx(np.linalg.norm(kept), rel=1e-6)
+    assert np.linalg.norm(left) < np.linalg.norm(raw)
+
+
+def test_simple_forms_are_always_tried_and_refined_ones_where_they_are_worth_it() -> None:
+    null, grown = campaign(), campaign(black_level=(0.002, "other"))
+    effect = catalogue()["black-level"]
+    plain, found = family(null, effect), family(grown, effect)
+    assert plain.simple.form == found.simple.form == effect.forms[0]
+    assert not plain.simple.refined
+    assert plain.tried < found.tried <= len(effect.forms)
+    assert not plain.best.refined
+    assert found.best.refined
+    assert found.best.form in effect.forms[effect.refined :]
+
+
+def test_the_best_form_is_that_of_the_least_bic_and_every_form_is_charged_for_its_parameters() -> None:
+    base = campaign(black_level=(0.002, "other"))
+    tried = forms_of(base, catalogue()["black-level"])
+    n = np.log(3 * base.problem.rows.size)
+    for each in tried:
+        assert bic(each) == pytest.approx(each.fit.chi2 + len(each.form) * n)
+        assert each.gain == pytest.approx(base.chi2 - each.fit.chi2)
+    assert [bic(each) for each in tried] == sorted(bic(each) for each in tried)
+    assert family(base, catalogue()["black-level"]).best.form == tried[0].form
+
+
+def test_families_come_in_the_order_given_and_hopeless_ones_are_not_refined() -> None:
+    base = campaign(black_level=(0.002, "other"))
+    effects = [catalogue()[name] for name in ("eotf-drift", "black-level", "crosstalk")]
+    all_of_them, near = list(families(base, effects)), list(families(base, effects, within=10.0))
+    assert [each.name for each in all_of_them] == [each.name for each in near] == [each.name for each in effects]
+    assert bic(near[1].best) == bic(all_of_them[1].best)
+    assert near[0].tried <= effects[0].refined
+
+
+def test_contenders_are_those_below_the_limit_best_first() -> None:
+    base = campaign("greys", crosstalk=(0.0015, "same"))
+    effects = [each for each in catalogue().values() if each.baseline == "tips"]
+    limit = min(bic(each.best) for each in families(base, effects)) + STRONG
+    found = contenders(base, effects, limit)
+    assert {each.name for each in found} >= {"crosstalk", "loading"}
+    assert [bic(each.best) for each in found] == sorted(bic(each.best) for each in found)
+    assert all(bic(each.best) < limit for each in found)
+    assert not contenders(base, effects, -np.inf)
+
+
+def test_grids_are_tried_one_by_one_and_charged_as_a_parameter() -> None:
+    base = campaign(quantization=(1.0 / 255.0, "same"))
+    found = family(base, catalogue()["quantization"])
+    assert found.best.form == ("bits",)
+    assert found.best.term.values["bits"] == 8.0
+    assert found.best.fit.parameters == 0
+    assert bic(found.best) == pytest.approx(found.best.fit.chi2 + np.log(3 * base.problem.rows.size))
+    by_hand = {
+        bits: fit(base.problem, (Term.at_rest(catalogue()["quantization"], ("bits",), bits=bits),)).chi2
+        for bits in map(float, range(4, 13))
+    }
+    assert min(by_hand, key=lambda bits: by_hand[bits]) == 8.0
+    assert found.best.fit.chi2 == pytest.approx(by_hand[8.0])
+
+
+def test_an_hour_between_sessions_is_found_among_the_gaps() -> None:
+    base = campaign(recalibration=(0.05, "same"))
+    found = family(base, catalogue()["recalibration"]).simple
+    hour = catalogue()["recalibration"].forms[0][-1]
+    gaps = (np.array(HOURS[1:]) + np.array(HOURS[:-1])) / 2
+    gridded = [name for name in found.form if catalogue()["recalibration"].parameters[name].grid]
+    assert len(gridded) == 1, hour
+    assert found.term.values[gridded[0]] in gaps
+    by_hand = []
+    for gap in gaps:
+        term = Term.at_rest(catalogue()["recalibration"], found.form, **{gridded[0]: float(gap)})
+        by_hand.append(fit(base.problem, (term,)).chi2)
+    assert found.term.values[gridded[0]] == gaps[int(np.argmin(by_hand))]
+    assert found.fit.chi2 == pytest.approx(min(by_hand), rel=1e-3)
+
+
+def test_what_happens_between_sessions_needs_two_of_them() -> None:
+    base = fit(Problem.of(table(noisy(session(0.0), display(), FAULTS["crosstalk"], {"new": 0.0, "grown": 0.0}, 1))))
+    with pytest.raises(LutgenError, match="between two sessions"):
+        family(base, catalogue()["recalibration"])
+
+
+def test_a_shape_far_from_its_typical_value_is_found() -> None:
+    text = csv_text(Campaign(design="full", hours=HOURS, seed=3, hidden=(("warm-up", 0.1, "same"),)))
+    base = fit(Problem.of(read(text, file="cold.csv", sha256="")))
+    found = family(base, catalogue()["warm-up"]).best
+    for start in (3.0, 20.0, 100.0):
+        alone = fit(base.problem, (Term.at_rest(catalogue()["warm-up"], found.form, minutes=start),))
+        assert found.fit.chi2 <= alone.chi2 + 0.1
+
+
+def test_an_effect_that_begins_beyond_a_threshold_is_found() -> None:
+    text = csv_text(
+        Campaign(design="colours", seed=3, baseline="fresh", hidden=(("stabilizer-headroom", 0.6, "same"),))
+    )
+    base = fit(Problem.of(read(text, file="knee.csv", sha256=""), baseline="fresh"))
+    effect: Effect = catalogue()["stabilizer-headroom"]
+    assert family(base, effect).best.gain > 0.9 * (base.chi2 - base.freedom)
+
+
+def test_another_selection_costs_more_than_its_luck() -> None:
+    penalty, gains = [], []
+    for seed in range(60):
+        text = csv_text(Campaign(display=list(CLASSES)[seed % 4], design="colours", hours=HOURS, seed=seed))
+        base = fit(Problem.of(read(text, file="null.csv", sha256="")))
+        found = family(base, catalogue()["matrix-switching"]).best
+        assert (found.form, found.fit.parameters) == ((), 0)
+        assert bic(found) == pytest.approx(found.fit.chi2 + switching_penalty(base.problem))
+        gains.append(found.gain)
+        penalty.append(switching_penalty(base.problem))
+    assert max(gains) < min(penalty)
+    assert np.std(gains) < np.sqrt(12.0 * len(HOURS))
+    assert np.mean(gains) == pytest.approx(0.0, abs=3.0)
+
+
+@pytest.mark.parametrize(("gain", "parameters"), [(4.0, 1), (12.0, 1), (25.0, 3), (200.0, 6)])
+def test_the_chance_of_a_gain_is_the_f_distribution_s(gain: float, parameters: int) -> None:
+    error = PureError(squares=75.0, freedom=60)
+    ratio = gain / parameters / (75.0 / 60.0)
+    # Abramowitz & Stegun 26.6.2.
+    exact = special.betainc(30.0, parameters / 2.0, 60.0 / (60.0 + parameters * ratio))
+    assert error.p_of_gain(gain, parameters) == pytest.approx(exact)
+
+
+def test_without_replicates_the_chance_is_that_of_chi_square() -> None:
+    assert PureError(0.0, 0).p_of_gain(7.0, 2) == pytest.approx(np.exp(-3.5))
+    assert PureError(17.0, 17).p_of_gain(7.0, 2) == pytest.approx(np.exp(-3.5))
+    assert PureError(18.0, 18).p_of_gain(7.0, 2) > np.exp(-3.5)
+    assert PureError(18.0, 18).p_of_gain(-1.0, 2) == 1.0
+
+
+def test_what_noise_leaves_of_healthy_displays_is_as_probable_as_it_should_be() -> None:
+    chances = []
+    for seed in range(60):
+        text = csv_text(Campaign(display=list(CLASSES)[seed % 4], design="colours", hours=HOURS, seed=seed))
+        problem = Problem.of(read(text, file="null.csv", sha256=""))
+        chances.append(PureError.of(problem).p_of_leftover(fit(problem)))
+    assert stats.kstest(chances, "uniform").pvalue > 0.01
+
+
+def test_what_a_fault_leaves_is_improbable_until_it_is_added() -> None:
+    truth, _ = TRUTHS["crosstalk"]
+    patches = [each for hour in HOURS for each in session(hour)]
+    readings = noisy(patches, display(HOURS), FAULTS["crosstalk"], truth, seed=2)
+    problem = Problem.of(table(readings))
+    error, term = PureError.of(problem), Term.at_rest(catalogue()["crosstalk"], ("new", "grown"))
+    assert error.p_of_leftover(fit(problem)) < 1e-6
+    assert error.p_of_leftover(fit(problem, (term,))) > 0.01

@@ -1,0 +1,223 @@
+"""The seven verdicts, on seeded campaigns of the independent display, and what goes with each."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from lutgen.criticism.diagnose import VERDICTS, Diagnosis, diagnose
+from lutgen.errors import LutgenError
+from lutgen.measurements.csv import read
+from tests.virtual_display import broken
+from tests.virtual_display.campaign import Campaign, csv_text
+from tests.virtual_display.strength import DETECTABLE, sized
+
+if TYPE_CHECKING:
+    from lutgen.measurements import Measurements
+
+pytestmark = pytest.mark.numbers
+
+HOURS = (0.0, 2500.0, 6000.0, 11_500.0, 18_000.0)
+GREYS_HELD = {"design": "greys", "held": True, "ageing": 0.3}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A campaign with hidden effects, each (name, form, times the smallest detectable size), and the verdict."""
+
+    verdict: str
+    effects: tuple[str, ...] = ()
+    hidden: tuple[tuple[str, str, float], ...] = ()
+    said: str = ""
+    campaign: tuple[tuple[str, Any], ...] = ()
+    baseline: str = "tips"
+
+    def measured(self) -> Measurements:
+        plain = Campaign(
+            **{"hours": HOURS, "design": "colours", "seed": 3, **dict(self.campaign)}, baseline=self.baseline
+        )
+        sizes = [(name, sized(plain, name, form, DETECTABLE * times).size, form) for name, form, times in self.hidden]
+        return read(csv_text(replace(plain, hidden=tuple(sizes))), file="hidden.csv", sha256="0" * 64)
+
+
+FULL = (("design", "full"),)
+
+CASES = {
+    "a healthy display": Case("consistent", said="Nothing is above the noise"),
+    "a healthy display, read in every way": Case("consistent", campaign=FULL),
+    "a display that ages as tips absorb": Case("consistent", campaign=(("ageing", 2.0),)),
+    "a leak where only tips were read": Case(
+        "consistent", hidden=(("crosstalk", "same", 5.0),), campaign=(("design", "tips"),)
+    ),
+    "cross-coupled channels": Case("named", ("crosstalk",), (("crosstalk", "same", 4.0),), "crosstalk is missing"),
+    "a drifting transfer curve": Case("named", ("eotf-drift",), (("eotf-drift", "same", 5.0),)),
+    "glare in the optics": Case("named", ("veiling-glare",), (("veiling-glare", "same", 5.0),), campaign=FULL),
+    "unequal emitters, from hour 0": Case(
+        "named",
+        ("channel-decay",),
+        (("channel-decay", "same", 50.0),),
+        campaign=(("display", "OLED"),),
+        baseline="fresh",
+    ),
+    "a leak by another formula": Case(
+        "form", ("black-level",), (("black-level", "other", 6.0),), "not in its simple form"
+    ),
+    "a curve by another formula": Case("form", ("eotf-drift",), (("eotf-drift", "other", 10.0),)),
+    "edges by another formula": Case("form", ("edge-falloff",), (("edge-falloff", "other", 10.0),), campaign=FULL),
+    "a constant light on greys": Case(
+        "one-of",
+        ("ambient-reflection", "black-level", "meter-offset"),
+        (("black-level", "constant", 2.5),),
+        "these data cannot tell which",
+        tuple(GREYS_HELD.items()),
+    ),
+    "two faults": Case(
+        "several",
+        ("black-level", "crosstalk"),
+        (("black-level", "same", 5.0), ("crosstalk", "same", 5.0)),
+        "% of the excess)",
+    ),
+    "a kink in the driver": Case("unexplained", (), (("driver-segment", "outside", 6.0),), "level near"),
+    "a colour across the screen": Case(
+        "unexplained", (), (("colour-across", "outside", 6.0),), "readings called 'position'", FULL
+    ),
+    "a sensor that sees the room": Case(
+        "unexplained", (), (("room-sensor", "outside", 6.0),), "readings called 'ambient'", FULL
+    ),
+}
+
+
+@cache
+def diagnosis(name: str) -> Diagnosis:
+    return diagnose(CASES[name].measured(), baseline=CASES[name].baseline)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_verdict_is_what_the_evidence_allows(name: str) -> None:
+    case, verdict = CASES[name], diagnosis(name).verdict
+    assert verdict.name == case.verdict, verdict.sentence
+    assert tuple(sorted(verdict.effects)) == case.effects
+    assert case.said in verdict.sentence
+    assert verdict.sentence.endswith(".")
+
+
+def test_every_verdict_is_tried() -> None:
+    assert {case.verdict for case in CASES.values()} | {"measurement-problem"} == set(VERDICTS)
+
+
+def test_what_leaves_no_trace_is_listed_as_not_seen() -> None:
+    found = diagnosis("a leak where only tips were read")
+    blind = {each.effect for each in found.visibility if not each.visible}
+    assert blind >= {"black-level", "crosstalk", "edge-falloff"}
+    assert any(
+        "These data could not have seen: " in remark and "crosstalk" in remark for remark in found.verdict.remarks
+    )
+    assert not any("crosstalk" in remark for remark in diagnosis("a healthy display").verdict.remarks)
+
+
+def test_effects_that_cannot_be_told_apart_come_with_what_separates_them() -> None:
+    found = diagnosis("a constant light on greys")
+    pairs = {frozenset(each.separates): each for each in found.measure_next}
+    assert len(pairs) == len(found.verdict.effects) - 1
+    for pair, each in pairs.items():
+        assert pair < set(found.verdict.effects)
+        assert each.patches
+        assert each.after > each.before
+    offset = next(each for pair, each in pairs.items() if "meter-offset" in pair)
+    assert offset.name in {"lens cap", "black, shrouded, and black in the lit room"}
+
+
+def test_several_effects_share_the_excess() -> None:
+    verdict = diagnosis("two faults").verdict
+    assert set(verdict.shares) == {"black-level", "crosstalk"}
+    assert all(share > 0.2 for share in verdict.shares.values())
+    assert sum(verdict.shares.values()) == pytest.approx(1.0, abs=0.1)
+
+
+def test_a_verdict_brings_the_error_to_the_floor() -> None:
+    found = diagnosis("cross-coupled channels")
+    assert found.comparison.ratio > 1.05
+    assert found.after.ratio == pytest.approx(1.0, abs=0.06)
+    assert found.ranking[0].effect == "crosstalk"
+    assert found.ranking[0].delta_bic > 6.0
+    assert found.ranking[0].explained == pytest.approx(1.0, abs=0.15)
+
+
+def test_without_the_truth_in_the_catalogue_nothing_is_named_with_confidence() -> None:
+    case = CASES["glare in the optics"]
+    verdict = diagnose(case.measured(), without=["veiling-glare"]).verdict
+    assert verdict.name in {"unexplained", "one-of"}, verdict.sentence
+
+
+FAULTS = {fault.__name__: fault for fault in broken.FAULTS}
+
+
+@pytest.mark.parametrize(("fault", "instrument"), [
+    ("mistyped", None),
+    ("exchanged", None),
+    ("scattered", None),
+    ("scattered", "0.002,0.003"),
+])  # fmt: skip
+@pytest.mark.parametrize("seed", [3, 4])
+def test_a_wrong_measurement_is_no_physical_effect(fault: str, instrument: str | None, seed: int) -> None:
+    table = FAULTS[fault](Campaign(design="colours", seed=seed), np.random.default_rng(seed))
+    found = diagnose(read(table.text, file="broken.csv", sha256=""), instrument=instrument)
+    assert found.verdict.name == "measurement-problem", found.verdict.sentence
+    assert not found.verdict.effects
+    for line in table.lines if fault == "mistyped" else ():
+        assert f"line {line} " in found.verdict.sentence
+        assert found.as_json()["left_out"] == [line]
+    for hour in table.hours:
+        assert f"{hour:g} h" in found.verdict.sentence
+    if fault == "scattered":
+        assert "scatter" in found.verdict.sentence
+
+
+@pytest.mark.xfail(strict=True, reason="copied rows are taken for replicates without noise")
+def test_copies_of_a_reading_are_no_replicates() -> None:
+    readings = Case("", campaign=(("design", "greys"), ("hours", HOURS[:2]))).measured()
+    xyz = readings.xyz_cd_m2.copy()
+    for hour in HOURS[:2]:
+        for code in np.unique(readings.drive, axis=0):
+            same = (readings.hours == hour) & (readings.drive == code).all(axis=1)
+            xyz[same] = xyz[same][0]
+    found = diagnose(replace(readings, xyz_cd_m2=xyz))
+    assert found.verdict.name == "measurement-problem"
+    assert "copies" in found.verdict.sentence
+
+
+def test_a_wrong_row_does_not_hide_the_effect_beside_it() -> None:
+    readings = CASES["cross-coupled channels"].measured()
+    xyz = readings.xyz_cd_m2.copy()
+    xyz[30] *= (1.0, 1.3, 1.0)
+    found = diagnose(replace(readings, xyz_cd_m2=xyz))
+    assert found.verdict.effects == ("crosstalk",)
+    assert any(f"line {int(readings.lines[30])}" in remark for remark in found.verdict.remarks)
+
+
+@pytest.mark.parametrize("name", ["cross-coupled channels", "a constant light on greys", "a kink in the driver"])
+def test_a_diagnosis_is_the_same_twice_to_the_last_digit(name: str) -> None:
+    again = diagnose(CASES[name].measured(), baseline=CASES[name].baseline)
+    assert json.dumps(again.as_json()) == json.dumps(diagnosis(name).as_json())
+
+
+def test_the_ranking_holds_every_effect_of_the_baseline_best_first() -> None:
+    found = diagnosis("cross-coupled channels")
+    gains = [each.delta_bic for each in found.ranking]
+    assert gains == sorted(gains, reverse=True)
+    assert "backlight-decay" not in {each.effect for each in found.ranking}
+    assert {"crosstalk", "loading", "eotf-drift"} <= {each.effect for each in found.ranking}
+    assert all(each.held_out_rms_sigma is not None for each in found.ranking[:8])
+    estimate = found.ranking[0].parameters["new"]
+    assert estimate["unit"] == "1"
+    assert abs(estimate["value"]) > 3.0 * estimate["stderr"]
+
+
+def test_an_unknown_effect_to_leave_out_is_refused() -> None:
+    with pytest.raises(LutgenError, match=r"effect 'leakage'.*Pick one of"):
+        diagnose(CASES["a healthy display"].measured(), without=["leakage"])
