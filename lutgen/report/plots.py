@@ -105,7 +105,7 @@ def chromaticity(axes: Axes, shown: Shown) -> None:
 def luminance(axes: Axes, shown: Shown, model: DisplayModel) -> None:
     """Draw the luminance of all tips against hours, and the laws that mode chroma-luma goes by."""
     for i, (name, colour) in enumerate(zip(TIP_NAMES, TIP_COLOURS, strict=True)):
-        label = f"{name}, measured"
+        label = f"{name}, {'as the model shows it' if shown.effects else 'measured'}"
         # White lies under the others and is wider: where all fall alike, it stays visible.
         width, dot = (4.0, 9) if i == 0 else (1.4, 5)
         axes.plot(shown.hours, shown.luminance[:, i], ".-", color=colour, linewidth=width, markersize=dot, label=label)

@@ -6,13 +6,14 @@ Chromaticity differences are Euclidean in the CIE 1976 UCS diagram (CIE 15:2018,
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lutgen.colorimetry import LINEAR_TO_XYZ, xy_to_uv, xyz_to_xyY
+from lutgen.display import what_luts_carry
 from lutgen.measurements import TIP_NAMES
 from lutgen.report import provenance, spaced
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lutgen.colorimetry import Array
-    from lutgen.display import DisplayModel
+    from lutgen.display import AppliedEffect, DisplayModel
     from lutgen.measurements import Measurements
 
 #: CIE 15:2018, 9.5: farther from the Planckian locus than this, no temperature correlates with a colour.
@@ -44,7 +45,8 @@ class Shown:
     hours
         Shape (n,), increasing.
     xyY
-        As measured, Y in cd/m², piecewise linear between measured times, shape (n, 4, 3).
+        As measured, Y in cd/m², piecewise linear between measured times; with effects as the model shows them.
+        Shape (n, 4, 3).
     uv
         CIE 1976 u', v', shape (n, 4, 2).
     cct, duv
@@ -59,6 +61,12 @@ class Shown:
         Y relative to hour 0, shape (n, 4).
     non_additivity
         (Y_r + Y_g + Y_b − Y_w) / Y_w, shape (n,).
+    effects
+        Of the model, in the order of the light's way.
+    remarks
+        What is fixed, and what no LUT of the model can carry.
+    verdict
+        How the model was found.
 
     """
 
@@ -73,6 +81,9 @@ class Shown:
     direction: tuple[str, ...]
     luminance: Array
     non_additivity: Array
+    effects: tuple[AppliedEffect, ...] = ()
+    remarks: tuple[str, ...] = ()
+    verdict: str = ""
 
     @property
     def provenance(self) -> str:
@@ -95,8 +106,27 @@ class Shown:
                 "metadata": dict(readings.metadata),
                 "summary": self.sentence(),
             },
+            **({"model": self._model_as_json()} if self.effects else {}),
             "hours": [self._hour_as_json(row) for row in range(self.hours.size)],
         }
+
+    def told_effects(self) -> list[str]:
+        """Say each effect's fitted parameters, and the others that do something, one line an effect."""
+        return [f"{each.effect.name}: {', '.join(_told(each)) or 'on'}" for each in self.effects]
+
+    def _model_as_json(self) -> dict[str, Any]:
+        effects = [
+            {
+                "name": each.effect.name,
+                "origin": each.effect.origin,
+                "parameters": {
+                    name: {**asdict(estimate), "unit": each.effect.parameters[name].unit, "free": name in each.free}
+                    for name, estimate in each.estimates.items()
+                },
+            }
+            for each in self.effects
+        ]
+        return {"verdict": self.verdict, "effects": effects, "remarks": list(self.remarks)}
 
     def _white(self) -> str:
         moved = self.shift[-1, 0]
@@ -159,10 +189,9 @@ def show(model: DisplayModel, hours: Sequence[float] | None = None) -> Shown:
         Hours outside the measured span.
 
     """
-    tips = model.tips
-    times = tips.hours if hours is None else np.array(hours, dtype=np.float64)
-    xyY = np.array([tips.at(float(hour)) for hour in times])
-    uv, new = xy_to_uv(xyY[..., :2]), xy_to_uv(tips.xyY[0, :, :2])
+    times = model.tips.hours if hours is None else np.array(hours, dtype=np.float64)
+    fresh, xyY = model.shown_tips(0.0), np.array([model.shown_tips(float(hour)) for hour in times])
+    uv, new = xy_to_uv(xyY[..., :2]), xy_to_uv(fresh[:, :2])
     cct, duv = cct_and_duv(np.concatenate([new[:1], uv[:, 0]]))
     luminance = xyY[..., 2]
     return Shown(
@@ -175,9 +204,23 @@ def show(model: DisplayModel, hours: Sequence[float] | None = None) -> Shown:
         cct_new=float(cct[0]),
         shift=np.linalg.norm(uv - new, axis=-1),
         direction=tuple(toward(moved) for moved in uv[:, 0] - new[0]),
-        luminance=luminance / tips.xyY[0, :, 2],
+        luminance=luminance / fresh[:, 2],
         non_additivity=(luminance[:, 1:].sum(axis=1) - luminance[:, 0]) / luminance[:, 0],
+        effects=model.effects,
+        remarks=tuple(what_luts_carry(model)),
+        verdict=model.verdict,
     )
+
+
+def _told(each: AppliedEffect) -> list[str]:
+    rest, told = each.effect.rest(), []
+    for name, estimate in each.estimates.items():
+        if name in each.free or estimate.value != rest[name]:
+            unit = each.effect.parameters[name].unit
+            error = f" ± {estimate.stderr:.2g}" if estimate.stderr is not None else ""
+            told.append(f"{name} {estimate.value:.4g}{error}{f' {unit}' if unit != '1' else ''}")
+            told[-1] += " (at its bound)" if estimate.at_bound else ""
+    return told
 
 
 def cct_and_duv(uv: Array) -> tuple[Array, Array]:

@@ -1,0 +1,48 @@
+"""``lutgen compare``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from lutgen.cli.data_options import check_json, data_options, question_from
+from lutgen.cli.outputs import check_pictures, print_page, write_json
+
+
+@click.command()
+@data_options(expressions=False)
+@click.option("--plots", metavar="DIR", help="Draw the residuals into this folder.")
+def command(*, json_to: str | None, plots: str | None, force: bool, **options: Any) -> None:
+    """Show where the model fails on measurements, by how much, and in which direction.
+
+    DATA is a table of readings (.csv) with more than white, red, green and blue: greys, ramps, mixtures, positions,
+    room light, … The error stands beside what noise alone would give, by hour, level, colour and condition; the noise
+    is that of the table's own replicates. Ends with 0 whatever is found.
+
+    \b
+    Example:
+      lutgen compare examples/display-a.csv
+      lutgen compare examples/display-a.csv --plots plots/compare --json compare.json
+    """
+    if options["files"] and not options["model"]:
+        raise click.UsageError("--effects helps --model to find effects; compare adds none. Use lutgen diagnose.")
+    from lutgen.criticism.compare import compare_problem
+    from lutgen.criticism.problem import Problem
+    from lutgen.report.compare_page import compare_page
+
+    alone = check_json(json_to, force=force)
+    if plots:
+        from lutgen.report.criticism_plots import OF_COMPARE, plot_comparison
+
+        check_pictures(plots, OF_COMPARE, force=force)
+    question = question_from(**options)
+    comparison = compare_problem(Problem.of(question.readings, **question.asked), question.terms)
+    if not alone:
+        print_page(compare_page(comparison, question.again))
+    if plots:
+        pictures = plot_comparison(comparison, plots, force=force)
+        if not alone:
+            print_page([f"Pictures: {', '.join(map(str, pictures))}"])
+    if json_to:
+        write_json(comparison.as_json(), json_to)

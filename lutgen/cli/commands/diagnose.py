@@ -1,0 +1,83 @@
+"""``lutgen diagnose``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lutgen.cli.data_options import check_json, data_options, question_from, split_all
+from lutgen.cli.outputs import check_new_file, check_pictures, print_page, write_json
+from lutgen.cli.shared import progress_bar
+
+if TYPE_CHECKING:
+    from lutgen.criticism.diagnose import Diagnosis
+
+
+@click.command()
+@data_options()
+@click.option("--without", multiple=True, metavar="NAME", callback=split_all, help="Leave this effect out; a list.")
+@click.option("--stub", metavar="FILE.py", help="Where no known effect explains it: sketch one of your own here.")
+@click.option("--plots", metavar="DIR", help="Draw residuals, steps, fit and visibility into this folder.")
+def command(
+    *,
+    without: tuple[str, ...],
+    stub: str | None,
+    json_to: str | None,
+    plots: str | None,
+    force: bool,
+    **options: Any,
+) -> None:
+    """Find out which physical effect the model lacks on these measurements.
+
+    First says what the readings could show at all, then gives the verdict: consistent, named, form, one-of, several,
+    unexplained or measurement-problem; then all effects ranked, the rivals, what would tell them apart, what would
+    refute the verdict, and the command to go on with. Ends with 0 whatever is found.
+
+    \b
+    Example:
+      lutgen diagnose examples/display-a.csv
+      lutgen diagnose examples/display-a.csv --without black-level --plots plots/diagnose --json diagnosis.json
+    """
+    from lutgen.criticism.diagnose import diagnose
+    from lutgen.report.diagnose_page import diagnose_page
+
+    alone = check_json(json_to, force=force)
+    if stub:
+        check_new_file(stub, force=force, suffixes=(".py",))
+    if plots:
+        from lutgen.report.criticism_plots import OF_DIAGNOSE
+
+        check_pictures(plots, OF_DIAGNOSE, force=force)
+    question = question_from(**options)
+    with progress_bar("trying effects", quiet=alone) as progress:
+        diagnosis = diagnose(
+            question.readings,
+            **question.asked,
+            effects=question.effects,
+            without=without,
+            terms=question.terms,
+            progress=progress,
+        )
+    written = _write_stub(diagnosis, stub)
+    if not alone:
+        print_page(diagnose_page(diagnosis, question.effects, question.again, written))
+    if plots:
+        from lutgen.report.criticism_plots import plot_diagnosis
+
+        pictures = plot_diagnosis(diagnosis, question.effects, plots, force=force)
+        if not alone:
+            print_page([f"Pictures: {', '.join(map(str, pictures))}"])
+    if json_to:
+        write_json(diagnosis.as_json(), json_to)
+
+
+def _write_stub(diagnosis: Diagnosis, to: str | None) -> str | None:
+    if not to or diagnosis.verdict.name != "unexplained":
+        return None
+    from lutgen.files import write_atomically
+    from lutgen.report.stub import stub
+
+    write_atomically(Path(to), stub(diagnosis).encode())
+    return to

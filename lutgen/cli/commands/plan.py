@@ -1,0 +1,69 @@
+"""``lutgen plan``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from lutgen.cli.data_options import check_json, data_options, question_from
+from lutgen.cli.outputs import check_new_file, print_page, write_json
+
+
+@click.command()
+@data_options()
+@click.option("--between", metavar="A,B", help="Two effects that are to be told apart.")
+@click.option("--effect", metavar="NAME", help="One effect that is to be seen.")
+@click.option("--ti1", metavar="PLAN.ti1", help="Write the code values for ArgyllCMS too.")
+@click.option("-o", "--output", metavar="PLAN.csv", help="Write the list, in the columns of DATA, to be filled in.")
+def command(
+    *,
+    between: str | None,
+    effect: str | None,
+    json_to: str | None,
+    force: bool,
+    ti1: str | None,
+    output: str | None,
+    **options: Any,
+) -> None:
+    """List what to measure next, so that rivals can be told apart or an effect be seen.
+
+    Without --between and --effect: what makes most of the effects visible that DATA cannot show.
+
+    \b
+    Example:
+      lutgen plan examples/display-a.csv --between crosstalk,loading -o plan.csv --ti1 plan.ti1
+      lutgen plan examples/display-a.csv --effect edge-falloff
+      lutgen plan examples/display-a.csv --json -
+    """
+    pair = _pair(between)
+    if pair and effect:
+        raise click.UsageError("--between and --effect ask for two different plans. Leave one out.")
+    from lutgen.criticism.plan import plan
+    from lutgen.report.plan_page import plan_page
+
+    alone = check_json(json_to, force=force)
+    wanted = {path: suffix for path, suffix in ((output, ".csv"), (ti1, ".ti1")) if path}
+    for path, suffix in wanted.items():
+        check_new_file(path, force=force, suffixes=(suffix,))
+    question = question_from(**options)
+    made = plan(question.readings, between=pair, effect=effect, **question.asked, effects=question.effects)
+    from lutgen.files import write_atomically
+
+    for path, suffix in wanted.items():
+        write_atomically(Path(path), (made.as_csv() if suffix == ".csv" else made.as_ti1()).encode())
+    if not alone:
+        kind = "between" if pair else "effect" if effect else "coverage"
+        print_page(plan_page(made, kind, list(wanted)))
+    if json_to:
+        write_json(made.as_json(), json_to)
+
+
+def _pair(between: str | None) -> tuple[str, str] | None:
+    if between is None:
+        return None
+    names = [part.strip() for part in between.split(",") if part.strip()]
+    if len(names) != 2:
+        raise click.UsageError(f"--between takes two effects, A,B; {between!r} names {len(names)}.")
+    return names[0], names[1]

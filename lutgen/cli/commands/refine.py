@@ -1,0 +1,91 @@
+"""``lutgen refine``."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lutgen.cli.data_options import check_json, data_options, question_from, split_all
+from lutgen.cli.outputs import check_new_file, check_pictures, print_page, write_json
+from lutgen.cli.shared import progress_bar
+
+if TYPE_CHECKING:
+    from lutgen.cli.data_options import Question
+    from lutgen.criticism.refine import Refinement
+
+
+@click.command()
+@data_options()
+@click.option("--add", multiple=True, metavar="NAME", callback=split_all, help="Effects to add in this order, a list.")
+@click.option("--auto", is_flag=True, help="Add what a diagnosis finds, until nothing is missing.")
+@click.option("--plots", metavar="DIR", help="Draw residuals, steps and fit into this folder.")
+@click.option("-o", "--output", metavar="MODEL.toml", help="Write the refined model here.")
+def command(
+    *,
+    add: tuple[str, ...],
+    auto: bool,
+    json_to: str | None,
+    plots: str | None,
+    force: bool,
+    output: str | None,
+    **options: Any,
+) -> None:
+    """Add effects to the model, refit everything, and watch the error fall toward the noise.
+
+    Adds built-in effects, those of a file (--effects FILE --add NAME) or a formula (--add-expr), each in the form
+    that the readings bear, and writes the model with parameters, errors and provenance for lutgen build --model.
+
+    \b
+    Example:
+      lutgen refine examples/display-a.csv --add black-level -o my-display.toml
+      lutgen refine examples/display-a.csv --add-expr "leak: xyz + k*tau*white" --json -
+      lutgen refine examples/display-a.csv --auto --plots plots/refine
+    """
+    if not (add or auto or options["expressions"]):
+        raise click.UsageError("Say what to add: --add NAME, --add-expr TEXT or --auto.")
+    from lutgen.criticism.refine import refine
+    from lutgen.display import save_model
+    from lutgen.report.refine_page import refine_page
+
+    alone = check_json(json_to, force=force)
+    if output:
+        check_new_file(output, force=force, suffixes=(".toml",))
+    if plots:
+        from lutgen.report.criticism_plots import OF_REFINE
+
+        check_pictures(plots, OF_REFINE, force=force)
+    question = question_from(**options)
+    with progress_bar("trying effects", quiet=alone) as progress:
+        refinement = refine(
+            question.readings,
+            (*add, *question.own),
+            auto=auto,
+            **question.asked,
+            effects=question.effects,
+            terms=question.terms,
+            progress=progress,
+        )
+    refinement = _as_saved(refinement, question)
+    if output:
+        save_model(refinement.model, output, force=force)
+    if not alone:
+        print_page(refine_page(refinement, question.effects, question.data, output))
+    if plots:
+        from lutgen.report.criticism_plots import plot_refinement
+
+        pictures = plot_refinement(refinement, question.effects, plots, force=force)
+        if not alone:
+            print_page([f"Pictures: {', '.join(map(str, pictures))}"])
+    if json_to:
+        write_json(refinement.as_json(output), json_to)
+
+
+def _as_saved(refinement: Refinement, question: Question) -> Refinement:
+    """Keep what a saved model says of modes and conditions, which no fit touches."""
+    saved = question.saved
+    if saved is None:
+        return refinement
+    model = replace(refinement.model, reference=saved.reference, luminance=saved.luminance, conditions=saved.conditions)
+    return replace(refinement, model=model)

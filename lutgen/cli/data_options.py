@@ -1,0 +1,180 @@
+"""Options of the commands that hold the model against readings: compare, diagnose, refine, plan."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lutgen.cli.outputs import STANDARD_OUTPUT, check_new_file
+from lutgen.cli.shared import SELECTIONS
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lutgen.criticism.linear import Term
+    from lutgen.display import DisplayModel
+    from lutgen.effects import Effect
+    from lutgen.measurements import Measurements
+
+#: As in the library, repeated because help must not import numpy; a test holds them together.
+BASELINES = ("tips", "fresh")
+
+
+@dataclass(frozen=True)
+class Question:
+    """What the options ask: these readings, this model.
+
+    Attributes
+    ----------
+    readings, baseline, selection, instrument, terms
+        As :func:`lutgen.criticism.diagnose.diagnose` takes them.
+    effects
+        All effects, built-in and own, by name.
+    own
+        Names of the effects of ``--add-expr``, in the order given.
+    saved
+        The model of ``--model``.
+    again
+        DATA and options as words for another command that asks of the same readings and model.
+
+    """
+
+    readings: Measurements
+    baseline: str
+    selection: str
+    instrument: str | None
+    effects: dict[str, Effect]
+    own: tuple[str, ...]
+    terms: tuple[Term, ...]
+    saved: DisplayModel | None
+    again: str
+
+    @property
+    def data(self) -> str:
+        """DATA as a shell reads it."""
+        return shlex.quote(self.readings.file)
+
+    @property
+    def asked(self) -> dict[str, Any]:
+        """Keyword arguments that compare, diagnose, refine and plan have in common."""
+        return {"baseline": self.baseline, "selection": self.selection, "instrument": self.instrument}
+
+
+def data_options(*, expressions: bool = True) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Add DATA, --baseline, --selection, --model, --instrument, --effects, --add-expr, --json and --force."""
+
+    def add(command: Callable[..., Any]) -> Callable[..., Any]:
+        for option in reversed([*_MODEL, *([_EXPRESSION] if expressions else []), *_OUTPUT]):
+            command = option(command)
+        return click.argument("data", metavar="DATA")(command)
+
+    return add
+
+
+_MODEL = (
+    click.option(
+        "--baseline",
+        type=click.Choice(BASELINES),
+        help="What the model knows: `tips`, white and primaries measured anew at each hour; `fresh`, hour 0 alone "
+        "[default: tips].",
+    ),
+    click.option(
+        "--selection",
+        type=click.Choice(SELECTIONS),
+        help="Matrix of a colour: the paper's `nearest`, or `continuous` without jumps [default: nearest].",
+    ),
+    click.option("--model", metavar="FILE", help="Start from a saved model (.toml) instead of the paper's."),
+    click.option(
+        "--instrument",
+        metavar="REL,FLOOR",
+        help="Noise of a reading, 1 σ: share of the light, and cd/m², such as 0.002,0.003 [default: from replicates].",
+    ),
+    click.option("--effects", "files", multiple=True, metavar="FILE", help="A Python file of your own effects."),
+)
+_EXPRESSION = click.option(
+    "--add-expr",
+    "expressions",
+    multiple=True,
+    metavar="TEXT",
+    help="An effect of your own in one line, such as 'leak: xyz + k*tau*white'.",
+)
+_OUTPUT = (
+    click.option("--json", "json_to", metavar="FILE", help="Write all numbers as JSON; - for standard output alone."),
+    click.option("--force", is_flag=True, help="Replace files that exist."),
+)
+
+
+def question_from(
+    data: str,
+    *,
+    baseline: str | None,
+    selection: str | None,
+    model: str | None,
+    instrument: str | None,
+    files: tuple[str, ...],
+    expressions: tuple[str, ...] = (),
+) -> Question:
+    """Read what the options of :func:`data_options` name."""
+    from lutgen.criticism.refine import terms_of
+    from lutgen.effects.contract import refuse_unsound
+    from lutgen.effects.expression import parse
+    from lutgen.effects.own import everything
+    from lutgen.measurements import read_measurements
+
+    if Path(data).is_dir():
+        message = f"{data}: is a folder. Put all sessions into one table of readings (.csv), told apart by hour."
+        raise LutgenError(message)
+    readings = read_measurements(data)
+    effects = everything(files, expressions)
+    refuse_unsound(files, expressions)
+    saved = _saved(model, effects) if model else None
+    # A model file says where its own effects are, so that --effects need not.
+    effects |= {each.effect.name: each.effect for each in saved.effects} if saved else {}
+    return Question(
+        readings,
+        _said_once("baseline", baseline, saved.baseline if saved else None, "tips"),
+        _said_once("selection", selection, saved.selection if saved else None, "nearest"),
+        instrument,
+        effects,
+        tuple(parse(text).name for text in expressions),
+        terms_of(saved) if saved else (),
+        saved,
+        _again(data, files, expressions, baseline=baseline, selection=selection, model=model, instrument=instrument),
+    )
+
+
+def _saved(model: str, effects: dict[str, Effect]) -> DisplayModel:
+    from lutgen.display import load_model
+
+    # What the catalogue has, a model file finds by itself; an own effect may have moved since.
+    return load_model(model, {name: each for name, each in effects.items() if each.origin != "built-in"})
+
+
+def _said_once(what: str, given: str | None, saved: str | None, usual: str) -> str:
+    if given and saved and given != saved:
+        message = f"--{what} {given} contradicts --model, whose {what} is {saved}. Leave --{what} out."
+        raise click.UsageError(message)
+    return given or saved or usual
+
+
+def _again(data: str, files: tuple[str, ...], expressions: tuple[str, ...], **named: str | None) -> str:
+    pairs = [(name, value) for name, value in named.items() if value]
+    pairs += [("effects", file) for file in files] + [("add-expr", text) for text in expressions]
+    return " ".join([shlex.quote(data), *(f"--{name} {shlex.quote(value)}" for name, value in pairs)])
+
+
+def check_json(json_to: str | None, *, force: bool) -> bool:
+    """Refuse a file that JSON cannot be written to; say whether standard output belongs to JSON alone."""
+    if json_to and json_to != STANDARD_OUTPUT:
+        check_new_file(json_to, force=force)
+    return json_to == STANDARD_OUTPUT
+
+
+def split_all(_context: click.Context, _option: click.Parameter, texts: tuple[str, ...]) -> tuple[str, ...]:
+    """Cut the comma-separated parts of an option that may be repeated, in the order given."""
+    return tuple(part.strip() for text in texts for part in text.split(",") if part.strip())

@@ -1,0 +1,96 @@
+"""What commands leave behind: pages on the terminal, JSON, pictures; refused before any work is done for it."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lutgen.errors import LutgenError
+from lutgen.files import write_atomically
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from rich.console import RenderableType
+
+#: ``--json`` to standard output.
+STANDARD_OUTPUT = "-"
+
+#: Letters in a line where standard output is no terminal.
+WIDTH = 110
+
+
+def check_new_file(path: str, *, force: bool, suffixes: Sequence[str] = ()) -> Path:
+    """Return the path when a file may be written there.
+
+    Raises
+    ------
+    LutgenError
+        A folder, another suffix, a file that exists without ``force``, or a place that cannot be written to.
+
+    """
+    file = Path(path)
+    if suffixes and file.suffix.lower() not in suffixes:
+        message = f"{path}: give a name that ends in {' or '.join(suffixes)}."
+        raise LutgenError(message)
+    if file.is_dir():
+        message = f"{path}: is a folder. Give the name of a file."
+        raise LutgenError(message)
+    if file.exists() and not force:
+        message = f"{path}: exists already. Add --force to replace it, or choose another name."
+        raise LutgenError(message)
+    _check_writable(file)
+    return file
+
+
+def check_pictures(folder: str, names: Iterable[str], *, force: bool) -> Path:
+    """Return the folder when pictures of these names may be written into it; errors as in :func:`check_new_file`."""
+    place = Path(folder)
+    if place.exists() and not place.is_dir():
+        message = f"{folder}: is a file. Give the name of a folder for the pictures."
+        raise LutgenError(message)
+    for name in names:
+        check_new_file(str(place / name), force=force)
+    return place
+
+
+def _check_writable(file: Path) -> None:
+    place = next(parent for parent in file.absolute().parents if parent.exists())
+    if not place.is_dir() or not os.access(place, os.W_OK):
+        why = "no right to write there" if place.is_dir() else f"{place} is a file, not a folder"
+        message = f"{file}: cannot write: {why}. Choose another place to write to."
+        raise LutgenError(message)
+
+
+def write_json(content: Any, to: str) -> None:
+    """Write JSON to a file, or to standard output for ``-``; what is not finite becomes null."""
+    text = json.dumps(_plain(content), indent=1, ensure_ascii=False, allow_nan=False)
+    if to == STANDARD_OUTPUT:
+        click.echo(text)
+    else:
+        write_atomically(Path(to), f"{text}\n".encode())
+
+
+def _plain(content: Any) -> Any:
+    if isinstance(content, dict):
+        return {str(key): _plain(value) for key, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [_plain(value) for value in content]
+    if isinstance(content, float):
+        return float(content) if isfinite(content) else None
+    return content
+
+
+def print_page(page: Iterable[RenderableType]) -> None:
+    """Print sentences, which the terminal wraps, and tables."""
+    from rich.console import Console
+
+    console = Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH)
+    for part in page:
+        console.print(part, soft_wrap=isinstance(part, str) or hasattr(part, "plain"), markup=False)

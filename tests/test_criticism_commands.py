@@ -1,0 +1,431 @@
+"""`lutgen compare`, `diagnose`, `refine` and `plan` as users call them: pages, files, exit codes, bad input."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+import sys
+from typing import TYPE_CHECKING, NamedTuple
+
+import pytest
+
+from lutgen import cli
+from lutgen.cli import data_options
+from lutgen.criticism.problem import BASELINES
+from lutgen.criticism.separate import POOL, Separation
+from lutgen.display import load_model
+from lutgen.effects.contract import check_file
+from lutgen.measurements import read_measurements
+from lutgen.report import diagnose_page
+from lutgen.report.numbers import percent, readable, with_error
+from lutgen.report.stub import FOLLOWS, sketched
+from tests.campaigns import single, text_of, write
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+COMMANDS = ("compare", "diagnose", "refine", "plan")
+
+
+class Done(NamedTuple):
+    code: int
+    out: str
+    err: str
+
+    @property
+    def lines(self) -> list[str]:
+        return self.out.splitlines()
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
+    """Run lutgen in this process, in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+
+    def lutgen(*arguments: str) -> Done:
+        monkeypatch.setattr(sys, "argv", ["lutgen", *arguments])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        caught = capsys.readouterr()
+        return Done(int(ended.value.code or 0), caught.out, caught.err)
+
+    return lutgen
+
+
+def test_options_name_what_the_library_has() -> None:
+    assert data_options.BASELINES == BASELINES
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence", "words"),
+    [
+        ("leak", "The model fails", ("It is worst", "additive", "black", "ratio", "lutgen diagnose leak.csv")),
+        ("healthy", "The model agrees", ("No hour, colour or condition stands out",)),
+        ("edge", "The model fails", ("u 0.9, v 0.9", "position", "darker than predicted")),
+        ("tips only", "These readings hold nothing but the tips", ()),
+    ],
+)
+def test_compare_says_how_well_the_model_does_and_where_it_fails(
+    run: Callable[..., Done], tmp_path: Path, name: str, sentence: str, words: tuple[str, ...]
+) -> None:
+    done = run("compare", write(name, tmp_path).name)
+    assert (done.code, done.err) == (0, "")
+    assert done.lines[0].startswith(sentence)
+    assert "SIMULATED" in done.out
+    for word in words:
+        assert word in done.out
+
+
+#: Data set and options → what the page says of it: the verdict's beginning, and some words.
+DIAGNOSED: dict[str, tuple[str, ...]] = {
+    "leak": ("named: black-level", "lutgen refine leak.csv --add black-level", "meter-offset instead"),
+    "curve": ("named: eotf-drift", "grown", "±", "cannot be seen"),
+    "healthy": ("consistent: ", "lutgen plan healthy.csv"),
+    "tips only": ("consistent: ", "cannot be seen", "These data could not have seen"),
+    "fading --baseline fresh": ("[a-z-]+: ", "fading.csv --baseline fresh -"),
+}
+
+
+@pytest.mark.parametrize(("asked", "says"), DIAGNOSED.items(), ids=list(DIAGNOSED))
+def test_diagnose_says_what_can_be_seen_then_what_is_missing_then_what_to_do(
+    run: Callable[..., Done], tmp_path: Path, asked: str, says: tuple[str, ...]
+) -> None:
+    name, _, options = asked.partition(" --")
+    done = run("diagnose", write(name, tmp_path).name, *shlex.split(f"--{options}" if options else ""))
+    assert (done.code, done.err) == (0, "")
+    verdict, *words = says
+
+    def place(pattern: str) -> int:
+        return next(number for number, line in enumerate(done.lines) if re.match(pattern, line))
+
+    assert place("What these data can see") < place(verdict) < place("What would refute this") < place("Next")
+    for word in words:
+        assert word in done.out
+
+
+def commands_in(text: str) -> list[list[str]]:
+    """The lines of lutgen that a page tells to run next."""
+    return [shlex.split(each) for each in re.findall(r"  (lutgen .*)$", text, flags=re.MULTILINE)]
+
+
+def test_each_page_names_the_next_command_and_it_works(run: Callable[..., Done], tmp_path: Path) -> None:
+    (compared,) = commands_in(run("compare", write("leak", tmp_path).name).out)
+    (refining,) = commands_in(run(*compared[1:]).out)
+    done = run(*refining[1:])
+    assert done.code == 0, done.err
+    assert done.lines[0].startswith("With black-level the error falls from ")
+    (building,) = commands_in(done.out)
+    assert building[1:] == ["build", "--model", "my-display.toml", "--hours", "0..18000", "-o", "aged/"]
+    done = run(*building[1:4], "--hours", "18000", "--mode", "chroma", "--format", "clf", "-o", "aged/")
+    assert done.code == 0, done.err
+    assert (tmp_path / "aged/chroma/18000h/aged.clf").is_file()
+
+
+def test_the_refined_model_agrees_with_the_data_and_keeps_its_verdict(run: Callable[..., Done], tmp_path: Path) -> None:
+    data = write("leak", tmp_path).name
+    done = run("refine", data, "--auto", "-o", "model.toml")
+    assert (done.code, "Verdict: named" in done.out) == (0, True), done.err
+    model = load_model(tmp_path / "model.toml")
+    assert (model.verdict, [each.effect.name for each in model.effects]) == ("named", ["black-level"])
+    assert run("compare", data, "--model", "model.toml").lines[0].startswith("The model agrees")
+    again = run("diagnose", data, "--model", "model.toml")
+    assert "consistent: " in again.out
+    assert run("refine", data, "--model", "model.toml", "--add", "black-level").code == 2
+
+
+def test_refining_a_saved_model_keeps_what_no_fit_touches(run: Callable[..., Done], tmp_path: Path) -> None:
+    data = write("leak", tmp_path).name
+    (tmp_path / "first.toml").write_text(
+        f'schema = 1\n[display]\nfile = "{data}"\n[model]\nselection = "continuous"\nluminance = "measured"\n'
+        f'reference = "absolute"\n[conditions]\nambient_lx = 60\n'
+    )
+    done = run("refine", data, "--model", "first.toml", "--add", "black-level", "-o", "second.toml")
+    assert done.code == 0, done.err
+    first, second = load_model(tmp_path / "first.toml"), load_model(tmp_path / "second.toml")
+    for name in ("selection", "luminance", "reference", "conditions"):
+        assert getattr(first, name) == getattr(second, name)
+
+
+def test_refine_says_what_no_lut_carries(run: Callable[..., Done], tmp_path: Path) -> None:
+    done = run("refine", write("edge", tmp_path).name, "--add", "edge-falloff")
+    assert "edge-falloff depends on position, which a LUT cannot carry." in done.out
+    assert "No model was written" in done.out
+
+
+def test_an_effect_of_ones_own_is_added_by_file_and_by_formula(run: Callable[..., Done], tmp_path: Path) -> None:
+    data = write("leak", tmp_path).name
+    (tmp_path / "own.py").write_text(sketched("light added everywhere", misfit="a test"))
+    by_file = run("refine", data, "--effects", "own.py", "--add", "my-effect", "-o", "own.toml")
+    by_formula = run("refine", data, "--add-expr", "leak: xyz + k*white", "-o", "formula.toml")
+    for done, name in ((by_file, "my-effect"), (by_formula, "leak")):
+        assert done.code == 0, done.err
+        assert done.lines[0].startswith(f"With {name} the error falls")
+    assert run("compare", data, "--model", "own.toml").lines[0].startswith("The model agrees")
+    assert run("compare", data, "--model", "formula.toml").lines[0].startswith("The model agrees")
+
+
+def test_where_nothing_known_explains_it_an_effect_is_sketched_that_does_better(
+    run: Callable[..., Done], tmp_path: Path
+) -> None:
+    data = write("outside", tmp_path).name
+    done = run("diagnose", data, "--stub", "mine.py")
+    assert "unexplained: " in done.out, done.err
+    (following,) = commands_in(done.out)
+    assert following == ["lutgen", "refine", data, "--effects", "mine.py", "--add", "my-effect"]
+    before, after = re.findall(r"falls from ([\d.]+) to ([\d.]+) times", run(*following[1:]).lines[0])[0]
+    assert float(after) < 0.8 * float(before)
+    printed = run("diagnose", data)
+    assert (tmp_path / "mine.py").read_text().strip() in printed.out
+
+
+@pytest.mark.parametrize("told", [
+    "light by level near 0.4, growing", "light by red near 0.8", "light by blue near 0.1 in Z", "light by red × green",
+    "light by level near 0.1 at 500 h", "light by side, growing in X", "light by height and level²",
+    "light by distance from the centre to the fourth", "light by room light", "light by minutes in Z",
+    "light by minutes, slower", "light by window and mixture", "light by surround", "light by temperature and red",
+    "light added everywhere", "light added everywhere, growing in Z", "light added before the lens cap",
+    "light added to black", "light added by room light in Z", "light added by side", "tips, at all hours alike",
+    "black, growing with the hours", "grey, x", "red ramp, x", "secondary, x", "mixture, x", "lens cap, x",
+    "position, x", "ambient, x", "cold, x", "window, x", "heat, x",
+])  # fmt: skip
+def test_whatever_the_leftover_follows_its_sketch_keeps_the_contract(tmp_path: Path, told: str) -> None:
+    path = tmp_path / "sketch.py"
+    path.write_text(sketched(told, misfit="a test"))
+    (report,) = check_file(path)
+    assert report.passed, report.failure
+
+
+def test_every_sketch_is_tried_above() -> None:
+    marks = test_whatever_the_leftover_follows_its_sketch_keeps_the_contract.pytestmark  # type: ignore[attr-defined]
+    tried = marks[0].args[1]
+    first = {next(pattern for pattern in FOLLOWS if re.match(pattern, told)) for told in tried}
+    assert first == set(FOLLOWS)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ((), ("For general coverage: ", "nine positions", "effects that it opens", "u,v = 0.1,0.1")),
+        (("--between", "crosstalk,loading"), ("To tell crosstalk from loading: ", "χ² between them today")),
+        (("--effect", "edge-falloff"), ("To see edge-falloff: nine positions", "not at all")),
+    ],
+)
+def test_plan_lists_what_to_measure_and_what_it_brings(
+    run: Callable[..., Done], tmp_path: Path, options: tuple[str, ...], words: tuple[str, ...]
+) -> None:
+    done = run("plan", write("leak", tmp_path).name, *options, "-o", "plan.csv", "--ti1", "plan.ti1")
+    assert (done.code, done.err) == (0, "")
+    for word in (*words, "1 ×3", "Written: plan.csv", "Written: plan.ti1"):
+        assert word in done.out
+    rows = [line for line in (tmp_path / "plan.csv").read_text().splitlines() if not line.startswith("#")]
+    sets = (tmp_path / "plan.ti1").read_text()
+    assert f"NUMBER_OF_SETS {len(rows) - 1}" in sets
+    assert f"{len(rows) - 1} readings, in this order:" in done.lines
+
+
+def test_a_plan_filled_in_is_a_table_of_readings(run: Callable[..., Done], tmp_path: Path) -> None:
+    run("plan", write("leak", tmp_path).name, "-o", "plan.csv")
+    text = (tmp_path / "plan.csv").read_text().splitlines()
+    header = next(line for line in text if line.startswith("hour")).split(",")
+    light: dict[tuple[float, ...], tuple[int, int, int]] = {
+        (1, 1, 1): (95, 100, 109),
+        (1, 0, 0): (41, 21, 2),
+        (0, 1, 0): (36, 72, 12),
+        (0, 0, 1): (18, 7, 95),
+    }
+    rows = []
+    for line in text[text.index(",".join(header)) + 1 :]:
+        cells = dict(zip(header, line.split(","), strict=True))
+        code = tuple(float(cells[channel]) for channel in "RGB")
+        cells |= {"hour": "0", **dict(zip("XYZ", map(str, light.get(code, (1, 1, 1))), strict=True))}
+        rows.append(",".join(cells.values()))
+    (tmp_path / "measured.csv").write_text("\n".join([",".join(header), *rows]) + "\n")
+    assert read_measurements(tmp_path / "measured.csv").hours.size == len(rows)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_json_on_standard_output_is_alone_there(run: Callable[..., Done], tmp_path: Path, command: str) -> None:
+    data = write("leak", tmp_path).name
+    more = ("--add", "black-level") if command == "refine" else ()
+    alone = run(command, data, *more, "--json", "-")
+    assert (alone.code, alone.err) == (0, "")
+    beside = run(command, data, *more, "--json", "deep/numbers.json")
+    assert beside.lines[0][:4] in {"The ", "With", "For "}
+    assert json.loads(alone.out) == json.loads((tmp_path / "deep/numbers.json").read_text())
+
+
+def test_without_replicates_the_noise_is_assumed_or_as_stated(run: Callable[..., Done], tmp_path: Path) -> None:
+    (tmp_path / "once.csv").write_text(single(text_of("leak")))
+    done = run("diagnose", "once.csv", "--json", "once.json")
+    assert done.code == 0, done.err
+    assert "ASSUMED: there are no replicates" in done.out
+    assert "No replicates: the noise is assumed" in done.out
+    assert json.loads((tmp_path / "once.json").read_text())["noise"]["source"] == "assumed"
+    stated = run("compare", "once.csv", "--instrument", "0.002,0.003")
+    assert "0.2 % and 0.003 cd/m², as stated" in stated.out
+
+
+@pytest.mark.parametrize("command", ["compare", "diagnose", "plan"])
+def test_a_single_hour_is_data_enough_to_look_at(run: Callable[..., Done], tmp_path: Path, command: str) -> None:
+    done = run(command, write("one hour", tmp_path).name)
+    assert (done.code, done.err) == (0, "")
+    assert command == "plan" or "readings at 0 h" in done.out
+
+
+def test_a_model_of_aging_needs_a_second_hour(run: Callable[..., Done], tmp_path: Path) -> None:
+    done = run("refine", write("one hour", tmp_path).name, "--add", "black-level")
+    assert (done.code, done.out) == (2, "")
+    assert "Aging is a change: add the white, red, green and blue of a later hour." in done.err
+
+
+def test_options_are_handed_on_to_the_next_command(run: Callable[..., Done], tmp_path: Path) -> None:
+    data = write("leak", tmp_path).rename(tmp_path / "room 3.csv").name
+    done = run("compare", data, "--selection", "continuous", "--instrument", "0.002,0.003")
+    assert commands_in(done.out) == [
+        ["lutgen", "diagnose", "room 3.csv", "--selection", "continuous", "--instrument", "0.002,0.003"]
+    ]
+
+
+#: Command line after the data → what the one sentence says. {leak} and {tips} are data files.
+BAD: dict[str, str] = {
+    "compare missing.csv": "missing.csv: cannot read the measurements: no such file",
+    "compare folder": "folder: is a folder. Put all sessions into one table of readings",
+    "compare notes.txt": "the suffix '.txt' names no format of measurements",
+    "compare {leak} {leak}": "unexpected extra argument",
+    "compare {leak} --baseline stale": "'stale' is not one of 'tips', 'fresh'",
+    "compare {leak} --selection furthest": "'furthest' is not one of 'nearest', 'continuous'",
+    "compare {leak} --instrument good": "instrument noise 'good': give two numbers above 0",
+    "compare {leak} --instrument 0.002": "give two numbers above 0",
+    "compare {leak} --instrument=-1,0.003": "give two numbers above 0",
+    "compare {leak} --effects own.py": "--effects helps --model",
+    "compare {leak} --json taken.json": "taken.json: exists already. Add --force",
+    "compare {leak} --json folder": "folder: is a folder",
+    "compare {leak} --json notes.txt/numbers.json": "cannot write",
+    "compare {leak} --plots notes.txt": "notes.txt: is a file. Give the name of a folder",
+    "compare {leak} --plots pictures": "pictures/residuals.png: exists already. Add --force",
+    "compare {leak} --model missing.toml": "cannot read the model: no such file",
+    "compare {leak} --model notes.txt": "not a model file (TOML)",
+    "compare {leak} --model unknown.toml": "unknown effect 'gravity'",
+    "compare {leak} --model fresh.toml --baseline tips": "--baseline tips contradicts --model, whose baseline is fresh",
+    "compare {leak} --model fresh.toml --selection nearest": "whose selection is continuous",
+    "diagnose {leak} --without gravity": "unknown effect 'gravity'",
+    "diagnose {leak} --effects missing.py": "missing.py",
+    "diagnose {leak} --effects notes.txt": "effects are read from Python files",
+    "diagnose {leak} --add-expr xyz+": "expression",
+    "diagnose {leak} --stub mine.txt": "mine.txt: give a name that ends in .py",
+    "diagnose {leak} --stub own.py": "own.py: exists already",
+    "diagnose {leak} --plots pictures": "exists already. Add --force",
+    "diagnose {leak} --model bounds.toml": "lies outside its bounds",
+    "refine {leak}": "Say what to add: --add NAME, --add-expr TEXT or --auto",
+    "refine {leak} --add gravity": "unknown effect 'gravity'. Pick one of: ",
+    "refine {leak} --add black-level,black-level": "is in the model already",
+    "refine {leak} --add black-level --add black-level": "is in the model already",
+    "refine {leak} --add backlight-decay": "Add --baseline fresh",
+    "refine {tips} --add eotf-drift": "Measure greys and ramps too",
+    "refine {leak} --add black-level -o taken.toml": "taken.toml: exists already. Add --force",
+    "refine {leak} --add black-level -o model.json": "give a name that ends in .toml",
+    "refine {leak} --add black-level -o folder": "give a name that ends in .toml",
+    "refine {leak} --add black-level -o notes.txt/model.toml": "cannot write",
+    "refine {leak} --add black-level --plots pictures": "pictures/residuals.png: exists already",
+    "refine {leak} --add-expr xyz": "expression",
+    "refine {leak} --add-expr loop": "expression",
+    "plan {leak} --between crosstalk": "--between takes two effects, A,B; 'crosstalk' names 1",
+    "plan {leak} --between a,b,c": "names 3",
+    "plan {leak} --between crosstalk,gravity": "unknown effect 'gravity'",
+    "plan {leak} --between crosstalk,crosstalk": "cannot be told from itself",
+    "plan {leak} --between crosstalk,loading --effect warm-up": "Leave one out",
+    "plan {leak} --effect gravity": "unknown effect 'gravity'",
+    "plan {leak} -o plan.ti1": "give a name that ends in .csv",
+    "plan {leak} -o taken.csv": "taken.csv: exists already",
+    "plan {leak} --ti1 plan.csv": "give a name that ends in .ti1",
+}
+
+
+@pytest.mark.parametrize(("line", "says"), BAD.items(), ids=list(BAD))
+def test_bad_input_is_one_sentence_and_writes_nothing(
+    run: Callable[..., Done], tmp_path: Path, line: str, says: str
+) -> None:
+    files = {"leak": write("leak", tmp_path).name, "tips": write("tips only", tmp_path).name}
+    for name in ("taken.json", "taken.toml", "taken.csv", "notes.txt", "pictures/residuals.png", "folder/kept"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("here first")
+    (tmp_path / "own.py").write_text(sketched("tips, x", misfit="a test"))
+    head = 'schema = 1\n[display]\nfile = "leak.csv"\n'
+    (tmp_path / "unknown.toml").write_text(f'{head}[[effects]]\nname = "gravity"\norigin = "built-in"\n')
+    (tmp_path / "fresh.toml").write_text(f'{head}[model]\nbaseline = "fresh"\nselection = "continuous"\n')
+    (tmp_path / "bounds.toml").write_text(
+        f'{head}[[effects]]\nname = "meter-drift"\norigin = "built-in"\n[effects.parameters.drift]\nvalue = 1e6\n'
+    )
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    done = run(*shlex.split(line.format(**files)))
+    assert (done.code, done.out) == (2, ""), done
+    *usage, sentence = done.err.strip().splitlines()
+    assert says in sentence
+    assert sentence.startswith(("lutgen: error: ", "Error: "))
+    assert all(each.startswith(("Usage: ", "Try ")) or not each for each in usage), done.err
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
+
+
+def test_force_replaces_what_is_there(run: Callable[..., Done], tmp_path: Path) -> None:
+    data = write("leak", tmp_path).name
+    (tmp_path / "m.toml").write_text("here first")
+    (tmp_path / "n.json").write_text("here first")
+    done = run("refine", data, "--add", "black-level", "-o", "m.toml", "--json", "n.json", "--force")
+    assert done.code == 0, done.err
+    assert json.loads((tmp_path / "n.json").read_text())["model"] == "m.toml"
+    assert load_model(tmp_path / "m.toml").effects
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "says"),
+    [
+        (0.3, 838.0, "lens cap. 3 readings raise the χ² between them from 0.3 to 838 (20 is clear)."),
+        (2.0, 8.0, "lens cap. 3 readings, read 3 times, raise the χ² between them from 2 to 20 (20 is clear)."),
+        (1e-9, 1e-9, "Nothing in one more session would tell black-level from meter-offset"),
+        (1.0, 1.1, "Nothing in one more session would tell black-level from meter-offset"),
+        (50.0, 60.0, "lens cap. 3 readings raise the χ² between them from 50 to 60"),
+    ],
+)
+def test_what_separates_rivals_is_told_with_how_often_to_read_it(before: float, after: float, says: str) -> None:
+    each = Separation(("black-level", "meter-offset"), "lens cap", POOL["lens cap"], before, after)
+    (told,) = list(diagnose_page._separation(each, "data.csv"))
+    assert says in told
+    assert ("lutgen plan data.csv --between black-level,meter-offset" in told) == ("Nothing" not in says)
+
+
+@pytest.mark.parametrize(
+    ("value", "stderr", "unit", "text"),
+    [
+        (12.3141, 0.243, "h", "12.31 ± 0.24 h"),
+        (1.534e-5, 2.1e-7, "1", "(15.34 ± 0.21) ×10⁻⁶"),
+        (0.0020058, 0.0000016, "1", "(2.0058 ± 0.0016) ×10⁻³"),
+        (0.00417, 0.00057, "1", "0.00417 ± 0.00057"),
+        (0.0, 0.001, "1", "0.0000 ± 0.0010"),
+        (-3.2e-7, 1e-6, "1", "(-0.3 ± 1.0) ×10⁻⁶"),
+        (19150.0, 44.0, "h", "(19.150 ± 0.044) ×10³ h"),
+        (300.0, 120.0, "K", "300 ± 120 K"),
+        (1.0, None, "1", "1"),
+        (0.05, float("inf"), "1/K", "0.05 1/K"),
+        (99.6, 9.99, "1", "99.6 ± 10.0"),
+    ],
+)
+def test_a_value_and_its_error_are_readable(value: float, stderr: float | None, unit: str, text: str) -> None:
+    assert with_error(value, stderr, unit) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(1.5e-5, "15 ×10⁻⁶"), (0.000452, "0.000452"), (9999.6, "10 ×10³"), (0.1, "0.1"), (0.0, "0"), (-0.02, "-0.02")],
+)
+def test_a_number_is_readable(value: float, text: str) -> None:
+    assert readable(value) == text
+
+
+@pytest.mark.parametrize(
+    ("share", "text"),
+    [(None, "–"), (0.0, "0 %"), (0.004, "< 1 %"), (0.5, "50 %"), (0.9999, "> 99 %"), (1.0, "100 %")],
+)
+def test_a_share_is_readable(share: float | None, text: str) -> None:
+    assert percent(share) == text
