@@ -1,0 +1,14 @@
+"""The scoring on data with hidden effects, its small seeded part: no gate of criticism.md may be clearly missed."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.virtual_display.__main__ import main
+
+pytestmark = [pytest.mark.numbers, pytest.mark.slow]
+
+
+def test_no_gate_is_clearly_missed_by_the_quick_part(capsys: pytest.CaptureFixture[str]) -> None:
+    missed = main(["--quick"])
+    assert not missed, capsys.readouterr().out

@@ -1,0 +1,423 @@
+"""The virtual display is independent, does what it says, and its answers are what its data sets hold."""
+
+from __future__ import annotations
+
+import ast
+import json
+from dataclasses import replace
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from lutgen.measurements import read_measurements
+from tests.virtual_display import physics, sealed
+from tests.virtual_display.__main__ import OFTENER, main
+from tests.virtual_display.campaign import Campaign, csv_text, measured, noise_free, truth
+from tests.virtual_display.designs import DESIGNS, HOURS, OFF_KNOT_HOURS, TIPS
+from tests.virtual_display.figures import Result, Scored, Share, confusion, failures, results, table
+from tests.virtual_display.instrument import CORRELATION, NOISE
+from tests.virtual_display.judge import Reply, honest, names_the_place
+from tests.virtual_display.physics import EFFECTS, Effect, Traits
+from tests.virtual_display.readings import LENS_CAP, REFERENCE_C
+from tests.virtual_display.score import score
+from tests.virtual_display.spectra import CLASSES, CMF, D65_XY, NM
+from tests.virtual_display.strength import DETECTABLE, continuous, nearest, sized, strength
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from tests.virtual_display.readings import Readings
+    from tests.virtual_display.spectra import Array
+
+pytestmark = pytest.mark.numbers
+
+FOLDER = Path(__file__).parent / "virtual_display"
+
+#: The modules that put the question to lutgen.
+MAY_IMPORT_LUTGEN = {"baked.py", "score.py", "__main__.py"}
+
+#: Effects at a size that shows, one case a form.
+CASES = sorted(EFFECTS)
+
+
+def hidden(effect: Effect, share: float = 1.0) -> tuple[tuple[str, float, str], ...]:
+    return ((effect.name, share * effect.typical, effect.form),)
+
+
+def campaign_with(effect: Effect, **changes: Any) -> Campaign:
+    campaign = Campaign(display=effect.classes[-1], baseline=effect.baseline, seed=4, hidden=hidden(effect))
+    return replace(campaign, **changes)
+
+
+@pytest.mark.parametrize("path", sorted(FOLDER.rglob("*.py")), ids=lambda path: str(path.relative_to(FOLDER)))
+def test_nothing_but_scoring_imports_lutgen(path: Path) -> None:
+    imported = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            imported += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            imported.append(node.module or "")
+    assert any(name.partition(".")[0] == "lutgen" for name in imported) == (path.name in MAY_IMPORT_LUTGEN)
+
+
+@pytest.mark.parametrize(("nm", "xyz"), [
+    (450, (0.3362, 0.0380, 1.7721)),
+    (510, (0.0093, 0.5030, 0.1582)),
+    (555, (0.5121, 1.0000, 0.0057)),
+    (600, (1.0622, 0.6310, 0.0008)),
+    (650, (0.2835, 0.1070, 0.0000)),
+])  # fmt: skip
+def test_the_observer_is_the_cie_s(nm: float, xyz: tuple[float, float, float]) -> None:
+    np.testing.assert_allclose(CMF[:, nm == NM][:, 0], xyz, atol=0.025)
+
+
+@pytest.mark.parametrize(("display", "seed"), list(product(CLASSES, range(4))))
+def test_white_is_near_d65_and_bright_enough(display: str, seed: int) -> None:
+    xyz = truth(Campaign(display=display, seed=seed), np.array(TIPS), 0.0)
+    x, y = (xyz[:, :2] / xyz.sum(axis=1, keepdims=True)).T
+    assert np.hypot(x[0] - D65_XY[0], y[0] - D65_XY[1]) < 0.005
+    assert 200 < xyz[0, 1] < 400
+    assert x[1] > 0.6
+    assert y[2] > 0.55
+    assert y[3] < 0.07
+
+
+@pytest.mark.parametrize(("display", "design"), list(product(CLASSES, DESIGNS)))
+def test_without_a_fault_the_tips_say_everything(display: str, design: str) -> None:
+    campaign = Campaign(display=display, design=design, ageing=2.0, held=design == "greys")
+    assert strength(campaign) < 1e-6
+    assert strength(replace(campaign, baseline="fresh")) < 1e-6
+
+
+def test_a_display_whose_ageing_tips_absorb_does_age() -> None:
+    new, old = (truth(Campaign(seed=1), np.ones((1, 3)), hours)[0] for hours in (0.0, 18_000.0))
+    assert 0.6 < old[1] / new[1] < 0.9
+    held = Campaign(seed=1, held=True)
+    held_old = truth(held, np.ones((1, 3)), 18_000.0)[0]
+    assert held_old[1] == pytest.approx(new[1])
+    assert abs(held_old[2] / new[2] - 1.0) > 0.01
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_tips_between_sessions_lie_on_a_straight_line_but_for_a_gain(seed: int) -> None:
+    campaign = Campaign(seed=seed)
+    for hours in OFF_KNOT_HOURS:
+        after = int(np.searchsorted(HOURS, hours))
+        start, end = HOURS[after - 1], HOURS[after]
+        before, here, later = (truth(campaign, np.array(TIPS), at) for at in (start, hours, end))
+        ratio = here / (before + (later - before) * (hours - start) / (end - start))
+        np.testing.assert_allclose(ratio, 1.0, rtol=5e-4)
+        np.testing.assert_allclose(ratio / ratio[0].mean(), 1.0, rtol=1e-4)
+
+
+def may_change(name: str, readings: Readings, traits: Traits) -> NDArray[np.bool_]:
+    """The readings that an effect may move; all others it must leave alone. Ageing moves all that are not new."""
+    drive, lit = readings.drive, (readings.drive > 0).sum(axis=1)
+    aged, late = readings.hours > 0, readings.tau >= traits.onset
+    off_centre = (readings.u != 0.5) | (readings.v != 0.5)
+    channel = drive[:, traits.channel]
+    everything = np.ones(readings.n, dtype=bool)
+    allowed = {
+        "ambient-reflection": readings.ambient_lx > 0,
+        "black-crush": aged,
+        "black-level": everything,
+        "blue-run-in": np.isfinite(readings.warmup_min),
+        "channel-gamma": aged & (channel > 0) & (channel < 1),
+        "colour-across": readings.u != 0.5,
+        "crosstalk": lit > 1,
+        "driver-segment": late & ((drive > 0.32) & (drive < 0.5)).any(axis=1),
+        "drive-loss": aged & (lit > 0),
+        "dynamic-dimming": lit > 0,
+        "edge-falloff": off_centre,
+        "eotf-drift": aged & ((drive > 0) & (drive < 1)).any(axis=1),
+        "image-retention": everything,
+        "loading": lit > 0,
+        "matrix-switching": lit == 3,
+        "meter-offset": everything,
+        "primary-shift": lit > 0,
+        "quantization": lit > 0,
+        "recalibration": late & ((drive > 0) & (drive < 1)).any(axis=1),
+        "room-sensor": readings.ambient_lx > 0,
+        "stabilizer-headroom": aged & (lit > 0),
+        "temperature": readings.temperature_c != REFERENCE_C,
+        "veiling-glare": (lit > 0) | (readings.surround > 0),
+        "viewing-gamma": readings.v != 0.5,
+        "warm-up": np.isfinite(readings.warmup_min),
+    }.get(name, aged)
+    return np.asarray(allowed)
+
+
+@pytest.mark.parametrize(("name", "form"), CASES)
+def test_an_effect_moves_the_readings_that_it_should_and_no_others(name: str, form: str) -> None:
+    effect = physics.find(name, form)
+    campaign = campaign_with(effect)
+    readings, plain = campaign.readings, noise_free(campaign, ())
+    moved = (np.abs(noise_free(campaign) - plain) > 1e-9 * plain.max()).any(axis=1)
+    allowed = may_change(name, readings, Traits.drawn(campaign.seed))
+    capped = np.array([note == LENS_CAP for note in readings.note])
+    if name != "meter-offset":
+        allowed &= ~capped
+    assert moved.any()
+    assert not (moved & ~allowed).any()
+
+
+@pytest.mark.parametrize(("name", "form"), CASES)
+def test_size_zero_is_no_effect(name: str, form: str) -> None:
+    campaign = campaign_with(physics.find(name, form))
+    np.testing.assert_allclose(
+        noise_free(campaign, ((name, 0.0, form),)), noise_free(campaign, ()), rtol=1e-12, atol=1e-12
+    )
+
+
+@pytest.mark.parametrize(("name", "form"), CASES)
+def test_every_effect_can_be_made_visible(name: str, form: str) -> None:
+    """At the smallest detectable size it is found, and at plausible sizes light stays light."""
+    effect = physics.find(name, form)
+    campaign = campaign_with(effect)
+    solved = sized(campaign, name, form, DETECTABLE)
+    assert solved.reached
+    assert solved.size <= effect.largest
+    if name != "quantization":  # whole bits cannot hit a target
+        assert solved.strength == pytest.approx(DETECTABLE, rel=0.02)
+    assert np.isfinite(noise_free(campaign, hidden(effect, effect.largest / effect.typical))).all()
+    assert noise_free(campaign).min() > -1e-9
+
+
+def signature(campaign: Campaign) -> Array:
+    """What an effect does to the readings beside the tips of its own hour, in σ, flat."""
+    readings, xyz, plain = campaign.readings, noise_free(campaign), noise_free(campaign, ())
+    noise = NOISE[campaign.noise]
+    weight = noise.whitened(xyz - plain, plain + 1e-6)
+    if campaign.baseline == "fresh":
+        return weight.ravel()
+    basis = continuous(physics.effect.code_to_linear(readings.drive))
+    for hour in np.unique(readings.hours):
+        here = readings.hours == hour
+        scale = 1.0 / noise.sigma(plain[here])[:, 1:2]
+        columns = scale * basis[here]
+        weight[here] -= columns @ np.linalg.lstsq(columns, weight[here], rcond=1e-10)[0]
+    return weight.ravel()
+
+
+#: Beside tips that take up white, ``matrix-switching`` in the catalogue's form leaves nothing to compare.
+WITH_TWO_FORMS = [name for name, form in CASES if form == "other" and name != "matrix-switching"]
+
+
+@pytest.mark.parametrize("name", WITH_TWO_FORMS)
+def test_the_other_form_is_the_same_physics_by_another_curve(name: str) -> None:
+    """Its signature resembles the catalogue's, and is not a multiple of it."""
+    same, other = (signature(campaign_with(physics.find(name, form), seed=6)) for form in ("same", "other"))
+    likeness = abs(float(same @ other)) / float(np.linalg.norm(same) * np.linalg.norm(other))
+    assert likeness < 0.9995
+    assert likeness > (0.05 if name == "quantization" else 0.5)
+
+
+def test_a_non_additive_white_is_seen_beside_the_paper_s_selection_only() -> None:
+    campaign = Campaign(hidden=(("matrix-switching", 0.03, "same"),))
+    linear = campaign.readings.drive**2.2
+    assert strength(campaign) > 20 * DETECTABLE
+    for basis in (continuous(linear), nearest(linear)):
+        np.testing.assert_allclose(basis[:, :1] + basis[:, 1:], linear, atol=1e-12)
+
+
+def test_noise_has_the_stated_sigma_and_correlation() -> None:
+    noise, rng = NOISE["good"], np.random.default_rng(1)
+    xyz = np.tile([90.0, 1.0, 0.0], (40_000, 1))
+    errors = noise.read(xyz, np.zeros(40_000, dtype=np.intp), rng)
+    np.testing.assert_allclose(errors.std(axis=0), noise.sigma(xyz[0]), rtol=0.02)
+    np.testing.assert_allclose(np.corrcoef(errors.T), CORRELATION, atol=0.02)
+    np.testing.assert_allclose(noise.sigma(np.zeros(3)), 0.003)
+    whitened = noise.whitened(errors - errors.mean(axis=0), xyz)
+    np.testing.assert_allclose(np.cov(whitened.T), np.eye(3), atol=0.03)
+
+
+def test_a_session_shares_its_gain() -> None:
+    noise, rng = replace(NOISE["cheap"], relative=0.0, floor_cd_m2=1e-12), np.random.default_rng(2)
+    session = np.repeat(np.arange(4000), 2)
+    gains = noise.read(np.full((8000, 3), 50.0), session, rng) / 50.0
+    np.testing.assert_allclose(gains[::2], gains[1::2], rtol=1e-9)
+    assert gains[:, 1].std() == pytest.approx(0.005, rel=0.05)
+
+
+@pytest.mark.parametrize(("display", "design", "noise"), list(product(CLASSES, DESIGNS, NOISE)))
+def test_lutgen_reads_every_table(tmp_path: Path, display: str, design: str, noise: str) -> None:
+    campaign = Campaign(display=display, design=design, noise=noise, seed=8)
+    path = tmp_path / "display.csv"
+    path.write_text(csv_text(campaign), encoding="utf-8")
+    read = read_measurements(path)
+    np.testing.assert_allclose(read.xyz_cd_m2, measured(campaign), rtol=1e-5)
+    np.testing.assert_array_equal(read.hours, campaign.readings.hours)
+    assert read.tips()[0].tolist() == list(HOURS)
+    assert "SIMULATED" in path.read_text(encoding="utf-8").splitlines()[0]
+    assert read.metadata["luminance"] == "free"
+
+
+def test_a_table_is_the_same_every_time_and_does_not_say_what_is_hidden() -> None:
+    campaigns = [campaign_with(physics.find(name, form)) for name, form in CASES]
+    texts = [csv_text(campaign) for campaign in campaigns]
+    assert texts[0] == csv_text(campaigns[0])
+    assert texts[0] != csv_text(replace(campaigns[0], seed=5))
+    for text, (name, _) in zip(texts, CASES, strict=True):
+        assert name not in text.replace("temperature_c", "")
+
+
+def test_the_truth_is_what_a_perfect_meter_would_read() -> None:
+    campaign = campaign_with(physics.find("eotf-drift", "other"))
+    readings = campaign.readings
+    ordinary = np.isnan(readings.warmup_min) & (readings.window == 1) & (readings.u == 0.5) & (readings.hours == 9000)
+    code = readings.drive[ordinary & (readings.ambient_lx == 0)]
+    np.testing.assert_allclose(
+        truth(campaign, code, 9000.0), noise_free(campaign)[ordinary & (readings.ambient_lx == 0)], atol=1e-9
+    )
+    np.testing.assert_allclose(
+        truth(campaign_with(physics.find("meter-offset", "same")), code, 0.0),
+        truth(replace(campaign, hidden=()), code, 0.0),
+    )
+
+
+def test_an_unknown_effect_or_design_is_refused_by_name() -> None:
+    with pytest.raises(KeyError, match="Pick one of: ambient-reflection"):
+        physics.find("gremlins", "same")
+    with pytest.raises(ValueError, match="Pick one of: tips, greys"):
+        _ = Campaign(design="everything").readings
+
+
+@pytest.fixture(scope="module")
+def sets(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("sealed")
+    sealed.make(folder, seed=3, counts=dict.fromkeys(sealed.KINDS, 4) | {"blind": 12}, noise="good")
+    return folder
+
+
+def answers_of(folder: Path) -> dict[str, dict[str, Any]]:
+    answers: dict[str, dict[str, Any]] = json.loads((folder / sealed.ANSWERS).read_text(encoding="utf-8"))
+    return answers
+
+
+def test_sealed_sets_are_what_their_answers_say(sets: Path) -> None:
+    answers = answers_of(sets)
+    assert {answer["kind"] for answer in answers.values()} == set(sealed.KINDS)
+    for name, answer in answers.items():
+        text = (sets / name).read_text(encoding="utf-8")
+        assert (text == csv_text(sealed.campaign_of(answer))) == (answer["kind"] != "broken")
+        assert read_measurements(sets / name).hours.size == text.count("\n") - 6
+        low, high = sealed.BANDS.get(answer.get("band", ""), (0.0, np.inf))
+        if answer["truth"] != ["quantization"]:
+            assert 0.98 * low <= np.min(answer.get("multiple", low)) <= 1.02 * high
+
+
+def test_sealed_sets_are_the_same_every_time(sets: Path, tmp_path: Path) -> None:
+    sealed.make(tmp_path, seed=3, counts={"blind": 12, "broken": 4}, noise="good")
+    for name in answers_of(tmp_path):
+        assert (tmp_path / name).read_bytes() == (sets / name).read_bytes()
+
+
+def test_wrong_rows_are_wrong_and_only_they(sets: Path) -> None:
+    for name, answer in answers_of(sets).items():
+        if answer.get("fault") != "one reading mistyped":
+            continue
+        right = csv_text(sealed.campaign_of(answer)).splitlines()
+        wrong = (sets / name).read_text(encoding="utf-8").splitlines()
+        differ = [line for line, (a, b) in enumerate(zip(right, wrong, strict=True), start=1) if a != b]
+        assert differ == answer["lines"]
+
+
+def oracle(answer: dict[str, Any]) -> Reply:
+    """The first honest reply, as if lutgen had read the answers."""
+    wanted = answer["honest"][0]
+    names = tuple(wanted.get("effects", wanted.get("contains", wanted.get("any_two", ()))))
+    return Reply(wanted["verdict"][0], names, unseen=tuple(wanted.get("unseen", ())), before=4.0, after=1.01, floor=1.0)
+
+
+@pytest.mark.parametrize(("verdict", "code"), [("consistent", 0), ("named", 1)])
+def test_the_command_writes_its_figures_and_fails_on_a_missed_gate(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], verdict: str, code: int
+) -> None:
+    options = ["--kinds", "null", "--per-kind", "7", "--noise", "good", "--workers", "0", "--folder", str(tmp_path)]
+    assert main(options, ask=lambda *_: Reply(verdict, ("crosstalk",) * (verdict == "named"))) == code
+    assert "| false alarms on null and hard null | " in capsys.readouterr().out
+    assert len(answers_of(tmp_path)) == 7 * OFTENER["null"]
+
+
+def asked(folder: Path, ask: Callable[[dict[str, Any]], Reply]) -> list[Scored]:
+    answers = answers_of(folder)
+    return score(folder, lambda path, *_: ask(answers[path.name]), workers=0)
+
+
+def test_a_diagnosis_that_knows_all_meets_every_gate(sets: Path) -> None:
+    scored = asked(sets, oracle)
+    found = results(scored)
+    assert len(found) > 10
+    assert all(one.met and not one.clearly_missed for one in found)
+    assert "**no**" not in table(scored)
+    assert failures(scored).count("\n") == 1
+
+
+def test_a_diagnosis_that_always_names_the_same_misses_them(sets: Path) -> None:
+    scored = asked(sets, lambda _: Reply("named", ("black-level",)))
+    missed = [one.figure.title for one in results(scored) if one.clearly_missed]
+    assert "false alarms on null and hard null" in missed
+    assert "confidently wrong, outside the catalogue" in missed
+    assert "| nothing | 4 | 0 |  | black-level: 4 |" in confusion(scored, noise="good")
+    assert failures(scored).count("black-level") > 20
+
+
+TRUTH = {"honest": sealed.right_family("crosstalk")}
+PAIR = {"honest": sealed.right_family("loading", "crosstalk")}
+TIE = {"honest": [{"verdict": ["one-of"], "any_two": ["crosstalk", "loading"]}]}
+UNSEEN = {"honest": [{"verdict": ["consistent"], "unseen": ["warm-up"]}]}
+
+
+@pytest.mark.parametrize(("answer", "reply", "right"), [
+    (TRUTH, Reply("named", ("crosstalk",)), True),
+    (TRUTH, Reply("form", ("crosstalk",)), True),
+    (TRUTH, Reply("named", ("loading",)), False),
+    (TRUTH, Reply("consistent"), False),
+    (TRUTH, Reply("several", ("crosstalk", "loading")), False),
+    (TRUTH, Reply("one-of", ("crosstalk",), (("crosstalk", "loading"),)), True),
+    (TRUTH, Reply("one-of", (), (("crosstalk", "loading"),)), True),
+    (TRUTH, Reply("one-of", ("crosstalk", "loading", "eotf-drift")), False),
+    (PAIR, Reply("several", ("crosstalk", "loading")), True),
+    (PAIR, Reply("named", ("crosstalk",)), False),
+    (PAIR, Reply("several", ("crosstalk", "loading", "warm-up")), False),
+    (TIE, Reply("one-of", ("crosstalk", "loading", "drive-loss")), True),
+    (TIE, Reply("named", ("crosstalk",)), False),
+    (UNSEEN, Reply("consistent", unseen=("warm-up", "edge-falloff")), True),
+    (UNSEEN, Reply("consistent"), False),
+    (TRUTH, Reply("error", sentence="ValueError"), False),
+])  # fmt: skip
+def test_what_counts_as_honest(answer: dict[str, Any], reply: Reply, *, right: bool) -> None:
+    assert honest(reply, answer) is right
+
+
+def test_a_reply_is_read_from_the_json_of_diagnose() -> None:
+    said = {
+        "verdict": "one-of",
+        "effects": ["loading"],
+        "rivals": [["crosstalk", "loading"], ["warm-up", "temperature"]],
+        "visibility": [{"effect": "edge-falloff", "visible": False}, {"effect": "loading", "visible": True}],
+        "sentence": "Line 118 (hour 2500) does not fit.",
+    }
+    reply = Reply.of(said, seconds=2.0)
+    assert reply.answered == {"crosstalk", "loading"}
+    assert reply.unseen == ("edge-falloff",)
+    assert names_the_place(reply, {"lines": [118]})
+    assert not names_the_place(reply, {"lines": [11], "hours": [300.0]})
+
+
+@pytest.mark.parametrize(("value", "low", "high", "met", "clearly_missed"), [
+    (0.01, 0.0, 0.05, True, False),
+    (0.04, 0.01, 0.09, False, False),
+    (0.20, 0.12, 0.30, False, True),
+])  # fmt: skip
+def test_a_gate_is_clearly_missed_when_the_whole_interval_is_beyond(
+    value: float, low: float, high: float, *, met: bool, clearly_missed: bool
+) -> None:
+    figure = Share("false alarms", lambda _: True, lambda _: True, 0.02, 0.01, at_most=True)
+    result = Result(figure, value, low, high, 100)
+    assert (result.met, result.clearly_missed) == (met, clearly_missed)

@@ -1,0 +1,132 @@
+"""``Campaign``: one display, measured over its life by one design and one instrument; as a CSV, and as the truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tests.virtual_display import designs
+from tests.virtual_display.display import Display, Hidden, made, xyz_at_eye
+from tests.virtual_display.instrument import NOISE
+from tests.virtual_display.physics import find
+from tests.virtual_display.readings import Readings, at_rest
+
+if TYPE_CHECKING:
+    from tests.virtual_display.spectra import Array
+
+#: Columns that only the full design has, after hour, R, G, B.
+CONDITIONS = ("u", "v", "ambient_lx", "warmup_min", "temperature_c", "window", "surround")
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """All that decides a data set.
+
+    Attributes
+    ----------
+    display
+        Display class, a key of ``spectra.CLASSES``.
+    design, hours
+        One of ``designs.DESIGNS``, and the hours of its sessions.
+    hidden
+        Effects as (name, size, form).
+    noise
+        A key of ``instrument.NOISE``.
+    seed
+        Of the display, its traits, the design's mixtures, and the noise.
+    baseline
+        ``tips``: the display ages, and the tips tell. ``fresh``: it ages by the hidden effect alone.
+    held
+        Whether a sensor holds white's luminance.
+    ageing
+        How fast the display ages in ways that tips absorb; 1 is usual.
+    room_lx
+        Light in the room at every reading, which nobody wrote down.
+    metadata
+        Further ``# key: value`` lines, which replace those of the same key.
+
+    """
+
+    display: str = "white LED LCD"
+    design: str = "full"
+    hours: tuple[float, ...] = designs.HOURS
+    hidden: Hidden = ()
+    noise: str = "good"
+    seed: int = 0
+    baseline: str = "tips"
+    held: bool = False
+    ageing: float = 1.0
+    room_lx: float = 0.0
+    metadata: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def readings(self) -> Readings:
+        """The patches and conditions, in reading order."""
+        planned = designs.readings(self.design, self.hours, self.seed)
+        return replace(planned, ambient_lx=planned.ambient_lx + self.room_lx)
+
+    @property
+    def made(self) -> Display:
+        """The display itself."""
+        ageing = self.ageing if self.baseline == "tips" else 0.0
+        return made(self.display, seed=self.seed, ageing=ageing, held=self.held)
+
+
+def noise_free(campaign: Campaign, hidden: Hidden | None = None) -> Array:
+    """XYZ in cd/m² of the campaign's readings, without noise, with other hidden effects if given."""
+    effects = campaign.hidden if hidden is None else hidden
+    return xyz_at_eye(campaign.made, campaign.readings, effects, seed=campaign.seed)
+
+
+def truth(campaign: Campaign, code: Array, hours: float) -> Array:
+    """XYZ in cd/m² that the display shows for code values (m, 3): centre, warm, dark, full screen, no instrument."""
+    shown = tuple(item for item in campaign.hidden if find(item[0], item[2]).stage != "instrument")
+    return xyz_at_eye(campaign.made, at_rest(code, hours), shown, seed=campaign.seed)
+
+
+def measured(campaign: Campaign, *, scatter: float = 1.0) -> Array:
+    """XYZ in cd/m² as the instrument reports them, (n, 3); ``scatter`` multiplies the noise of each reading."""
+    rng = np.random.default_rng([campaign.seed, 0x501])
+    _, session = np.unique(campaign.readings.hours, return_inverse=True)
+    return NOISE[campaign.noise].times(scatter).read(noise_free(campaign), session, rng)
+
+
+def csv_text(campaign: Campaign) -> str:
+    """The data set as lutgen's CSV. It does not say what is hidden."""
+    readings = campaign.readings
+    return table(readings, measured(campaign), header(campaign), conditions=campaign.design == "full")
+
+
+def header(campaign: Campaign) -> dict[str, str]:
+    """The ``# key: value`` lines."""
+    noise = NOISE[campaign.noise]
+    given = {
+        "source": "SIMULATED, not measured: tests/virtual_display of lutgen",
+        "display": f"simulated {campaign.display}",
+        "instrument": (
+            f"simulated colorimeter, 1 sigma {100 * noise.relative:g} % and {noise.floor_cd_m2:g} cd/m2 a reading"
+        ),
+        "session_gain": f"{noise.session:g}",
+        "luminance": "held" if campaign.held else "free",
+    }
+    return given | dict(campaign.metadata)
+
+
+def table(readings: Readings, xyz: Array, lines: dict[str, str], *, conditions: bool) -> str:
+    """Lay out readings and their XYZ as text, six significant digits."""
+    columns = {"hour": readings.hours, **dict(zip("RGB", readings.drive.T, strict=True))}
+    if conditions:
+        columns |= {name: getattr(readings, name) for name in CONDITIONS}
+    columns |= dict(zip("XYZ", xyz.T, strict=True))
+    cells = [[_cell(value) for value in values] for values in columns.values()]
+    names = [*columns]
+    if conditions:
+        names, cells = [*names, "note"], [*cells, list(readings.note)]
+    rows = [",".join(names), *(",".join(row) for row in zip(*cells, strict=True))]
+    return "\n".join([*(f"# {key}: {value}" for key, value in lines.items()), *rows]) + "\n"
+
+
+def _cell(value: float) -> str:
+    return "" if np.isnan(value) else f"{value:.6g}"

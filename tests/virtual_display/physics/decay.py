@@ -1,0 +1,161 @@
+"""Ageing that re-measured tips absorb and that only a prediction from the hour-0 display shows.
+
+Other forms: rational laws or stretched ones for exponentials, τ^1.3 for τ, an absorption edge that creeps for an
+exponential tail, and a soft knee for a hard one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tests.virtual_display.physics.effect import LCDS, Scene, effect
+from tests.virtual_display.spectra import CLASSES, NM, Array
+
+#: h, the quick part of an OLED's or a new lamp's loss.
+BURN_IN_H = 600.0
+
+#: Loss of red, green and blue relative to blue, from 7, 8 and 12 % per 1000 h on an early OLED.
+CHANNEL_LOSS: Array = np.array([7.0, 8.0, 12.0]) / 12.0
+
+PHOSPHORS = tuple(name for name in CLASSES if name != "OLED")
+OWN_LIGHT = ("OLED", "RGB LED LCD")
+
+
+def _each(column: Array) -> Array:
+    """(n, k) beside spectra of shape (n, 3, 81)."""
+    return column[:, :, np.newaxis]
+
+
+@effect("backlight-decay", "same", stage="emission", typical=0.5, largest=3.0, unit="nepers", baseline="fresh")
+def backlight_decay(spectra: Array, scene: Scene, size: float) -> Array:
+    """exp(−s τ^1.41), the power that fits the paper's 67 % and 40 %."""
+    return spectra * _each(np.exp(-size * scene.tau**1.41))
+
+
+@effect("backlight-decay", "other", stage="emission", typical=0.5, largest=3.0, unit="nepers", baseline="fresh")
+def backlight_decay_rational(spectra: Array, scene: Scene, size: float) -> Array:
+    """1/(1 + s τ^1.3/2)²."""
+    return spectra / _each((1.0 + 0.5 * size * scene.tau**1.3) ** 2)
+
+
+@effect("burn-in-decay", "same", stage="emission", typical=0.05, largest=0.5, unit="quick share", baseline="fresh")
+def burn_in_decay(spectra: Array, scene: Scene, size: float) -> Array:
+    """c e^(−t/T₁) + (1 − c) e^(−t/T₂), the slow part losing 3 c in a life."""
+    quick = np.exp(-scene.readings.hours[:, np.newaxis] / BURN_IN_H)
+    return spectra * _each(size * quick + (1.0 - size) * np.exp(-3.0 * size * scene.tau))
+
+
+@effect("burn-in-decay", "other", stage="emission", typical=0.05, largest=0.5, unit="quick share", baseline="fresh")
+def burn_in_rational(spectra: Array, scene: Scene, size: float) -> Array:
+    """A quick loss that stretches (exponent 0.5), and a slow rational one."""
+    hours = scene.readings.hours[:, np.newaxis]
+    quick = 1.0 - size * (1.0 - np.exp(-np.sqrt(hours / BURN_IN_H)))
+    return spectra * _each(quick / (1.0 + 2.0 * size * scene.tau))
+
+
+@effect(
+    "phosphor-wear",
+    "same",
+    stage="emission",
+    typical=0.2,
+    largest=2.0,
+    unit="nepers",
+    baseline="fresh",
+    classes=PHOSPHORS,
+)
+def phosphor_wear(spectra: Array, scene: Scene, size: float) -> Array:
+    """One part of the spectrum falls as exp(−s τ)."""
+    return spectra * (1.0 - scene.wearing * (1.0 - _each(np.exp(-size * scene.tau))))
+
+
+@effect(
+    "phosphor-wear",
+    "other",
+    stage="emission",
+    typical=0.2,
+    largest=2.0,
+    unit="nepers",
+    baseline="fresh",
+    classes=PHOSPHORS,
+)
+def phosphor_wear_rational(spectra: Array, scene: Scene, size: float) -> Array:
+    """One part falls as 1/(1 + s τ^1.3), and what the phosphor converts no more leaks a little as it was."""
+    lost = 1.0 - 1.0 / (1.0 + size * scene.tau**1.3)
+    return spectra * (1.0 - scene.wearing * _each(lost) + 0.05 * (1.0 - scene.wearing) * _each(lost))
+
+
+@effect("yellowing", "same", stage="emission", typical=0.2, largest=2.0, unit="nepers at 400 nm", baseline="fresh")
+def yellowing(spectra: Array, scene: Scene, size: float) -> Array:
+    """Transmittance exp(−a τ e^(−(λ − 400)/60))."""
+    return spectra * np.exp(-size * _each(scene.tau) * np.exp(-(NM - 400.0) / 60.0))
+
+
+@effect("yellowing", "other", stage="emission", typical=0.2, largest=2.0, unit="nepers at 400 nm", baseline="fresh")
+def yellowing_edge(spectra: Array, scene: Scene, size: float) -> Array:
+    """An absorption edge that creeps from the violet, with τ^1.3."""
+    edge = 1.0 / (1.0 + np.exp((NM - 440.0) / 18.0))
+    return spectra * np.exp(-size * _each(scene.tau**1.3) * edge)
+
+
+@effect(
+    "stabilizer-headroom",
+    "same",
+    stage="emission",
+    typical=0.2,
+    largest=2.0,
+    unit="nepers below the set point",
+    baseline="fresh",
+    classes=LCDS,
+)
+def stabilizer_headroom(spectra: Array, scene: Scene, size: float) -> Array:
+    """min(L_set, L₀ D(t)): held until the onset, then the lamp's own exponential."""
+    return spectra * _each(np.exp(-size * np.maximum(scene.tau - scene.traits.onset, 0.0)))
+
+
+@effect(
+    "stabilizer-headroom",
+    "other",
+    stage="emission",
+    typical=0.2,
+    largest=2.0,
+    unit="nepers below the set point",
+    baseline="fresh",
+    classes=LCDS,
+)
+def stabilizer_soft_knee(spectra: Array, scene: Scene, size: float) -> Array:
+    """A regulator that gives way softly, over some 1500 h, to a rational decay that gathers speed."""
+    width = 0.08
+    late = width * np.logaddexp(0.0, (scene.tau - scene.traits.onset) / width)
+    new = width * np.logaddexp(0.0, -scene.traits.onset / width)
+    return spectra / _each(1.0 + size * (late - new) ** 1.3)
+
+
+@effect(
+    "channel-decay",
+    "same",
+    stage="emission",
+    typical=0.2,
+    largest=2.0,
+    unit="nepers of blue",
+    baseline="fresh",
+    classes=OWN_LIGHT,
+)
+def channel_decay(spectra: Array, scene: Scene, size: float) -> Array:
+    """Each channel its own exponential."""
+    return spectra * _each(np.exp(-size * scene.tau * CHANNEL_LOSS))
+
+
+@effect(
+    "channel-decay",
+    "other",
+    stage="emission",
+    typical=0.2,
+    largest=2.0,
+    unit="nepers of blue",
+    baseline="fresh",
+    classes=OWN_LIGHT,
+)
+def channel_decay_rational(spectra: Array, scene: Scene, size: float) -> Array:
+    """Each channel its own rational decay, with its own power of time."""
+    power = np.array([1.3, 0.9, 1.1])
+    return spectra / _each(1.0 + size * CHANNEL_LOSS * scene.tau**power)

@@ -1,0 +1,72 @@
+"""Effects of viewing and of the instrument: light that is not the display's, and a meter that is not right.
+
+Other forms: the coating reflects violet more than red, wears, and the lux meter reads low in bright light; glare
+falls off with the window's size and is bluish; a meter's offset drifts with its own age and is not the same in X, Y, Z.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tests.virtual_display.physics.effect import Scene, effect, late
+from tests.virtual_display.spectra import NM, Array, planck
+
+#: h in a year of which a display is always on, as meters count their calibration.
+YEAR_H = 8766.0
+
+
+@effect("ambient-reflection", "same", stage="viewing", typical=0.005, unit="1/sr")
+def ambient_reflection(spectrum: Array, scene: Scene, size: float) -> Array:
+    """+ R_d E, in the lamp's colour."""
+    return spectrum + size * scene.readings.ambient_lx[:, np.newaxis] * planck(scene.traits.lamp_k)
+
+
+@effect("ambient-reflection", "other", stage="viewing", typical=0.005, unit="1/sr")
+def ambient_on_a_coating(spectrum: Array, scene: Scene, size: float) -> Array:
+    """A coating that reflects more violet and red than green and wears off, and a lux meter that saturates."""
+    lux = scene.readings.ambient_lx[:, np.newaxis]
+    coating = 1.0 + 0.25 * ((NM - 550.0) / 100.0) ** 2
+    return (
+        spectrum
+        + size * (1.0 + 0.5 * late(scene.tau)) * lux / (1.0 - lux / 3000.0) * planck(scene.traits.lamp_k) * coating
+    )
+
+
+@effect("veiling-glare", "same", stage="viewing", typical=0.01, unit="share of the screen's mean light")
+def veiling_glare(spectrum: Array, scene: Scene, size: float) -> Array:
+    """+ g times the mean light of the screen."""
+    return spectrum + size * scene.spectrum(scene.screen_light)
+
+
+@effect("veiling-glare", "other", stage="viewing", typical=0.01, unit="share of a white surround's light")
+def veiling_glare_of_a_lens(spectrum: Array, scene: Scene, size: float) -> Array:
+    """Light scattered in the lens: bluish, and less from far than from near the patch."""
+    surround = scene.readings.surround[:, np.newaxis]
+    near = scene.readings.window[:, np.newaxis] ** 0.4
+    light = near * scene.linear + (1.0 - near) * surround**2.3
+    return spectrum + size * scene.spectrum(light) * (560.0 / NM)
+
+
+@effect("meter-offset", "same", stage="instrument", typical=0.01, largest=0.3, unit="cd/m²")
+def meter_offset(xyz: Array, scene: Scene, size: float) -> Array:
+    """+ o, the same in every reading, with the lens cap on too."""
+    return xyz + size * (np.ones(3) + 0.0 * scene.tau)
+
+
+@effect("meter-offset", "other", stage="instrument", typical=0.01, largest=0.3, unit="cd/m²")
+def meter_offset_drifting(xyz: Array, scene: Scene, size: float) -> Array:
+    """A dark current that grows with the meter's age, not the same in its three detectors."""
+    return np.asarray(xyz + size * (0.8 + 0.5 * late(scene.tau)) * np.array([1.0, 0.8, 1.4]))
+
+
+@effect("meter-drift", "same", stage="instrument", typical=0.005, unit="1/year", baseline="fresh")
+def meter_drift(xyz: Array, scene: Scene, size: float) -> Array:
+    """× (1 − ε t)."""
+    return xyz * (1.0 - size * scene.readings.hours[:, np.newaxis] / YEAR_H)
+
+
+@effect("meter-drift", "other", stage="instrument", typical=0.005, unit="1/year at first", baseline="fresh")
+def meter_drift_settling(xyz: Array, scene: Scene, size: float) -> Array:
+    """Filters that bleach, fast at first, the blue one most."""
+    years = scene.readings.hours[:, np.newaxis] / YEAR_H
+    return np.asarray(xyz * np.exp(-size * years / (1.0 + 0.3 * years) * np.array([0.9, 1.0, 1.3])))

@@ -1,0 +1,79 @@
+"""Puts the sealed data sets to lutgen, two at a time, and judges what it says. Only here is lutgen imported."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from lutgen.errors import LutgenError
+from tests.virtual_display.baked import error_of_lut
+from tests.virtual_display.figures import Scored
+from tests.virtual_display.judge import CONFIDENT, Reply
+from tests.virtual_display.sealed import ANSWERS, campaign_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from lutgen.criticism.diagnose import Diagnosis
+
+    #: File, baseline, effects taken out of the catalogue → the reply.
+    Ask = Callable[[Path, str, tuple[str, ...]], Reply]
+
+#: What a fault in lutgen would raise: such a data set counts as answered wrongly, and the rest is still scored.
+FAULTS = (LutgenError, ValueError, TypeError, ArithmeticError, LookupError, AttributeError, RuntimeError)
+
+
+def ask_lutgen(path: Path, baseline: str, without: tuple[str, ...]) -> Reply:
+    """Diagnose one file as a user would, with the error after adding what was found.
+
+    What lutgen raises becomes the verdict ``error``.
+    """
+    from lutgen.criticism.diagnose import diagnose
+    from lutgen.measurements import read_measurements
+
+    start = time.perf_counter()
+    try:
+        diagnosis = diagnose(read_measurements(path), baseline=baseline, without=without)
+        reply = Reply.of(diagnosis.as_json(), seconds=time.perf_counter() - start)
+        return _with_errors(reply, diagnosis, path) if reply.verdict in CONFIDENT else reply
+    except FAULTS as fault:
+        return Reply("error", sentence=f"{type(fault).__name__}: {fault}", seconds=time.perf_counter() - start)
+
+
+def _with_errors(reply: Reply, diagnosis: Diagnosis, path: Path) -> Reply:
+    """Add the error in σ before and after what was found is added and all is refitted, and that of noise alone.
+
+    And that of the LUT of what was found, in floors, where the display ages by what its tips tell.
+    """
+    before, after = diagnosis.comparison, diagnosis.after
+    reply = replace(reply, before=before.error.rms_sigma, after=after.error.rms_sigma, floor=after.floor.rms_sigma)
+    answer = json.loads((path.parent / ANSWERS).read_text(encoding="utf-8"))[path.name]
+    if answer["campaign"]["baseline"] != "tips":
+        return reply
+    return replace(reply, baked=error_of_lut(diagnosis, campaign_of(answer)) / after.floor.delta_e_mean)
+
+
+def score(folder: Path, ask: Ask = ask_lutgen, *, workers: int = 2) -> list[Scored]:
+    """Ask about every data set in ``folder``; with ``workers`` 0 in this process."""
+    answers: dict[str, dict[str, Any]] = json.loads((folder / ANSWERS).read_text(encoding="utf-8"))
+    files = sorted(answers)
+    questions = [
+        (folder / name, answers[name]["campaign"]["baseline"], tuple(answers[name]["without"])) for name in files
+    ]
+    replies = [ask(*question) for question in questions] if workers == 0 else _in_parallel(ask, questions, workers)
+    return [Scored(name, answers[name], reply) for name, reply in zip(files, replies, strict=True)]
+
+
+def _in_parallel(ask: Ask, questions: list[tuple[Path, str, tuple[str, ...]]], workers: int) -> list[Reply]:
+    replies = []
+    with ProcessPoolExecutor(workers) as pool:
+        for done, reply in enumerate(pool.map(ask, *zip(*questions, strict=True)), start=1):
+            replies.append(reply)
+            if sys.stderr.isatty() or done % 50 == 0:
+                print(f"\r{done} of {len(questions)} data sets", end="", file=sys.stderr, flush=True)
+    return replies

@@ -1,0 +1,222 @@
+"""Sealed data sets: CSV files under random names, and the answers in ``answers.json``, which only scoring opens.
+
+Each answer holds the whole campaign, the hidden truth, how strong it is in units of the smallest detectable size
+(strength 6.5), and the replies that are honest: a list of ``{"verdict": [...]}`` with optional ``effects`` (exactly
+these), ``contains`` (these among them), ``at_most`` (so many) and ``unseen`` (listed as not visible).
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tests.virtual_display import blind, broken
+from tests.virtual_display.campaign import Campaign, csv_text
+from tests.virtual_display.physics import EFFECTS, find, names
+from tests.virtual_display.spectra import CLASSES
+from tests.virtual_display.strength import DETECTABLE, Sized, sized, strength
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from pathlib import Path
+
+ANSWERS = "answers.json"
+
+#: Multiples of the smallest detectable size, by the name of the band.
+BANDS = {"1-3": (1.0, 3.0), "3-10": (3.0, 10.0)}
+
+#: Two faults that one display plausibly has, and why.
+PAIRS = {
+    ("black-level", "eotf-drift"): "an old panel leaks and its liquid crystal's curve has moved",
+    ("black-level", "edge-falloff"): "a sagging diffuser darkens edges, polarisers fade",
+    ("black-level", "warm-up"): "an old lamp behind an old panel",
+    ("crosstalk", "edge-falloff"): "a cheap panel with a cheap backlight",
+    ("primary-shift", "warm-up"): "a TN panel with a fluorescent lamp",
+    ("eotf-drift", "ambient-reflection"): "measured in the reading room, not in the dark",
+    ("channel-gamma", "loading"): "one driver ages, and the supply is weak",
+    ("temperature", "warm-up"): "the same lamp, by two causes of heat",
+    ("recalibration", "edge-falloff"): "somebody calibrated an uneven display",
+    ("meter-offset", "crosstalk"): "a meter without dark correction on an ordinary panel",
+    ("loading", "veiling-glare"): "a bright surround dims the patch and strays into the lens",
+    ("quantization", "black-level"): "an 8-bit panel that leaks",
+}
+
+#: For a fault outside the catalogue: the family of which it is a refined form, so that ``form`` is no wrong answer.
+KIN = {"blue-run-in": "warm-up", "dynamic-dimming": "loading", "room-sensor": "ambient-reflection"}
+
+#: Names that the data of ``fresh`` sets cannot always tell apart.
+TIED = 3
+
+
+@dataclass(frozen=True)
+class Sealed:
+    """One data set: its text, and what scoring needs to know of it."""
+
+    text: str
+    answer: dict[str, Any]
+
+
+def make(folder: Path, *, seed: int, counts: Mapping[str, int], noise: str, design: str = "full") -> None:
+    """Write ``counts[kind]`` data sets of each kind at one noise level, and their answers, into ``folder``.
+
+    Files of a folder that has answers already are added to it, so that several noise levels lie together.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / ANSWERS
+    answers: dict[str, Any] = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    for kind, count in counts.items():
+        rng = np.random.default_rng([seed, *noise.encode(), *kind.encode()])
+        start = int(rng.integers(1 << 16))
+        for number in range(count):
+            base = Campaign(design=design, noise=noise, seed=int(rng.integers(1 << 31)), held=bool(rng.integers(2)))
+            sealed = KINDS[kind](base, start + number, rng)
+            name = f"{rng.integers(1 << 40):010x}.csv"
+            (folder / name).write_text(sealed.text, encoding="utf-8")
+            answers[name] = {"kind": kind, "noise": noise, **sealed.answer}
+    path.write_text(json.dumps(answers, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def campaign_of(answer: Mapping[str, Any]) -> Campaign:
+    """The campaign that an answer describes."""
+    given = dict(answer["campaign"])
+    for name in ("hidden", "metadata"):
+        given[name] = tuple(tuple(item) for item in given[name])
+    return Campaign(**given | {"hours": tuple(given["hours"])})
+
+
+def _sealed(campaign: Campaign, honest: list[dict[str, Any]], **more: Any) -> Sealed:
+    truth = [name for name, _, _ in campaign.hidden]
+    answer = {"truth": truth, "honest": honest, "without": [], "campaign": asdict(campaign), **more}
+    return Sealed(answer.pop("text", None) or csv_text(campaign), answer)
+
+
+def right_family(*truth: str, at_most: int = 2) -> list[dict[str, Any]]:
+    """The replies that name the truth: outright, by its family, or in a small set."""
+    if len(truth) > 1:
+        return [{"verdict": ["several"], "effects": sorted(truth)}]
+    exact = {"verdict": ["named", "form"], "effects": list(truth)}
+    return [exact, {"verdict": ["one-of"], "contains": list(truth), "at_most": at_most}]
+
+
+def _null(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
+    del rng
+    display = list(CLASSES)[number % len(CLASSES)]
+    return _sealed(replace(base, display=display), [{"verdict": ["consistent"]}])
+
+
+def _hard_null(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
+    """Strong ageing that tips absorb; every other set with a meter that drifts as well."""
+    del rng
+    drift = (("meter-drift", 0.02, "same"),) if number % 2 else ()
+    campaign = replace(base, display=list(CLASSES)[number // 2 % len(CLASSES)], ageing=1.5, hidden=drift)
+    return _sealed(campaign, [{"verdict": ["consistent"]}])
+
+
+def _with_effect(
+    base: Campaign, name: str, form: str, target: float, rng: np.random.Generator
+) -> tuple[Campaign, Sized]:
+    effect = find(name, form)
+    campaign = replace(base, display=str(rng.choice(effect.classes)), baseline=effect.baseline)
+    solved = sized(campaign, name, form, target)
+    return replace(campaign, hidden=((name, solved.size, form),)), solved
+
+
+def _multiple(band: str, rng: np.random.Generator) -> float:
+    low, high = BANDS[band]
+    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+
+def _one(form: str, *, baseline: str = "tips", at_most: int = 2) -> Callable[..., Sealed]:
+    """One effect in the given form, every other set weak (1–3×) and strong (3–10×)."""
+
+    def kind(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
+        choice = names(baseline=baseline)
+        name = choice[number // 2 % len(choice)]
+        band = list(BANDS)[number % 2]
+        campaign, solved = _with_effect(base, name, form, DETECTABLE * _multiple(band, rng), rng)
+        honest = right_family(name, at_most=at_most)
+        return _sealed(campaign, honest, band=band, multiple=round(solved.strength / DETECTABLE, 3))
+
+    return kind
+
+
+def _fresh(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
+    """Ageing itself, to be told from the hour-0 display; both forms in turn."""
+    form = ("same", "other")[number // (2 * len(names(baseline="fresh"))) % 2]
+    return _one(form, baseline="fresh", at_most=TIED)(base, number, rng)
+
+
+def _typical(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
+    """Another form at the size that real displays have, which is often a hundred times what can be detected."""
+    name = names()[number % len(names())]
+    effect = find(name, "other")
+    size = effect.typical * float(rng.uniform(0.5, 1.5))
+    campaign = replace(base, display=str(rng.choice(effect.classes)), hidden=((name, size, "other"),))
+    return _sealed(campaign, right_family(name), multiple=round(strength(campaign) / DETECTABLE, 3))
+
+
+def _pair(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
+    """Two effects, each at 3–10×; either of them in either form."""
+    pair = list(PAIRS)[number % len(PAIRS)]
+    forms = [str(rng.choice(["same", "other"])) for _ in pair]
+    classes = [name for name in CLASSES if all(name in find(*both).classes for both in zip(pair, forms, strict=True))]
+    base = replace(base, display=str(rng.choice(classes)))
+    solved = [
+        sized(base, name, form, DETECTABLE * _multiple("3-10", rng)) for name, form in zip(pair, forms, strict=True)
+    ]
+    hidden = tuple((name, one.size, form) for name, form, one in zip(pair, forms, solved, strict=True))
+    multiples = [round(one.strength / DETECTABLE, 3) for one in solved]
+    return _sealed(replace(base, hidden=hidden), right_family(*pair), multiple=multiples)
+
+
+def _outside(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
+    """A fault that the catalogue lacks, at 3–10×: anything but a confident name is honest."""
+    choice = sorted(name for name, form in EFFECTS if form == "outside")
+    name = choice[number % len(choice)]
+    campaign, solved = _with_effect(base, name, "outside", DETECTABLE * _multiple("3-10", rng), rng)
+    kin = [{"verdict": ["form"], "effects": [KIN[name]]}] if name in KIN else []
+    return _sealed(campaign, [*NOT_CONFIDENT, *kin], multiple=round(solved.strength / DETECTABLE, 3))
+
+
+def _removed(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
+    """A catalogue effect in another form, at 3–10×, to be diagnosed without its own entry."""
+    name = names()[number % len(names())]
+    campaign, solved = _with_effect(base, name, "other", DETECTABLE * _multiple("3-10", rng), rng)
+    multiple = round(solved.strength / DETECTABLE, 3)
+    return _sealed(campaign, NOT_CONFIDENT, without=[name], multiple=multiple)
+
+
+#: Replies that put no name on the display's fault.
+NOT_CONFIDENT: list[dict[str, Any]] = [{"verdict": ["unexplained", "consistent", "one-of", "measurement-problem"]}]
+
+
+def _blind(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
+    """A design that cannot tell."""
+    case = blind.CASES[number % len(blind.CASES)](base, rng)
+    return _sealed(case.campaign, case.honest, why=case.why)
+
+
+def _broken(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
+    """A healthy display in a wrong table."""
+    base = replace(base, display=str(rng.choice(list(CLASSES))))
+    fault = broken.FAULTS[number % len(broken.FAULTS)](base, rng)
+    honest = [{"verdict": ["measurement-problem", "consistent"]}]
+    return _sealed(base, honest, text=fault.text, fault=fault.fault, lines=fault.lines, hours=fault.hours)
+
+
+KINDS: dict[str, Callable[[Campaign, int, np.random.Generator], Sealed]] = {
+    "null": _null,
+    "hard-null": _hard_null,
+    "same-form": _one("same"),
+    "other-form": _one("other"),
+    "typical": _typical,
+    "pair": _pair,
+    "fresh": _fresh,
+    "outside": _outside,
+    "removed": _removed,
+    "blind": _blind,
+    "broken": _broken,
+}
