@@ -1,12 +1,13 @@
 """How fast lutgen is: one table of ratios, each pair measured in the same run.
 
-    python examples/bench.py            the whole table, a few minutes
-    python examples/bench.py --quick    small work, few repetitions: does every row still run?
-    python examples/bench.py --json     the same for programs
+    python -m examples.bench                     the whole table, a few minutes
+    python -m examples.bench --only criticism    one part of it
+    python -m examples.bench --quick             small work, few repetitions: does every row still run?
+    python -m examples.bench --json              the same for programs
 
 A ratio is the peer's time over lutgen's: above 1 lutgen is faster. Contestants take turns; ratios are formed turn by
 turn, and the table gives their median and, in brackets, the smallest and largest. Times are medians. Files are in the
-cache and on one file system. Goals are those of the project's issue 2, section 6.
+cache and on one file system. Goals are those of the project's issues 2 and 3.
 """
 
 from __future__ import annotations
@@ -15,19 +16,18 @@ import argparse
 import json
 import os
 import shutil
-import subprocess
 import sys
 import tempfile
-import time
 import warnings
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
-from statistics import median
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from examples.bench_criticism import Work, criticism
+from examples.racing import LUTGEN, Peer, Row, against_limit, peak_memory, race, run, seconds_of
 from lutgen import DisplayModel, apply_to_image, read_measurements
 from lutgen.bake.formats import Provenance, format_named
 from lutgen.bake.lut import Lut, Sampler, lattice
@@ -36,7 +36,7 @@ from lutgen.display import MODES, default_display
 from lutgen.files import write_atomically
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from lutgen.colorimetry import Array
 
@@ -45,45 +45,9 @@ with warnings.catch_warnings():
     warnings.simplefilter("ignore")
     import colour
 
-LUTGEN = (sys.executable, "-m", "lutgen")
 MODE, HOURS = "chroma", 10_000.0
 MEMORY_LIMIT_MB, START_LIMIT_S, APPLY_LIMIT = 300.0, 0.3, 1 / 1.3
 FOLDER = f"{MODE}/10000h"
-
-
-@dataclass(frozen=True)
-class Row:
-    """One line of the table; ``lutgen`` and ``peer`` in ``unit``, None where the peer is missing."""
-
-    what: str
-    peer_name: str
-    lutgen: float
-    peer: float | None = None
-    ratio: float | None = None
-    low: float | None = None
-    high: float | None = None
-    goal: float | None = None
-    unit: str = "s"
-
-    @property
-    def met(self) -> str:
-        """Whether the goal is met; nothing where there is none, or no peer."""
-        if self.goal is None:
-            return ""
-        return "no peer" if self.ratio is None else "yes" if self.ratio >= self.goal else "NO"
-
-
-@dataclass(frozen=True)
-class Peer:
-    """Somebody else's way to the same result.
-
-    ``run`` does 1/``scale`` of the work, and is None where it is not installed.
-    """
-
-    name: str
-    run: Callable[[], object] | None
-    goal: float | None = None
-    scale: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -97,51 +61,13 @@ class Bench:
     height: int = 4000
     short: int = 9
     long: int = 3
+    criticism: Work = field(default_factory=Work)
 
     @classmethod
     def quick(cls) -> Bench:
         """Every row on little work."""
-        return cls((17, 33), hours="0,10000", bakes=1, width=300, height=200, short=3, long=1)
-
-
-def race(what: str, mine: Callable[[], object], *peers: Peer, times: int, scratch: Path | None = None) -> list[Row]:
-    """Time ``mine`` and every peer in turn, ``times`` times after a warm-up each.
-
-    The files in ``scratch`` are removed before each run: writing over an old file makes some file systems wait.
-    """
-    present = [peer for peer in peers if peer.run]
-    runs = [mine, *(peer.run for peer in present if peer.run)]
-    if times > 1:
-        for run in runs:
-            run()
-    seconds = np.array([[_seconds(run, scratch) for run in runs] for _ in range(times)])
-    own = seconds[:, 0]
-    rows = []
-    for peer in peers:
-        if peer not in present:
-            rows.append(Row(what, f"{peer.name}: not here", median(own), goal=peer.goal))
-            continue
-        theirs = seconds[:, 1 + present.index(peer)] * peer.scale
-        ratios = theirs / own
-        low, high = float(ratios.min()), float(ratios.max())
-        rows.append(Row(what, peer.name, median(own), median(theirs), median(ratios), low, high, peer.goal))
-    return rows
-
-
-def _seconds(run: Callable[[], object], scratch: Path | None = None) -> float:
-    for old in scratch.iterdir() if scratch else ():
-        old.unlink()
-    start = time.perf_counter()
-    run()
-    return time.perf_counter() - start
-
-
-def against_limit(what: str, figures: list[float], limit: float, unit: str) -> Row:
-    """A figure rather than a race: the ratio is how many times it fits into its limit."""
-    if not all(figures):
-        return Row(what, "the limit: Linux's /proc is not here", 0.0, goal=1.0, unit=unit)
-    ratios = [limit / figure for figure in figures]
-    return Row(what, "the limit", median(figures), limit, median(ratios), min(ratios), max(ratios), 1.0, unit)
+        small = Work.quick()
+        return cls((17, 33), hours="0,10000", bakes=1, width=300, height=200, short=3, long=1, criticism=small)
 
 
 # ---- evaluating the model
@@ -291,41 +217,6 @@ def _build_arguments(bench: Bench, output: Path, *options: str) -> list[str]:
     return ["build", "--format", "cube", "--hours", bench.hours, "--force", *options, "-o", str(output)]
 
 
-def run(command: list[str]) -> None:
-    """Run a program to its end; what it says is only shown when it fails."""
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
-    if done.returncode:
-        raise SystemExit(f"bench: {' '.join(command)} failed:\n{done.stderr}")
-
-
-def peak_memory(command: list[str], folder: Path) -> float:
-    """Largest sum of the proportional set sizes of a program and its children, in MB, looked at every 10 ms."""
-    peak = 0.0
-    with (folder / "out.txt").open("w") as out, subprocess.Popen(command, stdout=out, stderr=out) as program:
-        while program.poll() is None:
-            peak = max(peak, sum(map(_pss_mb, _family(program.pid))))
-            time.sleep(0.01)
-    return peak
-
-
-def _family(pid: int) -> list[int]:
-    found = [pid]
-    for parent in found:
-        try:
-            found += map(int, Path(f"/proc/{parent}/task/{parent}/children").read_text().split())
-        except OSError:
-            continue
-    return found
-
-
-def _pss_mb(pid: int) -> float:
-    try:
-        lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
-    except OSError:
-        return 0.0
-    return sum(float(line.split()[1]) * 1024e-6 for line in lines if line.startswith("Pss:"))
-
-
 # ---- applying to images
 
 
@@ -429,20 +320,30 @@ def _colour_apply(lut: Path, picture: Any) -> Peer:
 
 def starting(bench: Bench) -> Row:
     """`lutgen --help` as a process."""
-    seconds = [_seconds(partial(run, [*LUTGEN, "--help"])) for _ in range(bench.short)]
+    seconds = [seconds_of(partial(run, [*LUTGEN, "--help"])) for _ in range(bench.short)]
     return against_limit("lutgen --help", seconds, START_LIMIT_S, "s")
 
 
-def all_rows(bench: Bench, folder: Path) -> Iterator[Row]:
-    """Run everything, giving each row as soon as it is known."""
+#: Parts of the table.
+PARTS = ("evaluation", "writing", "building", "applying", "criticism", "starting")
+
+
+def all_rows(bench: Bench, folder: Path, parts: Sequence[str]) -> Iterator[Row]:
+    """Run some parts, giving each row as soon as it is known."""
     model = DisplayModel(read_measurements(default_display()))
     built = folder / "built"
-    build(bench, built)
-    yield from evaluation(bench, model)
-    yield from writing(bench, model, built, folder)
-    yield from building(bench, built, folder)
-    yield from applying(bench, model, built, folder)
-    yield starting(bench)
+    if {"writing", "building", "applying"} & set(parts):
+        build(bench, built)
+    rows: dict[str, Callable[[], Iterable[Row]]] = {
+        "evaluation": lambda: evaluation(bench, model),
+        "writing": lambda: writing(bench, model, built, folder),
+        "building": lambda: building(bench, built, folder),
+        "applying": lambda: applying(bench, model, built, folder),
+        "criticism": lambda: criticism(bench.criticism, folder),
+        "starting": lambda: [starting(bench)],
+    }
+    for part in parts:
+        yield from rows[part]()
 
 
 def print_table(rows: list[Row], bench: Bench) -> None:
@@ -484,11 +385,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="How fast lutgen is, against other programs.")
     parser.add_argument("--quick", action="store_true", help="small work, few repetitions: does every row run?")
     parser.add_argument("--json", action="store_true", dest="as_json", help="print rows as JSON")
+    parser.add_argument("--only", choices=PARTS, action="append", help="this part of the table; repeat for more")
     arguments = parser.parse_args()
     bench = Bench.quick() if arguments.quick else Bench()
     with tempfile.TemporaryDirectory(prefix="lutgen-bench-") as folder:
         rows = []
-        for row in all_rows(bench, Path(folder)):
+        for row in all_rows(bench, Path(folder), arguments.only or PARTS):
             print(f"{row.what} · {row.peer_name}", file=sys.stderr)
             rows.append(row)
     if arguments.as_json:

@@ -1,0 +1,176 @@
+"""Rows of ``bench``: how fast lutgen compares and diagnoses, and what its shortcuts gain over the naive ways.
+
+The readings are simulated (``tests/virtual_display``): 1094 of them at 10 hours, eight sessions of the full design and
+two hours between at which white and primaries were not read. Goals are those of the project's issue 3, section 2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from examples.racing import LUTGEN, Peer, against_limit, peak_memory, race, run, seconds_of
+from lutgen import read_measurements
+from lutgen.criticism.fit import fit, start_state
+from lutgen.criticism.heldout import cells, held_out
+from lutgen.criticism.linear import State, Term, predict, tip_scale, whiten
+from lutgen.criticism.problem import Problem
+from lutgen.effects import catalogue
+from tests.virtual_display.campaign import Campaign, csv_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from examples.racing import Row
+    from lutgen.colorimetry import Array
+    from lutgen.criticism.fit import Fit
+
+DIAGNOSE_LIMIT_S, COMPARE_LIMIT_S, MEMORY_LIMIT_MB = 10.0, 2.0, 500.0
+
+SESSIONS = (0.0, 1000.0, 2500.0, 4500.0, 6000.0, 8500.0, 11_500.0, 18_000.0)
+
+#: What is hidden: name of the row → effects as (name, size, form). ``other`` is a formula that lutgen does not have.
+HIDDEN = {
+    "nothing hidden": (),
+    "one effect hidden": (("black-level", 0.0006, "other"),),
+    "two effects hidden": (("black-level", 0.0006, "other"), ("eotf-drift", 0.15, "same")),
+    "two effects of typical size hidden": (("black-level", 0.0016, "other"), ("warm-up", 0.1, "other")),
+}
+
+#: The effect that is fitted in races against the naive ways, and the parameters that are free.
+FITTED = ("black-level", ("new", "grown", "power", "tint_x", "tint_z"))
+
+#: Share of χ² that another step of the naive fit must gain: about what lutgen's own fit asks for.
+GAIN = 2e-5
+
+#: Every so-many-th cell is refitted by the naive way, which is scaled to all.
+EVERY = 10
+
+
+@dataclass(frozen=True)
+class Work:
+    """How much to do: the sessions' hours and design, and the repetitions of commands and of races."""
+
+    sessions: tuple[float, ...] = SESSIONS
+    design: str = "full"
+    commands: int = 3
+    races: int = 3
+
+    @classmethod
+    def quick(cls) -> Work:
+        """Every row on few readings."""
+        return cls((0.0, 1000.0, 2500.0), design="colours", commands=1, races=1)
+
+
+def criticism(work: Work, folder: Path) -> Iterator[Row]:
+    """Yield all rows."""
+    files = {}
+    for name, hidden in HIDDEN.items():
+        files[name] = folder / f"{name.replace(' ', '-')}.csv"
+        campaign = Campaign(design=work.design, hours=work.sessions, hidden=hidden)
+        files[name].write_text(csv_text(campaign), encoding="utf-8")
+    problem = Problem.of(read_measurements(files["one effect hidden"]))
+    size = f"{problem.rows.size} readings at {problem.hours.size} hours"
+    yield from _commands(work, files, size, folder)
+    yield _fitting(work, problem, size)
+    yield _confirming(work, problem)
+
+
+def _commands(work: Work, files: dict[str, Path], size: str, folder: Path) -> Iterator[Row]:
+    """`lutgen compare` and `lutgen diagnose` as processes, with the whole catalogue and its refined forms."""
+    *_, hardest = files
+
+    def timed(command: str, name: str, limit: float) -> Row:
+        seconds = [seconds_of(partial(run, [*LUTGEN, command, str(files[name])])) for _ in range(work.commands)]
+        return against_limit(f"{command} {size}, {name}", seconds, limit, "s")
+
+    yield timed("compare", hardest, COMPARE_LIMIT_S)
+    for name in files:
+        yield timed("diagnose", name, DIAGNOSE_LIMIT_S)
+    peaks = [peak_memory([*LUTGEN, "diagnose", str(files[hardest])], folder) for _ in range(work.commands)]
+    yield against_limit("peak memory of that diagnosis (PSS)", peaks, MEMORY_LIMIT_MB, "MB")
+
+
+def _fitting(work: Work, problem: Problem, size: str) -> Row:
+    """Fit the same effect to the same readings, tips eliminated, or all unknowns at once."""
+    name, form = FITTED
+    terms = (Term.at_rest(catalogue()[name], form),)
+    at_once = AllAtOnce(problem, terms)
+    mine, theirs = fit(problem, terms).chi2, at_once.chi2()
+    # Both stop where another step gains all but nothing.
+    if abs(mine - theirs) > 1e-3 * theirs:
+        raise SystemExit(f"bench: the fits end elsewhere: chi2 {mine:.2f}, and {theirs:.2f} by least_squares")
+    title = f"fit of {name}, {len(form)} parameters and {at_once.start.size - len(form)} unknown tips and gains, {size}"
+    peer = Peer("scipy.optimize.least_squares, all unknowns at once", at_once.chi2)
+    return race(title, partial(fit, problem, terms), peer, times=work.races)[0]
+
+
+@dataclass(frozen=True)
+class AllAtOnce:
+    """The naive fit: parameters, tips of every hour and session gains in one vector, derivatives by differences.
+
+    The prediction, its noise and what is known beforehand of tips and gains are lutgen's own.
+    """
+
+    problem: Problem
+    terms: tuple[Term, ...]
+
+    @property
+    def start(self) -> Array:
+        """The vector to begin with."""
+        state = start_state(self.problem, self.terms)
+        values = [term.values[name] for term in self.terms for name in term.free]
+        return np.concatenate([values, (state.tips / tip_scale(self.problem)).ravel(), state.gains])
+
+    def chi2(self) -> float:
+        """Fit, and return χ²."""
+        start = self.start
+        bounds = np.full((2, start.size), np.inf) * [[-1.0], [1.0]]
+        count = sum(len(term.free) for term in self.terms)
+        bounds[:, :count] = np.concatenate([term.bounds for term in self.terms]).T
+        found = least_squares(self._residuals, start, bounds=bounds, x_scale="jac", ftol=GAIN)
+        return float(2.0 * found.cost)
+
+    def _residuals(self, vector: Array) -> Array:
+        problem, place, terms = self.problem, 0, []
+        for term in self.terms:
+            terms.append(term.moved([float(value) for value in vector[place : place + len(term.free)]]))
+            place += len(term.free)
+        tips = vector[place : place + 12 * problem.hours.size].reshape(-1, 4, 3) * tip_scale(problem)
+        gains = vector[place + tips.size :]
+        residual = whiten(problem, problem.xyz - predict(problem, State(tuple(terms), tips, gains)))
+        between = ~problem.is_knot
+        off = (problem.interpolated(tips) - tips)[between] / problem.slack[between]
+        return np.concatenate([residual.ravel(), off.ravel(), gains / max(problem.noise.session, 1e-6)])
+
+
+def _confirming(work: Work, problem: Problem) -> Row:
+    """Error of readings that are withheld cell by cell: one step from the full fit, or a fit without each cell."""
+    name, form = FITTED
+    found = fit(problem, (Term.at_rest(catalogue()[name], form),))
+    withheld = cells(problem)
+    some = withheld[::EVERY]
+    mine, theirs = float(held_out(found).squares[::EVERY].sum()), _refitted(found)
+    # A step of a nearly linear problem is a fit.
+    if abs(mine - theirs) > 0.02 * theirs:
+        raise SystemExit(f"bench: withheld readings are missed by {mine:.1f} after a step, by {theirs:.1f} after a fit")
+    peer = Peer(f"a fit for each, {len(some)} timed", partial(_refitted, found), None, len(withheld) / len(some))
+    title = f"held-out error of that fit, {len(withheld)} cells"
+    return race(title, partial(held_out, found), peer, times=work.races)[0]
+
+
+def _refitted(found: Fit) -> float:
+    """Squared whitened error of every so-many-th cell, each predicted by a fit to all other readings."""
+    problem, error = found.problem, 0.0
+    start = State(found.terms, found.tips, found.gains)
+    for cell in cells(problem)[::EVERY]:
+        rest = problem.without([int(row) for row in problem.rows[cell]])
+        again = fit(rest, found.terms, start)
+        left = whiten(problem, problem.xyz - predict(problem, State(again.terms, again.tips, again.gains)))[cell]
+        error += float((left**2).sum())
+    return error

@@ -1,0 +1,132 @@
+"""How two ways to the same result are timed against one another, and a figure against its limit.
+
+Contestants take turns; ratios are formed turn by turn. Used by ``bench``, which prints the table.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+LUTGEN = (sys.executable, "-m", "lutgen")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the table; ``lutgen`` and ``peer`` in ``unit``, None where the peer is missing."""
+
+    what: str
+    peer_name: str
+    lutgen: float
+    peer: float | None = None
+    ratio: float | None = None
+    low: float | None = None
+    high: float | None = None
+    goal: float | None = None
+    unit: str = "s"
+
+    @property
+    def met(self) -> str:
+        """Whether the goal is met; nothing where there is none, or no peer."""
+        if self.goal is None:
+            return ""
+        return "no peer" if self.ratio is None else "yes" if self.ratio >= self.goal else "NO"
+
+
+@dataclass(frozen=True)
+class Peer:
+    """Somebody else's way to the same result.
+
+    ``run`` does 1/``scale`` of the work, and is None where it is not installed.
+    """
+
+    name: str
+    run: Callable[[], object] | None
+    goal: float | None = None
+    scale: float = 1.0
+
+
+def race(what: str, mine: Callable[[], object], *peers: Peer, times: int, scratch: Path | None = None) -> list[Row]:
+    """Time ``mine`` and every peer in turn, ``times`` times after a warm-up each.
+
+    The files in ``scratch`` are removed before each run: writing over an old file makes some file systems wait.
+    """
+    present = [peer for peer in peers if peer.run]
+    runs = [mine, *(peer.run for peer in present if peer.run)]
+    if times > 1:
+        for run in runs:
+            run()
+    seconds = np.array([[seconds_of(run, scratch) for run in runs] for _ in range(times)])
+    own = seconds[:, 0]
+    rows = []
+    for peer in peers:
+        if peer not in present:
+            rows.append(Row(what, f"{peer.name}: not here", median(own), goal=peer.goal))
+            continue
+        theirs = seconds[:, 1 + present.index(peer)] * peer.scale
+        ratios = theirs / own
+        low, high = float(ratios.min()), float(ratios.max())
+        rows.append(Row(what, peer.name, median(own), median(theirs), median(ratios), low, high, peer.goal))
+    return rows
+
+
+def seconds_of(run: Callable[[], object], scratch: Path | None = None) -> float:
+    """Run once; the files in ``scratch`` are removed before."""
+    for old in scratch.iterdir() if scratch else ():
+        old.unlink()
+    start = time.perf_counter()
+    run()
+    return time.perf_counter() - start
+
+
+def against_limit(what: str, figures: list[float], limit: float, unit: str) -> Row:
+    """A figure rather than a race: the ratio is how many times it fits into its limit."""
+    if not all(figures):
+        return Row(what, "the limit: Linux's /proc is not here", 0.0, goal=1.0, unit=unit)
+    ratios = [limit / figure for figure in figures]
+    return Row(what, "the limit", median(figures), limit, median(ratios), min(ratios), max(ratios), 1.0, unit)
+
+
+def run(command: list[str]) -> None:
+    """Run a program to its end; what it says is only shown when it fails."""
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
+    if done.returncode:
+        raise SystemExit(f"bench: {' '.join(command)} failed:\n{done.stderr}")
+
+
+def peak_memory(command: list[str], folder: Path) -> float:
+    """Largest sum of the proportional set sizes of a program and its children, in MB, looked at every 10 ms."""
+    peak = 0.0
+    with (folder / "out.txt").open("w") as out, subprocess.Popen(command, stdout=out, stderr=out) as program:
+        while program.poll() is None:
+            peak = max(peak, sum(map(_pss_mb, _family(program.pid))))
+            time.sleep(0.01)
+    return peak
+
+
+def _family(pid: int) -> list[int]:
+    found = [pid]
+    for parent in found:
+        try:
+            found += map(int, Path(f"/proc/{parent}/task/{parent}/children").read_text().split())
+        except OSError:
+            continue
+    return found
+
+
+def _pss_mb(pid: int) -> float:
+    try:
+        lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
+    except OSError:
+        return 0.0
+    return sum(float(line.split()[1]) * 1024e-6 for line in lines if line.startswith("Pss:"))
