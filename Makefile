@@ -1,15 +1,19 @@
 # OCIO=debian takes OpenColorIO and OpenImageIO from Debian's packages, OCIO=wheels from PyPI;
 # without it .ci/setup takes Debian's where it can have them.
 OCIO ?=
-# More for pytest: make test ARGS="-k cube -x"
+# More for a program: make test ARGS="-k cube -x", make bench ARGS="--only criticism", make hidden ARGS=--write
 ARGS ?=
 PYTHON := .venv/bin/python
 
-.PHONY: help setup programs demo test lint bench consumers configs check-configs display dist clean
+# Fits are thousands of small matrices, on which the threads of BLAS only wait for one another.
+ALONE := OPENBLAS_NUM_THREADS=1
+
+.PHONY: help setup programs demo test lint bench consumers hidden figures configs check-configs display dist clean
 
 help: ## say what can be made (this)
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
-	@echo 'OCIO=debian or OCIO=wheels after any of them says where OpenColorIO comes from; ARGS="..." goes to pytest.'
+	@echo 'OCIO=debian or OCIO=wheels after any of them says where OpenColorIO comes from.'
+	@echo 'ARGS="..." goes to pytest (make test), or to the program of make bench and make hidden.'
 
 setup: ## make .venv, with all that lutgen needs; does nothing when it is there
 	@.ci/setup venv $(OCIO)
@@ -21,7 +25,7 @@ demo: setup ## a real tissue image on an aged display; prints the path of the pi
 	@$(PYTHON) examples/demo.py
 
 test: lint programs ## style, types and all tests
-	@$(PYTHON) -m pytest $(ARGS)
+	@$(ALONE) $(PYTHON) -m pytest $(ARGS)
 
 lint: setup ## style and types
 	@$(PYTHON) -m ruff check --quiet
@@ -29,10 +33,18 @@ lint: setup ## style and types
 	@$(PYTHON) -m mypy --no-error-summary
 
 bench: programs ## how fast, against other programs
-	@$(PYTHON) examples/bench.py
+	@$(ALONE) $(PYTHON) -m examples.bench $(ARGS)
 
 consumers: programs ## how real programs render our files: errors in 8-bit codes
 	@$(PYTHON) -m tests.consumers
+
+# 420 data sets at three noise levels: up to 25 minutes on two cores; ARGS="--per-kind 40" narrows the intervals.
+hidden: setup ## score the diagnosis on data with hidden effects: figures against gates, confusion matrix
+	@$(ALONE) $(PYTHON) -m tests.virtual_display --per-kind 10 $(ARGS)
+
+figures: setup ## the walk-through's data, its outputs and its pictures anew
+	@$(PYTHON) -m examples.make_displays
+	@$(ALONE) $(PYTHON) -m examples.walkthrough --write
 
 configs: setup ## build configs/default anew
 	@.venv/bin/lutgen build --hours 0..18000 --selection continuous --format clf --force -o configs/default

@@ -20,6 +20,7 @@ from lutgen.bake.formats import format_names
 from lutgen.cli import group, shared
 from lutgen.display import MODES, REFERENCES, SELECTIONS, DisplayModel, default_display
 from lutgen.measurements import read_measurements
+from lutgen.report.stub import sketched
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -46,6 +47,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         imsave(folder / name, immunohistochemistry()[:32, :32])
     (folder / "compared").mkdir()
     shutil.copyfile(default_display(), folder / "my-display.csv")
+    (folder / "examples").mkdir()
+    shutil.copyfile(ROOT / "examples/display-a.csv", folder / "examples/display-a.csv")
+    (folder / "my_effect.py").write_text(sketched("light added everywhere", misfit="of an example"))
     shutil.copyfile(ROOT / "configs/default/chroma/10000h/aged.clf", folder / "theirs.clf")
     model = DisplayModel(read_measurements(default_display()))
     axis = np.linspace(0, 1, 33)
@@ -56,12 +60,13 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def run_lutgen(line: str, folder: Path) -> None:
+def run_lutgen(line: str, folder: Path) -> str:
     arguments = shlex.split(line, comments=True)
     assert arguments[0] == "lutgen"
     command = [sys.executable, "-m", "lutgen", *arguments[1:]]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=200)
     assert done.returncode == 0, (line, done.stderr)
+    return done.stdout
 
 
 def examples(command: str) -> list[str]:
@@ -83,19 +88,27 @@ def test_every_commands_help_ends_in_examples_that_work(command: str, folder: Pa
 
 
 def blocks(language: str) -> list[str]:
-    return re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
+    fenced = re.findall(r"^```(\w*)\n(.*?)^```$", README, flags=re.DOTALL | re.MULTILINE)
+    return [text for name, text in fenced if name == language]
 
 
 @pytest.mark.slow
 def test_readmes_commands_run_as_written(folder: Path) -> None:
     lines = [line for block in blocks("") for line in block.splitlines() if line.startswith("lutgen ")]
     assert len(lines) >= 4
-    for path in ("aged", "aged.png"):
+    for path in ("aged", "aged.png", "my-display.toml", "plan.csv", "plots"):
         shutil.rmtree(folder / path, ignore_errors=True)
         if (folder / path).is_file():
             (folder / path).unlink()
-    for line in lines:
-        run_lutgen(line, folder)
+    printed = {line: " ".join(run_lutgen(line, folder).split()) for line in lines}
+    # A command's output may follow it; "…" stands for what is left out.
+    parts = [
+        part for block in blocks("") for part in re.split(r"(?m)^(?=lutgen )", block) if part.startswith("lutgen ")
+    ]
+    for part in parts:
+        command, _, output = part.partition("\n")
+        for said in re.split(r"\n…\n|\n\n", f"\n{output}"):
+            assert " ".join(said.replace("…", "").split()) in printed[command], said
 
 
 @pytest.mark.slow
