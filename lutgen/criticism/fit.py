@@ -1,4 +1,5 @@
-"""Weighted least squares in XYZ, the unknown tips eliminated: Gauss-Newton with bounds (variable projection).
+"""Weighted least squares in XYZ, the unknown tips eliminated: Gauss-Newton with bounds, damped where it must
+be (variable projection).
 
 One iteration linearises the prediction (:mod:`lutgen.criticism.linear`), eliminates what is local to a block of
 readings (:mod:`lutgen.criticism.system`), and solves the small system of effects that is left. χ² is that of whitened
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
 CONVERGED = 0.005
 
 MAX_ITERATIONS = 30
+
+#: Damping in units of the parameters' own curvature: the first that is tried, the last, and what hardly shortens a step.
+LEAST_DAMPING, MOST_DAMPING, SLIGHT_DAMPING = 1e-4, 1e4, 1e-2
 
 #: Rounds of solving the tips alone before effects move.
 RELAXATIONS = 3
@@ -128,27 +132,33 @@ def fit(problem: Problem, terms: Sequence[Term] = (), start: State | None = None
     system = System(problem, linearise(problem, state), state)
     for _ in range(RELAXATIONS if start is None else 0):
         # Tips between sessions lean on those of their neighbours, which the first round has moved.
-        state = system.moved(state, np.zeros(system.global_count), 1.0)
+        state = system.moved(state, np.zeros(system.global_count))
         system = System(problem, linearise(problem, state), state)
-    shrink = 1.0
-    for _ in range(MAX_ITERATIONS):
-        move = system.step(state.terms)
-        if system.chi2 - move.chi2 < CONVERGED and shrink == 1.0:
-            break
-        moved = system.moved(state, move.parameters, shrink)
-        trial = System(problem, linearise(problem, moved), moved)
-        if trial.chi2 <= system.chi2 + 1e-9:
-            gain = system.chi2 - trial.chi2
-            state, system = moved, trial
-            if gain < CONVERGED and shrink == 1.0:
-                break
-            shrink = min(1.0, shrink * 3.0)
-        else:
-            shrink *= 0.3
-            if shrink < 1e-3:
-                break
-    state = system.moved(state, np.zeros(system.global_count), 1.0)
+    state, system = _descended(problem, state, system)
+    state = system.moved(state, np.zeros(system.global_count))
     linear = system.linear._replace(residual=whiten(problem, problem.xyz - predict(problem, state)))
     return Fit(
         problem, state.terms, state.tips, state.gains, system.chi2, system.effect_count, system.covariance(), linear
     )
+
+
+def _descended(problem: Problem, state: State, system: System) -> tuple[State, System]:
+    """Go down to where no step promises more; a step that does not keep its promise is tried again, damped."""
+    damping = 0.0
+    for _ in range(MAX_ITERATIONS):
+        move = system.step(state.terms, damping)
+        if not damping and system.chi2 - move.chi2 < CONVERGED:
+            break
+        moved = system.moved(state, move.parameters)
+        trial = System(problem, linearise(problem, moved), moved)
+        gain = system.chi2 - trial.chi2
+        if gain < -1e-9:
+            damping = max(10.0 * damping, LEAST_DAMPING)
+            if damping > MOST_DAMPING:
+                break
+            continue
+        state, system = moved, trial
+        if gain < CONVERGED and damping < SLIGHT_DAMPING:
+            break
+        damping = 0.1 * damping if damping > LEAST_DAMPING else 0.0
+    return state, system

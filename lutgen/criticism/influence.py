@@ -28,6 +28,9 @@ SURE = 1e-12
 #: More rows than this are no slips: something else is wrong.
 MOST_ROWS = 5
 
+#: Replicates of more patches than this share do not agree to the last digit by chance.
+MOST_COPIES = 0.5
+
 #: No colorimeter that is used on displays scatters by more than this share of the light.
 WORST_INSTRUMENT = 0.012
 
@@ -109,6 +112,11 @@ def suspicious_noise(problem: Problem) -> str:
         ratio = noise.scatter / (3 * noise.contrasts)
         if stats.f.sf(ratio, 3 * noise.contrasts, 1e6) < 1e-6 and ratio > 2.0:
             return f"replicates scatter {np.sqrt(ratio):.1f} times as much as the stated noise of the instrument allows"
+    if noise.source == "replicates" and noise.copied > MOST_COPIES:
+        return (
+            f"replicates of {noise.copied:.0%} of the patches agree to the last digit, so they are copies and say "
+            f"nothing of the noise; give each reading of its own, or state the noise with --instrument"
+        )
     if noise.source == "replicates" and noise.relative > WORST_INSTRUMENT:
         return f"replicates scatter by {noise.relative:.1%} of the light, more than any colorimeter in order does"
     return ""

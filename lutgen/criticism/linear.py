@@ -33,6 +33,9 @@ UNUSUAL: dict[str, Any] = {
 #: A parameter moves by this share of its range for a derivative.
 STEP = 1e-4
 
+#: A tip moves by this share of its unit for a derivative.
+NUDGE = 1e-2
+
 
 @dataclass(frozen=True)
 class Term:
@@ -137,12 +140,12 @@ def _by_tips(problem: Problem, state: State, before: Panel, xyz: Array) -> Array
         for k in range(3):
             direct[:, k, :, k] = shares.T * size[:, k, np.newaxis]
         return direct.reshape(12, *xyz.shape)
-    if any(mixes(term) for term in state.terms):
-        moved = state.tips + (np.eye(12).reshape(12, 4, 3) * size)[:, np.newaxis]
-        return problem.predict(state.terms, before, moved) - xyz
-    # X, Y and Z pass every effect apart: one step of all three at once tells their derivatives.
-    moved = state.tips + (np.eye(4)[:, :, np.newaxis] * size)[:, np.newaxis]
-    together = problem.predict(state.terms, before, moved) - xyz
+    if problem.holds or any(mixes(term) for term in state.terms):
+        moved = state.tips + (np.eye(12).reshape(12, 4, 3) * size * NUDGE)[:, np.newaxis]
+        return (problem.predict(state.terms, before, moved) - xyz) / NUDGE
+    # X, Y and Z pass every effect apart, unless Y holds them all: one step of all three at once tells their derivatives.
+    moved = state.tips + (np.eye(4)[:, :, np.newaxis] * size * NUDGE)[:, np.newaxis]
+    together = (problem.predict(state.terms, before, moved) - xyz) / NUDGE
     apart = np.zeros((4, 3, *xyz.shape))
     for k in range(3):
         apart[:, k, :, k] = together[..., k]

@@ -10,7 +10,7 @@ A session's gain, shared by all its readings, cannot be known from one session a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,6 +36,9 @@ PRIOR_SD = 1.4
 #: Contrasts between replicates that are enough to call the noise measured.
 ENOUGH = 6
 
+#: Readings of less light may agree to the last digit that an instrument shows.
+DARK_CD_M2 = 1.0
+
 #: A replicate further than this many robust sigmas from its fellows is a slip, not noise.
 SLIP = 12.0
 
@@ -58,6 +61,8 @@ class Noise:
         Their sum of squares in units of this noise; about 3 × ``contrasts`` when the noise is right.
     slips
         Rows that replicates show to be wrong, indices of readings.
+    copied
+        Share of the replicated patches, other than dark ones, whose readings agree to the last digit.
 
     """
 
@@ -69,6 +74,7 @@ class Noise:
     contrasts: int = 0
     scatter: float = 0.0
     slips: tuple[int, ...] = ()
+    copied: float = 0.0
 
     def covariance(self, xyz_cd_m2: Array) -> Array:
         """Covariance of readings of light (n, 3): (n, 3, 3)."""
@@ -194,11 +200,21 @@ def estimate_noise(readings: Measurements, instrument: str | None = None) -> Noi
         source = "replicates"
         relative, floor, correlation = pooled.most_likely()
     noise = Noise(relative, floor, session, _matrix(correlation), source, pooled.contrasts)
-    return Noise(relative, floor, session, _matrix(correlation), source, pooled.contrasts, pooled.squares(noise), slips)
+    return replace(noise, scatter=pooled.squares(noise), slips=slips, copied=_copied(readings.xyz_cd_m2, groups))
 
 
 def _matrix(correlation: float) -> Array:
     return np.full((3, 3), correlation) + (1.0 - correlation) * np.eye(3)
+
+
+def _copied(xyz: Array, groups: NDArray[np.intp]) -> float:
+    """Share of groups of replicates, but for dark ones, that agree to the last digit."""
+    alike = [
+        bool((xyz[here] == xyz[here[0]]).all())
+        for group in np.flatnonzero(np.bincount(groups) > 1)
+        if xyz[here := np.flatnonzero(groups == group), 1].mean() > DARK_CD_M2
+    ]
+    return float(np.mean(alike)) if alike else 0.0
 
 
 @dataclass(frozen=True)

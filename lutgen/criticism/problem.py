@@ -271,9 +271,14 @@ class Problem:
 
     def predict(self, applied: Sequence[Applied], before: Panel, tips: Array) -> Array:
         """XYZ that the meter should report, (..., n, 3), of latent tips (..., H, 4, 3)."""
-        if self.baseline == "fresh" and self.held:
+        if self.holds:
             tips = tips * self._held_gain(applied, tips)[..., np.newaxis, np.newaxis]
         return reported(applied, before, tips[..., self.hour_of, :, :], self.scene(tips))
+
+    @property
+    def holds(self) -> bool:
+        """Whether a sensor's holding of white is predicted: under ``tips`` the tips have it in them."""
+        return self.baseline == "fresh" and self.held
 
     def _held_gain(self, applied: Sequence[Applied], tips: Array) -> Array:
         """Gain by which a sensor holds the white of every hour at that of hour 0, (..., H)."""

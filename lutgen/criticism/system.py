@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from scipy.optimize import lsq_linear
 
 from lutgen.criticism.linear import State, tip_scale
 
@@ -46,9 +47,9 @@ class System:
         self.A, self.z = reduced[:, :-1], reduced[:, -1]
         self.chi2 = float(self.z @ self.z)
 
-    def step(self, terms: Sequence[Term]) -> Move:
+    def step(self, terms: Sequence[Term], damping: float = 0.0) -> Move:
         """Best step of the global unknowns within the parameters' bounds."""
-        return bounded(self.A, self.z, *self.limits(terms))
+        return bounded(self.A, self.z, *self.limits(terms), damping)
 
     def limits(self, terms: Sequence[Term]) -> tuple[Array, Array]:
         """How far each global unknown may move down and up, (p,) each."""
@@ -60,15 +61,14 @@ class System:
             low[: self.effect_count], high[: self.effect_count] = (bounds - here[:, np.newaxis]).T
         return low, high
 
-    def moved(self, state: State, parameters: Array, share: float) -> State:
-        """Move a state by a share of a step; local unknowns follow."""
-        parameters = share * parameters
+    def moved(self, state: State, parameters: Array) -> State:
+        """Move a state by a step; local unknowns follow."""
         terms, place = [], 0
         for term in state.terms:
-            now = [term.values[name] for name in term.free]
-            change = parameters[place : place + len(now)]
-            terms.append(term.moved([float(a + b) for a, b in zip(now, change, strict=True)]))
-            place += len(now)
+            now = np.array([term.values[name] for name in term.free])
+            to = np.clip(now + parameters[place : place + now.size], *term.bounds.T)
+            terms.append(term.moved(to.tolist()))
+            place += now.size
         tips, gains = state.tips.copy(), state.gains.copy()
         scale = tip_scale(self.problem)
         if self.problem.baseline == "fresh":
@@ -163,21 +163,29 @@ def prior_rows(problem: Problem, state: State, hour: int, gains: tuple[int, ...]
     return np.concatenate([of_gains, of_tips]), np.concatenate([off_gains, off_tips])
 
 
-def bounded(A: Array, z: Array, low: Array, high: Array) -> Move:
-    """Minimise ‖z − A δ‖² for low ≤ δ ≤ high: what leaves its bounds is held there, the rest solved again."""
+def bounded(A: Array, z: Array, low: Array, high: Array, damping: float = 0.0) -> Move:
+    """Minimise ‖z − A δ‖² for low ≤ δ ≤ high.
+
+    ``damping`` adds ``damping`` · ‖D δ‖² with D the norms of A's columns (Marquardt, J. SIAM 11, 431-441 (1963),
+    doi:10.1137/0111030); the χ² that is promised is without it.
+    """
     count = A.shape[1]
-    delta, free = np.zeros(count), np.ones(count, dtype=bool)
     size = np.linalg.norm(A, axis=0)
     size = np.where(size > 0, size, 1.0)
-    for _ in range(count + 1):
-        if not free.any():
-            break
-        right = z - A[:, ~free] @ delta[~free]
-        delta[free] = np.linalg.lstsq(A[:, free] / size[free], right, rcond=TRADED)[0] / size[free]
-        outside = free & ((delta < low) | (delta > high))
-        if not outside.any():
-            break
-        delta[outside] = np.clip(delta[outside], low[outside], high[outside])
-        free &= ~outside
+    unit, right = A / size, z
+    if damping:
+        unit = np.concatenate([unit, np.sqrt(damping) * np.eye(count)])
+        right = np.concatenate([z, np.zeros(count)])
+    delta = np.linalg.lstsq(unit, right, rcond=TRADED)[0] / size
+    if ((delta < low) | (delta > high)).any():
+        # Directions that trade off have no end; the least damping gives them one.
+        unit = np.concatenate([unit, TRADED * np.eye(count)])
+        right = np.concatenate([right, np.zeros(count)])
+        fixed = high <= low
+        delta = np.where(fixed, low, 0.0)
+        if not fixed.all():
+            limits = (low[~fixed] * size[~fixed], high[~fixed] * size[~fixed])
+            within = lsq_linear(unit[:, ~fixed], right - unit @ (size * delta), limits, method="bvls")
+            delta[~fixed] = within.x / size[~fixed]
     left = z - A @ delta
     return Move(delta, float(left @ left))

@@ -55,10 +55,11 @@ def quantization(
     """Round the code values; 0 bits stand for no rounding."""
     if bits < 1:
         return code
-    steps = 2.0**bits - 1.0
+    steps, shift = 2.0**bits - 1.0, added - 0.5
     if panel_gamma:
         native = np.maximum(code_to_linear(code), 0.0) ** (1.0 / panel_gamma)
-        return linear_to_code((np.floor(native * steps + added) / steps) ** panel_gamma)
+        return linear_to_code((np.maximum(np.round(native * steps + shift), 0.0) / steps) ** panel_gamma)
     if table_gamma == 1.0:
-        return np.asarray(np.floor(code * steps + added) / steps)
-    return np.asarray((np.floor(np.maximum(code, 0.0) ** table_gamma * steps + added) / steps) ** (1.0 / table_gamma))
+        return np.asarray(np.maximum(np.round(code * steps + shift), 0.0) / steps)
+    bent = np.round(np.maximum(code, 0.0) ** table_gamma * steps + shift)
+    return np.asarray((np.maximum(bent, 0.0) / steps) ** (1.0 / table_gamma))
