@@ -175,7 +175,8 @@ def diagnose(
     seen = tuple(visibility(base, choices, score))
     explanation = explain(base, choices, error, progress)
     verdict = pronounce(explanation, error, seen, suspicion)
-    rivals = {(step.name, rival.name) for step in explanation.steps for rival in step.rivals}
+    named = [step for step in explanation.steps if step.name in verdict.effects]
+    rivals = {(step.name, rival.name) for step in named for rival in step.rivals}
     return Diagnosis(
         compare_problem(problem, base.terms),
         explanation,

@@ -23,13 +23,17 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.criticism.problem import Problem
 
-#: χ² that one more iteration may still gain when a fit counts as converged: far below any threshold.
-CONVERGED = 0.005
+#: χ² that one more iteration may still gain when a fit counts as converged: far below any threshold; and that as
+#: a share of the misfit that is left, where a model is so wrong that nothing hangs on its last digits.
+CONVERGED, CONVERGED_SHARE = 0.005, 1e-4
 
 MAX_ITERATIONS = 30
 
-#: Damping in units of the parameters' own curvature: the first that is tried, the last, and what hardly shortens a step.
-LEAST_DAMPING, MOST_DAMPING, SLIGHT_DAMPING = 1e-4, 1e4, 1e-2
+#: A promise of less is not worth a second try: effects with jumps, and tips that lean on their neighbours', break such.
+NEGLIGIBLE = 0.3
+
+#: Damping in units of the parameters' own curvature: the first that is tried, its growth, and where trying ends.
+DAMPING, HARDER, MOST_DAMPING = 1e-2, 20.0, 100.0
 
 #: Rounds of solving the tips alone before effects move.
 RELAXATIONS = 3
@@ -147,18 +151,20 @@ def _descended(problem: Problem, state: State, system: System) -> tuple[State, S
     damping = 0.0
     for _ in range(MAX_ITERATIONS):
         move = system.step(state.terms, damping)
-        if not damping and system.chi2 - move.chi2 < CONVERGED:
+        promise = system.chi2 - move.chi2
+        enough = max(CONVERGED, CONVERGED_SHARE * (system.chi2 - 3 * problem.rows.size))
+        if promise < enough:
             break
         moved = system.moved(state, move.parameters)
         trial = System(problem, linearise(problem, moved), moved)
         gain = system.chi2 - trial.chi2
-        if gain < -1e-9:
-            damping = max(10.0 * damping, LEAST_DAMPING)
-            if damping > MOST_DAMPING:
+        if gain > 0.0:
+            state, system = moved, trial
+            if gain < (NEGLIGIBLE if damping else enough):
                 break
-            continue
-        state, system = moved, trial
-        if gain < CONVERGED and damping < SLIGHT_DAMPING:
+            damping = damping / HARDER if damping > DAMPING else 0.0
+        elif promise < NEGLIGIBLE or damping > MOST_DAMPING:
             break
-        damping = 0.1 * damping if damping > LEAST_DAMPING else 0.0
+        else:
+            damping = max(HARDER * damping, DAMPING)
     return state, system

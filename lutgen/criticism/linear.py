@@ -33,6 +33,9 @@ UNUSUAL: dict[str, Any] = {
 #: A parameter moves by this share of its range for a derivative.
 STEP = 1e-4
 
+#: Stages whose effects leave what drive, transfer and mixing have made of the code values as it is.
+BEHIND_PANEL = frozenset({"emission", "optics", "viewing", "instrument"})
+
 #: A tip moves by this share of its unit for a derivative.
 NUDGE = 1e-2
 
@@ -107,7 +110,7 @@ def linearise(problem: Problem, state: State) -> Linear:
     before = problem.panel(state.terms)
     gain = 1.0 + _gain_of(problem, state.gains)[:, np.newaxis]
     xyz = problem.predict(state.terms, before, state.tips)
-    free = _by_parameters(problem, state, xyz) * gain
+    free = _by_parameters(problem, state, before, xyz) * gain
     by_tips = _by_tips(problem, state, before, xyz) * gain
     # A fresh display's tips are the same unknowns in every block: global ones.
     if problem.baseline == "fresh":
@@ -116,7 +119,7 @@ def linearise(problem: Problem, state: State) -> Linear:
     return Linear(whiten(problem, problem.xyz - xyz * gain), whiten(problem, local), whiten(problem, free))
 
 
-def _by_parameters(problem: Problem, state: State, xyz: Array) -> Array:
+def _by_parameters(problem: Problem, state: State, before: Panel, xyz: Array) -> Array:
     columns = []
     for index, term in enumerate(state.terms):
         for name, (low, high) in zip(term.free, term.bounds, strict=True):
@@ -125,7 +128,8 @@ def _by_parameters(problem: Problem, state: State, xyz: Array) -> Array:
                 step = -step
             moved = replace(term, values={**term.values, name: value + step})
             terms = (*state.terms[:index], moved, *state.terms[index + 1 :])
-            columns.append((problem.predict(terms, problem.panel(terms), state.tips) - xyz) / step)
+            behind = before if term.effect.stage in BEHIND_PANEL else problem.panel(terms)
+            columns.append((problem.predict(terms, behind, state.tips) - xyz) / step)
     return np.array(columns).reshape(-1, *xyz.shape)
 
 
@@ -133,7 +137,7 @@ def _by_tips(problem: Problem, state: State, before: Panel, xyz: Array) -> Array
     """Derivatives by the twelve numbers of the tips of a reading's own hour, relative to their size: (12, n, 3)."""
     size = tip_scale(problem)
     if problem.baseline == "tips" and not any(
-        term.effect.stage in {"emission", "optics", "viewing", "instrument"} for term in state.terms
+        term.effect.stage in BEHIND_PANEL for term in state.terms
     ):
         shares = before.shares * (1.0 - problem.scene(state.tips).capped)
         direct = np.zeros((4, 3, *xyz.shape))

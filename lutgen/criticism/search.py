@@ -9,7 +9,7 @@ import numpy as np
 from scipy import stats
 
 from lutgen.criticism.fit import Fit, fit
-from lutgen.criticism.linear import STEP, State, Term, whiten
+from lutgen.criticism.linear import BEHIND_PANEL, STEP, State, Term, whiten
 from lutgen.criticism.noise import replicate_deviations
 from lutgen.criticism.system import prior_rows
 from lutgen.errors import LutgenError
@@ -207,7 +207,8 @@ class Score:
     def __init__(self, base: Fit) -> None:
         """Linearise about a fit."""
         self.base, self.problem, self.state = base, base.problem, _state(base)
-        self.predicted = self.problem.predict(base.terms, self.problem.panel(base.terms), base.tips)
+        self.before = self.problem.panel(base.terms)
+        self.predicted = self.problem.predict(base.terms, self.before, base.tips)
         self.parts = [_Part.of(base, self.state, here) for here in self.problem.blocks]
         free = [self._outside(column) for column in base.linear.free]
         self.free = np.linalg.qr(np.array(free).T)[0] if free else None
@@ -230,9 +231,7 @@ class Score:
         value = term.values[name]
         step = STEP * (high - low) * (1 if value + STEP * (high - low) <= high else -1)
         moved = replace(term, values={**term.values, name: value + step})
-        terms = (*self.base.terms, moved)
-        changed = self.problem.predict(terms, self.problem.panel(terms), self.base.tips)
-        return whiten(self.problem, (changed - self.predicted) / step)
+        return whiten(self.problem, self._change_by(moved) / step)
 
     def seen(self, term: Term, name: str) -> tuple[Array, Array]:
         """Return a parameter's signature, and what of it the base fit's unknowns cannot absorb, (3n,) each."""
@@ -263,9 +262,13 @@ class Score:
         return float(self.residual @ self.residual - after @ after)
 
     def _switched(self, term: Term) -> Array:
+        return whiten(self.problem, self._change_by(term))
+
+    def _change_by(self, term: Term) -> Array:
+        """Change of the readings by one more term, tips held: (n, 3), cd/m²."""
         terms = (*self.base.terms, term)
-        changed = self.problem.predict(terms, self.problem.panel(terms), self.base.tips) - self.predicted
-        return whiten(self.problem, changed)
+        before = self.before if term.effect.stage in BEHIND_PANEL else self.problem.panel(terms)
+        return self.problem.predict(terms, before, self.base.tips) - self.predicted
 
     def switched(self, term: Term) -> tuple[float, float]:
         """Whitened norm of what an effect at given values changes, and of what cannot be absorbed of that."""

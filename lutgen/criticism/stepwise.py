@@ -7,7 +7,8 @@ too simple a formula looks like further effects. Each pass may also exchange an 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,15 +42,22 @@ MOST = 3
 
 @dataclass(frozen=True)
 class Step:
-    """One admitted effect: the candidate in the final company, and what passes as well as it in its place."""
+    """One admitted effect: the candidate in the final company, those beside it, and what it was chosen from."""
 
     chosen: Candidate
-    rivals: tuple[Family, ...]
+    beside: tuple[Candidate, ...] = field(repr=False)
+    effects: tuple[Effect, ...] = field(repr=False)
+    base: Fit = field(repr=False)
 
     @property
     def name(self) -> str:
         """Name of the effect."""
         return self.chosen.effect.name
+
+    @cached_property
+    def rivals(self) -> tuple[Family, ...]:
+        """Families that would do as well in its place: searched for when they are first asked for."""
+        return _rivals(self.chosen, self.beside, self.effects, self.base)
 
 
 @dataclass(frozen=True)
@@ -98,7 +106,9 @@ def explain(
     chosen = _clean(_pruned(chosen, base), base, error)
     final = _together(base, chosen)
     trail = [_together(base, chosen[: count + 1]) for count in range(len(chosen))]
-    steps = tuple(Step(each, _rivals(each, chosen, effects, base)) for each in chosen)
+    steps = tuple(
+        Step(each, tuple(other for other in chosen if other is not each), tuple(effects), base) for each in chosen
+    )
     return Explanation(base, final, tuple(first), steps, tuple(trail))
 
 
@@ -185,10 +195,9 @@ def _clean(chosen: list[Candidate], base: Fit, error: PureError) -> list[Candida
 EQUAL = 2.0
 
 
-def _rivals(each: Candidate, chosen: Sequence[Candidate], effects: Sequence[Effect], base: Fit) -> tuple[Family, ...]:
+def _rivals(each: Candidate, beside: Sequence[Candidate], effects: Sequence[Effect], base: Fit) -> tuple[Family, ...]:
     """Families that would do as well in the place of an admitted effect."""
-    beside = [other for other in chosen if other is not each]
-    names = {other.effect.name for other in chosen}
+    names = {each.effect.name, *(other.effect.name for other in beside)}
     alone = _together(base, beside)
     mine = family(alone, each.effect).best
     penalty = float(np.log(alone.readings))
