@@ -11,11 +11,6 @@ end, in a form that lutgen's catalogue does not have (light of closed sub-pixels
 Its mid-tones drift too: the exponent of its transfer curve changes by 0.15 in 18 000 h. Display B is a TN panel seen
 from above and below: its exponent changes by 0.15 from the middle of the screen to either edge, which lutgen's
 catalogue does not have. Sizes are assumptions: those of real displays where effects.md gives any.
-
-Display A is a kind case. Its leak is small, so that the wrong formula leaves next to nothing: of five such displays
-(seeds 1 to 5) two, this one among them, end with ``consistent``, the other three with ``unexplained`` at an error of
-0.9 to 1.1 times the noise. With a leak of 0.1 % of white, the first display ends with names of effects that are not
-there.
 """
 
 from __future__ import annotations

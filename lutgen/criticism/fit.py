@@ -1,9 +1,8 @@
-"""Weighted least squares in XYZ, the unknown tips eliminated: Gauss-Newton with bounds, damped where it must
-be (variable projection).
+"""Weighted least squares in XYZ, the unknown tips eliminated: Gauss-Newton with bounds (variable projection).
 
 One iteration linearises the prediction (:mod:`lutgen.criticism.linear`), eliminates what is local to a block of
-readings (:mod:`lutgen.criticism.system`), and solves the small system of effects that is left. χ² is that of whitened
-residuals; it is never rescaled by the misfit.
+readings (:mod:`lutgen.criticism.system`), and solves the small system of effects that is left; a step that does not
+keep its promise is tried again, damped. χ² is that of whitened residuals; it is never rescaled by the misfit.
 """
 
 from __future__ import annotations

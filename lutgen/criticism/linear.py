@@ -136,9 +136,7 @@ def _by_parameters(problem: Problem, state: State, before: Panel, xyz: Array) ->
 def _by_tips(problem: Problem, state: State, before: Panel, xyz: Array) -> Array:
     """Derivatives by the twelve numbers of the tips of a reading's own hour, relative to their size: (12, n, 3)."""
     size = tip_scale(problem)
-    if problem.baseline == "tips" and not any(
-        term.effect.stage in BEHIND_PANEL for term in state.terms
-    ):
+    if problem.baseline == "tips" and not any(term.effect.stage in BEHIND_PANEL for term in state.terms):
         shares = before.shares * (1.0 - problem.scene(state.tips).capped)
         direct = np.zeros((4, 3, *xyz.shape))
         for k in range(3):
@@ -147,7 +145,7 @@ def _by_tips(problem: Problem, state: State, before: Panel, xyz: Array) -> Array
     if problem.holds or any(mixes(term) for term in state.terms):
         moved = state.tips + (np.eye(12).reshape(12, 4, 3) * size * NUDGE)[:, np.newaxis]
         return (problem.predict(state.terms, before, moved) - xyz) / NUDGE
-    # X, Y and Z pass every effect apart, unless Y holds them all: one step of all three at once tells their derivatives.
+    # X, Y and Z pass every effect apart, unless Y holds all: one step of all three tells their derivatives.
     moved = state.tips + (np.eye(4)[:, :, np.newaxis] * size * NUDGE)[:, np.newaxis]
     together = (problem.predict(state.terms, before, moved) - xyz) / NUDGE
     apart = np.zeros((4, 3, *xyz.shape))

@@ -50,9 +50,14 @@ class Step:
     base: Fit = field(repr=False)
 
     @property
+    def effect(self) -> Effect:
+        """The effect."""
+        return self.chosen.effect
+
+    @property
     def name(self) -> str:
         """Name of the effect."""
-        return self.chosen.effect.name
+        return self.effect.name
 
     @cached_property
     def rivals(self) -> tuple[Family, ...]:
@@ -74,6 +79,8 @@ class Explanation:
         The admitted effects in the order of their admission.
     trail
         The fits from base to final, one effect more each.
+    bare
+        The fit without the effects that the model had already.
 
     """
 
@@ -82,6 +89,7 @@ class Explanation:
     first: tuple[Family, ...]
     steps: tuple[Step, ...]
     trail: tuple[Fit, ...]
+    bare: Fit
 
 
 def explain(
@@ -94,12 +102,14 @@ def explain(
     first = _ranked(base, effects, progress)
     chosen: list[Candidate] = []
     current, ranked = base, first
-    while len(chosen) < MOST:
+    while True:
         best = ranked[0] if ranked else None
         if best is None or not admissible(best.best, current, error, sum(each.tried for each in ranked)):
             break
         chosen = _refined([*chosen, best.best], base)
         chosen = _exchanged(chosen, effects, base)
+        if len(chosen) == MOST:
+            break
         current = _together(base, chosen)
         names = {each.effect.name for each in chosen}
         ranked = _ranked(current, [each for each in effects if each.name not in names], progress)
@@ -109,7 +119,8 @@ def explain(
     steps = tuple(
         Step(each, tuple(other for other in chosen if other is not each), tuple(effects), base) for each in chosen
     )
-    return Explanation(base, final, tuple(first), steps, tuple(trail))
+    bare = fit(base.problem) if base.terms else base
+    return Explanation(base, final, tuple(first), steps, tuple(trail), bare)
 
 
 def admissible(candidate: Candidate, current: Fit, error: PureError, tried: int) -> bool:

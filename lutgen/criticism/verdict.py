@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from lutgen.criticism.influence import Suspicion
     from lutgen.criticism.search import PureError
-    from lutgen.criticism.stepwise import Explanation
+    from lutgen.criticism.stepwise import Explanation, Step
     from lutgen.criticism.visibility import Visibility
 
 #: Verdict → what it means.
@@ -37,12 +37,19 @@ MOST_OF_IT = 0.95
 
 NO_PROBES = Probed()
 
+AGREES = "Nothing is above the noise: the model agrees with these readings."
 
 #: A confusable effect whose share is below this part of the other's is its shadow.
 SHADOW = 0.12
 
-#: ... and any effect below this part.
-NEXT_TO_NOTHING = 0.02
+#: ... and any effect below this part of the largest, but for one that goes by a condition that no other goes by.
+NEXT_TO_NOTHING = 0.005
+
+#: ... unless with it nothing is left of a misfit of this size in units of the noise's own.
+MUCH = 0.2
+
+#: Several effects that together explain this share of the excess are the right ones although something is left.
+ALL_OF_IT = 0.999
 
 
 @dataclass(frozen=True)
@@ -124,8 +131,7 @@ def _nothing_named(
         return Verdict("measurement-problem", sentence, remarks=remarks)
     probed = probe(explanation.base, error)
     if is_noise(explanation.base, error) and not probed.names:
-        sentence = "Nothing is above the noise: the model agrees with these readings."
-        return Verdict("consistent", sentence, remarks=remarks)
+        return Verdict("consistent", AGREES, remarks=remarks)
     return _unexplained(explanation, remarks, probed)
 
 
@@ -170,22 +176,28 @@ def strongest(explanation: Explanation) -> tuple[str, str]:
     return worst, course
 
 
-def _without_shadows(explanation: Explanation, shares: Mapping[str, float]) -> tuple[str, ...]:
+def _without_shadows(explanation: Explanation, shares: Mapping[str, float], *, clean: bool) -> tuple[str, ...]:
     """Names of the admitted effects, less those that shadow another.
 
     A formula that does not quite fit leaves something that looks like the effects that its own is confused with: one of
-    them that explains a small part only is that, not a second fault; so is anything that explains next to nothing.
+    them that explains a small part only is that, not a second fault; so is anything that explains next to nothing
+    beside the others, or beside what the model has already. But a shadow leaves something itself: where much would be
+    left without an effect and nothing is left with it, it is there.
     """
+    gain = max(explanation.base.chi2 - explanation.final.chi2, 1e-9)
+    already = sum(shares.values()) * (explanation.bare.chi2 - explanation.base.chi2) / gain
     kept = []
     for step in explanation.steps:
-        if shares[step.name] < NEXT_TO_NOTHING * max(shares.values()):
-            continue
-        kin = [
-            other
-            for other in explanation.steps
-            if other.name in step.chosen.effect.confused_with or step.name in other.chosen.effect.confused_with
-        ]
-        if all(shares[step.name] >= SHADOW * shares[other.name] for other in kin):
+        others = [other for other in explanation.steps if other is not step]
+        beside = [*(other.effect for other in others), *(term.effect for term in explanation.base.terms)]
+        kin = {other.name for other in beside if other.name in step.effect.confused_with}
+        kin |= {other.name for other in beside if step.name in other.confused_with}
+        of_its_own = set(step.effect.needs) - {name for effect in beside for name in effect.needs}
+        share = shares[step.name]
+        little = share < NEXT_TO_NOTHING * max(already, *shares.values()) and not of_its_own
+        shadow = any(share < SHADOW * shares.get(name, 0.0) for name in kin)
+        much = share / max(sum(shares.values()), 1e-9) * gain > MUCH * explanation.final.freedom
+        if (clean and much) or not (little or shadow):
             kept.append(step.name)
     return tuple(kept)
 
@@ -193,7 +205,7 @@ def _without_shadows(explanation: Explanation, shares: Mapping[str, float]) -> t
 def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...]) -> Verdict:
     steps, base, final = explanation.steps, explanation.base, explanation.final
     noise = error.squares / error.freedom if error.measured else 1.0
-    excess = max(base.chi2 - base.freedom * noise, 1e-9)
+    excess = max(base.chi2 - base.freedom * noise, base.chi2 - final.chi2, 1e-9)
     shares, before = {}, base.chi2
     for step, found in zip(steps, explanation.trail, strict=True):
         shares[step.name], before = max(before - found.chi2, 0.0) / excess, found.chi2
@@ -201,28 +213,44 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
     clean = is_noise(final, error) and not probed.names
     gain = base.chi2 - final.chi2
     explained = gain / (gain + probed.gain) if probed.names else gain / excess
+    names = _without_shadows(explanation, shares, clean=clean)
+    if not names and clean:
+        traces = ", ".join(step.name for step in steps)
+        remark = f"What is left would let {traces} explain a trace of it, next to nothing beside what the model has."
+        return Verdict("consistent", AGREES, remarks=(*remarks, remark))
     strange = nameless(base)
     if base.chi2 - strange.gain + float(np.log(base.readings)) < final.bic - STRONG:
         return _unexplained(explanation, remarks, strange)
-    names = _without_shadows(explanation, shares)
-    steps = tuple(step for step in steps if step.name in names)
+    kept = tuple(step for step in steps if step.name in names)
     # Several names that together still leave something are what greedy search makes of an unknown effect.
-    if not clean and (explained < MOST_OF_IT or len(steps) > 1):
+    if not kept or (not clean and explained < (MOST_OF_IT if len(kept) == 1 else ALL_OF_IT)):
         return _unexplained(explanation, remarks, probed)
+    if shadows := [step.name for step in steps if step not in kept]:
+        remarks = (*remarks, f"Fitted beside, for what the formula leaves, no fault of its own: {', '.join(shadows)}.")
+    left = "" if clean else f"its formula leaves something: {structure(explanation, probed)}."
+    return _worded(kept, shares, remarks, left, alone=not shadows)
+
+
+def _worded(
+    steps: tuple[Step, ...], shares: Mapping[str, float], remarks: tuple[str, ...], left: str, *, alone: bool
+) -> Verdict:
+    """Name the effects; ``left`` says what their formulas leave, ``alone`` that none was fitted beside them."""
+    names = tuple(step.name for step in steps)
     rivals = tuple((step.name, *(rival.name for rival in step.rivals)) for step in steps if step.rivals)
     if len(steps) > 1:
         listed = ", ".join(f"{name} ({shares[name]:.0%} of the excess)" for name in names)
-        sentence = f"More than one effect is missing: {listed}."
+        sentence = f"More than one effect is missing: {listed}{'; ' + left.replace('its', 'one', 1) if left else '.'}"
         return Verdict("several", sentence, names, rivals, shares, remarks)
     step = steps[0]
     if step.rivals:
         listed = " or ".join((step.name, *(rival.name for rival in step.rivals)))
         sentence = f"One effect is missing, and these data cannot tell which: {listed}."
         return Verdict("one-of", sentence, rivals[0], rivals, shares, remarks)
-    if step.chosen.refined or not clean or len(explanation.steps) > 1:
+    if step.chosen.refined:
         freed = ", ".join(step.chosen.form)
         sentence = f"{step.name} is missing, but not in its simple form: {freed} had to be free."
-        if not step.chosen.refined:
-            sentence = f"{step.name} is missing, but its formula leaves something: {structure(explanation, probed)}."
+        return Verdict("form", sentence, names, (), shares, remarks)
+    if left or not alone:
+        sentence = f"{step.name} is missing, but {left or 'its formula leaves something that another takes up.'}"
         return Verdict("form", sentence, names, (), shares, remarks)
     return Verdict("named", f"{step.name} is missing: with it, what remains is noise.", names, (), shares, remarks)

@@ -158,18 +158,31 @@ def _typical(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
     return _sealed(campaign, right_family(name), multiple=round(strength(campaign) / DETECTABLE, 3))
 
 
-def _pair(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
-    """Two effects, each at 3–10×; either of them in either form."""
+def _both(base: Campaign, number: int, rng: np.random.Generator) -> tuple[Campaign, tuple[str, str], tuple[str, str]]:
+    """Two effects, either of them in either form, and a display that can have both: campaign, names, forms."""
     pair = list(PAIRS)[number % len(PAIRS)]
-    forms = [str(rng.choice(["same", "other"])) for _ in pair]
+    forms = (str(rng.choice(["same", "other"])), str(rng.choice(["same", "other"])))
     classes = [name for name in CLASSES if all(name in find(*both).classes for both in zip(pair, forms, strict=True))]
-    base = replace(base, display=str(rng.choice(classes)))
+    return replace(base, display=str(rng.choice(classes))), pair, forms
+
+
+def _pair(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
+    """Two effects, each at 3–10×."""
+    base, pair, forms = _both(base, number, rng)
     solved = [
         sized(base, name, form, DETECTABLE * _multiple("3-10", rng)) for name, form in zip(pair, forms, strict=True)
     ]
     hidden = tuple((name, one.size, form) for name, form, one in zip(pair, forms, solved, strict=True))
     multiples = [round(one.strength / DETECTABLE, 3) for one in solved]
     return _sealed(replace(base, hidden=hidden), right_family(*pair), multiple=multiples)
+
+
+def _typical_pair(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
+    """Two effects at the sizes that real displays have."""
+    base, pair, forms = _both(base, number, rng)
+    sizes = [find(name, form).typical * float(rng.uniform(0.5, 1.5)) for name, form in zip(pair, forms, strict=True)]
+    campaign = replace(base, hidden=tuple(zip(pair, sizes, forms, strict=True)))
+    return _sealed(campaign, right_family(*pair), multiple=round(strength(campaign) / DETECTABLE, 3))
 
 
 def _outside(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
@@ -214,6 +227,7 @@ KINDS: dict[str, Callable[[Campaign, int, np.random.Generator], Sealed]] = {
     "other-form": _one("other"),
     "typical": _typical,
     "pair": _pair,
+    "typical-pair": _typical_pair,
     "fresh": _fresh,
     "outside": _outside,
     "removed": _removed,
