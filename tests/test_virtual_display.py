@@ -39,7 +39,7 @@ pytestmark = pytest.mark.numbers
 FOLDER = Path(__file__).parent / "virtual_display"
 
 #: The modules that put the question to lutgen.
-MAY_IMPORT_LUTGEN = {"baked.py", "score.py", "__main__.py"}
+MAY_IMPORT_LUTGEN = {"baked.py", "excess.py", "score.py", "__main__.py"}
 
 #: Effects at a size that shows, one case a form.
 CASES = sorted(EFFECTS)

@@ -22,14 +22,16 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.criticism.problem import Problem
 
-#: χ² that one more iteration may still gain when a fit counts as converged: far below any threshold; and that as
-#: a share of the misfit that is left, where a model is so wrong that nothing hangs on its last digits.
-CONVERGED, CONVERGED_SHARE = 0.005, 1e-4
-
-MAX_ITERATIONS = 30
+#: χ² that one more iteration may still gain when a fit counts as converged: far below any threshold.
+CONVERGED = 0.005
 
 #: A promise of less is not worth a second try: effects with jumps, and tips that lean on their neighbours', break such.
 NEGLIGIBLE = 0.3
+
+#: The same as shares of the misfit that is left, where a model is so wrong that nothing hangs on its last digits.
+CONVERGED_SHARE, NEGLIGIBLE_SHARE = 1e-4, 1e-3
+
+MAX_ITERATIONS = 30
 
 #: Damping in units of the parameters' own curvature: the first that is tried, its growth, and where trying ends.
 DAMPING, HARDER, MOST_DAMPING = 1e-2, 20.0, 100.0
@@ -151,7 +153,8 @@ def _descended(problem: Problem, state: State, system: System) -> tuple[State, S
     for _ in range(MAX_ITERATIONS):
         move = system.step(state.terms, damping)
         promise = system.chi2 - move.chi2
-        enough = max(CONVERGED, CONVERGED_SHARE * (system.chi2 - 3 * problem.rows.size))
+        misfit = system.chi2 - 3 * problem.rows.size
+        enough, little = max(CONVERGED, CONVERGED_SHARE * misfit), max(NEGLIGIBLE, NEGLIGIBLE_SHARE * misfit)
         if promise < enough:
             break
         moved = system.moved(state, move.parameters)
@@ -159,10 +162,10 @@ def _descended(problem: Problem, state: State, system: System) -> tuple[State, S
         gain = system.chi2 - trial.chi2
         if gain > 0.0:
             state, system = moved, trial
-            if gain < (NEGLIGIBLE if damping else enough):
+            if gain < (little if damping else enough):
                 break
             damping = damping / HARDER if damping > DAMPING else 0.0
-        elif promise < NEGLIGIBLE or damping > MOST_DAMPING:
+        elif promise < little or damping > MOST_DAMPING:
             break
         else:
             damping = max(HARDER * damping, DAMPING)

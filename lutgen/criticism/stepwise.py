@@ -36,6 +36,10 @@ HELD_OUT_SE = 2.0
 #: Families are refined as far as they may come this near to the best one's BIC: far beyond what makes a rival.
 NEAR = 60.0
 
+#: A misfit of this size in units of the noise's own is clear; and the share of it that one effect, and two, must take
+#: away if others are to be looked for.
+CLEAR, LEAST_EXPLAINED = 0.2, (0.15, 0.5)
+
 #: More effects than this at once no campaign tells apart.
 MOST = 3
 
@@ -108,9 +112,9 @@ def explain(
             break
         chosen = _refined([*chosen, best.best], base)
         chosen = _exchanged(chosen, effects, base)
-        if len(chosen) == MOST:
-            break
         current = _together(base, chosen)
+        if len(chosen) == MOST or _hopeless(base, current, len(chosen)):
+            break
         names = {each.effect.name for each in chosen}
         ranked = _ranked(current, [each for each in effects if each.name not in names], progress)
     chosen = _clean(_pruned(chosen, base), base, error)
@@ -121,6 +125,12 @@ def explain(
     )
     bare = fit(base.problem) if base.terms else base
     return Explanation(base, final, tuple(first), steps, tuple(trail), bare)
+
+
+def _hopeless(base: Fit, current: Fit, count: int) -> bool:
+    """Whether so much of a clear misfit is left that no further effect would make a finding of it."""
+    excess = base.chi2 - base.freedom
+    return excess > CLEAR * base.freedom and base.chi2 - current.chi2 < LEAST_EXPLAINED[count - 1] * excess
 
 
 def admissible(candidate: Candidate, current: Fit, error: PureError, tried: int) -> bool:

@@ -21,6 +21,8 @@ class Reply:
         That it took.
     before, after, floor
         RMS error in σ before and after refining by the effects it named, and of noise alone; 0 where it named none.
+    removed
+        Share of the error beyond noise that what it named removes; NaN where there is none to speak of.
     baked
         Mean ΔE2000 of the baked LUT against the display itself, in noise floors; NaN where nothing was baked.
 
@@ -35,6 +37,7 @@ class Reply:
     before: float = 0.0
     after: float = 0.0
     floor: float = 0.0
+    removed: float = float("nan")
     baked: float = float("nan")
 
     @classmethod

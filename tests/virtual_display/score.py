@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import LutgenError
 from tests.virtual_display.baked import error_of_lut
+from tests.virtual_display.excess import excess_removed
 from tests.virtual_display.figures import Scored
 from tests.virtual_display.judge import CONFIDENT, Reply
 from tests.virtual_display.sealed import ANSWERS, campaign_of
@@ -48,14 +49,20 @@ def ask_lutgen(path: Path, baseline: str, without: tuple[str, ...]) -> Reply:
 def _with_errors(reply: Reply, diagnosis: Diagnosis, path: Path) -> Reply:
     """Add the error in σ before and after what was found is added and all is refitted, and that of noise alone.
 
-    And that of the LUT of what was found, in floors, where the display ages by what its tips tell.
+    And the share of the excess error that goes, and the error of the LUT of what was found, in floors, where the
+    display ages by what its tips tell.
     """
     before, after = diagnosis.comparison, diagnosis.after
     reply = replace(reply, before=before.error.rms_sigma, after=after.error.rms_sigma, floor=after.floor.rms_sigma)
     answer = json.loads((path.parent / ANSWERS).read_text(encoding="utf-8"))[path.name]
     if answer["campaign"]["baseline"] != "tips":
         return reply
-    return replace(reply, baked=error_of_lut(diagnosis, campaign_of(answer)) / after.floor.delta_e_mean)
+    campaign = campaign_of(answer)
+    return replace(
+        reply,
+        removed=excess_removed(diagnosis, campaign),
+        baked=error_of_lut(diagnosis, campaign) / after.floor.delta_e_mean,
+    )
 
 
 def score(folder: Path, ask: Ask = ask_lutgen, *, workers: int = 2) -> list[Scored]:

@@ -149,12 +149,19 @@ def _fresh(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
     return _one(form, baseline="fresh", at_most=TIED)(base, number, rng)
 
 
+def _real_size(name: str, form: str, rng: np.random.Generator) -> float:
+    """Half to one and a half times the typical size; code values have whole bits, 7 to 9 of them."""
+    if name == "quantization":
+        return float(1.0 / (2 ** rng.integers(7, 10) - 1))
+    return find(name, form).typical * float(rng.uniform(0.5, 1.5))
+
+
 def _typical(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
     """Another form at the size that real displays have, which is often a hundred times what can be detected."""
     name = names()[number % len(names())]
     effect = find(name, "other")
-    size = effect.typical * float(rng.uniform(0.5, 1.5))
-    campaign = replace(base, display=str(rng.choice(effect.classes)), hidden=((name, size, "other"),))
+    hidden = ((name, _real_size(name, "other", rng), "other"),)
+    campaign = replace(base, display=str(rng.choice(effect.classes)), hidden=hidden)
     return _sealed(campaign, right_family(name), multiple=round(strength(campaign) / DETECTABLE, 3))
 
 
@@ -180,7 +187,7 @@ def _pair(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
 def _typical_pair(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
     """Two effects at the sizes that real displays have."""
     base, pair, forms = _both(base, number, rng)
-    sizes = [find(name, form).typical * float(rng.uniform(0.5, 1.5)) for name, form in zip(pair, forms, strict=True)]
+    sizes = [_real_size(name, form, rng) for name, form in zip(pair, forms, strict=True)]
     campaign = replace(base, hidden=tuple(zip(pair, sizes, forms, strict=True)))
     return _sealed(campaign, right_family(*pair), multiple=round(strength(campaign) / DETECTABLE, 3))
 
