@@ -45,11 +45,12 @@ SHADOW = 0.12
 #: ... and any effect below this part of the largest, but for one that goes by a condition that no other goes by.
 NEXT_TO_NOTHING = 0.005
 
-#: ... unless with it nothing is left of a misfit of this size in units of the noise's own.
-MUCH = 0.2
+#: ... unless it takes away a misfit of this size in units of the noise's own, this share of what the others leave, and
+#: is more than a trace beside the largest.
+MUCH, NEARLY_ALL, TRACE = 0.2, 0.8, 1e-3
 
 #: Several effects that together explain this share of the excess are the right ones although something is left.
-ALL_OF_IT = 0.999
+ALL_OF_IT = 0.99
 
 
 @dataclass(frozen=True)
@@ -176,17 +177,19 @@ def strongest(explanation: Explanation) -> tuple[str, str]:
     return worst, course
 
 
-def _without_shadows(explanation: Explanation, shares: Mapping[str, float], *, clean: bool) -> tuple[str, ...]:
+def _without_shadows(explanation: Explanation, shares: Mapping[str, float], noise: float) -> tuple[str, ...]:
     """Names of the admitted effects, less those that shadow another.
 
     A formula that does not quite fit leaves something that looks like the effects that its own is confused with: one of
     them that explains a small part only is that, not a second fault; so is anything that explains next to nothing
     beside the others, or beside what the model has already. But a shadow leaves something itself: where much would be
-    left without an effect and nothing is left with it, it is there.
+    left without an effect, and next to nothing is left with it, it is there.
     """
     gain = max(explanation.base.chi2 - explanation.final.chi2, 1e-9)
     already = sum(shares.values()) * (explanation.bare.chi2 - explanation.base.chi2) / gain
-    kept = []
+    largest = max(already, *shares.values())
+    final, kept = explanation.final, []
+    left = max(final.chi2 - final.freedom * noise, 0.0)
     for step in explanation.steps:
         others = [other for other in explanation.steps if other is not step]
         beside = [*(other.effect for other in others), *(term.effect for term in explanation.base.terms)]
@@ -194,10 +197,11 @@ def _without_shadows(explanation: Explanation, shares: Mapping[str, float], *, c
         kin |= {other.name for other in beside if step.name in other.confused_with}
         of_its_own = set(step.effect.needs) - {name for effect in beside for name in effect.needs}
         share = shares[step.name]
-        little = share < NEXT_TO_NOTHING * max(already, *shares.values()) and not of_its_own
+        little = share < NEXT_TO_NOTHING * largest and not of_its_own
         shadow = any(share < SHADOW * shares.get(name, 0.0) for name in kin)
-        much = share / max(sum(shares.values()), 1e-9) * gain > MUCH * explanation.final.freedom
-        if (clean and much) or not (little or shadow):
+        takes = share / max(sum(shares.values()), 1e-9) * gain
+        takes_it_all = takes > MUCH * final.freedom and takes > NEARLY_ALL * (takes + left)
+        if (takes_it_all and share > TRACE * largest) or not (little or shadow):
             kept.append(step.name)
     return tuple(kept)
 
@@ -213,7 +217,7 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
     clean = is_noise(final, error) and not probed.names
     gain = base.chi2 - final.chi2
     explained = gain / (gain + probed.gain) if probed.names else gain / excess
-    names = _without_shadows(explanation, shares, clean=clean)
+    names = _without_shadows(explanation, shares, noise)
     if not names and clean:
         traces = ", ".join(step.name for step in steps)
         remark = f"What is left would let {traces} explain a trace of it, next to nothing beside what the model has."
