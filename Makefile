@@ -8,10 +8,10 @@ PYTHON := .venv/bin/python
 # Fits are thousands of small matrices, on which the threads of BLAS only wait for one another.
 ALONE := OPENBLAS_NUM_THREADS=1
 
-.PHONY: help setup programs demo test lint bench consumers hidden figures configs check-configs display dist clean
+.PHONY: help setup programs demo test lint bench consumers hidden figures configs check-configs display table1 dist clean
 
 help: ## say what can be made (this)
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
 	@echo 'OCIO=debian or OCIO=wheels after any of them says where OpenColorIO comes from.'
 	@echo 'ARGS="..." goes to pytest (make test), or to the program of make bench and make hidden.'
 
@@ -53,7 +53,10 @@ check-configs: setup ## does configs/default still follow from the code?
 	@$(PYTHON) -m tests.check_default_configs
 
 display: setup ## reconstruct the default display's measurements anew
-	@$(PYTHON) configs/displays/reconstruct_ccfl.py
+	@$(PYTHON) -m configs.displays.reconstruct_ccfl
+
+table1: setup ## the default display's lifetimes beside the paper's; ARGS=--fit fits its drift anew, ARGS="a.png" adds images
+	@$(ALONE) $(PYTHON) -m configs.displays.table1 $(ARGS)
 
 dist: setup ## sdist and wheel, in dist/
 	@$(PYTHON) -m build --no-isolation

@@ -1,26 +1,15 @@
 """The reconstructed default display: its file is what its script writes, and behaves like an aging CCFL-lit LCD."""
 
 import csv
-import importlib.util
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
 
-FOLDER = Path(__file__).parents[1] / "configs" / "displays"
-TABLE = FOLDER / "reconstructed-ccfl.csv"
+from configs.displays import reconstruct_ccfl as script
+
+TABLE = Path(__file__).parents[1] / "configs" / "displays" / "reconstructed-ccfl.csv"
 TIPS = ((1, 1, 1), (1, 0, 0), (0, 1, 0), (0, 0, 1))
-
-
-@pytest.fixture(scope="module")
-def script() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("reconstruct_ccfl", FOLDER / "reconstruct_ccfl.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.fixture(scope="module")
@@ -44,14 +33,14 @@ def uv(xy: np.ndarray) -> np.ndarray:
     return np.asarray(np.stack([4 * x, 9 * y], axis=-1) / (-2 * x + 12 * y + 3)[..., np.newaxis])
 
 
-def test_the_script_reproduces_the_committed_file_byte_for_byte(script: ModuleType) -> None:
+def test_the_script_reproduces_the_committed_file_byte_for_byte() -> None:
     written = TABLE.read_bytes()
     assert script.table(script.Drift()).encode() == written
     assert b"\r" not in written
 
 
 def test_check_tells_a_changed_or_missing_file_from_the_right_one(
-    script: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     copy = tmp_path / TABLE.name
     monkeypatch.setattr(script, "TABLE", copy)
@@ -105,6 +94,14 @@ def test_white_drifts_faster_late_than_early(rows: np.ndarray, tips: np.ndarray)
     moved = np.linalg.norm(uv(tips[:, 0, :2]) - uv(tips[0, 0, :2]), axis=-1)
     early, late = np.interp([4500, 11100], hours, moved) - np.interp([0, 7800], hours, moved)
     assert late / 3300 > 1.3 * early / 4500
+
+
+def test_past_the_last_lifetime_the_drift_goes_on_at_the_rate_it_has(rows: np.ndarray, tips: np.ndarray) -> None:
+    hours = rows[::4, 0]
+    rate = np.linalg.norm(np.diff(uv(tips[:, 0, :2]), axis=0), axis=-1) / np.diff(hours)
+    before, past = rate[(hours[1:] > 9000) & (hours[1:] <= 11_600)], rate[hours[:-1] > 11_100]
+    assert past.size >= 7
+    np.testing.assert_allclose(past, before.mean(), rtol=0.1)
 
 
 def test_every_primary_moves_less_than_half_as_far_as_white(tips: np.ndarray) -> None:

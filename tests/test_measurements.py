@@ -249,7 +249,7 @@ BAD = {
     "UTF-16": bad(SMALL.encode("utf-16"), "binary"),
     "UTF-16 without a mark": bad(SMALL.encode("utf-16-le"), "binary"),
     "truncated in a row": bad(DEFAULT[:1500].rsplit(b",", 2)[0], "line", "cut off"),
-    "truncated in its last number": bad(DEFAULT.rstrip()[:-2], f"line {len(LINES)}", "Y = '9.3'", "cut off"),
+    "truncated in its last number": bad(DEFAULT.rstrip()[:-2], f"line {len(LINES)}", "Y = '9.9'", "cut off"),
     "truncated between the tips of an hour": bad("\n".join(LINES[:-2]) + "\n", "green and blue", "18000"),
     "NaN": bad(with_line(GREEN, "0.59882", "nan"), f"line {GREEN}", "column y", "not a finite number"),
     "infinite": bad(with_line(GREEN, "185.628", "inf"), f"line {GREEN}", "column Y", "not a finite number"),

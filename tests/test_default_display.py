@@ -1,0 +1,165 @@
+"""The default display gives Table 1 of the paper on a named slide, and its drift is what the fit says."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import astuple
+from typing import TYPE_CHECKING
+
+import colour
+import numpy as np
+import pytest
+from PIL import Image
+from skimage.data import immunohistochemistry
+
+from configs.displays import table1
+from configs.displays.reconstruct_ccfl import REACHED, Drift
+from configs.displays.table1 import Colours, Curve
+from lutgen.display import DisplayModel, default_display
+from lutgen.measurements import read_measurements
+from tests.twin import Twin, rows_of_csv
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+# As the paper prints them: hours until Max 3, average 3, Max 5, average 5.
+PAPER = {"chroma": (4500, 7800, 8100, 11100), "chroma-luma": (2200, 3700, 4100, 5800)}
+GATES = {"chroma": 0.05, "chroma-luma": 0.10}
+
+
+@pytest.fixture(scope="module")
+def model() -> DisplayModel:
+    return DisplayModel(read_measurements(default_display()))
+
+
+@pytest.fixture(scope="module")
+def pixels() -> NDArray[np.uint8]:
+    return table1.slide()
+
+
+@pytest.fixture(scope="module")
+def whole(pixels: NDArray[np.uint8]) -> Colours:
+    return Colours.of(pixels)
+
+
+@pytest.fixture(scope="module")
+def lifetimes(model: DisplayModel, whole: Colours) -> dict[str, tuple[float, ...]]:
+    curve = Curve(model, whole)
+    return {mode: curve.lifetimes(mode) for mode in PAPER}
+
+
+@pytest.mark.parametrize("mode", PAPER)
+def test_the_lifetimes_on_the_named_slide_are_those_of_table_1(
+    lifetimes: dict[str, tuple[float, ...]], mode: str
+) -> None:
+    np.testing.assert_allclose(lifetimes[mode], PAPER[mode], rtol=GATES[mode])
+
+
+def test_the_file_says_how_near_it_comes(lifetimes: dict[str, tuple[float, ...]]) -> None:
+    first, *others = default_display().read_text(encoding="ascii").splitlines()
+    for mode, hours in lifetimes.items():
+        assert REACHED[mode] == tuple(round(hour) for hour in hours)
+        said = " / ".join(f"{hour:.0f}" for hour in hours)
+        printed = " / ".join(str(hour) for hour in PAPER[mode])
+        assert f"# lifetimes {mode}: {said} (paper {printed})" in others
+    chroma, luma = (
+        100 * np.abs(np.array(lifetimes[mode]) / PAPER[mode] - 1).max() for mode in ("chroma", "chroma-luma")
+    )
+    before, _, after = first.partition("chroma lifetimes within ")
+    assert "CMU-1-Small-Region" in before
+    assert float(after.split(" %")[0]) == pytest.approx(chroma, abs=0.11)
+    assert float(after.split("within ")[1].split(" %")[0]) == pytest.approx(luma, abs=0.11)
+
+
+@pytest.mark.slow
+def test_the_drift_is_what_the_fit_gives(whole: Colours) -> None:
+    found = table1.fit(whole)
+    assert table1.rounded(found) == Drift()
+
+
+def test_the_slide_is_the_same_through_pillow(pixels: NDArray[np.uint8]) -> None:
+    assert pixels.shape == (2967, 2220, 3)
+    with Image.open(table1.SLIDE) as image:
+        assert hashlib.sha256(image.convert("RGB").tobytes()).hexdigest() == table1.SLIDE_SHA256
+
+
+@pytest.mark.parametrize(("mode", "hours"), [("chroma", 8100.0), ("chroma", 15_000.0), ("chroma-luma", 4100.0)])
+def test_mean_and_sd_are_those_over_pixels_by_the_papers_steps_and_colour_science(
+    model: DisplayModel, mode: str, hours: float
+) -> None:
+    some = immunohistochemistry()[::16, ::16]
+    twin = Twin(rows_of_csv(default_display().read_text(encoding="utf-8")), mode=mode, hours=hours)
+    code = some.reshape(-1, 3) / 255.0
+    aged = np.array([twin.code((r, g, b)) for r, g, b in code.tolist()])
+    d65 = np.array([0.3127, 0.3290])
+    unaged_lab, aged_lab = (
+        colour.XYZ_to_Lab(colour.RGB_to_XYZ(each, srgb_of_the_paper(), d65, None, apply_cctf_decoding=True), d65)
+        for each in (code, aged)
+    )
+    difference = colour.delta_E(unaged_lab, aged_lab, method="CIE 2000")
+    assert difference.mean() > 1
+    found = Curve(model, Colours.of(some)).at(mode, hours)
+    np.testing.assert_allclose(found, (difference.mean(), difference.std()), rtol=0, atol=1e-6)
+
+
+def srgb_of_the_paper() -> colour.RGB_Colourspace:
+    """colour-science's sRGB with its matrix computed rather than rounded to four digits."""
+    srgb = colour.RGB_COLOURSPACES["sRGB"].copy()
+    srgb.use_derived_transformation_matrices(usage=True)
+    return srgb
+
+
+def test_lifetimes_are_where_the_straight_pieces_pass_the_tolerance(
+    model: DisplayModel, pixels: NDArray[np.uint8]
+) -> None:
+    curve = Curve(model, Colours.of(pixels[::8, ::8]))
+    for mode in PAPER:
+        mean, sd = np.array([curve.at(mode, hour) for hour in curve.hours]).T
+        assert (np.diff(mean) > 0).all()
+        assert (np.diff(mean + 2 * sd) > 0).all()
+        wanted = [np.interp(limit, size, curve.hours) for limit in (3, 5) for size in (mean + 2 * sd, mean)]
+        np.testing.assert_allclose(curve.lifetimes(mode), wanted, rtol=1e-12)
+
+
+def test_a_tolerance_that_is_never_passed_has_no_lifetime(model: DisplayModel) -> None:
+    black = Colours.of(np.zeros((4, 4, 3), dtype=np.uint8))
+    assert np.isnan(Curve(model, black).lifetimes("chroma")).all()
+
+
+def test_the_report_sets_ours_beside_the_papers(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], model: DisplayModel, lifetimes: dict[str, tuple[float, ...]]
+) -> None:
+    Image.fromarray(immunohistochemistry()).save(tmp_path / "ihc.png")
+    assert table1.main([str(tmp_path / "ihc.png")]) == 0
+    _, _, chroma, _, name, *other = capsys.readouterr().out.splitlines()
+    assert chroma.split()[1::3] == [f"{hours:.0f}" for hours in lifetimes["chroma"]]
+    assert name == "ihc.png"
+    ihc = Curve(model, Colours.of(immunohistochemistry())).lifetimes("chroma")
+    assert other[0].split()[1::3] == [f"{hours:.0f}" for hours in ihc]
+
+
+def test_another_drift_is_told_from_the_fitted_one(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], pixels: NDArray[np.uint8]
+) -> None:
+    monkeypatch.setattr(table1, "slide", lambda: pixels[:64, :64])
+    for found, code in ((Drift(0.0793, 0.2758, 6528.0), 0), (Drift(0.0805, 0.276, 6530.0), 1)):
+        monkeypatch.setattr(table1, "fit", lambda _, found=found: found)
+        assert table1.main(["--fit"]) == code
+        assert str(astuple(found)[0]) in capsys.readouterr().out
+
+
+def test_other_pixels_and_a_missing_slide_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, pixels: NDArray[np.uint8]
+) -> None:
+    path = tmp_path / "slide.png"
+    monkeypatch.setattr(table1, "SLIDE", path)
+    with pytest.raises(SystemExit, match="run make setup"):
+        table1.slide()
+    Image.fromarray(pixels[:8, :8]).save(path)
+    with pytest.raises(SystemExit, match="not those that the display was fitted on"):
+        table1.slide()
+    path.write_bytes(b"no image")
+    with pytest.raises(SystemExit, match=r"slide\.png"):
+        table1.slide()
