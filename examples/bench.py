@@ -7,7 +7,7 @@
 
 A ratio is the peer's time over lutgen's: above 1 lutgen is faster. Contestants take turns; ratios are formed turn by
 turn, and the table gives their median and, in brackets, the smallest and largest. Times are medians. Files are in the
-cache and on one file system. Goals are those of the project's issues 2 and 3.
+cache and on one file system. Goals are those of the project's issues 2 to 4.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from examples import bench_appearance
 from examples.bench_criticism import Work, criticism
 from examples.racing import LUTGEN, Peer, Row, against_limit, peak_memory, race, run, seconds_of
 from lutgen import DisplayModel, apply_to_image, read_measurements
@@ -62,12 +63,23 @@ class Bench:
     short: int = 9
     long: int = 3
     criticism: Work = field(default_factory=Work)
+    appearance: bench_appearance.Work = field(default_factory=bench_appearance.Work)
 
     @classmethod
     def quick(cls) -> Bench:
         """Every row on little work."""
-        small = Work.quick()
-        return cls((17, 33), hours="0,10000", bakes=1, width=300, height=200, short=3, long=1, criticism=small)
+        small, picture = Work.quick(), bench_appearance.Work.quick()
+        return cls(
+            (17, 33),
+            hours="0,10000",
+            bakes=1,
+            width=300,
+            height=200,
+            short=3,
+            long=1,
+            criticism=small,
+            appearance=picture,
+        )
 
 
 # ---- evaluating the model
@@ -315,6 +327,14 @@ def _colour_apply(lut: Path, picture: Any) -> Peer:
     return Peer(name, partial(table.apply, crop, interpolator=tetrahedral), None, scale)
 
 
+# ---- what becomes of pictures
+
+
+def appearing(work: bench_appearance.Work, model: DisplayModel, folder: Path) -> Iterable[Row]:
+    """Differences and lifetimes of a large picture."""
+    return bench_appearance.appearance(work, model, tiled_tissue(work.width, work.height), folder)
+
+
 # ---- start-up, and the table
 
 
@@ -325,7 +345,7 @@ def starting(bench: Bench) -> Row:
 
 
 #: Parts of the table.
-PARTS = ("evaluation", "writing", "building", "applying", "criticism", "starting")
+PARTS = ("evaluation", "writing", "building", "applying", "criticism", "appearance", "starting")
 
 
 def all_rows(bench: Bench, folder: Path, parts: Sequence[str]) -> Iterator[Row]:
@@ -340,6 +360,7 @@ def all_rows(bench: Bench, folder: Path, parts: Sequence[str]) -> Iterator[Row]:
         "building": lambda: building(bench, built, folder),
         "applying": lambda: applying(bench, model, built, folder),
         "criticism": lambda: criticism(bench.criticism, folder),
+        "appearance": lambda: appearing(bench.appearance, model, folder),
         "starting": lambda: [starting(bench)],
     }
     for part in parts:

@@ -4,7 +4,8 @@ The package turns measurements of an aging display into 3D LUTs and OpenColorIO 
 The public Python API is small; each function is what a command of the same name calls:
 
 ``read_measurements`` · ``DisplayModel``, ``load_model``, ``save_model`` · ``Plan`` and ``build`` · ``check`` ·
-``apply_to_image`` · ``show`` · ``compare`` · ``diagnose`` · ``refine`` · ``plan``. Effects: ``lutgen.effects``.
+``apply_to_image`` · ``lifetime`` · ``show`` · ``compare`` · ``diagnose`` · ``refine`` · ``plan``.
+Effects: ``lutgen.effects``.
 
 Names are imported when they are first used, so that ``import lutgen`` costs nothing.
 """
@@ -30,6 +31,7 @@ _HOME = {
     "build": "lutgen.bake.build",
     "check": "lutgen.bake.check",
     "apply_to_image": "lutgen.appearance.apply",
+    "lifetime": "lutgen.appearance.lifetime",
     "show": "lutgen.report.show",
     "compare": "lutgen.criticism.compare",
     "diagnose": "lutgen.criticism.diagnose",
@@ -50,6 +52,7 @@ __all__ = [
     "compare",
     "default_display",
     "diagnose",
+    "lifetime",
     "load_model",
     "plan",
     "read_measurements",
@@ -60,6 +63,7 @@ __all__ = [
 
 if TYPE_CHECKING:
     from lutgen.appearance.apply import apply_to_image
+    from lutgen.appearance.lifetime import lifetime
     from lutgen.bake.build import Plan, build
     from lutgen.bake.check import check
     from lutgen.criticism.compare import compare

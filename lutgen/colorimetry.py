@@ -18,6 +18,8 @@ doi:10.1002/col.20070 (CIEDE2000).
 
 from __future__ import annotations
 
+from math import factorial
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -157,14 +159,16 @@ def xyz_to_lab(xyz: ArrayLike, white: ArrayLike) -> Array:
 def _ratio_to_lab(ratio: Array) -> Array:
     f = np.where(ratio > (6 / 29) ** 3, np.cbrt(ratio), ratio * ((29 / 6) ** 2 / 3) + 4 / 29)
     x, y, z = np.moveaxis(f, -1, 0)
-    return np.stack([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)], axis=-1)
+    # Contiguous columns, as `transform` gives them: what comes next works on each alone.
+    return np.moveaxis(np.stack([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]), 0, -1)
 
 
 def delta_e_2000(lab_1: ArrayLike, lab_2: ArrayLike) -> Array:
     """CIEDE2000 colour difference (Sharma et al. 2005, doi:10.1002/col.20070), k_L = k_C = k_H = 1.
 
-    Shapes (..., 3) and (..., 3) → (...). Works in chunks with one arctangent, one exponential and one sine a
-    pixel; multiples of the mean hue come from its unit vector, ΔH' from the cross product.
+    Shapes (..., 3) and (..., 3) → (...). Works in chunks with one exponential a pixel and no other function of a
+    library; multiples of the mean hue come from its unit vector, ΔH' from the cross product, and the rotation's angle
+    and sine from short series.
     """
     lab_1, lab_2 = np.broadcast_arrays(np.asarray(lab_1, dtype=np.float64), np.asarray(lab_2, dtype=np.float64))
     shape = lab_1.shape[:-1]
@@ -188,43 +192,82 @@ def _delta_e_2000_chunk(lab_1: Array, lab_2: Array) -> Array:
     # Equation (11): ΔH' = 2√(C1C2) sin(Δh/2) = cross/√((C1C2 + dot)/2), without the hue angles.
     product = c_1 * c_2
     half = 0.5 * (product + a_1 * a_2 + b_1 * b_2)
-    # Nearer to opposite than this the cancellation in `half` would cost more than 1e-12.
-    opposite = half <= 1e-4 * product
-    d_hue = (a_1 * b_2 - a_2 * b_1) / np.sqrt(np.where(opposite, 1.0, half))
-    cos_h, sin_h = _mean_hue(a_1, b_1, c_1, a_2, b_2, c_2)
-    if opposite.any():
+    # Nearer to opposite than this the cancellation in `half` would cost more than 1e-12; greys are among them.
+    opposite = np.flatnonzero(half <= 1e-3 * product)
+    root = np.sqrt(np.maximum(half, _TINY))
+    d_hue = (a_1 * b_2 - a_2 * b_1) / root
+    # Equation (14): the mean hue's unit vector, that of the bisector of both hues.
+    root *= np.sqrt(np.maximum(product, _TINY))
+    np.divide(0.5, root, out=root)
+    weight_1, weight_2 = c_2 * root, c_1 * root
+    cos_h, sin_h = a_1 * weight_1 + a_2 * weight_2, b_1 * weight_1 + b_2 * weight_2
+    if opposite.size:
         d_hue[opposite], cos_h[opposite], sin_h[opposite] = _opposite_hues(
-            a_1[opposite], b_1[opposite], a_2[opposite], b_2[opposite], product[opposite]
+            *(each[opposite] for each in (a_1, b_1, a_2, b_2, product))
         )
     d_l, d_c = l_2 - l_1, c_2 - c_1
     l_mean, c_mean = 0.5 * (l_1 + l_2), 0.5 * (c_1 + c_2)
-    # Equations (15)-(22).
-    cos_2h, sin_2h = cos_h * cos_h - sin_h * sin_h, 2.0 * sin_h * cos_h
-    cos_3h, sin_3h = cos_2h * cos_h - sin_2h * sin_h, sin_2h * cos_h + cos_2h * sin_h
-    cos_4h, sin_4h = cos_2h * cos_2h - sin_2h * sin_2h, 2.0 * sin_2h * cos_2h
-    t = (
-        1.0
-        - 0.17 * (_COS_30 * cos_h + _SIN_30 * sin_h)
-        + 0.24 * cos_2h
-        + 0.32 * (_COS_6 * cos_3h - _SIN_6 * sin_3h)
-        - 0.20 * (_COS_63 * cos_4h + _SIN_63 * sin_4h)
-    )
+    # Equations (15)-(22); T as polynomials in the cosine of the mean hue, one of them times its sine.
+    t = _series(_T_EVEN, cos_h) + sin_h * _series(_T_ODD, cos_h)
     squared = (l_mean - 50.0) ** 2
     s_l = 1.0 + 0.015 * squared / np.sqrt(20.0 + squared)
     s_c = 1.0 + 0.045 * c_mean
     s_h = 1.0 + 0.015 * c_mean * t
-    degrees = np.degrees(np.arctan2(sin_h, cos_h))
-    degrees += 360.0 * (degrees < 0.0)
-    rotation = np.sin(np.radians(60.0) * np.exp(-(((degrees - 275.0) / 25.0) ** 2)))
-    r_t = -2.0 * _chroma_weight(c_mean) * rotation
+    r_t = -2.0 * _chroma_weight(c_mean) * _rotation(cos_h, sin_h)
     d_l, d_c, d_h = d_l / s_l, d_c / s_c, d_hue / s_h
     squared = d_l * d_l + d_c * d_c + d_h * d_h + r_t * d_c * d_h
     return np.asarray(np.sqrt(np.maximum(squared, 0.0)))
 
 
-_COS_30, _SIN_30 = np.cos(np.radians(30.0)), np.sin(np.radians(30.0))
-_COS_6, _SIN_6 = np.cos(np.radians(6.0)), np.sin(np.radians(6.0))
-_COS_63, _SIN_63 = np.cos(np.radians(63.0)), np.sin(np.radians(63.0))
+#: Keeps divisions from complaining where their result is replaced later, or tends to nothing.
+_TINY = 1e-200
+
+
+def _hue_polynomials() -> tuple[list[float], list[float]]:
+    """Equation (15) by powers of cos h: what stands alone, and what is multiplied by sin h.
+
+    T = 1 − 0.17 cos(h − 30°) + 0.24 cos 2h + 0.32 cos(3h + 6°) − 0.20 cos(4h − 63°).
+    """
+    weights, turns = np.array([0.17, 0.32, 0.20]), np.radians([30.0, 6.0, 63.0])
+    cos_1, cos_3, cos_4 = weights * np.cos(turns)
+    sin_1, sin_3, sin_4 = weights * np.sin(turns)
+    even = [1.0 - 0.24 - cos_4, -cos_1 - 3.0 * cos_3, 0.48 + 8.0 * cos_4, 4.0 * cos_3, -8.0 * cos_4]
+    odd = [-sin_1 + sin_3, 4.0 * sin_4, -4.0 * sin_3, -8.0 * sin_4]
+    return even, odd
+
+
+_T_EVEN, _T_ODD = _hue_polynomials()
+_275 = np.radians(275.0)
+
+#: arctan(t)/t in powers of t², and sin(x)/x in powers of x²; with so many the rotation is right to 1e-13: where arctan
+#: misses more, far from 275°, there is next to none of it.
+_ARCTAN = [(-1.0) ** k / (2 * k + 1) for k in range(10)]
+_SINE = [(-1.0) ** k / factorial(2 * k + 1) for k in range(8)]
+
+
+def _rotation(cos_h: Array, sin_h: Array) -> Array:
+    """Sine of 2Δθ, equations (16) and (22): sin(60° exp(−((h − 275°)/25°)²)), h from 0° to below 360°."""
+    along = np.cos(_275) * cos_h + np.sin(_275) * sin_h
+    # The squared tangent of half the angle from 275°, then of a quarter, whose series is short.
+    squared = (1.0 - along) / np.maximum(1.0 + along, _TINY)
+    longer = 1.0 + np.sqrt(1.0 + squared)
+    squared /= longer * longer
+    arctan = _series(_ARCTAN, squared)
+    near = np.exp(squared * arctan * arctan * -((4.0 / np.radians(25.0)) ** 2))
+    # From 0° on the hue begins anew, far below 275°: there CIEDE2000 itself jumps, by 1e-5 of the rotation.
+    near *= (sin_h < 0.0) | (cos_h < 0.0)
+    near *= np.radians(60.0)
+    return np.asarray(near * _series(_SINE, near * near))
+
+
+def _series(coefficients: list[float], x: Array) -> Array:
+    """Sum of coefficients times powers of x, from the 0th on."""
+    result = coefficients[-1] * x
+    for coefficient in coefficients[-2:0:-1]:
+        result += coefficient
+        result *= x
+    result += coefficients[0]
+    return result
 
 
 def _chroma_weight(chroma: Array) -> Array:
@@ -232,18 +275,6 @@ def _chroma_weight(chroma: Array) -> Array:
     squared = chroma * chroma
     seventh = squared * squared * squared * chroma
     return np.asarray(np.sqrt(seventh / (seventh + 25.0**7)))
-
-
-def _mean_hue(  # noqa: PLR0917 - two polar vectors
-    a_1: Array, b_1: Array, c_1: Array, a_2: Array, b_2: Array, c_2: Array
-) -> tuple[Array, Array]:
-    """Cosine and sine of the mean hue: the bisector of both hue vectors; a grey lends no hue (equation 14)."""
-    safe_1, safe_2 = np.where(c_1 == 0.0, 1.0, c_1), np.where(c_2 == 0.0, 1.0, c_2)
-    along, across = a_1 / safe_1 + a_2 / safe_2, b_1 / safe_1 + b_2 / safe_2
-    length = np.sqrt(along * along + across * across)
-    grey = length == 0.0
-    length = np.where(grey, 1.0, length)
-    return np.where(grey, 1.0, along / length), across / length
 
 
 def _opposite_hues(a_1: Array, b_1: Array, a_2: Array, b_2: Array, product: Array) -> tuple[Array, Array, Array]:

@@ -32,6 +32,10 @@ ROWS = {
     },
     "fit of black-level": {"scipy.optimize.least_squares"},
     "held-out error": {"a fit for each"},
+    "ΔE2000 of": {"colour.delta_E"},
+    "3 hours × 2 modes, 0.06 Mpx": {"colour-science on every pixel"},
+    "3 hours × 2 modes of an image tiled": {"the same image once"},
+    "the same, 16 bits": {"the limit"},
     "lutgen --help": {"the limit"},
 }
 

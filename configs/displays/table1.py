@@ -78,7 +78,10 @@ class Colours:
 
 
 class Curve:
-    """Mean and SD of dE2000 over an image's pixels, by mode and hour. To become ``lutgen.appearance.lifetime``."""
+    """Mean and SD of dE2000 over an image's pixels, by mode and hour.
+
+    As ``lutgen lifetime`` has them, but of those hours alone that are asked for, since a fit asks many times.
+    """
 
     def __init__(self, model: DisplayModel, colours: Colours) -> None:
         """Take a display without effects, and an image's colours."""

@@ -157,12 +157,19 @@ class Source:
         rows = max(BAND // self.width // self.unit, 1) * self.unit
         return [(first, min(first + rows, self.height)) for first in range(0, self.height, rows)]
 
-    def read(self, first: int, last: int) -> Stored:
-        """Read rows ``first`` to ``last`` (exclusive): (rows, width, channels)."""
+    def blocks(self) -> list[tuple[int, int, int, int]]:
+        """Rows from and to, columns from and to, in whole tiles: as bands, but a row of many tiles is cut too."""
+        tile, bands = int(self.spec.tile_width), self.bands()
+        high = bands[0][1]
+        wide = max(BAND // high // tile, 1) * tile if tile else self.width
+        return [(*band, left, min(left + wide, self.width)) for band in bands for left in range(0, self.width, wide)]
+
+    def read(self, first: int, last: int, left: int = 0, right: int | None = None) -> Stored:
+        """Read rows ``first`` to ``last``, columns ``left`` to ``right`` (exclusive): (rows, columns, channels)."""
         spec, y = self.spec, self.spec.y
-        rows = (y + first, y + last)
+        rows, right = (y + first, y + last), self.width if right is None else right
         if spec.tile_width:
-            columns = (spec.x, spec.x + spec.width)
+            columns = (spec.x + left, spec.x + right)
             block = self._image.read_tiles(*columns, *rows, spec.z, spec.z + 1, 0, spec.nchannels, spec.format)
         else:
             block = self._image.read_scanlines(*rows, spec.z, 0, spec.nchannels, spec.format)
@@ -170,7 +177,7 @@ class Source:
         if block is None or self._image.has_error:
             self._image.geterror()
             raise _damaged(self.path)
-        return np.asarray(block).reshape(last - first, self.width, self.storage.channels)
+        return np.asarray(block).reshape(last - first, right - left, self.storage.channels)
 
 
 @contextmanager
