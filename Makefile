@@ -25,7 +25,7 @@ demo: setup ## a real tissue image on an aged display; prints the path of the pi
 	@$(PYTHON) examples/demo.py
 
 test: lint programs ## style, types and all tests
-	@$(ALONE) $(PYTHON) -m pytest $(ARGS)
+	@$(ALONE) $(PYTHON) -m pytest --numprocesses auto --dist loadfile $(ARGS)
 
 lint: setup ## style and types
 	@$(PYTHON) -m ruff check --quiet

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.effects.clauses import reacts_to
 from lutgen.effects.scene import REFERENCE_C
 from lutgen.errors import LutgenError, pick_one
 from lutgen.measurements.table import RANGES
@@ -166,11 +167,12 @@ def what_pictures_carry(model: DisplayModel) -> list[str]:
 
 def _fixed(model: DisplayModel, made: str, but: str) -> list[str]:
     stated = model.conditions.stated()
-    needs = {name for each in model.baked for name in each.effect.needs} | set(stated)
+    asks = {each.effect.name: reacts_to(each.effect) for each in model.baked}
+    needs = {name for names in asks.values() for name in names} | set(stated)
     lines = [f"{made}: {told(model.conditions, needs)}."] if needs else []
     for each in model.baked:
-        if each.effect.needs:
-            what = " and ".join(dict.fromkeys(_DEPENDS[name] for name in each.effect.needs))
+        if names := asks[each.effect.name]:
+            what = " and ".join(dict.fromkeys(_DEPENDS[name] for name in names))
             lines.append(f"{each.effect.name} depends on {what}, {but}.")
     lines += [f"Nothing in this model depends on {name}." for name in stated if not _matters(model, name)]
     return lines + [

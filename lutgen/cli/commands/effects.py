@@ -248,8 +248,11 @@ def _print_rehearsal(rehearsal: Any) -> None:
     console = _console()
     console.print(f"\n{rehearsal.sentence}", markup=False)
     table = _table(None, None)
-    table.add_row(*_plain("absorbed by the tips", f"{rehearsal.absorbed:.0%}"))
-    table.add_row(*_plain("smallest detectable size", f"{rehearsal.smallest_detectable:.3g} {rehearsal.unit}"))
+    absorbed = "it leaves no trace" if rehearsal.absorbed is None else f"{rehearsal.absorbed:.0%}"
+    table.add_row(*_plain("absorbed by the tips", absorbed))
+    unit = "" if rehearsal.unit == "1" else f" {rehearsal.unit}"
+    size = rehearsal.smallest_detectable
+    table.add_row(*_plain("smallest detectable size", "none" if size is None else f"{size:.3g}{unit}"))
     likeness = ", ".join(f"{name} {share:.2f}" for name, share in rehearsal.likeness)
     table.add_row(*_plain("likeness to others", likeness or "none"))
     table.add_row(*_plain("hidden in these readings and found again", "yes" if rehearsal.recovered else "NO"))
