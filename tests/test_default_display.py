@@ -74,6 +74,7 @@ def test_the_file_says_how_near_it_comes(lifetimes: dict[str, tuple[float, ...]]
 
 
 @pytest.mark.slow
+@pytest.mark.numbers  # both makes read the same pixels, which the lifetimes above hold
 def test_the_drift_is_what_the_fit_gives(whole: Colours) -> None:
     found = table1.fit(whole)
     assert table1.rounded(found) == Drift()
