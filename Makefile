@@ -38,7 +38,7 @@ bench: programs ## how fast, against other programs
 consumers: programs ## how real programs render our files: errors in 8-bit codes
 	@$(PYTHON) -m tests.consumers
 
-# 420 data sets at three noise levels: up to 25 minutes on two cores; ARGS="--per-kind 40" narrows the intervals.
+# 450 data sets at three noise levels: ten minutes on two cores; ARGS="--per-kind 40" narrows the intervals.
 hidden: setup ## score the diagnosis on data with hidden effects: figures against gates, confusion matrix
 	@$(ALONE) $(PYTHON) -m tests.virtual_display --per-kind 10 $(ARGS)
 
