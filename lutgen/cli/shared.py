@@ -91,6 +91,17 @@ def split_list(_context: click.Context, _option: click.Parameter, text: str) -> 
     return tuple(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
 
 
+def numbers(option: str, text: str) -> list[float]:
+    """Read an option's list of numbers, such as 3,5. Raises LutgenError where one is none."""
+    from lutgen.errors import LutgenError
+
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        message = f"{option} {text}: give numbers above 0 in a list, such as 3,5."
+        raise LutgenError(message) from None
+
+
 def echo_json(content: Any) -> None:
     """Print JSON for a program to read."""
     click.echo(json.dumps(content, indent=1, ensure_ascii=False))

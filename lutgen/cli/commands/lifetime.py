@@ -8,7 +8,7 @@ import click
 
 from lutgen.cli.data_options import check_json
 from lutgen.cli.outputs import check_new_file, check_pictures, print_page, write_json
-from lutgen.cli.shared import model_from, model_options, progress_bar
+from lutgen.cli.shared import model_from, model_options, numbers, progress_bar
 
 #: As in the library, repeated because help must not import numpy; a test holds them together.
 SOURCES = ("auto", "signal", "linear")
@@ -68,7 +68,7 @@ def command(
     from lutgen.display.hours import parse_hours
     from lutgen.report.lifetime_page import lifetime_page
 
-    tolerances = check_tolerances(_numbers(tolerance))
+    tolerances = check_tolerances(numbers("--tolerance", tolerance))
     alone = check_json(json_to, force=force)
     if csv_to:
         check_new_file(csv_to, force=force)
@@ -94,13 +94,3 @@ def command(
             print_page([f"Pictures: {', '.join(map(str, pictures))}"])
     if json_to:
         write_json(found.as_json(), json_to)
-
-
-def _numbers(text: str) -> list[float]:
-    from lutgen.errors import LutgenError
-
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
-        message = f"--tolerance {text}: give numbers above 0 in a list, such as 3,5."
-        raise LutgenError(message) from None

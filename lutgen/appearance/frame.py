@@ -1,0 +1,197 @@
+"""A picture small enough to be shown whole, and what displays make of it.
+
+A large image is shrunk in linear light, each pixel of the frame being the mean of the area that it covers, in one
+streaming pass; a small one is taken as it is. Aged frames are then computed from the frame's distinct colours.
+"""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lutgen.appearance.difference import differences
+from lutgen.appearance.encoding import LINEAR, Decoder
+from lutgen.appearance.images import open_source
+from lutgen.appearance.slides import REGION, SUFFIXES, open_slide
+from lutgen.colorimetry import linear_to_code
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+    from pathlib import Path
+
+    from lutgen.appearance.encoding import Storage, Stored
+    from lutgen.colorimetry import Array
+    from lutgen.display import AgedDisplay
+
+Pixels = NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A picture of 8 bits, by its distinct colours.
+
+    Attributes
+    ----------
+    colours
+        Distinct colours, code values 0..255, shape (n, 3).
+    places
+        Index of each pixel's colour, shape (h, w).
+    visible
+        Pixels that show something: those of alpha 0 do not; (h, w).
+    source_width, source_height
+        Of the image that it was shrunk from, turned as a viewer turns it.
+
+    """
+
+    colours: Pixels
+    places: NDArray[np.intp]
+    visible: NDArray[np.bool_]
+    source_width: int
+    source_height: int
+
+    @property
+    def width(self) -> int:
+        """Pixels in a row."""
+        return int(self.places.shape[1])
+
+    @property
+    def height(self) -> int:
+        """Rows."""
+        return int(self.places.shape[0])
+
+    @property
+    def whole(self) -> bool:
+        """Whether the image is shown pixel by pixel."""
+        return (self.width, self.height) == (self.source_width, self.source_height)
+
+    def shown(self, display: AgedDisplay) -> Pixels:
+        """Return what an un-aged sRGB viewer shows of the picture on a display, code values (h, w, 3)."""
+        code = np.rint(display.code_to_code(self.colours / 255.0) * 255.0).astype(np.uint8)
+        return np.asarray(code[self.places])
+
+    def differences(self, unaged: AgedDisplay, aged: Sequence[AgedDisplay]) -> Array:
+        """ΔE2000 of each pixel on each aged display, against the un-aged one: shape (len(aged), h, w)."""
+        code = self.colours / 255.0
+        return differences(code.__getitem__, len(code), unaged, aged)[:, self.places]
+
+
+def read_frame(
+    path: Path,
+    *,
+    pixels: int,
+    width: int,
+    source: str = "auto",
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
+) -> Frame:
+    """Read an image or a slide, and shrink it to at most so many ``pixels``, at most ``width`` in a row.
+
+    Raises
+    ------
+    LutgenError
+        As :func:`lutgen.appearance.distinct.count_colours`, apart from pixels that are NaN: these are shown black.
+
+    """
+    with _opened(path, source) as opened:
+        high, wide = fitting(opened.height, opened.width, pixels, width)
+        shrunk = _Shrunk(opened, high, wide)
+        for done, block in enumerate(opened.blocks):
+            shrunk.add(block, opened.read(block))
+            progress(done + 1, len(opened.blocks))
+    linear = shrunk.light / np.maximum(shrunk.area, 1e-9)
+    code = np.rint(linear_to_code(np.clip(linear, 0.0, 1.0)) * 255.0).astype(np.uint8)
+    code, visible = turned(np.moveaxis(code, 0, -1), opened.orientation), turned(shrunk.area > 0, opened.orientation)
+    colours, places = np.unique(code.reshape(-1, 3), axis=0, return_inverse=True)
+    size = (opened.height, opened.width) if opened.orientation < 5 else (opened.width, opened.height)
+    return Frame(colours, places.reshape(code.shape[:2]), visible, size[1], size[0])
+
+
+def fitting(height: int, width: int, pixels: int, most: int) -> tuple[int, int]:
+    """Return height and width of the largest frame of this shape; never larger than the image, at least 1 × 1."""
+    share = min((pixels / (height * width)) ** 0.5, most / width, 1.0)
+    # A millionth of a pixel: what rounding may take from a whole one.
+    return max(int(height * share + 1e-6), 1), max(int(width * share + 1e-6), 1)
+
+
+def turned(frame: Any, orientation: int) -> Any:
+    """Turn a frame (h, w, …) as its file's Orientation (Exif, 1 to 8) asks viewers to."""
+    if orientation in (5, 6, 7, 8):
+        frame = frame.swapaxes(0, 1)
+    if orientation in (3, 4, 7, 8):
+        frame = frame[::-1]
+    return frame[:, ::-1] if orientation in (2, 3, 6, 7) else frame
+
+
+#: Rows from and to, columns from and to (exclusive).
+Block = tuple[int, int, int, int]
+
+
+class _Opened(NamedTuple):
+    storage: Storage
+    height: int
+    width: int
+    orientation: int
+    blocks: list[Block]
+    read: Callable[[Block], Stored]
+
+
+@contextmanager
+def _opened(path: Path, source: str) -> Iterator[_Opened]:
+    if path.suffix.lower() not in SUFFIXES:
+        with open_source(path, source) as image:
+            turn = int(image.spec.get_int_attribute("Orientation", 1))
+            yield _Opened(
+                image.storage, image.height, image.width, turn, image.blocks(), lambda block: image.read(*block)
+            )
+        return
+    with open_slide(path) as slide:
+        blocks = [(y, min(y + REGION, slide.height), x, min(x + REGION, slide.width)) for x, y in slide.regions()]
+        yield _Opened(slide.storage, slide.height, slide.width, 1, blocks, lambda block: slide.read(block[2], block[0]))
+
+
+class _Shrunk:
+    """Adds up light and visible area for each pixel of a frame, block by block."""
+
+    def __init__(self, opened: _Opened, height: int, width: int) -> None:
+        self._storage, self._decoder = opened.storage, Decoder(opened.storage, LINEAR)
+        self._rows = np.linspace(0.0, opened.height, height + 1)
+        self._columns = np.linspace(0.0, opened.width, width + 1)
+        self.light, self.area = np.zeros((3, height, width)), np.zeros((height, width))
+
+    def add(self, block: Block, stored: Stored) -> None:
+        """Add pixels (rows, columns, channels)."""
+        top, bottom, left, right = block
+        shape = (bottom - top, right - left)
+        flat = np.where(np.isfinite(stored), stored, 0).astype(stored.dtype).reshape(-1, self._storage.channels)
+        visible = flat[:, 3] != 0 if self._storage.alpha else np.ones(len(flat), dtype=bool)
+        planes, _ = self._decoder(flat)
+        rows, columns = _within(self._rows, top, bottom), _within(self._columns, left, right)
+        place = (slice(rows.first, rows.last), slice(columns.first, columns.last))
+        for total, plane in ((self.area, visible.astype(np.float64)), *zip(self.light, planes * visible, strict=True)):
+            total[place] += _cut(_cut(plane.reshape(shape), rows.edges, 0), columns.edges, 1)
+
+
+class _Cells(NamedTuple):
+    """Cells ``first`` to ``last`` of a frame, and their edges in pixels of a block."""
+
+    first: int
+    last: int
+    edges: Array
+
+
+def _within(edges: Array, start: int, stop: int) -> _Cells:
+    first = int(np.searchsorted(edges, start, side="right")) - 1
+    last = int(np.searchsorted(edges, stop, side="left"))
+    return _Cells(first, last, np.asarray(np.clip(edges[first : last + 1], start, stop) - start))
+
+
+def _cut(values: Array, edges: Array, axis: int) -> Array:
+    """Add up values between consecutive edges along an axis; what straddles an edge is shared."""
+    values = np.moveaxis(values, axis, 0)
+    below = np.concatenate([np.zeros_like(values[:1]), np.cumsum(values, axis=0)])
+    whole = np.minimum(edges.astype(np.intp), len(values) - 1)
+    at_edges = below[whole] + (edges - whole)[:, np.newaxis] * values[whole]
+    return np.moveaxis(np.diff(at_edges, axis=0), 0, axis)

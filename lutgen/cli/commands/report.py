@@ -1,0 +1,119 @@
+"""``lutgen report``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lutgen.cli.outputs import check_new_file
+from lutgen.cli.shared import model_from, model_options, numbers, progress_bar
+
+if TYPE_CHECKING:
+    from lutgen.display import DisplayModel
+    from lutgen.report.html.evidence import Evidence
+
+#: As in the library, repeated because help must not import numpy; a test holds them together.
+SOURCES = ("auto", "signal", "linear")
+
+
+@click.command()
+@click.argument("image", metavar="IMAGE")
+@click.option("--build", metavar="DIR", help="Add the certificates of a folder that lutgen build made.")
+@click.option("--data", metavar="READINGS", help="Add compare, diagnose and refine of these readings (.csv).")
+@click.option("--tolerance", metavar="LIST", default="3,5", show_default=True, help="Tolerated ΔE2000.")
+@click.option(
+    "--hours",
+    metavar="HOURS",
+    help="Hours of the slider: 0..18000:2000, a step; 0,5000,10000, a list; the curve ends at the last of them "
+    "[default: seven measured times].",
+)
+@click.option(
+    "--source",
+    type=click.Choice(SOURCES),
+    default="auto",
+    show_default=True,
+    help="What the image stores: signal (code values) or linear light; auto: EXR linear, others signal.",
+)
+@click.option("--instrument", metavar="REL,FLOOR", help="Noise of a reading of --data [default: from replicates].")
+@click.option("--force", is_flag=True, help="Replace the page if it exists.")
+@click.option("-o", "--output", required=True, metavar="PAGE.html", help="The page to write.")
+@model_options
+def command(
+    *,
+    image: str,
+    build: str | None,
+    data: str | None,
+    tolerance: str,
+    hours: str | None,
+    source: str,
+    instrument: str | None,
+    force: bool,
+    output: str,
+    **options: Any,
+) -> None:
+    """Gather a run into one page for a browser: pictures, lifetimes, diagnosis, certificates.
+
+    The page holds IMAGE as the display ages, with a slider over hours and a wiper between un-aged and aged, the map of
+    ΔE2000, curves and the paper's Table 1, and says what all of it comes from. --data adds what readings say of the
+    model; without --display or --model the pictures are then those of the display that was read. One HTML file that
+    fetches nothing, can be mailed, and prints well. Numbers are those of lutgen lifetime: of all pixels, while large
+    images are shown smaller.
+
+    \b
+    Example:
+      lutgen report slide.png -o slide.html
+      lutgen report slide.png --data examples/display-a.csv --hours 0..18000:3000 -o diagnosed.html
+    """
+    from pathlib import Path
+
+    from lutgen.appearance.frame import read_frame
+    from lutgen.appearance.lifetime import MODES, check_tolerances, lifetime
+    from lutgen.report.html.origin import read_build
+    from lutgen.report.html.page import Run, write_report
+    from lutgen.report.html.scenes import WIDTH, hours_of, pixels_of_a_frame, scenes_of
+
+    tolerances = check_tolerances(numbers("--tolerance", tolerance))
+    check_new_file(output, force=force, suffixes=(".html", ".htm"))
+    if instrument and not data:
+        raise click.UsageError("--instrument tells the noise of --data: give READINGS too, or leave it out.")
+    own = any(options[name] for name in ("display", "model"))
+    model = model_from(**({**options, "display": data} if data and not own else options))
+    built = read_build(build) if build else None
+    frames, curve = hours_of(hours, model)
+    with progress_bar("aging colours") as progress:
+        found = lifetime([image], model, tolerances=tolerances, hours=curve, source=source, progress=progress)
+    pixels = pixels_of_a_frame(len(frames), len(MODES))
+    with progress_bar("reading the picture") as progress:
+        frame = read_frame(Path(image), pixels=pixels, width=WIDTH, source=source, progress=progress)
+    with progress_bar("aging the picture") as progress:
+        scenes = scenes_of(frame, model, found, frames, progress)
+    evidence = _evidence(data, model, options, instrument) if data else None
+    write_report(Run(found, scenes, built, evidence), output)
+    click.echo(f"{output}: {Path(output).stat().st_size / 1e6:.1f} MB, {len(frames)} hours. Open it in a browser.")
+
+
+def _evidence(data: str, model: DisplayModel, options: dict[str, Any], instrument: str | None) -> Evidence:
+    from lutgen.cli.data_options import question_from
+    from lutgen.criticism.refine import refine
+    from lutgen.report.html.evidence import Evidence
+
+    question = question_from(
+        data,
+        baseline=None,
+        selection=options["selection"],
+        model=options["model"],
+        instrument=instrument,
+        files=(),
+    )
+    with progress_bar("trying effects") as progress:
+        refinement = refine(
+            question.readings,
+            auto=True,
+            **question.asked,
+            effects=question.effects,
+            terms=question.terms,
+            progress=progress,
+        )
+    other = model.measurements.sha256 != question.readings.sha256
+    return Evidence(refinement, question.effects, question.again, model.measurements.file if other else "")

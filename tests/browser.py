@@ -1,0 +1,161 @@
+"""A headless Chromium that tests drive over its own debugging pipe: no port, no driver program, no package.
+
+https://chromedevtools.github.io/devtools-protocol; messages are JSON, each ended by a zero byte, on
+descriptors 3 and 4.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from base64 import b64decode
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+#: The program, by the names that it has on Debian and elsewhere.
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+
+#: Seconds for which any answer is waited for.
+PATIENCE = 20.0
+
+_OPTIONS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--disable-dev-shm-usage",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-extensions",
+    "--force-color-profile=srgb",
+    "--remote-debugging-pipe",
+)
+
+#: What a Python does before it becomes Chromium: the pipe's ends get the numbers that Chromium expects.
+_BECOME = """
+import fcntl, os, sys
+ends = [fcntl.fcntl(int(end), fcntl.F_DUPFD, 10) for end in sys.argv[1:3]]
+for end, number in zip(ends, (3, 4)):
+    os.dup2(end, number)
+os.execv(sys.argv[3], sys.argv[3:])
+"""
+
+
+class Page:
+    """One page in the browser."""
+
+    def __init__(self, reading: int, writing: int) -> None:
+        """Take the ends of the pipe, and open an empty page."""
+        self._reading, self._writing, self._waiting, self._last = reading, writing, b"", 0
+        self._session: str | None = None
+        self.requests: list[str] = []
+        self.complaints: list[str] = []
+        target = self.call("Target.createTarget", url="about:blank")["targetId"]
+        self._session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        for domain in ("Page", "Runtime", "Network", "Log"):
+            self.call(f"{domain}.enable")
+
+    def call(self, method: str, **parameters: Any) -> dict[str, Any]:
+        """Send a command and wait for its result."""
+        self._last += 1
+        message: dict[str, Any] = {"id": self._last, "method": method, "params": parameters}
+        if self._session:
+            message["sessionId"] = self._session
+        data = memoryview(json.dumps(message).encode() + b"\0")
+        while data:
+            data = data[os.write(self._writing, data) :]
+        while True:
+            answer = self._next()
+            if answer.get("id") == self._last:
+                assert "error" not in answer, (method, answer)
+                result: dict[str, Any] = answer["result"]
+                return result
+
+    def open(self, file: Path) -> None:
+        """Open a file and wait until it has loaded."""
+        self.call("Page.navigate", url=file.as_uri())
+        self.wait(f"document.readyState === 'complete' && location.href === {json.dumps(file.as_uri())}")
+
+    def ask(self, expression: str) -> Any:
+        """Evaluate JavaScript, waiting for promises."""
+        found = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
+        assert "exceptionDetails" not in found, found
+        return found["result"].get("value")
+
+    def wait(self, expression: str) -> None:
+        """Wait until JavaScript says true."""
+        end = time.monotonic() + PATIENCE
+        while not self.ask(expression):
+            assert time.monotonic() < end, expression
+            time.sleep(0.02)
+
+    def press(self, key: str, code: int) -> None:
+        """Press and release a key."""
+        for kind in ("rawKeyDown", "keyUp"):
+            self.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=code)
+
+    def drag(self, *way: tuple[float, float]) -> None:
+        """Press the mouse at the first place, move over the others, and release it at the last."""
+        kinds = ["mousePressed", *["mouseMoved"] * (len(way) - 1), "mouseReleased"]
+        for kind, (x, y) in zip(kinds, [*way, way[-1]], strict=True):
+            self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1)
+
+    def size(self, width: int, height: int) -> None:
+        """Give the window a size."""
+        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+
+    def picture(self, *, whole: bool = False) -> bytes:
+        """Return a PNG of the window, or of the whole page."""
+        shot = self.call("Page.captureScreenshot", format="png", captureBeyondViewport=whole)
+        return b64decode(shot["data"])
+
+    def printed(self) -> bytes:
+        """Return the page as PDF."""
+        return b64decode(self.call("Page.printToPDF", preferCSSPageSize=True, printBackground=True)["data"])
+
+    def _next(self) -> dict[str, Any]:
+        while b"\0" not in self._waiting:
+            assert select.select([self._reading], [], [], PATIENCE)[0], "Chromium does not answer"
+            part = os.read(self._reading, 1 << 20)
+            assert part, "Chromium has ended"
+            self._waiting += part
+        text, _, self._waiting = self._waiting.partition(b"\0")
+        message: dict[str, Any] = json.loads(text)
+        if message.get("method") == "Network.requestWillBeSent":
+            self.requests.append(message["params"]["request"]["url"])
+        elif message.get("method") in ("Runtime.exceptionThrown", "Log.entryAdded"):
+            self.complaints.append(json.dumps(message["params"]))
+        return message
+
+
+@contextmanager
+def browser(profile: Path) -> Iterator[Page]:
+    """Start Chromium with a new profile in an empty folder; end it, with all that it started, afterwards."""
+    assert CHROMIUM
+    theirs, writing = os.pipe()
+    reading, ours = os.pipe()
+    become = [sys.executable, "-c", _BECOME, str(theirs), str(ours)]
+    command = [*become, CHROMIUM, *_OPTIONS, f"--user-data-dir={profile}"]
+    with subprocess.Popen(
+        command, pass_fds=(theirs, ours), start_new_session=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    ) as process:
+        try:
+            os.close(theirs)
+            os.close(ours)
+            yield Page(reading, writing)
+        finally:
+            os.killpg(process.pid, signal.SIGKILL)
+            os.close(reading)
+            os.close(writing)

@@ -1,0 +1,387 @@
+"""`lutgen report`: the frames, the page's structure, that it fetches nothing, and bad input."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+import sys
+from base64 import b64decode
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import pytest
+from PIL import Image
+from skimage.data import immunohistochemistry
+from skimage.io import imread, imsave
+
+from lutgen import DisplayModel, apply_to_image, cli, lifetime, read_measurements
+from lutgen.appearance.apply import SOURCES
+from lutgen.appearance.frame import fitting, read_frame, turned
+from lutgen.bindings import oiio
+from lutgen.cli.commands import report as report_command
+from lutgen.colorimetry import code_to_linear, linear_to_code
+from lutgen.display import default_display
+from lutgen.report.html.chart import ticks
+from lutgen.report.html.markup import table
+from lutgen.report.html.png import png
+from lutgen.report.html.scenes import MOST, REACH, STEPS, hours_of, map_colours
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+ROOT = Path(__file__).resolve().parents[1]
+MODEL = DisplayModel(read_measurements(default_display()))
+
+#: A file that would run a script, end an attribute or a tag, if a page took its name as it is.
+HOSTILE = "<img src=x onerror=alert(1)>&\"'$title.png"
+
+#: Three hours: quick.
+HOURS = ("--hours", "0,10000,18000")
+
+
+class Done(NamedTuple):
+    code: int
+    out: str
+    err: str
+
+
+class Read(HTMLParser):
+    """What a page holds: elements with their attributes, and text."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.elements: list[tuple[str, dict[str, str]]] = []
+        self.texts: list[str] = []
+        self.open: list[str] = []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, {name: value or "" for name, value in attrs}))
+        if tag not in {"img", "meta", "link", "input", "br", "line", "polyline", "circle"}:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag not in {"line", "polyline", "circle"}:
+            assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if not {"style", "script"} & set(self.open):
+            self.texts.append(data)
+
+    @property
+    def text(self) -> str:
+        return " ".join(" ".join(self.texts).replace("\N{NO-BREAK SPACE}", " ").split())
+
+    def all(self, tag: str, **attributes: str) -> list[dict[str, str]]:
+        wanted = {name.replace("_", "-"): value for name, value in attributes.items()}
+        return [found for name, found in self.elements if name == tag and wanted.items() <= found.items()]
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
+    """Run `lutgen report` in this process, in a folder with a.png."""
+    monkeypatch.chdir(tmp_path)
+    imsave(tmp_path / "a.png", tissue(), check_contrast=False)
+
+    def lutgen(*arguments: str, command: str = "report") -> Done:
+        monkeypatch.setattr(sys, "argv", ["lutgen", command, *arguments])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        caught = capsys.readouterr()
+        return Done(int(ended.value.code or 0), caught.out, caught.err)
+
+    return lutgen
+
+
+def tissue(size: int = 48) -> np.ndarray[Any, np.dtype[np.uint8]]:
+    return np.asarray(immunohistochemistry())[200 : 200 + size, 200 : 200 + size]
+
+
+def pixels(address: str) -> np.ndarray[Any, np.dtype[np.uint8]]:
+    kind, _, data = address.partition(",")
+    assert kind == "data:image/png;base64"
+    with Image.open(io.BytesIO(b64decode(data))) as image:
+        return np.asarray(image.convert("RGBA" if image.mode == "RGBA" else "RGB"))
+
+
+def data_in(text: str) -> dict[str, Any]:
+    (found,) = re.findall(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
+    content: dict[str, Any] = json.loads(found)
+    return content
+
+
+def test_names_repeated_for_quick_help_are_the_librarys() -> None:
+    assert report_command.SOURCES == SOURCES
+
+
+# The page -------------------------------------------------------------------------------------------------------------
+
+
+def test_the_page_begins_with_the_finding_and_has_its_sections(run: Callable[..., Done], tmp_path: Path) -> None:
+    done = run("a.png", "-o", "r.html", *HOURS)
+    assert (done.code, done.err) == (0, "")
+    assert done.out.startswith("r.html: ")
+    page = Read((tmp_path / "r.html").read_text())
+    assert page.open == []
+    (image,) = lifetime(["a.png"], MODEL).images
+    for mode in ("chroma", "chroma-luma"):
+        hours = image.curves[mode].hours_until("mean", 3)
+        assert hours is not None
+        assert f"after {round(hours):,} h".replace(",", " ") in page.text.partition("Display:")[0]
+    assert "This display is reconstructed, not measured." in page.text
+    assert [found["id"] for found in page.all("section")] == ["viewer", "lifetimes", "frames", "provenance"]
+    assert read_measurements(default_display()).sha256 in page.text
+    assert all(found.get("alt") for found in page.all("img"))
+    assert len({found["id"] for _, found in page.elements if "id" in found}) == len(
+        [found for _, found in page.elements if "id" in found]
+    )
+
+
+def test_the_page_fetches_nothing(run: Callable[..., Done], tmp_path: Path) -> None:
+    run("a.png", "-o", "r.html", *HOURS)
+    text = (tmp_path / "r.html").read_text()
+    page = Read(text)
+    assert not [found for _, found in page.elements if not found.get("src", "data:").startswith("data:")]
+    assert not [found for _, found in page.elements if not found.get("href", "data:").startswith("data:")]
+    assert not re.findall(r"https?://|url\(|@import|\bfetch\(|XMLHttpRequest|import\(", text)
+    (policy,) = page.all("meta", http_equiv="Content-Security-Policy")
+    assert policy["content"].startswith("default-src 'none'")
+
+
+def test_the_numbers_are_those_of_lifetime(run: Callable[..., Done], tmp_path: Path) -> None:
+    run("a.png", "-o", "r.html", *HOURS)
+    run("a.png", "--json", "l.json", command="lifetime")
+    data = data_in((tmp_path / "r.html").read_text())
+    modes = json.loads((tmp_path / "l.json").read_text())["images"][0]["modes"]
+    assert data["hours"] == [0, 10_000, 18_000]
+    for mode, scenes in data["modes"].items():
+        curve = {point["hours"]: point for point in modes[mode]["curve"]}
+        # 10 000 h is no measured time, so lifetime does not list it.
+        (last,) = [scene for scene in scenes if scene["hours"] == 18_000]
+        assert {key: last[key] for key in ("mean", "sd", "p95", "max")} == {
+            key: curve[18_000][key] for key in ("mean", "sd", "p95", "max")
+        }
+        white = MODEL.at(mode, 18_000).code_to_xyz(np.ones(3))
+        assert [last["white_x"], last["luminance"]] == pytest.approx([white[0] / white.sum(), white[1]])
+
+
+def test_frames_are_what_apply_writes_and_maps_are_on_the_fixed_scale(run: Callable[..., Done], tmp_path: Path) -> None:
+    run("a.png", "-o", "r.html", *HOURS)
+    page = Read((tmp_path / "r.html").read_text())
+    for mode in ("chroma", "chroma-luma"):
+        (picture,) = page.all("img", data_mode=mode, data_hours="10000.0", data_kind="picture")
+        apply_to_image("a.png", "aged.png", MODEL.at(mode, 10_000), force=True)
+        assert (pixels(picture["src"]) == imread(tmp_path / "aged.png")).all()
+        (shown,) = page.all("img", data_mode=mode, data_hours="10000.0", data_kind="map")
+        frame = read_frame(Path("a.png"), pixels=10**6, width=900)
+        (difference,) = frame.differences(MODEL.at("stable", 0), [MODEL.at(mode, 10_000)])
+        level = np.minimum(difference / REACH * STEPS, STEPS - 1).astype(int)
+        assert (pixels(shown["src"]) == map_colours()[level]).all()
+    (unaged,) = page.all("img", id="unaged")
+    assert (pixels(unaged["src"]) == tissue()).all()
+    # Hour 0 looks as un-aged: not a second time in the page.
+    assert not page.all("img", data_hours="0.0", data_kind="picture")
+
+
+def test_a_second_run_gives_the_same_bytes(run: Callable[..., Done], tmp_path: Path) -> None:
+    run("a.png", "-o", "r.html", *HOURS)
+    run("a.png", "-o", "s.html", *HOURS)
+    assert (tmp_path / "r.html").read_bytes() == (tmp_path / "s.html").read_bytes()
+
+
+def test_a_hostile_file_name_is_only_text(run: Callable[..., Done], tmp_path: Path) -> None:
+    (tmp_path / "a.png").rename(tmp_path / HOSTILE)
+    assert run(HOSTILE, "-o", "r.html", *HOURS).code == 0
+    text = (tmp_path / "r.html").read_text()
+    assert "<img src=x" not in text
+    page = Read(text)
+    assert HOSTILE in page.text
+    assert not [found for _, found in page.elements if "onerror" in found]
+
+
+def test_a_build_adds_its_certificates_and_says_when_it_is_of_another_display(
+    run: Callable[..., Done], tmp_path: Path
+) -> None:
+    assert run("--hours", "0,18000", "--format", "clf", "-o", "aged", command="build").code == 0
+    run("a.png", "--build", "aged", "-o", "r.html", *HOURS)
+    text = Read((tmp_path / "r.html").read_text()).text
+    assert "aged holds 6 LUTs, 0 to 18 000 h." in text
+    assert "where the display neither jumps nor is clipped" in text
+    assert "another display or model" not in text
+    run("a.png", "--build", "aged", "--selection", "continuous", "-o", "s.html", *HOURS)
+    assert "another display or model" in Read((tmp_path / "s.html").read_text()).text
+
+
+@pytest.mark.slow
+def test_readings_add_the_diagnosis_and_the_pictures_are_of_their_display(
+    run: Callable[..., Done], tmp_path: Path
+) -> None:
+    data = str(ROOT / "examples/display-a.csv")
+    assert run("a.png", "--data", data, "--hours", "0,18000", "-o", "r.html").code == 0
+    page = Read((tmp_path / "r.html").read_text())
+    assert "several: More than one effect is missing: black-level" in page.text
+    assert "the error falls from" in page.text
+    assert "This display is simulated, not measured." in page.text
+    assert "what follows judges" not in page.text
+    assert len(page.all("figure", **{"class": "plot"})) == 6
+
+
+def test_a_model_adds_its_effects(run: Callable[..., Done], tmp_path: Path) -> None:
+    rest = {"new": 0.002, "grown": 0.0, "power": 1.0, "saturation": 0.0, "tint_x": 0.0, "tint_z": 0.0}
+    lines = [f"{name} = {{ value = {value} }}" for name, value in rest.items()]
+    lines[0] = "new = { value = 0.002, stderr = 0.0001, free = true }"
+    head = 'schema = 1\n[model]\nselection = "continuous"\n[[effects]]\nname = "black-level"\norigin = "built-in"\n'
+    (tmp_path / "m.toml").write_text("\n".join([f"{head}[effects.parameters]", *lines, ""]))
+    done = run("a.png", "--model", "m.toml", "-o", "r.html", "--hours", "0,18000")
+    assert done.code == 0, done.err
+    text = Read((tmp_path / "r.html").read_text()).text
+    assert "Effects of the model black-level: new 0.002 ± 0.0001" in text
+    assert "m.toml" in text
+
+
+# The frame ------------------------------------------------------------------------------------------------------------
+
+
+def test_a_large_image_is_shrunk_by_the_mean_of_its_light(tmp_path: Path) -> None:
+    picture = tissue(96)
+    imsave(tmp_path / "a.png", picture, check_contrast=False)
+    frame = read_frame(tmp_path / "a.png", pixels=48 * 48, width=900)
+    linear = code_to_linear(picture / 255.0).reshape(48, 2, 48, 2, 3).mean(axis=(1, 3))
+    assert (frame.colours[frame.places] == np.rint(linear_to_code(linear) * 255.0)).all()
+    assert (frame.width, frame.source_width, frame.whole) == (48, 96, False)
+
+
+def test_cells_that_straddle_pixels_and_blocks_keep_all_light(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    picture = tissue(97)
+    path = str(tmp_path / "a.tif")
+    spec = oiio().ImageSpec(97, 97, 3, "uint8")
+    spec.tile_width = spec.tile_height = 32
+    out = oiio().ImageOutput.create(path)
+    assert out.open(path, spec)
+    assert out.write_tiles(0, 97, 0, 97, 0, 1, np.ascontiguousarray(picture))
+    assert out.close()
+    whole = read_frame(tmp_path / "a.tif", pixels=10**6, width=41)
+    monkeypatch.setattr("lutgen.appearance.images.BAND", 32 * 32)
+    parts = read_frame(tmp_path / "a.tif", pixels=10**6, width=41)
+    assert (parts.colours[parts.places] == whole.colours[whole.places]).all()
+    mean = code_to_linear(whole.colours[whole.places] / 255.0).mean()
+    assert mean == pytest.approx(code_to_linear(picture / 255.0).mean(), rel=1e-3)
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_a_frame_is_turned_as_its_file_asks(tmp_path: Path, orientation: int) -> None:
+    image = Image.fromarray(np.arange(60, dtype=np.uint8).reshape(4, 5, 3))
+    exif = Image.Exif()
+    exif[0x0112] = orientation
+    image.save(tmp_path / "a.tif", exif=exif)
+    from PIL import ImageOps
+
+    with Image.open(tmp_path / "a.tif") as stored:
+        upright = np.asarray(ImageOps.exif_transpose(stored))
+    frame = read_frame(tmp_path / "a.tif", pixels=10**6, width=900)
+    assert (frame.colours[frame.places] == upright).all()
+    assert (turned(np.asarray(image), orientation) == upright).all()
+    assert (frame.height, frame.width) == (frame.source_height, frame.source_width)
+
+
+def test_what_is_transparent_shows_nothing(run: Callable[..., Done], tmp_path: Path) -> None:
+    picture = np.dstack([tissue(), np.full((48, 48), 255, np.uint8)])
+    picture[:10, :, 3] = 0
+    imsave(tmp_path / "b.png", picture, check_contrast=False)
+    run("b.png", "-o", "r.html", *HOURS)
+    (unaged,) = Read((tmp_path / "r.html").read_text()).all("img", id="unaged")
+    assert (pixels(unaged["src"])[..., 3] == picture[..., 3]).all()
+
+
+@pytest.mark.parametrize(
+    ("height", "width", "fits"), [(100, 200, (100, 200)), (10_000, 20_000, (350, 700)), (1, 10**6, (1, 900))]
+)
+def test_a_frame_fits(height: int, width: int, fits: tuple[int, int]) -> None:
+    assert fitting(height, width, 245_000, 900) == fits
+
+
+# Small parts ----------------------------------------------------------------------------------------------------------
+
+
+def test_png_is_read_back_by_others() -> None:
+    random = np.random.default_rng(0)
+    for channels in (3, 4):
+        picture = random.integers(0, 256, (7, 11, channels), np.uint8)
+        with Image.open(io.BytesIO(png(picture))) as image:
+            assert (np.asarray(image) == picture).all()
+    smooth = np.add.outer(np.arange(40), np.arange(50)).astype(np.uint8)[..., None].repeat(3, axis=2)
+    with Image.open(io.BytesIO(png(smooth))) as image:
+        assert (np.asarray(image) == smooth).all()
+    assert len(png(smooth)) < smooth.size / 20
+    level = random.integers(0, 5, (7, 11), np.uint8)
+    palette = random.integers(0, 256, (5, 3), np.uint8)
+    with Image.open(io.BytesIO(png(level, palette))) as image:
+        assert (np.asarray(image.convert("RGB")) == palette[level]).all()
+
+
+@pytest.mark.parametrize("last", [0.4, 1.0, 7.3, 26.0, 100.0, 18_000.0, 61_320.0])
+def test_ticks_are_round_few_and_within(last: float) -> None:
+    found = ticks(last)
+    assert found[0] == 0
+    assert found[-1] <= last
+    assert 3 <= len(found) <= 8
+
+
+def test_usual_hours_are_measured_times_with_the_ends() -> None:
+    frames, curve = hours_of(None, MODEL)
+    assert len(frames) == 7
+    assert set(frames) <= set(MODEL.tips.hours)
+    assert (frames[0], frames[-1]) == (0, 18_000)
+    assert curve == list(MODEL.tips.hours)
+
+
+def test_a_table_escapes_its_cells() -> None:
+    assert "&lt;b&gt;<br>c" in table(["x"], [("<b>\nc",)])
+
+
+# Bad input ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("none.png", "-o", "r.html"), "none.png: there is no such image"),
+        (("a.png", "-o", "r.pdf"), "r.pdf: give a name that ends in .html or .htm"),
+        (("a.png", "-o", "there.html"), "there.html: exists already"),
+        (("a.png", "-o", "folder.html"), "is a folder"),
+        (("a.png", "-o", "r.html", "--tolerance", "3,-1"), "tolerance -1"),
+        (("a.png", "-o", "r.html", "--tolerance", "three"), "--tolerance three: give numbers"),
+        (("a.png", "-o", "r.html", "--hours", "0..90000"), "18000"),
+        (("a.png", "-o", "r.html", "--hours", "0..18000:10"), f"at most {MOST} hours"),
+        (("a.png", "-o", "r.html", "--build", "folder.html"), "folder.html: holds no manifest.json"),
+        (("a.png", "-o", "r.html", "--data", "none.csv"), "none.csv"),
+        (("a.png", "-o", "r.html", "--instrument", "0.002,0.003"), "--instrument tells the noise of --data"),
+        (("a.png", "a.png", "-o", "r.html"), "unexpected extra argument"),
+    ],
+)
+def test_bad_input_is_named_and_nothing_is_written(
+    run: Callable[..., Done], tmp_path: Path, arguments: tuple[str, ...], said: str
+) -> None:
+    (tmp_path / "there.html").write_text("mine")
+    (tmp_path / "folder.html").mkdir()
+    done = run(*arguments)
+    assert done.code == 2
+    assert said in done.err
+    assert (tmp_path / "there.html").read_text() == "mine"
+    assert not (tmp_path / "r.html").exists()
+
+
+def test_force_replaces_a_page(run: Callable[..., Done], tmp_path: Path) -> None:
+    (tmp_path / "r.html").write_text("mine")
+    assert run("a.png", "-o", "r.html", "--force", *HOURS).code == 0
+    assert (tmp_path / "r.html").read_text().startswith("<!DOCTYPE html>")
+
+
+def test_an_image_of_one_colour_has_its_page(run: Callable[..., Done], tmp_path: Path) -> None:
+    imsave(tmp_path / "one.png", np.full((1, 1, 3), 128, np.uint8), check_contrast=False)
+    assert run("one.png", "-o", "r.html", *HOURS).code == 0
+    assert run("one.png", "-o", "s.html", "--hours", "0").code == 0
