@@ -27,7 +27,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import least_squares
 
-from configs.displays.reconstruct_ccfl import TABLE, TABLE_1, Drift, table
+from configs.displays.reconstruct_ccfl import TABLE, Drift, table
+from lutgen.appearance.published import TABLE_1
 from lutgen.bindings import oiio
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab, xyz_to_linear
 from lutgen.display import DisplayModel

@@ -6,27 +6,23 @@ The un-aged image is at the centre; clockwise from the top: chroma 10 000 h (top
 
 from __future__ import annotations
 
-import textwrap
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lutgen.errors import LutgenError
-from lutgen.report import METADATA, new_png
+from lutgen.report import new_png
+from lutgen.report.grey_page import GREY, Pixels, Text, grey_page, save_page, wrapped
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-Pixels = NDArray[np.uint8]
+__all__ = ["GREY", "PLACES", "Layout", "Pixels", "contact_sheet"]
 
 #: Where the images go, in the order in which they are given, as (column, row) of a 3 × 3 grid.
 PLACES = {"centre": (1, 1), "top": (1, 0), "right": (2, 1), "bottom": (1, 2), "left": (0, 1)}
-
-#: Code value of L* = 50: a surround that favours neither the light nor the dark images.
-GREY = 119
 
 #: Cells are no narrower than this in pixels, so that captions of small images do not meet.
 MIN_CELL = 400
@@ -102,7 +98,7 @@ def contact_sheet(
         for place, pixels in zip(PLACES, images.values(), strict=True):
             top, left = layout.corner(place)
             sheet[top : top + layout.height, left : left + layout.width] = pixels
-        _save(sheet, partial)
+        save_page(sheet, partial)
     return Path(path)
 
 
@@ -123,53 +119,17 @@ def _checked(images: Mapping[str, Pixels]) -> Layout:
 
 def _write_texts(layout: Layout, captions: list[str], title: str, footer: str) -> Pixels:
     """Return the sheet with all its texts and no images, shape (H, W, 3)."""
-    from matplotlib import style
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    below = _wrapped(footer, layout.sheet_width - 2 * layout.gap, layout.text)
+    below = wrapped(footer, layout.sheet_width - 2 * layout.gap, layout.text)
     rows = layout.corner("bottom")[0] + layout.height + layout.caption
     height = rows + round(1.5 * layout.text * len(below)) + layout.gap
-    with style.context("default"):
-        # At 72 dots an inch a point is a pixel; the part of one more keeps rounding from losing a row.
-        figure = Figure(
-            figsize=((layout.sheet_width + 0.1) / 72, (height + 0.1) / 72), dpi=72, facecolor=(GREY / 255,) * 3
-        )
-        canvas: Any = FigureCanvasAgg(figure)
-        for column, top, text, size, align in _texts(layout, captions, title, below, rows):
-            figure.text(
-                column / layout.sheet_width,
-                1.0 - top / height,
-                text,
-                fontsize=size,
-                color="white",
-                ha=align,
-                va="top",
-                linespacing=1.3,
-                parse_math=False,
-            )
-        canvas.draw()
-        return np.array(canvas.buffer_rgba())[..., :3]
+    return grey_page(height, layout.sheet_width, _texts(layout, captions, title, below, rows))
 
 
-def _texts(
-    layout: Layout, captions: list[str], title: str, below: list[str], rows: int
-) -> Iterator[tuple[int, int, str, int, str]]:
-    """Give column, row of the top, text, size and alignment of everything that is written."""
+def _texts(layout: Layout, captions: list[str], title: str, below: list[str], rows: int) -> Iterator[Text]:
+    """Give everything that is written."""
     heading = round(1.5 * layout.text)
-    yield layout.gap, layout.gap, "\n".join(_wrapped(title, layout.cell, heading)), heading, "left"
+    yield Text(layout.gap, layout.gap, "\n".join(wrapped(title, layout.cell, heading)), heading)
     for place, caption in zip(PLACES, captions, strict=True):
         top, left = layout.corner(place)
-        yield left + layout.width // 2, top + layout.height + layout.text // 2, caption, layout.text, "center"
-    yield layout.gap, rows, "\n".join(below), layout.text, "left"
-
-
-def _wrapped(text: str, width: int, size: int) -> list[str]:
-    """Break a text into lines of ``width`` pixels: letters of DejaVu Sans are at most 0.6 of their size on average."""
-    return textwrap.wrap(text, max(int(width / (0.6 * size)), 10))
-
-
-def _save(sheet: Pixels, path: Path) -> None:
-    from matplotlib.image import imsave
-
-    imsave(path, sheet, format="png", metadata=METADATA)
+        yield Text(left + layout.width // 2, top + layout.height + layout.text // 2, caption, layout.text, "center")
+    yield Text(layout.gap, rows, "\n".join(below), layout.text)

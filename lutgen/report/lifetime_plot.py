@@ -45,11 +45,12 @@ def plot_lifetimes(found: Lifetimes, folder: str | Path, *, force: bool = False)
     names = picture_names([image.file for image in found.images])
     paths = [Path(folder) / name for name in names]
     for image, path in zip(found.images, paths, strict=True):
-        _plot(found, image, path, force=force)
+        plot_lifetime(found, image, path, force=force)
     return paths
 
 
-def _plot(found: Lifetimes, image: ImageLifetime, path: Path, *, force: bool) -> None:
+def plot_lifetime(found: Lifetimes, image: ImageLifetime, path: Path, *, force: bool = False) -> None:
+    """Draw one image's picture: the same bytes on every run."""
     foot = (
         "Dots: mean over all pixels; bars: ± 2 standard deviations, not below 0 (the paper's Figure 5). Dashed: "
         "tolerances; rings: where mean (Avg) and mean + 2 SD (Max) reach them, and below the hours until then"

@@ -1,0 +1,66 @@
+"""``lutgen animate``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from lutgen.cli.picture_options import AGING_MODES, check_output, force_option, image_argument, source_option
+from lutgen.cli.shared import model_from, model_options, progress_bar
+
+#: As in the library, repeated because help must not import numpy; a test holds them together.
+SUFFIXES, SECONDS, SIZE = (".png", ".apng", ".mp4"), 8.0, 640
+
+
+@click.command()
+@image_argument
+@click.option("--mode", type=click.Choice(AGING_MODES), required=True, help="Aging mode.")
+@click.option(
+    "--hours",
+    metavar="HOURS",
+    default="0..18000",
+    show_default=True,
+    help="0..18000: every measured time in the span; 0..18000:500: a step; 0,5000,10000: a list. A frame each.",
+)
+@click.option("--seconds", type=float, default=SECONDS, show_default=True, help="Of the whole animation.")
+@click.option(
+    "--size", type=int, default=SIZE, show_default=True, help="Pixels of the picture's longest side, at most."
+)
+@click.option(
+    "-o", "--output", required=True, metavar="FILE", help="An animated PNG (.png, .apng), or .mp4 through ffmpeg."
+)
+@source_option
+@force_option
+@model_options
+def command(
+    *,
+    image: str,
+    mode: str,
+    hours: str,
+    seconds: float,
+    size: int,
+    output: str,
+    source: str,
+    force: bool,
+    **options: Any,
+) -> None:
+    """Animate an image over the hours of a display's life; every frame says its hour and its mean ΔE2000.
+
+    \b
+    Example:
+      lutgen animate slide.png --mode chroma-luma -o slide-aging.png
+      lutgen animate slide.png --mode chroma --hours 0..18000:3000 --seconds 3 -o slide-aging.apng
+    """
+    from lutgen.appearance.aged_series import aged_series
+    from lutgen.display.hours import parse_hours
+    from lutgen.report.animation import animate, check_animation
+
+    path = check_output(output, image, force=force, suffixes=SUFFIXES)
+    model = model_from(**options)
+    chosen = parse_hours(hours, model.tips)
+    check_animation(path, chosen, seconds)
+    with progress_bar("aging") as progress:
+        series = aged_series(image, model, (mode,), chosen, longest=size, source=source, progress=progress)
+        animate(series, mode, chosen, path, seconds=seconds, progress=progress)
+    click.echo(output)

@@ -1,0 +1,43 @@
+"""``lutgen figure``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from lutgen.cli.picture_options import check_output, force_option, image_argument, source_option
+from lutgen.cli.shared import model_from, model_options, progress_bar
+
+#: As in the library, repeated because help must not import numpy; a test holds them together.
+FIGURES = ("2", "3", "4", "5", "6")
+
+
+@click.command()
+@click.argument("number", type=click.Choice(FIGURES), metavar="2|3|4|5|6")
+@image_argument
+@click.option("-o", "--output", required=True, metavar="FILE.png", help="Picture to write.")
+@source_option
+@force_option
+@model_options
+def command(*, number: str, image: str, output: str, source: str, force: bool, **options: Any) -> None:
+    """Redraw a figure of the paper from an image of yours; the paper's own were never published.
+
+    \b
+    2, 3, 4  un-aged in the middle; clockwise from the top chroma 10 000 h, chroma 18 000 h,
+             chroma-luma 10 000 h, chroma-luma 18 000 h: one layout, for three images
+    5        ΔE2000 against hours, mean ± 2 SD over all pixels
+    6        ΔE2000 maps, chroma at 8100 h above chroma-luma at 4100 h, scale 1 to 8
+
+    \b
+    Example:
+      lutgen figure 2 slide.png -o slide-2.png
+      lutgen figure 6 slide.png -o slide-6.png
+    """
+    from lutgen.report.paper_figures import draw_figure
+
+    path = check_output(output, image, force=force)
+    model = model_from(**options)
+    with progress_bar("drawing") as progress:
+        draw_figure(number, image, model, path, source=source, force=force, progress=progress)
+    click.echo(output)

@@ -1,0 +1,107 @@
+"""``lutgen map``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lutgen.cli.data_options import check_json
+from lutgen.cli.outputs import print_page, write_json
+from lutgen.cli.picture_options import AGING_MODES, check_output, force_option, image_argument, source_option
+from lutgen.cli.shared import model_from, model_options, progress_bar
+
+if TYPE_CHECKING:
+    from lutgen.appearance.difference_map import DifferenceMap
+
+#: As in the library, repeated because help must not import numpy; a test holds them together.
+SUFFIXES = (".exr", ".tif", ".tiff")
+
+
+@click.command()
+@image_argument
+@click.option("--mode", type=click.Choice(AGING_MODES), required=True, help="Aging mode.")
+@click.option("--hours", type=float, required=True, metavar="HOUR", help="Operating hours of the display.")
+@click.option(
+    "-o",
+    "--output",
+    "outputs",
+    multiple=True,
+    required=True,
+    metavar="FILE",
+    help="A picture (.png), or ΔE2000 of every pixel in single floats (.exr, .tif); may be repeated.",
+)
+@click.option("--range", "ends", metavar="LOW,HIGH", default="0,12", show_default=True, help="Scale of the picture.")
+@click.option("--json", "json_to", metavar="FILE|-", help="Write statistics and histogram; - prints them alone.")
+@source_option
+@force_option
+@model_options
+def command(
+    *,
+    image: str,
+    mode: str,
+    hours: float,
+    outputs: tuple[str, ...],
+    ends: str,
+    json_to: str | None,
+    source: str,
+    force: bool,
+    **options: Any,
+) -> None:
+    """Map by how much aging changes each pixel of an image: ΔE2000, as the paper's Figure 6.
+
+    Between what the un-aged and the aged display show, seen on an un-aged one. The picture has its scale and a
+    histogram beside it; the scale stays the same unless --range changes it, so that maps compare, and what lies above
+    it is magenta. A large image is drawn smaller, by means over squares; .exr and .tif hold every pixel, NaN where
+    alpha is 0.
+
+    \b
+    Example:
+      lutgen map slide.png --mode chroma-luma --hours 10000 -o slide-map.png
+      lutgen map slide.png --mode chroma --hours 18000 -o slide-map.exr -o slide-map.tif --json slide-map.json
+    """
+    from lutgen.appearance.difference_map import difference_map
+    from lutgen.report.map_picture import check_range, plot_map
+
+    low, high = check_range(*_numbers(ends))
+    alone = check_json(json_to, force=force)
+    paths = [check_output(output, image, force=force, suffixes=(".png", *SUFFIXES)) for output in outputs]
+    _check_different(outputs)
+    floats = [path for path in paths if path.suffix.lower() in SUFFIXES]
+    model = model_from(**options)
+    with progress_bar("comparing pixels", quiet=alone) as progress:
+        found = difference_map(image, model, mode, hours, floats=floats, source=source, force=force, progress=progress)
+    for path in paths:
+        if path not in floats:
+            plot_map(found, path, ends=(low, high), force=force)
+    if not alone:
+        print_page([*_sentences(found), f"Written: {', '.join(outputs)}", *found.remarks()])
+    if json_to:
+        write_json(found.as_json(), json_to)
+
+
+def _numbers(text: str) -> tuple[float, float]:
+    from lutgen.errors import LutgenError
+
+    try:
+        low, high = (float(part) for part in text.split(","))
+    except ValueError:
+        message = f"--range {text}: give the two ends of the scale, such as 0,12."
+        raise LutgenError(message) from None
+    return low, high
+
+
+def _check_different(outputs: tuple[str, ...]) -> None:
+    from lutgen.errors import LutgenError
+
+    twice = next((output for output in outputs if outputs.count(output) > 1), None)
+    if twice:
+        raise LutgenError(f"{twice}: is given twice with -o. Give each file once.")
+
+
+def _sentences(found: DifferenceMap) -> list[str]:
+    from lutgen.report import provenance
+    from lutgen.report.map_picture import counted, title_of
+
+    quantiles = f"95 % of the pixels are within {found.p95:.2f}, 99 % within {found.p99:.2f}."
+    return [f"{title_of(found)}. {quantiles}", counted(found), provenance(found.model.measurements)]

@@ -1,0 +1,60 @@
+"""``lutgen sheet``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from lutgen.cli.picture_options import AGING_MODES, check_output, force_option, image_argument, source_option
+from lutgen.cli.shared import model_from, model_options, progress_bar
+
+
+@click.command()
+@image_argument
+@click.option(
+    "--hours",
+    metavar="HOURS",
+    default="0,5000,10000,18000",
+    show_default=True,
+    help="0,5000,10000: a list; 0..18000:3000: a step. A column each.",
+)
+@click.option(
+    "--mode", "modes", type=click.Choice(AGING_MODES), multiple=True, help="A row; may be repeated [default: both]."
+)
+@click.option("-o", "--output", required=True, metavar="FILE.png", help="Picture to write.")
+@source_option
+@force_option
+@model_options
+def command(
+    *, image: str, hours: str, modes: tuple[str, ...], output: str, source: str, force: bool, **options: Any
+) -> None:
+    """Lay an image out as it ages: a row a mode, a column an hour, on neutral grey.
+
+    Under each picture stands its mean ΔE2000 against the un-aged display, over all pixels. Pictures are copied one to
+    one where they fit, and else made smaller first and aged then, as a viewer does that shows a large image whole.
+
+    \b
+    Example:
+      lutgen sheet slide.png -o slide-sheet.png
+      lutgen sheet slide.png --mode chroma --hours 0..18000:6000 -o slide-chroma.png
+    """
+    from lutgen.appearance.aged_series import aged_series
+    from lutgen.display.hours import parse_hours
+    from lutgen.report.age_sheet import age_sheet, check_hours, longest
+
+    path = check_output(output, image, force=force)
+    model = model_from(**options)
+    chosen = check_hours(parse_hours(hours, model.tips))
+    with progress_bar("aging") as progress:
+        series = aged_series(
+            image,
+            model,
+            tuple(dict.fromkeys(modes)) or AGING_MODES,
+            chosen,
+            longest=longest(len(chosen)),
+            source=source,
+            progress=progress,
+        )
+    age_sheet(series, chosen, path, force=force)
+    click.echo(output)

@@ -1,0 +1,60 @@
+"""``lutgen table``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from lutgen.cli.data_options import check_json
+from lutgen.cli.outputs import check_new_file, print_page, write_json
+from lutgen.cli.picture_options import source_option
+from lutgen.cli.shared import model_from, model_options, progress_bar
+
+
+@click.command()
+@click.argument("number", type=click.Choice(("1",)), metavar="1")
+@click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
+@click.option("--json", "json_to", metavar="FILE|-", help="Write all numbers as JSON; - prints them alone.")
+@click.option("--csv", "csv_to", metavar="FILE", help="Write the table, a line a cell.")
+@source_option
+@click.option("--force", is_flag=True, help="Replace files that exist.")
+@model_options
+def command(
+    *,
+    number: str,  # noqa: ARG001 - there is one so far
+    images: tuple[str, ...],
+    json_to: str | None,
+    csv_to: str | None,
+    source: str,
+    force: bool,
+    **options: Any,
+) -> None:
+    """Redo a table of the paper from images of yours, beside what the paper published.
+
+    Table 1: the hours until ΔE2000 reaches 3 and 5, of its mean (Avg) and of mean + 2 SD (Max), and by how much they
+    differ from the paper's. `lutgen lifetime` has other tolerances, quantiles, intervals and plots.
+
+    \b
+    Example:
+      lutgen table 1 slide.png
+      lutgen table 1 a.tif b.tif --csv table-1.csv
+    """
+    from pathlib import Path
+
+    from lutgen.appearance.lifetime import lifetime
+    from lutgen.files import write_atomically
+    from lutgen.report.table_1 import table_1_csv, table_1_json, table_1_page
+
+    alone = check_json(json_to, force=force)
+    if csv_to:
+        check_new_file(csv_to, force=force)
+    model = model_from(**options)
+    with progress_bar("aging colours", quiet=alone) as progress:
+        found = lifetime(images, model, source=source, progress=progress)
+    if not alone:
+        print_page(table_1_page(found))
+    if csv_to:
+        write_atomically(Path(csv_to), table_1_csv(found).encode())
+    if json_to:
+        write_json(table_1_json(found), json_to)
