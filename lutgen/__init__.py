@@ -4,7 +4,7 @@ The package turns measurements of an aging display into 3D LUTs and OpenColorIO 
 The public Python API is small; each function is what a command of the same name calls:
 
 ``read_measurements`` · ``DisplayModel``, ``load_model``, ``save_model`` · ``Plan`` and ``build`` · ``check`` ·
-``apply_to_image`` · ``lifetime`` · ``show`` · ``compare`` · ``diagnose`` · ``refine`` · ``plan``.
+``apply_to_image`` · ``lifetime`` · ``nuclei`` · ``show`` · ``compare`` · ``diagnose`` · ``refine`` · ``plan``.
 Effects: ``lutgen.effects``.
 
 Names are imported when they are first used, so that ``import lutgen`` costs nothing.
@@ -32,6 +32,7 @@ _HOME = {
     "check": "lutgen.bake.check",
     "apply_to_image": "lutgen.appearance.apply",
     "lifetime": "lutgen.appearance.lifetime",
+    "nuclei": "lutgen.appearance.conspicuity",
     "show": "lutgen.report.show",
     "compare": "lutgen.criticism.compare",
     "diagnose": "lutgen.criticism.diagnose",
@@ -54,6 +55,7 @@ __all__ = [
     "diagnose",
     "lifetime",
     "load_model",
+    "nuclei",
     "plan",
     "read_measurements",
     "refine",
@@ -63,6 +65,7 @@ __all__ = [
 
 if TYPE_CHECKING:
     from lutgen.appearance.apply import apply_to_image
+    from lutgen.appearance.conspicuity import nuclei
     from lutgen.appearance.lifetime import lifetime
     from lutgen.bake.build import Plan, build
     from lutgen.bake.check import check

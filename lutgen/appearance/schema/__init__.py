@@ -1,6 +1,6 @@
-"""The JSON Schemas of what ``lutgen lifetime``, ``map`` and ``table 1`` write with ``--json``, beside this file.
+"""The JSON Schemas of what the commands on pictures write with ``--json``, beside this file.
 
-It follows JSON Schema 2020-12, https://json-schema.org. A key may be added under the same version; a key that is taken
+They follow JSON Schema 2020-12, https://json-schema.org. A key may be added under the same version; a key that is taken
 away or changes its meaning raises it.
 """
 
@@ -13,7 +13,7 @@ from typing import Any
 from lutgen.errors import pick_one
 
 #: What there is a schema of.
-NAMES = ("lifetime", "map", "table")
+NAMES = tuple(sorted(each.name[:-5] for each in files(__name__).iterdir() if each.name.endswith(".json")))
 
 
 def schema(name: str) -> dict[str, Any]:

@@ -1,0 +1,112 @@
+"""``lutgen nuclei``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from lutgen.cli.data_options import check_json
+from lutgen.cli.outputs import check_new_file, check_pictures, print_page, write_json
+from lutgen.cli.shared import model_from, model_options, progress_bar
+
+#: As in the library, repeated because help must not import numpy; a test holds them together.
+SOURCES = ("auto", "signal", "linear")
+STAINS = ("auto", "he", "hdab")
+
+
+@click.command()
+@click.argument("image", metavar="IMAGE")
+@click.option(
+    "--stain",
+    type=click.Choice(STAINS),
+    help="H&E, or haematoxylin and DAB (immunohistochemistry); auto: by whether there is brown [default: auto].",
+)
+@click.option("--mask", metavar="FILE", help="Nuclei as PNG or TIFF instead: a label each, or white on black.")
+@click.option(
+    "--hours",
+    metavar="HOURS",
+    help="0..18000: every measured time in the span; 0..18000:500: a step; 0,5000,10000: a list "
+    "[default: all measured times].",
+)
+@click.option("--min-area", type=int, metavar="PIXELS", help="The smallest nucleus [default: by a typical one].")
+@click.option("--loss", type=float, default=10.0, show_default=True, metavar="PERCENT", help="Count what loses more.")
+@click.option(
+    "--source",
+    type=click.Choice(SOURCES),
+    default="auto",
+    show_default=True,
+    help="What the image stores: signal (code values) or linear light; auto: EXR linear, others signal.",
+)
+@click.option("--json", "json_to", metavar="FILE|-", help="Write all numbers as JSON; - prints them alone.")
+@click.option("--csv", "csv_to", metavar="FILE", help="Write a line a nucleus: place, size, ΔE2000 at each hour.")
+@click.option("--plots", metavar="DIR", help="Draw ΔE2000 against hours, and the outlines, into this folder.")
+@click.option("--force", is_flag=True, help="Replace files that exist.")
+@model_options
+def command(
+    *,
+    image: str,
+    stain: str | None,
+    mask: str | None,
+    hours: str | None,
+    min_area: int | None,
+    loss: float,
+    source: str,
+    json_to: str | None,
+    csv_to: str | None,
+    plots: str | None,
+    force: bool,
+    **options: Any,
+) -> None:
+    """Show how clearly nuclei stand out, and how much of that an aged display leaves.
+
+    Finds the nuclei of an H&E or H-DAB field by their haematoxylin (with lutgen[nuclei]), or takes a mask; then, for
+    each nucleus, ΔE2000 between its mean colour and that of a ring of what surrounds it, on the un-aged and on the aged
+    display, for every hour, with white's luminance held (chroma) and not (chroma-luma). It is a contrast of mean
+    colours: no texture, no reader; look at the outlines (--plots) before trusting it. At most 4096 × 4096 pixels. Ends
+    with 0 whatever is found.
+
+    \b
+    Example:
+      lutgen nuclei slide.png
+      lutgen nuclei slide.png --stain hdab --hours 0,10000,18000 --csv each.csv --plots plots/nuclei
+    """
+    from pathlib import Path
+
+    from lutgen.appearance.conspicuity import nuclei
+    from lutgen.display.hours import parse_hours
+    from lutgen.report.nuclei_page import nuclei_page
+
+    alone = check_json(json_to, force=force)
+    if csv_to:
+        check_new_file(csv_to, force=force)
+    if plots:
+        from lutgen.report.nuclei_plot import picture_names, plot_nuclei
+
+        check_pictures(plots, picture_names(image), force=force)
+    model = model_from(**options)
+    chosen = parse_hours(hours, model.tips) if hours else None
+    with progress_bar("aging nuclei", quiet=alone) as progress:
+        found = nuclei(
+            image,
+            model,
+            stain=stain,
+            mask=mask,
+            hours=chosen,
+            min_area=min_area,
+            loss=loss,
+            source=source,
+            progress=progress,
+        )
+    if not alone:
+        print_page(nuclei_page(found))
+    if csv_to:
+        from lutgen.files import write_atomically
+
+        write_atomically(Path(csv_to), found.as_csv().encode())
+    if plots:
+        pictures = plot_nuclei(found, plots, force=force)
+        if not alone:
+            print_page([f"Pictures: {', '.join(map(str, pictures))}"])
+    if json_to:
+        write_json(found.as_json(), json_to)
