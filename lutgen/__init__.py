@@ -4,8 +4,8 @@ The package turns measurements of an aging display into 3D LUTs and OpenColorIO 
 The public Python API is small; each function is what a command of the same name calls:
 
 ``read_measurements`` · ``DisplayModel``, ``load_model``, ``save_model`` · ``Plan`` and ``build`` · ``check`` ·
-``apply_to_image`` · ``lifetime`` · ``nuclei`` · ``show`` · ``compare`` · ``diagnose`` · ``refine`` · ``plan``.
-Effects: ``lutgen.effects``.
+``apply_to_image`` · ``lifetime`` · ``cohort`` · ``nuclei`` · ``show`` · ``compare`` · ``diagnose`` · ``refine`` ·
+``plan``. Effects: ``lutgen.effects``.
 
 Names are imported when they are first used, so that ``import lutgen`` costs nothing.
 """
@@ -32,6 +32,7 @@ _HOME = {
     "check": "lutgen.bake.check",
     "apply_to_image": "lutgen.appearance.apply",
     "lifetime": "lutgen.appearance.lifetime",
+    "cohort": "lutgen.appearance.cohort",
     "nuclei": "lutgen.appearance.conspicuity",
     "show": "lutgen.report.show",
     "compare": "lutgen.criticism.compare",
@@ -50,6 +51,7 @@ __all__ = [
     "apply_to_image",
     "build",
     "check",
+    "cohort",
     "compare",
     "default_display",
     "diagnose",
@@ -65,6 +67,7 @@ __all__ = [
 
 if TYPE_CHECKING:
     from lutgen.appearance.apply import apply_to_image
+    from lutgen.appearance.cohort import cohort
     from lutgen.appearance.conspicuity import nuclei
     from lutgen.appearance.lifetime import lifetime
     from lutgen.bake.build import Plan, build

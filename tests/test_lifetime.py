@@ -357,7 +357,9 @@ def test_schemas_are_schemas_and_known_by_name() -> None:
     for name in NAMES:
         Draft202012Validator.check_schema(schema(name))
         assert schema(name)["$id"] == f"urn:lutgen:schema:{name}:1"
-    with pytest.raises(LutgenError, match=r"unknown schema 'plan'\. Pick one of: lifetime, nuclei\."):
+    with pytest.raises(
+        LutgenError, match=r"unknown schema 'plan'\. Pick one of: cohort, lifetime, map, nuclei, table\."
+    ):
         schema("plan")
 
 

@@ -46,6 +46,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in ("a.tif", "b.tif"):
         imsave(folder / name, immunohistochemistry()[:32, :32])
     (folder / "compared").mkdir()
+    (folder / "slides").mkdir()
+    for name in ("a.tif", "b.tif"):
+        shutil.copyfile(folder / name, folder / "slides" / name)
     shutil.copyfile(default_display(), folder / "my-display.csv")
     (folder / "examples").mkdir()
     shutil.copyfile(ROOT / "examples/display-a.csv", folder / "examples/display-a.csv")

@@ -12,6 +12,8 @@ from __future__ import annotations
 
 import os
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,11 +21,14 @@ import numpy as np
 from lutgen.colorimetry import CHUNK, delta_e_2000, linear_to_lab, xyz_to_linear
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay
     from lutgen.display.chain import Link
+
+#: Threads that the work in hand may use; 0: one a core.
+_FEW = ContextVar("lutgen_threads", default=0)
 
 
 def differences(
@@ -81,5 +86,16 @@ def shown_lab(xyz: Array) -> Array:
 
 
 def threads() -> int:
-    """Return the cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    """Return the threads to use: those of :func:`few_threads`, else the cores that this process may use."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return _FEW.get() or cores
+
+
+@contextmanager
+def few_threads(count: int) -> Iterator[None]:
+    """Use so many threads inside, since others share the cores; 0: one a core."""
+    before = _FEW.set(count)
+    try:
+        yield
+    finally:
+        _FEW.reset(before)

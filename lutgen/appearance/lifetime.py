@@ -120,15 +120,17 @@ class Lifetimes:
 
     def as_csv(self) -> str:
         """Return what ``--csv`` writes: Table 1, a line an image and mode; hours, empty where never reached."""
+        return "\n".join([*self.csv_rows(), ""])
+
+    def csv_rows(self) -> list[str]:
+        """Return the rows of :meth:`as_csv`, the first of which names the columns."""
         columns = list(product(self.tolerances, STATISTICS))
-        lines = [",".join(["file", "mode", *(f"{statistic}_{tolerance:g}" for tolerance, statistic in columns)])]
+        rows = [",".join(["file", "mode", *(f"{statistic}_{tolerance:g}" for tolerance, statistic in columns)])]
         for image in self.images:
-            quoted = image.file.replace('"', '""')
-            file = f'"{quoted}"' if set(quoted) & set('",\n') else quoted
             for mode, curve in image.curves.items():
                 lives = [curve.hours_until(statistic, tolerance) for tolerance, statistic in columns]
-                lines.append(",".join([file, mode, *("" if life is None else f"{life:.1f}" for life in lives)]))
-        return "\n".join([*lines, ""])
+                rows.append(",".join([csv_text(image.file), mode, *map(csv_hours, lives)]))
+        return rows
 
     def _image(self, image: ImageLifetime) -> dict[str, Any]:
         return {
@@ -152,6 +154,17 @@ class Lifetimes:
     def _lives(self, image: ImageLifetime, mode: str, tolerance: float) -> dict[str, Any]:
         lives = {name: image.curves[mode].hours_until(name, tolerance) for name in STATISTICS}
         return {**lives, "interval": image.intervals and image.intervals[mode][tolerance]}
+
+
+def csv_text(text: str) -> str:
+    """Quote a text for CSV where it has to be (RFC 4180)."""
+    quoted = text.replace('"', '""')
+    return f'"{quoted}"' if set(quoted) & set('",\n') else quoted
+
+
+def csv_hours(hours: float | None) -> str:
+    """Write hours for CSV; nothing where a tolerance is never reached."""
+    return "" if hours is None else f"{hours:.1f}"
 
 
 def _points(curve: Curve) -> list[dict[str, float]]:
@@ -209,14 +222,7 @@ def lifetime(
     """
     if not images:
         raise LutgenError("no image was given. Give at least one.")
-    if source not in SOURCES:
-        raise pick_one("source", source, SOURCES)
-    checked = check_tolerances(tolerances)
-    chosen = sorted({0.0, *map(float, model.tips.hours if hours is None else hours)})
-    if len(chosen) > MAX_HOURS:
-        raise LutgenError(f"{len(chosen)} hours are more than {MAX_HOURS}. Give fewer.")
-    for mode, hour in product(modes, chosen):
-        model.at(mode, hour)
+    checked, chosen = check_asked(model, tolerances=tolerances, modes=modes, hours=hours, source=source)
     found = []
     for done, image in enumerate(images):
 
@@ -241,6 +247,26 @@ def lifetime(
         )
         progress(1000 * (done + 1), 1000 * len(images))
     return Lifetimes(tuple(found), checked, model)
+
+
+def check_asked(
+    model: DisplayModel,
+    *,
+    tolerances: Sequence[float],
+    modes: Sequence[str],
+    hours: Sequence[float] | None,
+    source: str,
+) -> tuple[tuple[float, ...], list[float]]:
+    """Return tolerances, and hours in order from 0 on, before any image is read; errors as in :func:`lifetime`."""
+    if source not in SOURCES:
+        raise pick_one("source", source, SOURCES)
+    checked = check_tolerances(tolerances)
+    chosen = sorted({0.0, *map(float, model.tips.hours if hours is None else hours)})
+    if len(chosen) > MAX_HOURS:
+        raise LutgenError(f"{len(chosen)} hours are more than {MAX_HOURS}. Give fewer.")
+    for mode, hour in product(modes, chosen):
+        model.at(mode, hour)
+    return checked, chosen
 
 
 def check_tolerances(tolerances: Sequence[float]) -> tuple[float, ...]:

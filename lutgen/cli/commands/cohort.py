@@ -1,0 +1,108 @@
+"""``lutgen cohort``."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import click
+
+from lutgen.cli.commands.lifetime import SOURCES
+from lutgen.cli.data_options import check_json
+from lutgen.cli.outputs import check_new_file, print_page, write_json
+from lutgen.cli.shared import model_from, model_options, numbers, progress_bar
+
+
+@click.command()
+@click.argument("slides", nargs=-1, required=True, metavar="SLIDE|FOLDER|LIST.txt...")
+@click.option("-o", "--output", required=True, metavar="DIR", help="Folder that keeps every slide's result.")
+@click.option("--tolerance", metavar="LIST", default="3,5", show_default=True, help="Tolerated ΔE2000.")
+@click.option(
+    "--hours",
+    metavar="HOURS",
+    help="0..18000: every measured time in the span; 0..18000:500: a step; 0,5000,10000: a list "
+    "[default: all measured times].",
+)
+@click.option("--tissue", is_flag=True, help="Leave bare glass out, by a threshold on L*.")
+@click.option(
+    "--source",
+    type=click.Choice(SOURCES),
+    default="auto",
+    show_default=True,
+    help="What images store: signal (code values) or linear light; auto: EXR linear, others signal.",
+)
+@click.option("--jobs", type=click.IntRange(min=1), help="Processes, up to 0.5 GB each [default: one per core].")
+@click.option("--scheduler", metavar="ADDRESS", help="Do it on this Dask cluster, such as tcp://host:8786.")
+@click.option("--json", "json_to", metavar="FILE|-", help="Write all numbers as JSON; - prints them alone.")
+@click.option("--csv", "csv_to", metavar="FILE", help="Write the lifetimes, a line a slide and mode, and medians.")
+@click.option("--force", is_flag=True, help="Replace files that exist, and a run in DIR that asked something else.")
+@model_options
+def command(
+    *,
+    slides: tuple[str, ...],
+    output: str,
+    tolerance: str,
+    hours: str | None,
+    tissue: bool,
+    source: str,
+    jobs: int | None,
+    scheduler: str | None,
+    json_to: str | None,
+    csv_to: str | None,
+    force: bool,
+    **options: Any,
+) -> None:
+    """Show how long a display may be used, over many slides: lifetime of each, median and 95 % interval over all.
+
+    Slides are files, folders of them (and what is below), or lists (.txt) of a path a line. Each result is kept in DIR
+    as soon as it is found: after an interruption the same command goes on where it was, and does what has changed or is
+    new. A slide that cannot be read is named and left out, and the others finish. One that never reaches a tolerance
+    counts as the longest. On a Dask cluster (with lutgen[cluster]) the workers must see the slides under the same
+    paths; results are written here. Ends with 1 when a slide was broken.
+
+    \b
+    Example:
+      lutgen cohort slides/ -o run/
+      lutgen cohort slides/a.tif slides/b.tif --tissue --tolerance 1,3 -o run-tissue/ --csv cohort.csv
+    """
+    from pathlib import Path
+
+    from lutgen.appearance.cohort import cohort
+    from lutgen.display.hours import parse_hours
+    from lutgen.report.cohort_page import cohort_page
+
+    if jobs and scheduler:
+        message = "--jobs are processes of this machine, and --scheduler has its own. Leave one of them out."
+        raise click.UsageError(message)
+    alone = check_json(json_to, force=force)
+    if csv_to:
+        check_new_file(csv_to, force=force)
+    model = model_from(**options)
+    try:
+        with progress_bar("slides", quiet=alone) as progress:
+            found = cohort(
+                slides,
+                model,
+                output,
+                tolerances=numbers("--tolerance", tolerance),
+                hours=parse_hours(hours, model.tips) if hours else None,
+                tissue=tissue,
+                source=source,
+                jobs=jobs,
+                scheduler=scheduler,
+                force=force,
+                progress=progress,
+            )
+    except KeyboardInterrupt:
+        click.echo(f"Interrupted. {output} keeps the finished slides; the same command goes on from there.", err=True)
+        raise
+    if not alone:
+        print_page(cohort_page(found))
+    if csv_to:
+        from lutgen.files import write_atomically
+
+        write_atomically(Path(csv_to), found.as_csv().encode())
+    if json_to:
+        write_json(found.as_json(), json_to)
+    if found.broken:
+        sys.exit(1)

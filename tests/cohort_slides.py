@@ -1,0 +1,89 @@
+"""Slides for the tests of cohorts, and an effect under which worker processes die."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from skimage.data import immunohistochemistry
+from skimage.io import imsave
+
+from lutgen import AppliedEffect, DisplayModel, read_measurements
+from lutgen.display import default_display
+from lutgen.effects.own import imported
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+HOURS = (0.0, 6000.0, 18_000.0)
+
+#: Glows; but the first process beside the tests' own to use it dies when there is a file `order` beside it, and every
+#: one that is to show an image of seven colours.
+DEADLY = '''\
+"""Glue glows."""
+
+import os
+import signal
+from contextlib import suppress
+from pathlib import Path
+
+from lutgen.effects import Parameter, effect
+
+
+@effect(
+    stage="optics",
+    neutral={"glow": 0.0},
+    glow=Parameter(0.002, (0.0, 0.05), "1", "light that is added, as a share of white's, at 18 000 h"),
+)
+def deadly_glow(xyz, scene, *, glow):
+    order, parent = (Path(__file__).with_name(name) for name in ("order", "parent"))
+    if parent.exists() and parent.read_text() != str(os.getpid()):
+        with suppress(FileNotFoundError):
+            order.unlink()
+            os.kill(os.getpid(), signal.SIGKILL)
+        if len(xyz) == 7:
+            os.kill(os.getpid(), signal.SIGKILL)
+    return xyz + glow * scene.tau * scene.white
+'''
+
+
+def model() -> DisplayModel:
+    return DisplayModel(read_measurements(default_display()))
+
+
+def deadly_model(folder: Path, *, order: bool) -> DisplayModel:
+    """A model with the effect; a process dies of it once where that is an `order`."""
+    file = folder / "deadly.py"
+    file.write_text(DEADLY)
+    (folder / "parent").write_text(str(os.getpid()))
+    if order:
+        (folder / "order").touch()
+    (effect,) = imported(file)
+    return replace(model(), effects=(AppliedEffect.of(effect, {"glow": 0.002}),))
+
+
+def make_slides(folder: Path, count: int, side: int = 40) -> list[Path]:
+    """Parts of a real image, each another."""
+    folder.mkdir(exist_ok=True)
+    tissue: Any = np.asarray(immunohistochemistry())
+    files = []
+    for place in range(count):
+        row, column = divmod(place * 40, 440)
+        files.append(folder / f"s{place:02}.png")
+        part = tissue[40 * row : 40 * row + side, column : column + side]
+        imsave(files[-1], part, check_contrast=False)
+    return files
+
+
+def deadly_slide(file: Path) -> Path:
+    """An image of seven colours."""
+    imsave(file, np.repeat(np.arange(20, 27, dtype=np.uint8), 3).reshape(1, 7, 3), check_contrast=False)
+    return file
+
+
+def break_slide(file: Path) -> Path:
+    """Cut a file off, as copies are that were interrupted."""
+    file.write_bytes(file.read_bytes()[:300])
+    return file
