@@ -13,7 +13,6 @@ from skimage.data import immunohistochemistry
 from skimage.io import imread, imsave
 
 from lutgen import DisplayModel, cli, lifetime, read_measurements
-from lutgen.appearance.apply import SOURCES
 from lutgen.appearance.lifetime import TOLERANCES
 from lutgen.cli.commands import lifetime as lifetime_command
 from lutgen.display import default_display
@@ -79,7 +78,6 @@ def written(folder: Path) -> set[str]:
 
 
 def test_names_repeated_for_quick_help_are_the_librarys() -> None:
-    assert lifetime_command.SOURCES == SOURCES
     (default,) = (option.default for option in lifetime_command.command.params if option.name == "tolerance")
     assert tuple(map(float, str(default).split(","))) == TOLERANCES
 

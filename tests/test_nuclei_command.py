@@ -12,7 +12,6 @@ from skimage.data import immunohistochemistry
 from skimage.io import imread, imsave
 
 from lutgen import DisplayModel, cli, nuclei, read_measurements
-from lutgen.appearance.apply import SOURCES
 from lutgen.appearance.conspicuity import LOSS
 from lutgen.appearance.nuclei import STAINS
 from lutgen.cli.commands import nuclei as nuclei_command
@@ -68,7 +67,6 @@ def written(folder: Path) -> set[str]:
 
 
 def test_names_repeated_for_quick_help_are_the_librarys() -> None:
-    assert nuclei_command.SOURCES == SOURCES
     assert ("auto", *STAINS) == nuclei_command.STAINS
     (default,) = (option.default for option in nuclei_command.command.params if option.name == "loss")
     assert default == LOSS

@@ -18,10 +18,8 @@ from skimage.data import immunohistochemistry
 from skimage.io import imread, imsave
 
 from lutgen import DisplayModel, apply_to_image, cli, lifetime, read_measurements
-from lutgen.appearance.apply import SOURCES
 from lutgen.appearance.frame import fitting, read_frame, turned
 from lutgen.bindings import oiio
-from lutgen.cli.commands import report as report_command
 from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.display import default_display
 from lutgen.report.html.chart import ticks
@@ -112,10 +110,6 @@ def data_in(text: str) -> dict[str, Any]:
     (found,) = re.findall(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
     content: dict[str, Any] = json.loads(found)
     return content
-
-
-def test_names_repeated_for_quick_help_are_the_librarys() -> None:
-    assert report_command.SOURCES == SOURCES
 
 
 # The page -------------------------------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Options of the commands that draw an image's aging: map, figure, table, sheet, animate."""
+"""Options of the commands on pictures: lifetime, cohort, nuclei, report, map, figure, table, sheet, animate."""
 
 from __future__ import annotations
 
@@ -24,6 +24,18 @@ source_option = click.option(
     default="auto",
     show_default=True,
     help="What the image stores: signal (code values) or linear light; auto: EXR linear, others signal.",
+)
+hours_option = click.option(
+    "--hours",
+    metavar="HOURS",
+    help="0..18000: every measured time in the span; 0..18000:500: a step; 0,5000,10000: a list "
+    "[default: all measured times].",
+)
+tolerance_option = click.option(
+    "--tolerance", metavar="LIST", default="3,5", show_default=True, help="Tolerated ΔE2000."
+)
+json_option = click.option(
+    "--json", "json_to", metavar="FILE|-", help="Write all numbers as JSON; - prints them alone."
 )
 force_option = click.option("--force", is_flag=True, help="Replace files that exist; never the image itself.")
 

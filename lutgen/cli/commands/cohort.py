@@ -7,33 +7,22 @@ from typing import Any
 
 import click
 
-from lutgen.cli.commands.lifetime import SOURCES
 from lutgen.cli.data_options import check_json
 from lutgen.cli.outputs import check_new_file, print_page, write_json
+from lutgen.cli.picture_options import hours_option, json_option, source_option, tolerance_option
 from lutgen.cli.shared import model_from, model_options, numbers, progress_bar
 
 
 @click.command()
 @click.argument("slides", nargs=-1, required=True, metavar="SLIDE|FOLDER|LIST.txt...")
 @click.option("-o", "--output", required=True, metavar="DIR", help="Folder that keeps every slide's result.")
-@click.option("--tolerance", metavar="LIST", default="3,5", show_default=True, help="Tolerated ΔE2000.")
-@click.option(
-    "--hours",
-    metavar="HOURS",
-    help="0..18000: every measured time in the span; 0..18000:500: a step; 0,5000,10000: a list "
-    "[default: all measured times].",
-)
+@tolerance_option
+@hours_option
 @click.option("--tissue", is_flag=True, help="Leave bare glass out, by a threshold on L*.")
-@click.option(
-    "--source",
-    type=click.Choice(SOURCES),
-    default="auto",
-    show_default=True,
-    help="What images store: signal (code values) or linear light; auto: EXR linear, others signal.",
-)
+@source_option
 @click.option("--jobs", type=click.IntRange(min=1), help="Processes, up to 0.5 GB each [default: one per core].")
 @click.option("--scheduler", metavar="ADDRESS", help="Do it on this Dask cluster, such as tcp://host:8786.")
-@click.option("--json", "json_to", metavar="FILE|-", help="Write all numbers as JSON; - prints them alone.")
+@json_option
 @click.option("--csv", "csv_to", metavar="FILE", help="Write the lifetimes, a line a slide and mode, and medians.")
 @click.option("--force", is_flag=True, help="Replace files that exist, and a run in DIR that asked something else.")
 @model_options

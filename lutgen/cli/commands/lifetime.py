@@ -8,30 +8,17 @@ import click
 
 from lutgen.cli.data_options import check_json
 from lutgen.cli.outputs import check_new_file, check_pictures, print_page, write_json
+from lutgen.cli.picture_options import hours_option, json_option, source_option, tolerance_option
 from lutgen.cli.shared import model_from, model_options, numbers, progress_bar
-
-#: As in the library, repeated because help must not import numpy; a test holds them together.
-SOURCES = ("auto", "signal", "linear")
 
 
 @click.command()
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
-@click.option("--tolerance", metavar="LIST", default="3,5", show_default=True, help="Tolerated ΔE2000.")
-@click.option(
-    "--hours",
-    metavar="HOURS",
-    help="0..18000: every measured time in the span; 0..18000:500: a step; 0,5000,10000: a list "
-    "[default: all measured times].",
-)
+@tolerance_option
+@hours_option
 @click.option("--tissue", is_flag=True, help="Leave bare glass out, by a threshold on L* that is shown.")
-@click.option(
-    "--source",
-    type=click.Choice(SOURCES),
-    default="auto",
-    show_default=True,
-    help="What the image stores: signal (code values) or linear light; auto: EXR linear, others signal.",
-)
-@click.option("--json", "json_to", metavar="FILE|-", help="Write all numbers as JSON; - prints them alone.")
+@source_option
+@json_option
 @click.option("--csv", "csv_to", metavar="FILE", help="Write the lifetimes, a line an image and mode.")
 @click.option("--plots", metavar="DIR", help="Draw ΔE2000 against hours into this folder, a picture an image.")
 @click.option("--force", is_flag=True, help="Replace files that exist.")

@@ -8,6 +8,7 @@ import click
 
 from lutgen.cli.data_options import check_json
 from lutgen.cli.outputs import check_new_file, check_pictures, print_page, write_json
+from lutgen.cli.picture_options import hours_option, json_option, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
 
 #: As in the library, repeated because help must not import numpy; a test holds them together.
@@ -23,22 +24,11 @@ STAINS = ("auto", "he", "hdab")
     help="H&E, or haematoxylin and DAB (immunohistochemistry); auto: by whether there is brown [default: auto].",
 )
 @click.option("--mask", metavar="FILE", help="Nuclei as PNG or TIFF instead: a label each, or white on black.")
-@click.option(
-    "--hours",
-    metavar="HOURS",
-    help="0..18000: every measured time in the span; 0..18000:500: a step; 0,5000,10000: a list "
-    "[default: all measured times].",
-)
+@hours_option
 @click.option("--min-area", type=int, metavar="PIXELS", help="The smallest nucleus [default: by a typical one].")
 @click.option("--loss", type=float, default=10.0, show_default=True, metavar="PERCENT", help="Count what loses more.")
-@click.option(
-    "--source",
-    type=click.Choice(SOURCES),
-    default="auto",
-    show_default=True,
-    help="What the image stores: signal (code values) or linear light; auto: EXR linear, others signal.",
-)
-@click.option("--json", "json_to", metavar="FILE|-", help="Write all numbers as JSON; - prints them alone.")
+@source_option
+@json_option
 @click.option("--csv", "csv_to", metavar="FILE", help="Write a line a nucleus: place, size, ΔE2000 at each hour.")
 @click.option("--plots", metavar="DIR", help="Draw ΔE2000 against hours, and the outlines, into this folder.")
 @click.option("--force", is_flag=True, help="Replace files that exist.")

@@ -7,34 +7,26 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.outputs import check_new_file
+from lutgen.cli.picture_options import source_option, tolerance_option
 from lutgen.cli.shared import model_from, model_options, numbers, progress_bar
 
 if TYPE_CHECKING:
     from lutgen.display import DisplayModel
     from lutgen.report.html.evidence import Evidence
 
-#: As in the library, repeated because help must not import numpy; a test holds them together.
-SOURCES = ("auto", "signal", "linear")
-
 
 @click.command()
 @click.argument("image", metavar="IMAGE")
 @click.option("--build", metavar="DIR", help="Add the certificates of a folder that lutgen build made.")
 @click.option("--data", metavar="READINGS", help="Add compare, diagnose and refine of these readings (.csv).")
-@click.option("--tolerance", metavar="LIST", default="3,5", show_default=True, help="Tolerated ΔE2000.")
+@tolerance_option
 @click.option(
     "--hours",
     metavar="HOURS",
     help="Hours of the slider: 0..18000:2000, a step; 0,5000,10000, a list; the curve ends at the last of them "
     "[default: seven measured times].",
 )
-@click.option(
-    "--source",
-    type=click.Choice(SOURCES),
-    default="auto",
-    show_default=True,
-    help="What the image stores: signal (code values) or linear light; auto: EXR linear, others signal.",
-)
+@source_option
 @click.option("--instrument", metavar="REL,FLOOR", help="Noise of a reading of --data [default: from replicates].")
 @click.option("--force", is_flag=True, help="Replace the page if it exists.")
 @click.option("-o", "--output", required=True, metavar="PAGE.html", help="The page to write.")

@@ -8,14 +8,14 @@ import click
 
 from lutgen.cli.data_options import check_json
 from lutgen.cli.outputs import check_new_file, print_page, write_json
-from lutgen.cli.picture_options import source_option
+from lutgen.cli.picture_options import json_option, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
 
 
 @click.command()
 @click.argument("number", type=click.Choice(("1",)), metavar="1")
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
-@click.option("--json", "json_to", metavar="FILE|-", help="Write all numbers as JSON; - prints them alone.")
+@json_option
 @click.option("--csv", "csv_to", metavar="FILE", help="Write the table, a line a cell.")
 @source_option
 @click.option("--force", is_flag=True, help="Replace files that exist.")
