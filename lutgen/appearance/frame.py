@@ -6,24 +6,23 @@ streaming pass; a small one is taken as it is. Aged frames are then computed fro
 
 from __future__ import annotations
 
-from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lutgen.appearance.blocks import open_blocks
 from lutgen.appearance.difference import differences
 from lutgen.appearance.encoding import LINEAR, Decoder
-from lutgen.appearance.images import open_source
-from lutgen.appearance.slides import REGION, SUFFIXES, open_slide
 from lutgen.colorimetry import linear_to_code
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from lutgen.appearance.encoding import Storage, Stored
+    from lutgen.appearance.blocks import Blocks, Place
+    from lutgen.appearance.encoding import Stored
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay
 
@@ -95,12 +94,11 @@ def read_frame(
         As :func:`lutgen.appearance.distinct.count_colours`, apart from pixels that are NaN: these are shown black.
 
     """
-    with _opened(path, source) as opened:
+    with open_blocks(path, source) as opened:
         high, wide = fitting(opened.height, opened.width, pixels, width)
         shrunk = _Shrunk(opened, high, wide)
-        for done, block in enumerate(opened.blocks):
-            shrunk.add(block, opened.read(block))
-            progress(done + 1, len(opened.blocks))
+        for place, stored in opened.read(progress):
+            shrunk.add(place, stored)
     linear = shrunk.light / np.maximum(shrunk.area, 1e-9)
     code = np.rint(linear_to_code(np.clip(linear, 0.0, 1.0)) * 255.0).astype(np.uint8)
     code, visible = turned(np.moveaxis(code, 0, -1), opened.orientation), turned(shrunk.area > 0, opened.orientation)
@@ -125,43 +123,16 @@ def turned(frame: Any, orientation: int) -> Any:
     return frame[:, ::-1] if orientation in (2, 3, 6, 7) else frame
 
 
-#: Rows from and to, columns from and to (exclusive).
-Block = tuple[int, int, int, int]
-
-
-class _Opened(NamedTuple):
-    storage: Storage
-    height: int
-    width: int
-    orientation: int
-    blocks: list[Block]
-    read: Callable[[Block], Stored]
-
-
-@contextmanager
-def _opened(path: Path, source: str) -> Iterator[_Opened]:
-    if path.suffix.lower() not in SUFFIXES:
-        with open_source(path, source) as image:
-            turn = int(image.spec.get_int_attribute("Orientation", 1))
-            yield _Opened(
-                image.storage, image.height, image.width, turn, image.blocks(), lambda block: image.read(*block)
-            )
-        return
-    with open_slide(path) as slide:
-        blocks = [(y, min(y + REGION, slide.height), x, min(x + REGION, slide.width)) for x, y in slide.regions()]
-        yield _Opened(slide.storage, slide.height, slide.width, 1, blocks, lambda block: slide.read(block[2], block[0]))
-
-
 class _Shrunk:
     """Adds up light and visible area for each pixel of a frame, block by block."""
 
-    def __init__(self, opened: _Opened, height: int, width: int) -> None:
+    def __init__(self, opened: Blocks, height: int, width: int) -> None:
         self._storage, self._decoder = opened.storage, Decoder(opened.storage, LINEAR)
         self._rows = np.linspace(0.0, opened.height, height + 1)
         self._columns = np.linspace(0.0, opened.width, width + 1)
         self.light, self.area = np.zeros((3, height, width)), np.zeros((height, width))
 
-    def add(self, block: Block, stored: Stored) -> None:
+    def add(self, block: Place, stored: Stored) -> None:
         """Add pixels (rows, columns, channels)."""
         top, bottom, left, right = block
         shape = (bottom - top, right - left)
