@@ -8,28 +8,23 @@ import signal
 import subprocess
 import sys
 import time
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
 from referencing import Registry, Resource
 
-from lutgen import cli, lifetime
+from lutgen import lifetime
 from lutgen.appearance.cohort import cluster
 from lutgen.appearance.schema import NAMES, schema
 from lutgen.report.lifetime_page import hours_or_never
 from tests.cohort_slides import break_slide, make_slides, model
+from tests.command import Done, in_process
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
-
-
-class Done(NamedTuple):
-    code: int
-    out: str
-    err: str
 
 
 @pytest.fixture
@@ -38,14 +33,8 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     monkeypatch.chdir(tmp_path)
     make_slides(tmp_path / "in", 7, side=24)
 
-    def lutgen(*arguments: str, hours: str = "0..18000:6000") -> Done:
-        monkeypatch.setattr(sys, "argv", ["lutgen", "cohort", *arguments, "--hours", hours])
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
-        caught = capsys.readouterr()
-        return Done(int(ended.value.code or 0), caught.out, caught.err)
-
-    return lutgen
+    lutgen = in_process(monkeypatch, capsys, "cohort")
+    return lambda *arguments, hours="0..18000:6000": lutgen(*arguments, "--hours", hours)
 
 
 def words(text: str) -> str:

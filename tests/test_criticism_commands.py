@@ -5,12 +5,10 @@ from __future__ import annotations
 import json
 import re
 import shlex
-import sys
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import pytest
 
-from lutgen import cli
 from lutgen.cli import data_options
 from lutgen.criticism.problem import BASELINES
 from lutgen.criticism.separate import POOL, Separation
@@ -21,6 +19,7 @@ from lutgen.report import diagnose_page
 from lutgen.report.numbers import percent, readable, with_error
 from lutgen.report.stub import FOLLOWS, sketched
 from tests.campaigns import single, text_of, write
+from tests.command import Done, in_process
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,29 +28,12 @@ if TYPE_CHECKING:
 COMMANDS = ("compare", "diagnose", "refine", "plan")
 
 
-class Done(NamedTuple):
-    code: int
-    out: str
-    err: str
-
-    @property
-    def lines(self) -> list[str]:
-        return self.out.splitlines()
-
-
 @pytest.fixture
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
     """Run lutgen in this process, in an empty folder."""
     monkeypatch.chdir(tmp_path)
 
-    def lutgen(*arguments: str) -> Done:
-        monkeypatch.setattr(sys, "argv", ["lutgen", *arguments])
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
-        caught = capsys.readouterr()
-        return Done(int(ended.value.code or 0), caught.out, caught.err)
-
-    return lutgen
+    return in_process(monkeypatch, capsys)
 
 
 def test_options_name_what_the_library_has() -> None:

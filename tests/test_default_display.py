@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from dataclasses import astuple
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import colour
@@ -11,18 +13,22 @@ import numpy as np
 import pytest
 from PIL import Image
 from skimage.data import immunohistochemistry
+from skimage.io import imsave
 
 from configs.displays import table1
 from configs.displays.reconstruct_ccfl import REACHED, Drift
 from configs.displays.table1 import Colours, Curve
+from lutgen import lifetime
 from lutgen.display import DisplayModel, default_display
 from lutgen.measurements import read_measurements
 from tests.twin import Twin, rows_of_csv
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from numpy.typing import NDArray
+
+    from lutgen.appearance.lifetime import ImageLifetime
+
+ROOT = Path(__file__).parent.parent
 
 # As the paper prints them: hours until Max 3, average 3, Max 5, average 5.
 PAPER = {"chroma": (4500, 7800, 8100, 11100), "chroma-luma": (2200, 3700, 4100, 5800)}
@@ -164,3 +170,40 @@ def test_other_pixels_and_a_missing_slide_are_refused(
     path.write_bytes(b"no image")
     with pytest.raises(SystemExit, match=r"slide\.png"):
         table1.slide()
+
+
+def test_the_readme_says_what_lifetime_finds(model: DisplayModel, tmp_path: Path) -> None:
+    tables = [
+        [cell.strip() for cell in row.strip("|").split("|")]
+        for row in (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+        if row.startswith("|")
+    ]
+    said = {row[0]: row[1:] for row in tables}
+    assert {name: said[f"{name}, paper"] for name in PAPER} == {
+        name: [f"{hours:,}".replace(",", " ") if hours > 9999 else str(hours) for hours in row]
+        for name, row in PAPER.items()
+    }
+    imsave(tmp_path / "ihc.png", immunohistochemistry(), check_contrast=False)
+    images = {"immunohistochemistry, scikit-image": tmp_path / "ihc.png"}
+    if real := os.environ.get("LUTGEN_REAL_DATA"):
+        images |= {f"H&E field `{name}`": Path(real, "images", f"{name}.png") for name in ("he_a", "he_b")}
+    found = lifetime([table1.SLIDE, *images.values()], model).images
+    ours = {"chroma": said["chroma, ours (fitted)"], "chroma-luma": said["chroma-luma, ours"]}
+    assert {mode: [numbers(cell)[0] for cell in cells] for mode, cells in ours.items()} == lives(found[0])
+    for name, image in zip(images, found[1:], strict=True):
+        pairs = [numbers(cell) for cell in said[name]]
+        assert {mode: [pair[place] for pair in pairs] for place, mode in enumerate(PAPER)} == lives(image), name
+
+
+def numbers(cell: str) -> list[int]:
+    """Hours in a cell of the README: `10 044; 3785`, `11 084 (−0.1 %)`."""
+    return [int(part.partition("(")[0].replace(" ", "")) for part in cell.split(";")]
+
+
+def lives(image: ImageLifetime) -> dict[str, list[int]]:
+    """Hours until Max 3, average 3, Max 5, average 5, by mode."""
+    criteria = [(statistic, tolerance) for tolerance in (3.0, 5.0) for statistic in ("max", "mean")]
+    return {
+        mode: [round(curve.hours_until(*criterion) or 0) for criterion in criteria]
+        for mode, curve in image.curves.items()
+    }

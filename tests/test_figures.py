@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import shutil
 import subprocess
-import sys
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ from PIL import Image
 from skimage.data import immunohistochemistry
 from skimage.io import imsave
 
-from lutgen import DisplayModel, LutgenError, apply_to_image, cli, default_display, lifetime, read_measurements
+from lutgen import DisplayModel, LutgenError, apply_to_image, default_display, lifetime, read_measurements
 from lutgen.appearance import published
 from lutgen.appearance.aged_series import GREY, aged_series
 from lutgen.cli.commands import animate as animate_command
@@ -24,18 +23,13 @@ from lutgen.report.animation import LONGEST, SECONDS, SUFFIXES, animate, frame
 from lutgen.report.contact_sheet import Layout
 from lutgen.report.lifetime_plot import plot_lifetime
 from lutgen.report.paper_figures import FIGURES, draw_figure
+from tests.command import Done, in_process
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
 AGES = (("chroma", 10_000.0), ("chroma", 18_000.0), ("chroma-luma", 10_000.0), ("chroma-luma", 18_000.0))
-
-
-class Done(NamedTuple):
-    code: int
-    out: str
-    err: str
 
 
 @pytest.fixture
@@ -45,14 +39,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     tissue = np.asarray(immunohistochemistry())[200:261, 200:273]
     imsave(tmp_path / "a.png", tissue, check_contrast=False)
 
-    def lutgen(*arguments: str) -> Done:
-        monkeypatch.setattr(sys, "argv", ["lutgen", *arguments])
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
-        caught = capsys.readouterr()
-        return Done(int(ended.value.code or 0), caught.out, caught.err)
-
-    return lutgen
+    return in_process(monkeypatch, capsys)
 
 
 @pytest.fixture(scope="module")

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import json
 import re
-import sys
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 from skimage.data import immunohistochemistry
 from skimage.io import imread, imsave
 
-from lutgen import DisplayModel, cli, lifetime, read_measurements
+from lutgen import DisplayModel, lifetime, read_measurements
 from lutgen.appearance.lifetime import TOLERANCES
 from lutgen.cli.commands import lifetime as lifetime_command
 from lutgen.display import default_display
 from lutgen.report.lifetime_page import hours_or_never, lifetime_page
 from lutgen.report.lifetime_plot import draw_curve, draw_lives, plot_lifetimes, title_of
+from tests.command import Done, in_process
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -37,12 +37,6 @@ origin = "built-in"
 """
 
 
-class Done(NamedTuple):
-    code: int
-    out: str
-    err: str
-
-
 @pytest.fixture
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
     """Run `lutgen lifetime` in this process, in a folder with a.png and b.png."""
@@ -51,14 +45,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     for name, corner in (("a.png", 200), ("b.png", 300)):
         imsave(tmp_path / name, tissue[corner : corner + 48, corner : corner + 48], check_contrast=False)
 
-    def lutgen(*arguments: str) -> Done:
-        monkeypatch.setattr(sys, "argv", ["lutgen", "lifetime", *arguments])
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
-        caught = capsys.readouterr()
-        return Done(int(ended.value.code or 0), caught.out, caught.err)
-
-    return lutgen
+    return in_process(monkeypatch, capsys, "lifetime")
 
 
 @pytest.fixture(scope="module")

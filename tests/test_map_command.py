@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-import sys
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ from PIL import Image
 from skimage.data import immunohistochemistry
 from skimage.io import imsave
 
-from lutgen import DisplayModel, cli, default_display, lifetime, read_measurements
+from lutgen import DisplayModel, default_display, lifetime, read_measurements
 from lutgen.appearance import difference_map, published
 from lutgen.appearance.apply import SOURCES
 from lutgen.appearance.lifetime import MODES
@@ -21,18 +20,13 @@ from lutgen.appearance.schema import schema
 from lutgen.cli import picture_options
 from lutgen.cli.commands import map as map_command
 from lutgen.report.map_picture import RANGE
+from tests.command import Done, in_process
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
 AGE = ("--mode", "chroma-luma", "--hours", "10000")
-
-
-class Done(NamedTuple):
-    code: int
-    out: str
-    err: str
 
 
 @pytest.fixture
@@ -43,14 +37,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     for name, corner in (("a.png", 200), ("b.png", 300)):
         imsave(tmp_path / name, tissue[corner : corner + 48, corner : corner + 48], check_contrast=False)
 
-    def lutgen(*arguments: str) -> Done:
-        monkeypatch.setattr(sys, "argv", ["lutgen", *arguments])
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
-        caught = capsys.readouterr()
-        return Done(int(ended.value.code or 0), caught.out, caught.err)
-
-    return lutgen
+    return in_process(monkeypatch, capsys)
 
 
 def words(text: str) -> str:

@@ -3,33 +3,27 @@
 from __future__ import annotations
 
 import json
-import sys
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 from skimage.data import immunohistochemistry
 from skimage.io import imread, imsave
 
-from lutgen import DisplayModel, cli, nuclei, read_measurements
+from lutgen import DisplayModel, nuclei, read_measurements
 from lutgen.appearance.conspicuity import LOSS
 from lutgen.appearance.nuclei import STAINS
 from lutgen.cli.commands import nuclei as nuclei_command
 from lutgen.display import default_display
 from lutgen.report.nuclei_page import ROWS, headline, nuclei_page, percent, shown_hours
 from lutgen.report.nuclei_plot import DETAIL, NUCLEUS, RING, crowded, draw_contrast, outlined, plot_nuclei
+from tests.command import Done, in_process
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
     from lutgen.appearance.conspicuity import Conspicuity
-
-
-class Done(NamedTuple):
-    code: int
-    out: str
-    err: str
 
 
 @pytest.fixture
@@ -41,14 +35,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     mask[20:30, 20:32], mask[60:70, 70:80] = 1, 2
     imsave(tmp_path / "m.png", mask, check_contrast=False)
 
-    def lutgen(*arguments: str) -> Done:
-        monkeypatch.setattr(sys, "argv", ["lutgen", "nuclei", *arguments])
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
-        caught = capsys.readouterr()
-        return Done(int(ended.value.code or 0), caught.out, caught.err)
-
-    return lutgen
+    return in_process(monkeypatch, capsys, "nuclei")
 
 
 @pytest.fixture(scope="module")

@@ -25,6 +25,7 @@ from lutgen.appearance.lifetime import MODES
 from lutgen.appearance.nuclei import segment
 from lutgen.appearance.nuclei_mask import read_mask
 from lutgen.appearance.rings import rings_of
+from lutgen.appearance.schema import seen_on
 from lutgen.colorimetry import CHUNK, delta_e_2000
 from lutgen.display import what_pictures_carry
 from lutgen.display.hours import MAX_HOURS
@@ -90,9 +91,7 @@ class Conspicuity:
         rows, columns = self.field.shape
         return {
             "schema": 1,
-            "display": {"file": self.model.measurements.file, "sha256": self.model.measurements.sha256},
-            "model": self.model.file or None,
-            "remarks": self.remarks(),
+            **seen_on(self.model),
             "file": self.field.file,
             "width": columns,
             "height": rows,

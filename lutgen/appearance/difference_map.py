@@ -25,6 +25,7 @@ from lutgen.appearance.difference import differences
 from lutgen.appearance.distinct import count_colours
 from lutgen.appearance.encoding import SIGNAL, Decoder
 from lutgen.appearance.lifetime import MODES, binning_error
+from lutgen.appearance.schema import seen_on
 from lutgen.bindings import oiio
 from lutgen.display import what_pictures_carry
 from lutgen.errors import LutgenError, pick_one
@@ -111,9 +112,7 @@ class DifferenceMap:
         """Return what ``--json`` writes: see ``lutgen/appearance/schema/map.json``."""
         return {
             "schema": 1,
-            "display": {"file": self.model.measurements.file, "sha256": self.model.measurements.sha256},
-            "model": self.model.file or None,
-            "remarks": self.remarks(),
+            **seen_on(self.model),
             "file": self.file,
             "mode": self.mode,
             "hours": self.hours,

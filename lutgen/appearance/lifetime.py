@@ -19,6 +19,7 @@ from lutgen.appearance.apply import SOURCES
 from lutgen.appearance.curve import STATISTICS, Curve, curves_of
 from lutgen.appearance.difference import differences
 from lutgen.appearance.distinct import Colours, count_colours
+from lutgen.appearance.schema import seen_on
 from lutgen.appearance.tissue import Tissue, tissue_only
 from lutgen.appearance.uncertainty import intervals
 from lutgen.display import what_pictures_carry
@@ -112,9 +113,7 @@ class Lifetimes:
         """Return what ``--json`` writes: see ``lutgen/appearance/schema/lifetime.json``."""
         return {
             "schema": 1,
-            "display": {"file": self.model.measurements.file, "sha256": self.model.measurements.sha256},
-            "model": self.model.file or None,
-            "remarks": self.remarks(),
+            **seen_on(self.model),
             "images": [self._image(image) for image in self.images],
         }
 

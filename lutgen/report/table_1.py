@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from rich.text import Text
 
 from lutgen.appearance.published import TABLE_1, TABLE_1_COLUMNS
+from lutgen.appearance.schema import seen_on
 from lutgen.report import provenance, spaced
 from lutgen.report.compare_page import table
 from lutgen.report.lifetime_page import COLUMNS, counted, hours_or_never
@@ -42,9 +43,7 @@ def table_1_json(found: Lifetimes) -> dict[str, Any]:
     return {
         "schema": 1,
         "table": 1,
-        "display": {"file": found.model.measurements.file, "sha256": found.model.measurements.sha256},
-        "model": found.model.file or None,
-        "remarks": found.remarks(),
+        **seen_on(found.model),
         "rows": [
             {
                 "file": image.file,

@@ -8,12 +8,25 @@ from __future__ import annotations
 
 import json
 from importlib.resources import files
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from lutgen.display import what_pictures_carry
 from lutgen.errors import pick_one
+
+if TYPE_CHECKING:
+    from lutgen.display import DisplayModel
 
 #: What there is a schema of.
 NAMES = tuple(sorted(each.name[:-5] for each in files(__name__).iterdir() if each.name.endswith(".json")))
+
+
+def seen_on(model: DisplayModel) -> dict[str, Any]:
+    """Return what the JSON of every command on pictures says of the display: display, model, remarks."""
+    return {
+        "display": {"file": model.measurements.file, "sha256": model.measurements.sha256},
+        "model": model.file or None,
+        "remarks": what_pictures_carry(model),
+    }
 
 
 def schema(name: str) -> dict[str, Any]:
