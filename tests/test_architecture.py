@@ -20,7 +20,8 @@ ROWS = (
     {"colorimetry", "bindings", "files"},
     {"measurements", "effects"},
     {"display"},
-    {"bake", "criticism", "appearance", "study"},
+    {"bake", "criticism", "appearance", "sessions"},
+    {"study"},  # shows images through baked LUTs: it needs both
     {"report"},
     {"cli"},
 )

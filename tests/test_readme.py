@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click import Context
+from click import Command, Context, Group
 from skimage.data import immunohistochemistry
 from skimage.io import imsave
 
@@ -24,7 +24,19 @@ from lutgen.report.stub import sketched
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-COMMANDS = group.list_commands(Context(group))
+
+
+def commands(here: Group = group, before: str = "") -> dict[str, Command]:
+    """Every command by its words, such as "study plan"; groups are those of their commands."""
+    found: dict[str, Command] = {}
+    for name in here.list_commands(Context(here)):
+        command = here.get_command(Context(here), name)
+        assert command is not None
+        found |= commands(command, f"{before}{name} ") if isinstance(command, Group) else {f"{before}{name}": command}
+    return found
+
+
+COMMANDS = commands()
 
 
 def test_options_name_what_the_library_has() -> None:
@@ -74,10 +86,9 @@ def run_lutgen(line: str, folder: Path) -> str:
 
 def examples(command: str) -> list[str]:
     """The example lines of a command's help."""
-    text = group.get_command(Context(group), command)
+    text = COMMANDS[command].help
     assert text is not None
-    assert text.help is not None
-    _, _, after = text.help.partition("Example:")
+    _, _, after = text.partition("Example:")
     return [line.strip() for line in after.splitlines() if line.strip().startswith("lutgen ")]
 
 

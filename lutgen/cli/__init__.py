@@ -1,4 +1,4 @@
-"""The command line: one module per command in ``lutgen/cli/commands``, found by its name.
+"""The command line: one module per command in ``lutgen/cli/commands``, found by its name; a folder is a group.
 
 A command only reads options, calls the library and writes what it says. Modules are imported when they are needed,
 and import what is slow inside the function that uses it: ``lutgen --help`` starts in under 0.3 s.
@@ -8,43 +8,19 @@ from __future__ import annotations
 
 import os
 import sys
-from importlib import import_module
-from pkgutil import iter_modules
 
 import click
 
 from lutgen import __version__
-from lutgen.cli import commands
+from lutgen.cli.command_folder import CommandFolder
 from lutgen.errors import LutgenError
 
 
-class CommandFolder(click.Group):
-    """Commands are the modules of a folder; each has ``command``."""
-
-    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - click's interface
-        """Name the modules of the folder."""
-        return sorted(module.name for module in iter_modules(commands.__path__))
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import one command."""
-        if cmd_name not in self.list_commands(ctx):
-            return None
-        command: click.Command = import_module(f"{commands.__name__}.{cmd_name}").command
-        return command
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Name the choices when a command is unknown."""
-        try:
-            return super().resolve_command(ctx, args)
-        except click.UsageError:
-            names = ", ".join(self.list_commands(ctx))
-            message = f"No such command {args[0]!r}. Pick one of: {names}."
-            raise click.UsageError(message, ctx) from None
-
-
-@click.group(cls=CommandFolder, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.group(
+    cls=CommandFolder,
+    folder="lutgen.cli.commands",
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
 @click.version_option(__version__, "-V", "--version", prog_name="lutgen")
 def group() -> None:
     """See through an aged display: LUTs and OpenColorIO configs from measurements of display aging.

@@ -1,0 +1,19 @@
+"""``lutgen study``: a group, one module per command in this folder."""
+
+from __future__ import annotations
+
+import click
+
+from lutgen.cli.command_folder import CommandFolder
+
+
+@click.group(cls=CommandFolder, folder=__name__)
+def command() -> None:
+    """Ask readers whether display aging changes how they read: plan a study, run it, analyse it.
+
+    \b
+    Example:
+      lutgen study plan slides/*.png --conditions none,chroma@18000 --per-condition 40 --seed 1 -o study/
+      lutgen study run study/ --reader "Dr A" --session 1
+      lutgen study analyse study/
+    """
