@@ -55,8 +55,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder that holds what the examples name."""
     folder = tmp_path_factory.mktemp("examples")
     imsave(folder / "slide.png", immunohistochemistry()[:64, :64])
-    for name in ("a.tif", "b.tif"):
-        imsave(folder / name, immunohistochemistry()[:32, :32])
+    for top, name in ((0, "a.tif"), (32, "b.tif")):
+        imsave(folder / name, immunohistochemistry()[top : top + 32, :32])
     (folder / "compared").mkdir()
     (folder / "slides").mkdir()
     for name in ("a.tif", "b.tif"):
@@ -110,7 +110,7 @@ def blocks(language: str) -> list[str]:
 def test_readmes_commands_run_as_written(folder: Path) -> None:
     lines = [line for block in blocks("") for line in block.splitlines() if line.startswith("lutgen ")]
     assert len(lines) >= 4
-    for path in ("aged", "aged.png", "my-display.toml", "plan.csv", "plots"):
+    for path in ("aged", "aged.png", "my-display.toml", "plan.csv", "plots", "study"):
         shutil.rmtree(folder / path, ignore_errors=True)
         if (folder / path).is_file():
             (folder / path).unlink()

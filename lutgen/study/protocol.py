@@ -77,15 +77,6 @@ class Trial:
     condition: str
 
 
-#: The paper's: negative 0 and 1+, positive 2+ and 3+.
-PAPER_CATEGORIES = (
-    Category("0", "0", positive=False),
-    Category("1+", "1", positive=False),
-    Category("2+", "2", positive=True),
-    Category("3+", "3", positive=True),
-)
-
-
 @dataclass(frozen=True)
 class Protocol:
     """All that was decided before the first answer.

@@ -1,0 +1,136 @@
+"""``lutgen study plan``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lutgen.cli.data_options import check_json
+from lutgen.cli.outputs import print_page, write_json
+from lutgen.cli.picture_options import json_option
+from lutgen.cli.shared import model_from, model_options, progress_bar
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from lutgen.study.design import Design
+
+
+@click.command()
+@click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
+@click.option(
+    "--conditions",
+    metavar="LIST",
+    help="Of session 1: none (un-aged) and modes at an hour [default: none,chroma@18000,chroma-luma@18000].",
+)
+@click.option("--per-condition", type=int, metavar="N", help="Images a reader reads under each [default: 40].")
+@click.option("--readers", type=int, metavar="R", help="How many readers [default: 1].")
+@click.option("--sessions", type=int, metavar="S", help="Sessions of each; all after the first un-aged [default: 2].")
+@click.option(
+    "--design", metavar="FILE", help="Any other design: a .csv of session,image,condition, if wanted reader, position."
+)
+@click.option(
+    "--washout-days", type=float, default=24.0, show_default=True, metavar="DAYS", help="Least days between sessions."
+)
+@click.option("--practice", multiple=True, metavar="IMAGE", help="Shown first, un-aged and not analysed; repeatable.")
+@click.option("--negative", default="0,1+", show_default=True, metavar="LIST", help="Diagnoses of one side.")
+@click.option("--positive", default="2+,3+", show_default=True, metavar="LIST", help="Those of the other side.")
+@click.option("--ease", default="1..10", show_default=True, metavar="RANGE", help="Ease of reading, hard to easy.")
+@click.option("--seed", type=int, default=1, show_default=True, metavar="S", help="Of everything that is drawn.")
+@click.option("--title", default="Reader study", show_default=True, metavar="TEXT", help="For people.")
+@json_option
+@click.option("--force", is_flag=True, help="Replace a study that has no answers yet, and files that exist.")
+@click.option("-o", "--output", required=True, metavar="STUDY", help="The folder to make.")
+@model_options
+def command(
+    *,
+    images: tuple[str, ...],
+    conditions: str | None,
+    per_condition: int | None,
+    readers: int | None,
+    sessions: int | None,
+    design: str | None,
+    washout_days: float,
+    practice: tuple[str, ...],
+    negative: str,
+    positive: str,
+    ease: str,
+    seed: int,
+    title: str,
+    json_to: str | None,
+    force: bool,
+    output: str,
+    **options: Any,
+) -> None:
+    """Plan a reader study: draw the design, freeze it with hashes, render what readers will see.
+
+    IMAGE: PNG, TIFF or JPEG of 8 or 16 bits, or a folder of them. Each reader reads as many under each condition, in a
+    random order that spreads conditions evenly over the session, and later the same images un-aged; with several
+    readers conditions move on, so that every image is read under every one. Images go through certified LUTs and are
+    named by a keyed hash: STUDY tells nobody which is which but by its protocol.json, which is the coordinator's.
+
+    The table of --design calls images by their file names without suffix. Rows without reader are for all; without
+    position the order is drawn.
+
+    \b
+    Example:
+      lutgen study plan slides/a.tif slides/b.tif --conditions none,chroma@18000 --per-condition 1 -o study/
+    """
+    from lutgen.report.study_plan_page import plan_page
+    from lutgen.study.plan import plan_study
+    from lutgen.study.scales import categories_of, ease_of
+
+    alone = check_json(json_to, force=force)
+    design_of = _design(design, conditions, readers, seed, per_condition=per_condition, sessions=sessions)
+    model = model_from(**options)
+    with progress_bar("rendering", quiet=alone) as progress:
+        planned = plan_study(
+            images,
+            output,
+            model,
+            design_of,
+            seed=seed,
+            practice=practice,
+            washout_days=washout_days,
+            title=title,
+            categories=categories_of(negative, positive),
+            ease=ease_of(ease),
+            force=force,
+            progress=progress,
+        )
+    if not alone:
+        print_page(plan_page(planned))
+    if json_to:
+        write_json(planned.as_json(), json_to)
+
+
+def _design(
+    table: str | None,
+    conditions: str | None,
+    readers: int | None,
+    seed: int,
+    *,
+    per_condition: int | None,
+    sessions: int | None,
+) -> Callable[[Sequence[str]], Design]:
+    """Return what draws or reads the design, given the names of the images."""
+    from pathlib import Path
+
+    from lutgen.study import design
+    from lutgen.study.design_table import read_design
+
+    if table is not None:
+        if not (conditions is None and per_condition is None and sessions is None):
+            message = "--design says it all: leave --conditions, --per-condition and --sessions out."
+            raise click.UsageError(message)
+        return lambda names: read_design(Path(table), names, readers=readers, seed=seed)
+    compared = design.conditions_of((conditions or design.PAPER_CONDITIONS).split(","))
+    return lambda names: design.balanced_design(
+        names,
+        compared,
+        per_condition=design.PAPER_PER_CONDITION if per_condition is None else per_condition,
+        readers=1 if readers is None else readers,
+        sessions=design.PAPER_SESSIONS if sessions is None else sessions,
+        seed=seed,
+    )

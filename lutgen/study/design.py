@@ -1,0 +1,182 @@
+"""Who reads which image under which condition, and when: the balanced design of a study, drawn by chance.
+
+Session 1, as in section 2.3 of Avanaki et al. (Proc. SPIE 9420, 2015): as many images under each condition, which
+image falls to which condition is drawn. A further reader reads the same images with the conditions moved on by one (a
+Latin square), so that as many readers as there are conditions read every image under every one. Every later session
+shows the same images un-aged.
+
+Orders are random, and stratified in time: the images of a condition fall one into each of as many equal stretches of
+the session as it has images. With equal numbers these are blocks that hold every condition once. A purely random
+order lets a condition come late by chance, and then a tired reader is slow "because of" it; here the mean positions of
+two conditions differ by less than one block in every session, not only on average.
+
+Each reader's session is drawn from a stream of its own: a reader more changes nothing for the others.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.display import MODES, hour_name
+from lutgen.errors import LutgenError
+from lutgen.study.protocol import Condition, Trial
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+#: The un-aged display: the same picture, untouched.
+UNAGED = Condition("none", "stable", 0.0)
+
+#: The paper's conditions of session 1, images under each, sessions, and days between them.
+PAPER_CONDITIONS = "none,chroma@18000,chroma-luma@18000"
+PAPER_PER_CONDITION, PAPER_SESSIONS, PAPER_WASHOUT_DAYS = 40, 2, 24.0
+
+#: The stream that the design itself is drawn from; readers and sessions count from 1.
+_DESIGN = (0, 0)
+
+#: Hours of a condition: as far as folders name them, to six decimals.
+_HOUR = re.compile(r"\d{1,9}(\.\d{1,6})?", re.ASCII)
+
+#: More readers, or sessions, than these is a slip of the keyboard.
+MOST = 1000
+
+
+@dataclass(frozen=True)
+class Design:
+    """What is read, under what, by whom and when.
+
+    Attributes
+    ----------
+    conditions
+        All that a trial names, in the order given, ``none`` last where only later sessions show it.
+    trials
+        By reader, session and position.
+    left_out
+        Names of images that were given and that nobody reads.
+
+    """
+
+    conditions: tuple[Condition, ...]
+    trials: tuple[Trial, ...]
+    left_out: tuple[str, ...]
+
+    @property
+    def readers(self) -> int:
+        """Places for readers."""
+        return max(trial.reader for trial in self.trials)
+
+    @property
+    def sessions(self) -> int:
+        """Sessions of each."""
+        return max(trial.session for trial in self.trials)
+
+
+def condition_of(text: str) -> Condition:
+    """Return the condition that ``none`` or ``mode@hour`` names. Raises LutgenError that lists what is allowed."""
+    text = text.strip()
+    if text == UNAGED.name:
+        return UNAGED
+    mode, _, hour = text.partition("@")
+    if mode not in MODES or not _HOUR.fullmatch(hour):
+        message = (
+            f"unknown condition {text!r}. Write none (un-aged), or a mode and an hour such as chroma@18000; "
+            f"modes are {', '.join(MODES)}."
+        )
+        raise LutgenError(message)
+    hours = float(hour)
+    return Condition(f"{mode}@{hour_name(hours).removesuffix('h')}", mode, hours)
+
+
+def conditions_of(texts: Sequence[str]) -> tuple[Condition, ...]:
+    """Return conditions, each once. Raises LutgenError for a bad one, one named twice, or none at all."""
+    found: dict[str, Condition] = {}
+    for text in texts:
+        condition = condition_of(text)
+        if condition.name in found:
+            raise LutgenError(f"--conditions names {condition.name} twice. Name each condition once.")
+        found[condition.name] = condition
+    if not found:
+        raise LutgenError(f"--conditions names no condition. Write a list such as {PAPER_CONDITIONS}.")
+    return tuple(found.values())
+
+
+def balanced_design(
+    images: Sequence[str],
+    conditions: Sequence[Condition],
+    *,
+    per_condition: int = PAPER_PER_CONDITION,
+    readers: int = 1,
+    sessions: int = PAPER_SESSIONS,
+    seed: int,
+) -> Design:
+    """Draw the design of this module's head.
+
+    Parameters
+    ----------
+    images
+        Names. Of more than are needed a random part is read.
+    conditions
+        Of session 1.
+    per_condition
+        Images that a reader reads under each.
+    readers, sessions
+        How many; all sessions after the first are un-aged.
+    seed
+        From 0; the same seed and input give the same design.
+
+    Raises
+    ------
+    LutgenError
+        Fewer images than are needed, or numbers that make no study.
+
+    """
+    _check_counts(per_condition=per_condition, readers=readers, sessions=sessions)
+    needed = len(conditions) * per_condition
+    if len(images) < needed:
+        message = (
+            f"{len(images)} images are fewer than the design needs: {len(conditions)} conditions × {per_condition} "
+            f"images each are {needed}. Give {needed - len(images)} more, or ask for at most "
+            f"--per-condition {len(images) // len(conditions)}."
+        )
+        raise LutgenError(message)
+    drawn = [images[place] for place in stream(seed, *_DESIGN).permutation(len(images))[:needed]]
+    trials: list[Trial] = []
+    for reader in range(1, readers + 1):
+        turn = [conditions[(place + reader - 1) % len(conditions)].name for place in range(len(conditions))]
+        first = {image: turn[place // per_condition] for place, image in enumerate(drawn)}
+        for session in range(1, sessions + 1):
+            shown = first if session == 1 else dict.fromkeys(drawn, UNAGED.name)
+            trials += ordered(shown, reader, session, seed)
+    later = [UNAGED] if sessions > 1 and UNAGED not in conditions else []
+    read = set(drawn)
+    return Design((*conditions, *later), tuple(trials), tuple(image for image in images if image not in read))
+
+
+def ordered(shown: Mapping[str, str], reader: int, session: int, seed: int) -> list[Trial]:
+    """Put a session (image → condition) into an order drawn as this module's head says."""
+    rng = stream(seed, reader, session)
+    times: dict[str, float] = {}
+    for condition in dict.fromkeys(shown.values()):
+        images = [image for image, name in shown.items() if name == condition]
+        for stretch, place in enumerate(rng.permutation(len(images))):
+            times[images[place]] = (stretch + rng.random()) / len(images)
+    return [
+        Trial(reader, session, position, image, shown[image])
+        for position, image in enumerate(sorted(times, key=times.__getitem__), 1)
+    ]
+
+
+def stream(seed: int, reader: int, session: int) -> np.random.Generator:
+    """Return the random numbers of a reader's session, which depend on nothing else."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(reader, session)))
+
+
+def _check_counts(**counts: int) -> None:
+    for name, count in counts.items():
+        if count < 1 or (name != "per_condition" and count > MOST):
+            allowed = "1 or more" if name == "per_condition" else f"1 to {MOST}"
+            raise LutgenError(f"--{name.replace('_', '-')} {count}: give {allowed}.")

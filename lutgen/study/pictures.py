@@ -1,0 +1,196 @@
+"""The pictures of a study as readers will see them: 8-bit RGB; each once, by name, by file and by pixels."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.appearance.images import FORMATS, open_source
+from lutgen.errors import LutgenError
+from lutgen.study.protocol import StudyImage
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Sequence
+
+    from lutgen.appearance.images import Source
+    from lutgen.appearance.png import Pixels
+
+#: Kinds of files that a study shows: those of code values.
+KINDS = ("png", "jpeg", "tiff")
+
+#: What is taken of a folder.
+SUFFIXES = tuple(suffix for kind in FORMATS if kind.name in KINDS for suffix in kind.suffixes)
+
+
+@dataclass(frozen=True)
+class Picture:
+    """One image that was given.
+
+    Attributes
+    ----------
+    name
+        In the study: the file's name without its suffix where that is enough to tell it from the others.
+    path
+        As it was given, or found in a folder.
+    sha256, pixels_sha256
+        Hashes of the file, and of what is shown of it: size and 8-bit pixels.
+    width, height
+        In pixels.
+    rounded
+        Whether it has 16 bits a channel, of which 8 are shown.
+
+    """
+
+    name: str
+    path: Path
+    sha256: str
+    pixels_sha256: str
+    width: int
+    height: int
+    rounded: bool
+
+    @property
+    def frozen(self) -> StudyImage:
+        """What the protocol says of it."""
+        return StudyImage(self.name, self.sha256, self.width, self.height)
+
+
+def find_images(given: Iterable[str | Path]) -> list[Path]:
+    """Return the images that files and folders name, in that order; those of a folder, and below it, by path.
+
+    Raises
+    ------
+    LutgenError
+        A folder without images or that cannot be read, or a file that is named twice.
+
+    """
+    found: dict[Path, Path] = {}
+    for path in (path for each in given for path in _images_of(Path(each))):
+        whole = path.resolve()
+        if whole in found:
+            raise LutgenError(f"{path}: is given twice. Name each image once; a folder names all images in it.")
+        found[whole] = path
+    return list(found.values())
+
+
+def _images_of(given: Path) -> list[Path]:
+    try:
+        if not given.is_dir():
+            return [given]
+        found = sorted(
+            path
+            for path in given.rglob("*")
+            if path.suffix.lower() in SUFFIXES
+            and path.is_file()
+            and not any(part.startswith(".") for part in path.relative_to(given).parts)
+        )
+    except OSError as error:
+        raise LutgenError(f"{given}: cannot look for images: {(error.strerror or str(error)).lower()}.") from None
+    if not found:
+        raise LutgenError(f"{given}: no image in this folder or below. Looked for {', '.join(SUFFIXES)}.")
+    return found
+
+
+def look_at(paths: Sequence[Path], progress: Callable[[int], None]) -> tuple[Picture, ...]:
+    """Look at every image; ``progress`` is called with how many are done.
+
+    Raises
+    ------
+    LutgenError
+        One that cannot be read or shown, and two that have one name, are one file, or look the same.
+
+    """
+    found = []
+    for name, path in zip(_names(paths), paths, strict=True):
+        found.append(_picture(name, path))
+        progress(len(found))
+    for what, key in (
+        ("are the same file, byte for byte", lambda each: each.sha256),
+        ("show the same pixels", lambda each: each.pixels_sha256),
+    ):
+        _check_distinct(found, what, key)
+    return tuple(found)
+
+
+def _names(paths: Sequence[Path]) -> list[str]:
+    stems = Counter(path.stem for path in paths)
+    names = [path.stem if stems[path.stem] == 1 else path.name for path in paths]
+    first: dict[str, Path] = {}
+    for name, path in zip(names, paths, strict=True):
+        if name in first:
+            raise LutgenError(f"{first[name]} and {path}: both would be called {name} in the study. Rename one.")
+        first[name] = path
+    return names
+
+
+def _check_distinct(pictures: Sequence[Picture], what: str, key: Callable[[Picture], str]) -> None:
+    first: dict[str, Picture] = {}
+    for picture in pictures:
+        other = first.setdefault(key(picture), picture)
+        if other is not picture:
+            message = (
+                f"{other.path} and {picture.path}: {what}, so a reader would read one picture twice. Leave one out."
+            )
+            raise LutgenError(message)
+
+
+def _picture(name: str, path: Path) -> Picture:
+    pixels = shown_pixels(path)
+    shown = hashlib.sha256(str(pixels.shape).encode())
+    shown.update(pixels.tobytes())
+    with open_source(path) as source:
+        rounded = source.storage.dtype == np.uint16
+    return Picture(name, path, file_sha256(path), shown.hexdigest(), pixels.shape[1], pixels.shape[0], rounded)
+
+
+def file_sha256(path: Path) -> str:
+    """Return the hash of a file's bytes. Raises LutgenError when it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise LutgenError(f"{path}: cannot read: {(error.strerror or str(error)).lower()}.") from None
+
+
+def shown_pixels(path: Path) -> Pixels:
+    """Read an image as readers see it: uint8, shape (height, width, 3); of 16 bits the nearest 8.
+
+    Raises
+    ------
+    LutgenError
+        Not a PNG, TIFF or JPEG of 8 or 16 bits a channel, transparent somewhere, to be turned by the viewer, or
+        damaged.
+
+    """
+    with open_source(path) as source:
+        _check_shown(source)
+        pixels = np.concatenate(list(_bands(source)))
+        deep = source.storage.dtype == np.uint16
+    # 65535 is 257 · 255, and 257 is odd: there are no ties.
+    return ((pixels.astype(np.uint32) + 128) // 257).astype(np.uint8) if deep else pixels.astype(np.uint8)
+
+
+def _check_shown(source: Source) -> None:
+    path = source.path
+    if source.format.name not in KINDS or source.storage.dtype not in (np.uint8, np.uint16):
+        message = f"{path}: readers are shown PNG, TIFF or JPEG of 8 or 16 bits a channel. Export the image as one."
+        raise LutgenError(message)
+    turned = int(source.spec.get_int_attribute("Orientation", 1))
+    if turned > 1:
+        message = f"{path}: asks viewers to turn it (Orientation {turned}), which not all do. Turn its pixels first."
+        raise LutgenError(message)
+
+
+def _bands(source: Source) -> Iterator[Pixels]:
+    opaque = np.iinfo(source.storage.dtype).max
+    for first, last in source.bands():
+        pixels = source.read(first, last)
+        if source.storage.alpha and (pixels[..., 3] < opaque).any():
+            message = f"{source.path}: is transparent in places, where the page would shine through. Flatten it first."
+            raise LutgenError(message)
+        yield pixels[..., :3]

@@ -1,0 +1,310 @@
+"""``plan_study``: everything that is decided before the first answer, and the pictures that readers will see."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import shutil
+import tempfile
+from collections import Counter
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lutgen import __version__
+from lutgen.bake.manifest import model_as_json, without_ways
+from lutgen.display import what_luts_carry
+from lutgen.errors import LutgenError
+from lutgen.files import PARTIAL
+from lutgen.study.design import UNAGED
+from lutgen.study.pictures import file_sha256, find_images, look_at
+from lutgen.study.power import MOST, study_power
+from lutgen.study.protocol import ANSWERS, IMAGES, PROTOCOL, Protocol, write_protocol
+from lutgen.study.render import bake_conditions, render_images
+from lutgen.study.scales import PAPER_EASE, PAPER_NEGATIVE, PAPER_POSITIVE, categories_of, ease_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from lutgen.display import DisplayModel
+    from lutgen.study.design import Design
+    from lutgen.study.pictures import Picture
+    from lutgen.study.power import Power
+    from lutgen.study.protocol import Category
+    from lutgen.study.render import BakedLut
+
+#: Diagnoses and ease of reading as the paper has them.
+PAPER_CATEGORIES, PAPER_SCALE = categories_of(PAPER_NEGATIVE, PAPER_POSITIVE), ease_of(PAPER_EASE)
+
+#: A washout that nobody waits for is a slip of the keyboard.
+MAX_WASHOUT_DAYS = 3650.0
+
+#: What lutgen puts into the folder of a study; one that holds more is not replaced.
+_OURS = {PROTOCOL, IMAGES, ANSWERS}
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A study that was planned.
+
+    Attributes
+    ----------
+    study
+        Its folder.
+    protocol
+        What was frozen.
+    left_out
+        Names of images that were given and that nobody reads.
+    rounded
+        Names of images of 16 bits a channel, of which 8 are shown.
+    remarks
+        What the LUTs fix of the display, and what they cannot carry: sentences.
+
+    """
+
+    study: Path
+    protocol: Protocol
+    left_out: tuple[str, ...]
+    rounded: tuple[str, ...]
+    remarks: tuple[str, ...]
+
+    @property
+    def per_condition(self) -> dict[str, int]:
+        """Images that the first reader reads under each condition of session 1."""
+        return dict(Counter(trial.condition for trial in self.protocol.session(1, 1)))
+
+    @property
+    def power(self) -> Power | None:
+        """What the study can find, by the fewest answers that a condition of session 1 gets.
+
+        None where nothing is compared, where some condition has fewer answers than there are readers, and beyond what
+        power is worked out for.
+        """
+        answers = Counter(trial.condition for trial in self.protocol.trials if trial.session == 1)
+        readers = self.protocol.readers
+        fewest = min(answers.values()) // readers
+        worked_out = len(answers) > 1 and 1 <= fewest <= MOST // readers
+        return study_power(fewest, readers) if worked_out else None
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what ``--json`` writes; the protocol itself is in the study's folder."""
+        protocol = self.protocol
+        return {
+            "schema": 1,
+            "study": str(self.study),
+            "protocol_sha256": protocol.sha256,
+            "title": protocol.title,
+            "seed": protocol.seed,
+            "display": {"file": protocol.model["file"], "sha256": protocol.model["sha256"]},
+            "model": protocol.model["model"],
+            "conditions": [
+                {
+                    "name": each.name,
+                    "mode": each.mode,
+                    "hours": each.hours,
+                    "images_a_reader": self.per_condition.get(each.name, 0),
+                    "lut": protocol.model["luts"].get(each.name),
+                }
+                for each in protocol.conditions
+            ],
+            "readers": protocol.readers,
+            "sessions": protocol.sessions,
+            "washout_days": protocol.washout_days,
+            "images": [each.name for each in protocol.images],
+            "practice": [each.name for each in protocol.practice],
+            "left_out": list(self.left_out),
+            "rounded": list(self.rounded),
+            "trials": len(protocol.trials),
+            "renders": len(protocol.renders),
+            "remarks": list(self.remarks),
+            "power": self.power.as_json() if self.power else None,
+        }
+
+
+def plan_study(
+    images: Sequence[str | Path],
+    study: str | Path,
+    model: DisplayModel,
+    design_of: Callable[[Sequence[str]], Design],
+    *,
+    seed: int,
+    practice: Sequence[str | Path] = (),
+    washout_days: float,
+    title: str,
+    categories: tuple[Category, ...] = PAPER_CATEGORIES,
+    ease: tuple[int, int] = PAPER_SCALE,
+    force: bool = False,
+    progress: Callable[[int, int], None] = lambda _done, _all: None,
+) -> Planned:
+    """Plan a study and render what its readers will see: all of it, or nothing.
+
+    Parameters
+    ----------
+    images, practice
+        Files, and folders of them: to be read, and to practise on first.
+    study
+        The folder to make. One that exists is replaced with ``force`` alone, and never when it holds answers or what
+        lutgen did not put there.
+    model
+        The display that ages the pictures.
+    design_of
+        Draws or reads the design, given the names of the images.
+    seed
+        Of the design, and of the blind names.
+    categories, ease
+        The scales of the answers (see ``scales``).
+    progress
+        Called with how many images and renders are done, and of how many.
+
+    Raises
+    ------
+    LutgenError
+        Images that cannot be shown, or twice; a design that they do not serve; hours outside the measured span; a
+        folder that cannot be made.
+
+    """
+    study = Path(study)
+    check_new_study(study, force=force)
+    _check(washout_days, seed)
+    pictures, practised = _pictures(images, practice, progress)
+    design = design_of([picture.name for picture in pictures])
+    for condition in design.conditions:
+        model.at(condition.mode, condition.hours)
+    read = {trial.image for trial in design.trials}
+    pictures = tuple(picture for picture in pictures if picture.name in read)
+    shown = _shown(pictures, practised, design)
+    with _made_whole(study, force=force) as new, tempfile.TemporaryDirectory(prefix="lutgen-") as folder:
+        luts = bake_conditions(design.conditions, model, Path(folder))
+        key = _key(seed, (*pictures, *practised), luts)
+        renders = render_images(shown, luts, new, key, lambda done: progress(done, len(shown)))
+        _check_unchanged((*pictures, *practised))
+        protocol = Protocol(
+            title=title,
+            conditions=design.conditions,
+            images=tuple(picture.frozen for picture in pictures),
+            practice=tuple(picture.frozen for picture in practised),
+            categories=categories,
+            ease=ease,
+            readers=design.readers,
+            sessions=design.sessions,
+            washout_days=washout_days,
+            seed=seed,
+            model=_model(model, luts),
+            renders=renders,
+            trials=design.trials,
+            version=__version__,
+        )
+        write_protocol(new, protocol)
+    rounded = tuple(picture.name for picture in (*pictures, *practised) if picture.rounded)
+    return Planned(study, protocol, design.left_out, rounded, tuple(what_luts_carry(model)))
+
+
+def check_new_study(study: Path, *, force: bool) -> None:
+    """Raise LutgenError when a study may not be made in this folder."""
+    try:
+        if study.exists() and not study.is_dir():
+            raise LutgenError(f"{study}: is a file. Give the name of a new folder for the study.")
+        held = {path.name for path in study.iterdir()} if study.exists() else set()
+        answered = ANSWERS in held and any((study / ANSWERS).iterdir())
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise LutgenError(f"{study}: cannot make the study: {reason}. Choose another place with -o.") from None
+    if not held:
+        return
+    if answered:
+        message = f"{study}: holds readers' answers, which --force does not delete either. Choose another folder."
+        raise LutgenError(message)
+    if PROTOCOL not in held or held - _OURS:
+        message = f"{study}: holds what lutgen study plan did not make. Choose another folder with -o."
+        raise LutgenError(message)
+    if not force:
+        message = f"{study}: holds a study already. Choose another folder, or add --force: it has no answers yet."
+        raise LutgenError(message)
+
+
+def _check(washout_days: float, seed: int) -> None:
+    if not (math.isfinite(washout_days) and 0 <= washout_days <= MAX_WASHOUT_DAYS):
+        raise LutgenError(f"--washout-days {washout_days:g}: give days from 0 to {MAX_WASHOUT_DAYS:g}.")
+    if seed < 0:
+        raise LutgenError(f"--seed {seed}: give a whole number from 0 on.")
+
+
+def _pictures(
+    images: Sequence[str | Path], practice: Sequence[str | Path], progress: Callable[[int, int], None]
+) -> tuple[tuple[Picture, ...], tuple[Picture, ...]]:
+    """Look at all images together: a practice image among those that are read would be read twice."""
+    read = find_images(images)
+    paths = find_images([*read, *find_images(practice)])
+    found = look_at(paths, lambda done: progress(done, len(paths)))
+    return found[: len(read)], found[len(read) :]
+
+
+def _shown(pictures: Sequence[Picture], practised: Sequence[Picture], design: Design) -> list[tuple[Picture, str]]:
+    """What some reader sees: image and condition, practice un-aged."""
+    needed = {(trial.image, trial.condition) for trial in design.trials}
+    shown = [
+        (picture, condition.name)
+        for picture in pictures
+        for condition in design.conditions
+        if (picture.name, condition.name) in needed
+    ]
+    return [*shown, *((picture, UNAGED.name) for picture in practised)]
+
+
+def _key(seed: int, pictures: Sequence[Picture], luts: dict[str, BakedLut]) -> bytes:
+    """Return the key of the blind names: it takes the seed, every image and every LUT to work one out."""
+    made_of = [seed, *(picture.sha256 for picture in pictures), *(lut.sha256 for lut in luts.values())]
+    return hashlib.sha256(json.dumps(made_of).encode()).digest()
+
+
+def _model(model: DisplayModel, luts: dict[str, BakedLut]) -> dict[str, Any]:
+    """Describe the display: the file's name and hash, everything that made the LUTs, and what each was found to be."""
+    readings = model.measurements
+    content = {
+        "file": Path(readings.file).name,
+        "model": Path(model.file).name if model.file else None,
+        "sha256": readings.sha256,
+        "description": without_ways(model_as_json(model, Path.cwd())),
+        "luts": {name: lut.as_json() for name, lut in luts.items()},
+    }
+    # As it will be read again: lists, not tuples.
+    plain: dict[str, Any] = json.loads(json.dumps(content))
+    return plain
+
+
+def _check_unchanged(pictures: Sequence[Picture]) -> None:
+    for picture in pictures:
+        if file_sha256(picture.path) != picture.sha256:
+            message = f"{picture.path}: was changed while the study was planned. Plan it again."
+            raise LutgenError(message)
+
+
+@contextmanager
+def _made_whole(study: Path, *, force: bool) -> Iterator[Path]:
+    """Give a new folder that becomes ``study`` when all is done, and is removed when it is not.
+
+    It lies in one beside ``study``, where a study that is replaced waits until the new one is in place. What a run left
+    that was killed is removed first.
+    """
+    whole = study.resolve()
+    beside = whole.with_name(f".{whole.name}{PARTIAL}")
+    new, old = beside / "new", beside / "old"
+    try:
+        shutil.rmtree(beside, ignore_errors=True)
+        new.mkdir(parents=True)
+        yield new
+        # Answers may have come in the meantime.
+        check_new_study(study, force=force)
+        if whole.exists():
+            whole.rename(old)
+        new.rename(whole)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        message = f"{study}: cannot make the study: {reason}. Make room, or choose another place with -o."
+        raise LutgenError(message) from None
+    finally:
+        if old.exists() and not whole.exists():
+            old.rename(whole)
+        shutil.rmtree(beside, ignore_errors=True)

@@ -1,0 +1,309 @@
+"""Power: which differences a reader study of a given size would find, and how sure the paper's own could be.
+
+The tests are the paper's (Avanaki et al., Proc. SPIE 9420, 2015, section 3.2): Student's two-sample t with pooled
+variance on time to score and ease of reading, two-sided; the same, one-tailed, on 0/1 values for agreement between
+sessions, and Fisher's exact test beside it. Power of t on means is exact for normal values (noncentral t); power of
+both tests on agreement is exact, summed over both binomial distributions.
+
+Standard deviations are the paper's: Table 2 prints means ± 95 % intervals, which with 39, 40 and 40 answers give its
+p-values when they are read as ± 1.96 standard errors. Answers count as independent. With more readers they are not
+quite: figures then hold for these readers, not for all readers like them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from functools import cache
+from math import isfinite, sqrt
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
+
+#: Significance level, and the power that is asked for.
+ALPHA, TARGET = 0.05, 0.8
+
+#: Answers per condition beyond which nobody looks; below 2 there is no variance.
+MOST, LEAST = 2000, 2
+
+#: The conditions of the paper, with its numbers of answers: one image of the un-aged ones is missing there.
+ANSWERS = {"none": 39, "chroma": 40, "chroma-luma": 40}
+
+#: Table 2: mean and half of the 95 % interval, time to score in s and ease of reading from 1 to 10.
+TABLE_2 = {
+    "time": {"none": (41.0, 5.4), "chroma": (50.1, 7.3), "chroma-luma": (51.2, 6.4)},
+    "ease": {"none": (9.7, 0.2), "chroma": (8.7, 0.5), "chroma-luma": (8.4, 0.4)},
+}
+
+#: Table 3: images on which both sessions agreed.
+AGREED = {"none": 27, "chroma": 21, "chroma-luma": 20}
+
+#: Comparisons, the less aged first.
+PAIRS = (("none", "chroma"), ("none", "chroma-luma"), ("chroma", "chroma-luma"))
+
+#: Standard deviations that the smallest difference is looked for within: two answers already find 8.
+_BEYOND = 50.0
+
+#: Standard deviations of a binomial beyond which nothing is summed: less than 1e-14.
+_REACH = 8.0
+
+
+@dataclass(frozen=True)
+class Detectable:
+    """The smallest true difference that a test finds with ``TARGET`` power; None where no difference is enough.
+
+    ``measure`` is ``time`` (s), ``ease`` (steps of the scale) or ``agreement`` (a fall of a share); ``base`` is the
+    agreement un-aged, ``sd`` the standard deviation that was assumed; each None where it means nothing.
+    """
+
+    measure: str
+    test: str
+    sd: float | None
+    base: float | None
+    smallest: float | None
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A difference that the paper saw, and the power to find one as large.
+
+    ``paper`` is the power with the paper's numbers of answers, ``yours`` with those asked about, ``needed`` the answers
+    per condition for ``TARGET``, None where ``MOST`` are not enough.
+    """
+
+    measure: str
+    test: str
+    between: tuple[str, str]
+    values: tuple[float, float]
+    sd: float | None
+    paper: float
+    yours: float
+    needed: int | None
+
+    @property
+    def difference(self) -> float:
+        """The second value less the first."""
+        return self.values[1] - self.values[0]
+
+
+@dataclass(frozen=True)
+class Power:
+    """What a study can find: ``answers`` per condition, from ``per_condition`` images and ``readers``."""
+
+    per_condition: int
+    readers: int
+    detectable: tuple[Detectable, ...]
+    seen: tuple[Seen, ...]
+
+    @property
+    def answers(self) -> int:
+        """Answers per condition."""
+        return self.per_condition * self.readers
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what ``--json`` writes."""
+        return {
+            "schema": 1,
+            "alpha": ALPHA,
+            "power": TARGET,
+            "per_condition": self.per_condition,
+            "readers": self.readers,
+            "answers": self.answers,
+            "detectable": [asdict(each) for each in self.detectable],
+            "paper": [{**asdict(each), "difference": each.difference} for each in self.seen],
+        }
+
+
+def study_power(per_condition: int, readers: int = 1) -> Power:
+    """Work out the power of a study with so many images per condition and reader.
+
+    Raises
+    ------
+    LutgenError
+        No images or readers, or more than ``MOST`` answers per condition.
+
+    """
+    for option, count in (("--per-condition", per_condition), ("--readers", readers)):
+        if count < 1:
+            raise LutgenError(f"{option} {count}: give 1 or more.")
+    answers = per_condition * readers
+    if answers > MOST:
+        message = (
+            f"{per_condition} images × {readers} readers are {answers} answers per condition; power is worked out "
+        )
+        raise LutgenError(f"{message}for at most {MOST}. Ask for fewer.")
+    return Power(per_condition, readers, tuple(_detectable(answers)), _seen(answers))
+
+
+def standard_deviation(measure: str, conditions: Sequence[str]) -> float:
+    """Standard deviation of the paper's answers, pooled over conditions."""
+    freedom = [ANSWERS[name] - 1 for name in conditions]
+    variance = [(TABLE_2[measure][name][1] / 1.96) ** 2 * ANSWERS[name] for name in conditions]
+    return sqrt(np.average(variance, weights=freedom))
+
+
+def t_power(difference: float, sd: float, answers: tuple[int, int], *, tails: int) -> float:
+    """Power of Student's two-sample t at ``ALPHA`` for a true difference, in the unit of ``sd``.
+
+    Exact for normal values of one variance: t follows the noncentral distribution with n + m - 2 degrees of freedom and
+    noncentrality d / (sd √(1/n + 1/m)). 0 for a group of fewer than ``LEAST``.
+    """
+    from scipy import stats
+
+    if min(answers) < LEAST:
+        return 0.0
+    freedom = sum(answers) - 2
+    shift = abs(difference) / (sd * sqrt(1 / answers[0] + 1 / answers[1]))
+    limit = stats.t.isf(ALPHA / tails, freedom)
+    power = float(stats.nct.sf(limit, freedom, shift))
+    if tails == 2:
+        other = float(stats.nct.cdf(-limit, freedom, shift))
+        # Far in the tail scipy gives NaN for what is nothing.
+        power += other if isfinite(other) else 0.0
+    return min(power, 1.0)
+
+
+def agreement_power(shares: tuple[float, float], answers: tuple[int, int], *, test: str) -> float:
+    """Power to find that the first share is the larger, one-tailed at ``ALPHA``: exact, over all outcomes.
+
+    ``test`` is ``t`` (pooled, on 0/1 values) or ``fisher``. 0 for a group of fewer than ``LEAST``.
+    """
+    from scipy import stats
+
+    if min(answers) < LEAST:
+        return 0.0
+    counts = [_likely(share, of) for share, of in zip(shares, answers, strict=True)]
+    chances = [stats.binom.pmf(count, of, share) for count, of, share in zip(counts, answers, shares, strict=True)]
+    found = REJECTS[test](counts[0][:, np.newaxis], counts[1][np.newaxis, :], answers)
+    return min(float(chances[0] @ found @ chances[1]), 1.0)
+
+
+def _likely(share: float, of: int) -> NDArray[np.int64]:
+    reach = _REACH * sqrt(of * share * (1 - share)) + 1
+    return np.arange(max(int(of * share - reach), 0), min(int(of * share + reach) + 1, of) + 1)
+
+
+def t_rejects(first: NDArray[Any], second: NDArray[Any], answers: tuple[int, int]) -> NDArray[np.bool_]:
+    """Whether the paper's t on 0/1 values finds the first of two counts larger, one-tailed; counts broadcast."""
+    from scipy import stats
+
+    n, m = answers
+    difference = first / n - second / m
+    squares = first * (n - first) / n + second * (m - second) / m
+    # Without any variance a difference is beyond doubt; multiplied out, nothing is divided by 0.
+    limit = stats.t.isf(ALPHA, n + m - 2) * np.sqrt(squares / (n + m - 2) * (1 / n + 1 / m))
+    return np.asarray((difference > limit) & (difference > 0))
+
+
+def fisher_rejects(first: NDArray[Any], second: NDArray[Any], answers: tuple[int, int]) -> NDArray[np.bool_]:
+    """Whether Fisher's exact test finds the first of two counts larger, one-tailed; counts broadcast.
+
+    Given how many agree in all, the first count is hypergeometric: it is the larger from that count on above which,
+    itself included, no more than ``ALPHA`` of the distribution lies.
+    """
+    from scipy.special import gammaln
+
+    n, m = answers
+    total = first + second
+    totals, counts = np.arange(total.min(), total.max() + 1)[:, np.newaxis], np.arange(n + 1)
+    factorial = gammaln(np.arange(n + m + 1) + 1.0)
+
+    def ways(of: int, chosen: NDArray[Any]) -> NDArray[np.float64]:
+        return np.asarray(factorial[of] - factorial[chosen] - factorial[of - chosen])
+
+    possible = (totals - counts >= 0) & (totals - counts <= m)
+    others = np.clip(totals - counts, 0, m)
+    chance = np.where(possible, np.exp(ways(n, counts) + ways(m, others) - ways(n + m, totals)), 0.0)
+    tail = np.cumsum(chance[:, ::-1], axis=1)[:, ::-1]
+    found = (tail <= ALPHA)[total - total.min(), np.broadcast_to(first, total.shape)]
+    return np.asarray(found)
+
+
+#: Tests on agreement.
+REJECTS: dict[str, Callable[[NDArray[Any], NDArray[Any], tuple[int, int]], NDArray[np.bool_]]] = {
+    "t": t_rejects,
+    "fisher": fisher_rejects,
+}
+
+#: Tests of each measure, as JSON and tables name them; the paper's first.
+TWO_SIDED, ONE_TAILED, FISHER = "t two-sided", "t one-tailed", "fisher one-tailed"
+TESTS = {"time": (TWO_SIDED, ONE_TAILED), "ease": (TWO_SIDED, ONE_TAILED), "agreement": (ONE_TAILED, FISHER)}
+
+
+def power_of(test: str, values: tuple[float, float], sd: float | None, answers: tuple[int, int]) -> float:
+    """Power of a test, one of ``TESTS``, for two true means, or without ``sd`` for two shares that agree."""
+    if sd is None:
+        return agreement_power(values, answers, test="fisher" if test == FISHER else "t")
+    return t_power(values[1] - values[0], sd, answers, tails=2 if test == TWO_SIDED else 1)
+
+
+def _detectable(answers: int) -> list[Detectable]:
+    found = []
+    for measure in TABLE_2:
+        sd = standard_deviation(measure, tuple(ANSWERS))
+        found += [Detectable(measure, test, sd, None, _smallest(test, sd, None, answers)) for test in TESTS[measure]]
+    base = AGREED["none"] / ANSWERS["none"]
+    found += [
+        Detectable("agreement", test, None, base, _smallest(test, None, base, answers)) for test in TESTS["agreement"]
+    ]
+    return found
+
+
+def _smallest(test: str, sd: float | None, base: float | None, answers: int) -> float | None:
+    """The difference, or fall from ``base``, that is found with ``TARGET`` power."""
+    from scipy.optimize import brentq
+
+    before = base or 0.0
+    most = _BEYOND * sd if sd else before
+
+    def missing(fall: float) -> float:
+        return power_of(test, (before, before - fall), sd, (answers, answers)) - TARGET
+
+    return float(brentq(missing, 0.0, most, xtol=1e-9)) if missing(most) >= 0 else None
+
+
+def _seen(answers: int) -> tuple[Seen, ...]:
+    found = []
+    for measure, tests in TESTS.items():
+        for first, second in PAIRS:
+            values, sd = paper_values(measure, first, second)
+            # On means the paper tested two-sided.
+            for test in tests if sd is None else tests[:1]:
+                of_paper = power_of(test, values, sd, (ANSWERS[first], ANSWERS[second]))
+                yours = power_of(test, values, sd, (answers, answers))
+                needed = answers_needed(test, values, sd)
+                found.append(Seen(measure, test, (first, second), values, sd, of_paper, yours, needed))
+    return tuple(found)
+
+
+def paper_values(measure: str, first: str, second: str) -> tuple[tuple[float, float], float | None]:
+    """What the paper found under two conditions, and the standard deviation pooled over both; None for agreement."""
+    if measure == "agreement":
+        return (AGREED[first] / ANSWERS[first], AGREED[second] / ANSWERS[second]), None
+    means = TABLE_2[measure]
+    return (means[first][0], means[second][0]), standard_deviation(measure, (first, second))
+
+
+@cache
+def answers_needed(test: str, values: tuple[float, float], sd: float | None) -> int | None:
+    """Answers per condition for ``TARGET`` power; None when ``MOST`` are not enough.
+
+    Power on counts climbs in small teeth: found is a number that is enough where one less is not.
+    """
+
+    def enough(answers: int) -> bool:
+        return power_of(test, values, sd, (answers, answers)) >= TARGET
+
+    if not enough(MOST):
+        return None
+    low, high = LEAST - 1, MOST
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if enough(middle) else (middle, high)
+    return high

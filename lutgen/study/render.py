@@ -1,0 +1,143 @@
+"""What readers are shown: every image under each of its conditions, through a baked LUT, under a blind name.
+
+A render is a PNG of 8-bit pixels and nothing else. Un-aged and aged ones come from one encoder, so that pixels alone
+tell conditions apart, and their names are hashes under a key, from which neither image nor condition can be read.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lutgen.appearance.apply import apply_to_images
+from lutgen.appearance.png import plain_png
+from lutgen.bake.build import Plan, build
+from lutgen.errors import LutgenError
+from lutgen.study.design import UNAGED
+from lutgen.study.pictures import file_sha256, shown_pixels
+from lutgen.study.protocol import IMAGES, Condition, Protocol, Render
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from lutgen.display import DisplayModel
+    from lutgen.study.pictures import Picture
+
+#: The LUTs that images go through: the most exact of the formats.
+LUT_FORMAT = "clf"
+
+#: Letters of a blind name.
+BLIND = 20
+
+
+@dataclass(frozen=True)
+class BakedLut:
+    """A condition's LUT.
+
+    Attributes
+    ----------
+    path
+        The file.
+    sha256
+        Of the file.
+    worst, smooth
+        The certificate's largest ΔE2000 to the model: over all colours, and over those that neither a jump of the model
+        nor the gamut's edge is mixed into.
+
+    """
+
+    path: Path
+    sha256: str
+    worst: float
+    smooth: float
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what a protocol keeps of it."""
+        return {
+            "format": LUT_FORMAT,
+            "sha256": self.sha256,
+            "worst_delta_e_2000": self.worst,
+            "worst_smooth_delta_e_2000": self.smooth,
+        }
+
+
+def bake_conditions(conditions: Iterable[Condition], model: DisplayModel, folder: Path) -> dict[str, BakedLut]:
+    """Bake and certify the LUT of every condition but the un-aged one, by the condition's name.
+
+    Raises
+    ------
+    LutgenError
+        Hours outside the measured span, or a display that cannot be baked.
+
+    """
+    baked = {}
+    for condition in conditions:
+        if condition == UNAGED:
+            continue
+        output = folder / condition.name
+        plan = Plan(hours=(condition.hours,), modes=(condition.mode,), formats=(LUT_FORMAT,))
+        (record,) = (each for each in build(model, plan, output, jobs=1).manifest.files if each.kind == "lut")
+        groups = [group for group in (record.certificate or {}).values() if isinstance(group, dict)]
+        smooth = (record.certificate or {})["smooth"]["max"]
+        baked[condition.name] = BakedLut(
+            output / record.path, record.sha256, max(group["max"] for group in groups), smooth
+        )
+    return baked
+
+
+def blind_name(key: bytes, image: str, condition: str) -> str:
+    """Name a render: a keyed hash of what it shows."""
+    return hmac.new(key, f"{image}\0{condition}".encode(), hashlib.sha256).hexdigest()[:BLIND]
+
+
+def render_images(
+    shown: Sequence[tuple[Picture, str]],
+    luts: Mapping[str, BakedLut],
+    study: Path,
+    key: bytes,
+    progress: Callable[[int], None],
+) -> tuple[Render, ...]:
+    """Write what is shown of each (image, condition) into a study's folder; ``progress`` is told how many are done.
+
+    The un-aged picture is the image itself; of 16 bits a channel the nearest 8 are shown, after aging.
+
+    Raises
+    ------
+    LutgenError
+        An image that cannot be read or aged. What is written so far is the caller's to remove.
+
+    """
+    renders = []
+    (study / IMAGES).mkdir()
+    with tempfile.TemporaryDirectory(prefix="lutgen-") as scratch:
+        for picture, condition in shown:
+            source = picture.path
+            if condition != UNAGED.name:
+                source = Path(scratch) / "aged.tif"
+                apply_to_images([(picture.path, source)], luts[condition].path, source="signal", force=True)
+            data = plain_png(shown_pixels(source))
+            file = f"{IMAGES}/{blind_name(key, picture.name, condition)}.png"
+            (study / file).write_bytes(data)
+            renders.append(Render(picture.name, condition, file, hashlib.sha256(data).hexdigest()))
+            progress(len(renders))
+    return tuple(renders)
+
+
+def check_renders(study: Path, protocol: Protocol) -> None:
+    """Look whether every picture that readers are shown is the one that was planned.
+
+    Raises
+    ------
+    LutgenError
+        One is missing or was changed, by its file.
+
+    """
+    for render in protocol.renders:
+        file = study / render.file
+        if file_sha256(file) != render.sha256:
+            message = f"{file}: was changed after the study was planned. Restore it, or plan a new study."
+            raise LutgenError(message)
