@@ -21,6 +21,8 @@ from lutgen.cli import group, shared
 from lutgen.display import MODES, REFERENCES, SELECTIONS, DisplayModel, default_display
 from lutgen.measurements import read_measurements
 from lutgen.report.stub import sketched
+from lutgen.study.protocol import write_protocol
+from tests.planned_study import planned
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -63,7 +65,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         shutil.copyfile(folder / name, folder / "slides" / name)
     shutil.copyfile(default_display(), folder / "my-display.csv")
     (folder / "examples").mkdir()
-    shutil.copyfile(ROOT / "examples/display-a.csv", folder / "examples/display-a.csv")
+    for name in ("display-a.csv", "paper-study-counts.csv", "paper-study-summary.csv"):
+        shutil.copyfile(ROOT / "examples" / name, folder / "examples" / name)
+    write_protocol(folder / "planned", planned(4))
     (folder / "my_effect.py").write_text(sketched("light added everywhere", misfit="of an example"))
     shutil.copyfile(ROOT / "configs/default/chroma/10000h/aged.clf", folder / "theirs.clf")
     model = DisplayModel(read_measurements(default_display()))

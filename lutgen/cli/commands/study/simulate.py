@@ -1,0 +1,95 @@
+"""``lutgen study simulate``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from lutgen.cli.outputs import check_new_file
+from lutgen.cli.shared import progress_bar
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from lutgen.study.protocol import Protocol
+
+
+@click.command()
+@click.argument("study", metavar="STUDY")
+@click.option("--seed", type=click.IntRange(min=0), required=True, help="Of the simulated readers.")
+@click.option(
+    "--difference",
+    "given",
+    multiple=True,
+    metavar="CONDITION=ΔE",
+    help="ΔE2000 at nuclei under a condition, such as chroma@18000=5.1 [default: measured in the study's images].",
+)
+@click.option("-o", "--output", required=True, metavar="FILE", help="The table of answers (.csv).")
+@click.option("--force", is_flag=True, help="Replace a file that exists.")
+def command(*, study: str, seed: int, given: tuple[str, ...], output: str, force: bool) -> None:
+    """Answer a planned study with simulated readers, to rehearse its analysis before anybody reads.
+
+    Readers slow down, find reading harder and change their diagnosis with what aging does to the colours of nuclei:
+    ΔE2000 measured at the nuclei of every image (with lutgen[nuclei]), or given for every aged condition. Their
+    defaults have effects of the size of the paper's Tables 2 and 3. The table says in its first line that it is
+    simulated; the study's own answers are not touched. --difference chroma@18000=0 shows what is found where there is
+    nothing.
+
+    \b
+    Example:
+      lutgen study simulate planned/ --seed 1 --difference chroma@18000=5.1 -o simulated.csv
+      lutgen study analyse --answers simulated.csv
+    """
+    from pathlib import Path
+
+    from lutgen.files import write_atomically
+    from lutgen.study.analysis.answer_table import answer_table
+    from lutgen.study.protocol import read_protocol
+    from lutgen.study.simulated import SimulatedReader, simulate
+
+    path = check_new_file(output, force=force, suffixes=(".csv",))
+    folder = Path(study)
+    protocol = read_protocol(folder)
+    with progress_bar("measuring nuclei") as progress:
+        differences = _differences(folder, protocol, given, progress)
+    reader = SimulatedReader(seed=seed, categories=protocol.categories, ease=protocol.ease)
+    answers = simulate(protocol.trials, differences, reader)
+    how = f"ΔE at nuclei given: {', '.join(given)}" if given else "ΔE at nuclei measured"
+    remark = f"SIMULATED answers, nobody read anything: lutgen study simulate, seed {seed}; {how}"
+    write_atomically(path, answer_table(answers, remark=remark).encode())
+    click.echo(f"{path}: {len(answers)} SIMULATED answers. Analyse them: lutgen study analyse --answers {path}")
+
+
+def _differences(
+    folder: Path, protocol: Protocol, given: tuple[str, ...], progress: Callable[[int, int], None]
+) -> dict[tuple[str, str], float]:
+    if not given:
+        from lutgen.study.nuclear_difference import measured_differences
+
+        return measured_differences(folder, protocol, progress)
+    from lutgen.study.analysis.agreement import UNAGED
+
+    aged = [condition.name for condition in protocol.conditions if condition.name != UNAGED]
+    by_condition = dict(_given(text, aged) for text in given)
+    missing = [condition for condition in aged if condition not in by_condition]
+    if missing:
+        message = f"--difference says nothing of {', '.join(missing)}. Give every aged condition, or none."
+        raise LutgenError(message)
+    return {(image.name, name): value for image in protocol.images for name, value in by_condition.items()}
+
+
+def _given(text: str, aged: list[str]) -> tuple[str, float]:
+    from math import isfinite
+
+    name, _, value = text.rpartition("=")
+    try:
+        number = float(value)
+    except ValueError:
+        number = -1.0
+    if name not in aged or not isfinite(number) or number < 0:
+        message = f"--difference {text}: give one of {', '.join(aged)}, =, and ΔE2000 from 0, such as {aged[0]}=5.1."
+        raise LutgenError(message)
+    return name, number

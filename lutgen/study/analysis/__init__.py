@@ -1,0 +1,173 @@
+"""What a reader study shows: as the paper analyses it, and beside that what a statistician would ask for."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+from lutgen.errors import pick_one
+from lutgen.study.analysis.agreement import counts, pairs
+from lutgen.study.analysis.answer_table import condition_order
+from lutgen.study.analysis.further import FurtherAgreement, FurtherMeans, further_agreement, further_means
+from lutgen.study.analysis.holm import Corrected, corrected
+from lutgen.study.analysis.intervals import KINDS
+from lutgen.study.analysis.kappa import Kappa, kappas
+from lutgen.study.analysis.limits import design_limits, figure_limits
+from lutgen.study.analysis.mixed import MISSING, MixedModel, available, mixed_models
+from lutgen.study.analysis.table_2 import Table2, samples, table_2
+from lutgen.study.analysis.table_3 import Agreement, table_3
+from lutgen.study.analysis.table_4 import AgreementTest, table_4
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lutgen.study.analysis.agreement import Counts
+    from lutgen.study.analysis.sample import Sample
+    from lutgen.study.answer import Answer
+
+SCHEMA = 1
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """What was found.
+
+    Attributes
+    ----------
+    sources
+        Where the figures come from, in sentences; the first says so where they are simulated.
+    ci
+        How intervals of means are made, a key of ``intervals.KINDS``.
+    samples
+        Behind Table 2.
+    table2, table3, table4
+        As in the paper; empty where the figures for them are not known.
+    means, agreement, kappas, mixed, holm
+        Beyond the paper.
+    limits
+        What this design can and cannot show, in sentences.
+    remarks
+        What was left out, in sentences.
+
+    """
+
+    sources: tuple[str, ...]
+    ci: str
+    samples: tuple[Sample, ...]
+    table2: Table2
+    table3: tuple[Agreement, ...]
+    table4: tuple[AgreementTest, ...]
+    means: tuple[FurtherMeans, ...]
+    agreement: tuple[FurtherAgreement, ...]
+    kappas: tuple[Kappa, ...]
+    mixed: tuple[MixedModel, ...]
+    holm: tuple[Corrected, ...]
+    limits: tuple[str, ...]
+    remarks: tuple[str, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what ``--json`` writes: see ``lutgen/study/schema/analyse.json``."""
+        content = asdict(self)
+        del content["samples"]
+        beyond = {name: content.pop(name) for name in ("means", "agreement", "kappas", "mixed", "holm")}
+        return {"schema": SCHEMA, **content, "beyond": beyond}
+
+
+def analyse_answers(
+    answers: Sequence[Answer],
+    *,
+    conditions: Sequence[str] | None = None,
+    sources: Sequence[str] = (),
+    ci: str = "normal",
+) -> Analysis:
+    """Analyse the answers of a study.
+
+    Parameters
+    ----------
+    answers
+        At least one.
+    conditions
+        Their order; None: ``none``, then by mode and hour.
+    sources
+        Where the answers come from, in sentences.
+    ci
+        How intervals of means are made, a key of ``intervals.KINDS``.
+
+    Raises
+    ------
+    LutgenError
+        ``ci`` is unknown.
+
+    """
+    order = tuple(conditions or condition_order(answers))
+    found = pairs(answers)
+    rows, measured = counts(order, found), samples(order, answers)
+    remarks = [] if rows else ["No image was read by a reader un-aged and once more: there is no agreement to tell of."]
+    remarks += [] if available() else [MISSING]
+    return _analysis(
+        measured,
+        rows,
+        ci=ci,
+        sources=sources,
+        agreement=further_agreement(rows, found),
+        kappas_found=kappas(order, found),
+        mixed=mixed_models(order, answers, found) if available() else (),
+        limits=tuple(design_limits(order, answers, found)),
+        remarks=remarks,
+    )
+
+
+def analyse_figures(
+    rows: Sequence[Counts], measured: Sequence[Sample], *, sources: Sequence[str] = (), ci: str = "normal"
+) -> Analysis:
+    """Analyse figures that are already counted: agreement, and samples without values; either may be empty.
+
+    Raises
+    ------
+    LutgenError
+        ``ci`` is unknown.
+
+    """
+    remarks = ["Rank tests, paired tests, κ and mixed models need the answers themselves, not their figures."]
+    return _analysis(
+        measured,
+        rows,
+        ci=ci,
+        sources=sources,
+        agreement=further_agreement(rows),
+        limits=tuple(design_limits((), (), ())),
+        remarks=remarks,
+    )
+
+
+def _analysis(
+    measured: Sequence[Sample],
+    rows: Sequence[Counts],
+    *,
+    ci: str,
+    sources: Sequence[str],
+    agreement: tuple[FurtherAgreement, ...],
+    limits: tuple[str, ...],
+    remarks: Sequence[str],
+    kappas_found: tuple[Kappa, ...] = (),
+    mixed: tuple[MixedModel, ...] = (),
+) -> Analysis:
+    if ci not in KINDS:
+        raise pick_one("interval", ci, KINDS)
+    second, fourth = table_2(measured, ci=ci), table_4(rows)
+    several = corrected(second.tests, fourth)
+    return Analysis(
+        sources=tuple(sources),
+        ci=ci,
+        samples=tuple(measured),
+        table2=second,
+        table3=table_3(rows),
+        table4=fourth,
+        means=further_means(measured),
+        agreement=agreement,
+        kappas=kappas_found,
+        mixed=mixed,
+        holm=several,
+        limits=(*limits, *figure_limits(rows, fourth, agreement, several)),
+        remarks=tuple(remarks),
+    )

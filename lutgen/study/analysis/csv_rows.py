@@ -1,0 +1,121 @@
+"""Tables that users bring: a CSV with a header, cells that are checked one by one, and comments in lines with ``#``."""
+
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+
+#: What a column of yes and no may hold.
+_YES_NO = {"1": True, "0": False, "true": True, "false": False, "yes": True, "no": False}
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of a table; errors name file, line and column."""
+
+    file: str
+    line: int
+    cells: dict[str, str]
+
+    def error(self, column: str, what: str) -> LutgenError:
+        """Return the error of a cell."""
+        return LutgenError(f"{self.file}, line {self.line}, column {column}: {self.cells[column]!r} {what}")
+
+    def text(self, column: str) -> str:
+        """Return a word. Raises LutgenError for an empty cell, or one that cannot be printed."""
+        cell = self.cells[column]
+        if not cell or not cell.isprintable():
+            raise self.error(column, "is no name. Write letters or digits.")
+        return cell
+
+    def number(self, column: str, *, low: float, high: float = 1e9, above: bool = False) -> float:
+        """Return a number from ``low`` (above it, with ``above``) to ``high``. Raises LutgenError for any other."""
+        cell = self.cells[column]
+        value = float(cell) if _NUMBER.fullmatch(cell) else float("nan")
+        if not low <= value <= high or (above and value == low):
+            least = f"above {low:g}" if above else f"of at least {low:g}"
+            raise self.error(column, f"is no number {least} and at most {high:g}. Write it with a decimal point.")
+        return value
+
+    def whole(self, column: str, *, low: int, high: int = 1_000_000) -> int:
+        """Return a whole number. Raises LutgenError for any other."""
+        cell = self.cells[column]
+        # At most seven digits, so that int() is quick whatever a file holds.
+        value = int(cell) if re.fullmatch(r"[0-9]{1,7}", cell) else -1
+        if not low <= value <= high:
+            raise self.error(column, f"is no whole number in {low}..{high}.")
+        return value
+
+    def yes_no(self, column: str) -> bool:
+        """Return whether a cell says yes. Raises LutgenError for what is neither."""
+        found = _YES_NO.get(self.cells[column].lower())
+        if found is None:
+            raise self.error(column, f"is neither yes nor no. Pick one of: {', '.join(_YES_NO)}.")
+        return found
+
+
+def read_rows(file: str | Path, columns: Sequence[str]) -> tuple[str, tuple[Row, ...]]:
+    """Read a table that has exactly these columns, in any order.
+
+    Returns
+    -------
+    remark
+        The comment in the first line, without ``#``; empty where there is none.
+    rows
+        At least one.
+
+    Raises
+    ------
+    LutgenError
+        The file cannot be read, is no UTF-8, has other columns, or no rows; a line has more or fewer cells.
+
+    """
+    try:
+        text = Path(file).read_bytes().decode("utf-8-sig")
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise LutgenError(f"{file}: cannot read: {reason}. Give a .csv with {','.join(columns)}.") from None
+    except UnicodeDecodeError:
+        raise LutgenError(f"{file}: is no text in UTF-8. Save the table as CSV in UTF-8.") from None
+    lines = text.splitlines()
+    remark = lines[0].removeprefix("#").strip() if lines and lines[0].startswith("#") else ""
+    header: list[str] = []
+    rows = []
+    for number, line in enumerate(lines, start=1):
+        if not line.strip() or line.startswith("#"):
+            continue
+        cells = _split(file, number, line)
+        if not header:
+            header = _header(file, number, cells, columns)
+        elif len(cells) != len(header):
+            message = f"{file}, line {number}: {len(cells)} cells for {len(header)} columns. Write decimals as 41.0."
+            raise LutgenError(message)
+        else:
+            rows.append(Row(str(file), number, dict(zip(header, cells, strict=True))))
+    if not rows:
+        raise LutgenError(f"{file}: no rows. The table needs the header {','.join(columns)} and a line for each row.")
+    return remark, tuple(rows)
+
+
+def _split(file: str | Path, number: int, line: str) -> list[str]:
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], strict=True))]
+    except csv.Error as error:
+        raise LutgenError(f"{file}, line {number}: is no CSV: {error}. Check its quotes.") from None
+
+
+def _header(file: str | Path, number: int, cells: list[str], columns: Sequence[str]) -> list[str]:
+    if sorted(cells) != sorted(columns):
+        given = ",".join(cells)[:200]
+        raise LutgenError(f"{file}, line {number}: the header is {given}; it must be {','.join(columns)}.")
+    return cells

@@ -1,0 +1,129 @@
+"""What a study of this design can and cannot show: sentences made from who read what, when, and from the figures."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from math import isfinite, sqrt
+from statistics import NormalDist
+from typing import TYPE_CHECKING
+
+from lutgen.study.analysis.agreement import UNAGED, mixed_sessions
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from lutgen.study.analysis.agreement import Counts, Pair
+    from lutgen.study.analysis.further import FurtherAgreement
+    from lutgen.study.analysis.holm import Corrected
+    from lutgen.study.analysis.table_4 import AgreementTest
+    from lutgen.study.answer import Answer
+
+#: The level of the paper's tests.
+ALPHA = 0.05
+
+#: Power that a difference is said to be found with.
+POWER = 0.80
+
+
+def design_limits(conditions: Sequence[str], answers: Sequence[Answer], found: Sequence[Pair]) -> Iterator[str]:
+    """Say what follows from who read what in which session."""
+    if not answers:
+        yield (
+            "These figures do not say how many readers and images are behind them. Where one reader or one image gave "
+            "several of the values, they are not independent, and the intervals are too narrow."
+        )
+        return
+    readers = sorted({answer.reader for answer in answers})
+    if len(readers) == 1:
+        yield (
+            "One reader: all intervals are about other images read by the same reader. Nothing here shows how other "
+            "readers would do."
+        )
+    else:
+        yield (
+            f"{len(readers)} readers: the tables as in the paper take their answers for independent, which they are "
+            "not where several read the same image under the same condition: their t-tests then find what is not there "
+            "too often. Go by the mixed models."
+        )
+    yield from _images(conditions, answers)
+    yield from _order(found)
+
+
+def _images(conditions: Sequence[str], answers: Sequence[Answer]) -> Iterator[str]:
+    mixed = mixed_sessions(answers)
+    seen: dict[str, set[tuple[str, str]]] = defaultdict(set)
+    for answer in answers:
+        if (answer.reader, answer.session) in mixed:
+            seen[answer.condition].add((answer.reader, answer.image))
+    there = [seen[condition] for condition in conditions if seen[condition]]
+    if len(there) < 2:
+        return
+    if len(set.union(*there)) == sum(map(len, there)):
+        yield (
+            "In the sessions with aged images each image was read under one condition: differences between images are "
+            "part of every difference between conditions, and no paired test of agreement is possible."
+        )
+    else:
+        yield (
+            "Readers saw the same images under several conditions: the tables as in the paper leave that out "
+            "and miss more, the paired test and the mixed models use it; what was remembered from an earlier reading "
+            "is in all of them."
+        )
+
+
+def _order(found: Sequence[Pair]) -> Iterator[str]:
+    aged = [pair for pair in found if pair.answer.condition != UNAGED]
+    later = sum(pair.reference.session > pair.answer.session for pair in aged)
+    if aged and later in (0, len(aged)):
+        yield (
+            f"The un-aged reference was always read {'after' if later else 'before'} the aged image: practice, memory "
+            "and fatigue between sessions are in every agreement, and only their being equal for all conditions makes "
+            "the comparison fair."
+        )
+    if aged:
+        yield "Agreement is with oneself, not with the truth: a reader may agree with an earlier mistake."
+
+
+def figure_limits(
+    rows: Sequence[Counts],
+    table_4: Sequence[AgreementTest],
+    further: Sequence[FurtherAgreement],
+    corrected: Sequence[Corrected],
+) -> Iterator[str]:
+    """Say what follows from the figures: how wide, how many tests, and which findings hang on the choice of test."""
+    if len(rows) > 1:
+        yield _width(rows)
+    if len(corrected) > 1:
+        alone = sum(test.p < ALPHA for test in corrected)
+        after = sum(test.p_holm < ALPHA for test in corrected)
+        chance = 1 - (1 - ALPHA) ** len(corrected)
+        yield (
+            f"{len(corrected)} tests at 5 %: were nothing true and they independent, {chance:.0%} of such "
+            f"studies would report something. {alone} of them are below 0.05, {after} after Holm's correction."
+        )
+    yield from _hanging(table_4, further)
+
+
+def _width(rows: Sequence[Counts]) -> str:
+    first, least = rows[0], min(row.n for row in rows)
+    spread = sqrt(2 * max(first.share * (1 - first.share), 1 / (4 * least)) / least)
+    quantile = NormalDist().inv_cdf
+    shown = 100 * (quantile(1 - ALPHA) + quantile(POWER)) * spread
+    return (
+        f"With {least} pairs a condition, a fall of agreement smaller than about {shown:.0f} percentage points is "
+        f"missed more often than once in five, by the one-tailed test."
+    )
+
+
+def _hanging(table_4: Sequence[AgreementTest], further: Sequence[FurtherAgreement]) -> Iterator[str]:
+    both = {(each.first, each.second): each for each in further}
+    for test in table_4:
+        other = both.get((test.greater, test.less))
+        if other is None or not isfinite(test.p):
+            continue
+        if (test.p < ALPHA) != (other.fisher_one_tailed < ALPHA) or (test.p < ALPHA) != (other.fisher < ALPHA):
+            yield (
+                f"Agreement, {test.greater} against {test.less}: p = {test.p:.3g} by the one-tailed t-test, "
+                f"{other.fisher_one_tailed:.3g} by Fisher's exact test one-tailed and {other.fisher:.3g} two-tailed: "
+                "whether it counts as found depends on the choice of test."
+            )

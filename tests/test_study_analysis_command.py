@@ -1,0 +1,320 @@
+"""`lutgen study analyse` and `study simulate` as users call them: page, files, picture, exit codes, bad input."""
+
+from __future__ import annotations
+
+import csv
+import json
+import sys
+from copy import deepcopy
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from jsonschema import Draft202012Validator
+from jsonschema.exceptions import ValidationError
+from skimage.io import imread
+
+from lutgen import LutgenError
+from lutgen.cli.commands.study.analyse import INTERVALS
+from lutgen.report.study_page import between, figure, p_value, signed
+from lutgen.report.study_plot import PICTURE, abreast, changes, title
+from lutgen.study.analysis import analyse_answers, analyse_figures
+from lutgen.study.analysis.answer_table import read_answer_table
+from lutgen.study.analysis.figures import read_counts, read_summary
+from lutgen.study.analysis.intervals import KINDS
+from lutgen.study.analysis.tables_csv import FILES
+from lutgen.study.protocol import write_protocol
+from lutgen.study.schema import NAMES, schema
+from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, paper_trials, simulate
+from tests.command import Done, in_process
+from tests.planned_study import planned
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lutgen.study.analysis import Analysis
+    from lutgen.study.answer import Answer
+
+pytestmark = pytest.mark.numbers
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+COUNTS, SUMMARY = str(EXAMPLES / "paper-study-counts.csv"), str(EXAMPLES / "paper-study-summary.csv")
+DIFFERENCE = ("--difference", "chroma@18000=5.1")
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
+    """Run `lutgen study` in this process, in a folder with a planned study."""
+    monkeypatch.chdir(tmp_path)
+    write_protocol(tmp_path / "planned", planned(40))
+    return in_process(monkeypatch, capsys, "study")
+
+
+def paper_like(seed: int = 1, **more: int) -> tuple[Answer, ...]:
+    trials = paper_trials(seed, **more)
+    differences = {(trial.image, trial.condition): PAPER_DIFFERENCES[trial.condition] for trial in trials}
+    return simulate(trials, differences, SimulatedReader(seed=seed))
+
+
+def words(text: str) -> str:
+    return " ".join(text.split())
+
+
+def test_names_repeated_for_quick_help_are_the_library_s() -> None:
+    assert tuple(KINDS) == INTERVALS
+
+
+# Pages ----------------------------------------------------------------------------------------------------------------
+
+
+def test_the_page_of_the_paper_s_figures_holds_its_tables_and_then_what_is_beyond(run: Callable[..., Done]) -> None:
+    done = run("analyse", "--counts", COUNTS, "--summary", SUMMARY)
+    assert (done.code, done.err) == (0, "")
+    page = words(done.out)
+    for row in (
+        "none 39 41.0 ± 5.4 39 9.7 ± 0.2",
+        "chroma-luma 40 51.2 ± 6.4 40 8.4 ± 0.4",
+        "none 27 12 69.23 [53.6, 81.4]",
+        "chroma-luma 20 20 50.00 [35.2, 64.8]",
+        "none ≤ chroma-luma 0.0418 yes 0.624",
+        "chroma ≤ chroma-luma 0.413 no",
+        "time none → chroma +9.1 +1.96 77 0.0540 no",
+    ):
+        assert row in page
+    tables = page[page.index("As in the paper") :]
+    places = [tables.index(part) for part in ("As in the paper", "Table 2", "Table 3", "Table 4", "Beyond the paper",
+                                            "Welch", "Holm", "What this design can and cannot show")]  # fmt: skip
+    assert places == sorted(places)
+    assert page.startswith("Table 3 of Avanaki et al.")
+
+
+def test_a_page_of_simulated_answers_says_so_in_its_first_line(run: Callable[..., Done]) -> None:
+    assert run("simulate", "planned", "--seed", "1", *DIFFERENCE, "-o", "s.csv").code == 0
+    done = run("analyse", "--answers", "s.csv")
+    assert done.code == 0
+    assert done.lines[0].startswith("SIMULATED answers, nobody read anything")
+    for part in ("Mann–Whitney", "Cohen's κ", "Mixed models", "one reader: no differences between readers"):
+        assert part in words(done.out)
+
+
+@pytest.mark.parametrize("option", ["--counts", "--summary"])
+def test_either_kind_of_figures_is_enough(option: str, run: Callable[..., Done]) -> None:
+    done = run("analyse", option, COUNTS if option == "--counts" else SUMMARY, "--plots", "p")
+    assert done.code == 0
+    assert ("Table 3:" in done.out) == (option == "--counts")
+    assert ("Table 2:" in done.out) == (option == "--summary")
+    assert Path("p", PICTURE).is_file()
+
+
+def test_t_intervals_are_read_and_written_as_such(run: Callable[..., Done]) -> None:
+    content = json.loads(run("analyse", "--summary", SUMMARY, "--ci", "t", "--json", "-").out)
+    (mean, *_) = content["table2"]["means"]
+    assert mean["ci95"] == pytest.approx([35.6, 46.4])
+    assert mean["sd"] == pytest.approx(5.4 * 39**0.5 / 2.0244, rel=1e-4)
+
+
+def test_a_study_s_folder_is_analysed_in_its_protocol_s_order(
+    run: Callable[..., Done], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answers = simulate(planned(40).trials, {}, SimulatedReader())
+    given = SimpleNamespace(read_answers=lambda study: answers[:-3] if study.name == "planned" else ())
+    monkeypatch.setitem(sys.modules, "lutgen.study.answers", given)
+    done = run("analyse", "planned")
+    assert done.code == 0
+    assert done.lines[0] == "Study: a small study, 77 answers. 3 of 80 are still to be given."
+    content = json.loads(run("analyse", "planned", "--json", "-").out)
+    assert [row["condition"] for row in content["table3"]] == ["none", "chroma@18000"]
+    monkeypatch.setattr(given, "read_answers", lambda _: ())
+    done = run("analyse", "planned")
+    assert (done.code, done.out) == (2, "")
+    assert "nobody has answered yet" in done.err
+
+
+# Files ----------------------------------------------------------------------------------------------------------------
+
+
+def analyses() -> dict[str, Analysis]:
+    one = [answer for answer in paper_like(per_condition=6) if answer.condition == "none" and answer.session == 1]
+    return {
+        "figures": analyse_figures(read_counts(COUNTS)[1], read_summary(SUMMARY)[1]),
+        "counts": analyse_figures(read_counts(COUNTS)[1], ()),
+        "paper": analyse_answers(paper_like()),
+        "readers": analyse_answers(paper_like(per_condition=8, readers=2)),
+        "one condition": analyse_answers(one),
+        "one answer": analyse_answers(one[:1]),
+    }
+
+
+@pytest.fixture(scope="module")
+def found() -> dict[str, Analysis]:
+    return analyses()
+
+
+def strict(analysis: Analysis, capsys: pytest.CaptureFixture[str]) -> Any:
+    from lutgen.cli.outputs import write_json
+
+    write_json(analysis.as_json(), "-")
+    return json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+
+
+@pytest.mark.parametrize("name", ["figures", "counts", "paper", "readers", "one condition", "one answer"])
+def test_json_is_as_its_schema_says(name: str, found: dict[str, Analysis], capsys: pytest.CaptureFixture[str]) -> None:
+    content = strict(found[name], capsys)
+    Draft202012Validator(schema("analyse")).validate(content)
+    assert {"schema", "table2", "table3", "table4", "beyond", "limits"} <= content.keys()
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        (("schema",), 2),
+        (("table3", 0, "percent"), 101),
+        (("table3", 0, "ci95"), [50]),
+        (("table4", 0, "p"), -0.1),
+        (("beyond", "kappas", 0, "of"), "colour"),
+        (("beyond", "mixed", 0, "sd"), {"weather": 1.0}),
+        (("limits",), None),
+    ],
+)
+def test_the_schema_refuses_what_is_wrong(
+    path: tuple[str | int, ...], value: object, found: dict[str, Analysis], capsys: pytest.CaptureFixture[str]
+) -> None:
+    content = deepcopy(strict(found["paper"], capsys))
+    place = content
+    for key in path[:-1]:
+        place = place[key]
+    place[path[-1]] = value
+    with pytest.raises(ValidationError):
+        Draft202012Validator(schema("analyse")).validate(content)
+
+
+def test_schemas_are_schemas_and_unknown_ones_are_refused() -> None:
+    assert "analyse" in NAMES
+    for name in NAMES:
+        Draft202012Validator.check_schema(schema(name))
+    with pytest.raises(LutgenError, match="unknown schema 'map'"):
+        schema("map")
+
+
+def test_json_csv_and_picture_are_written_and_the_same_again(run: Callable[..., Done], tmp_path: Path) -> None:
+    run("simulate", "planned", "--seed", "1", *DIFFERENCE, "-o", "s.csv")
+    outputs = ("--json", "s.json", "--csv", "tables", "--plots", "plots")
+    assert run("analyse", "--answers", "s.csv", *outputs).code == 0
+    written = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    assert {path.name for path in written} >= {*FILES, PICTURE, "s.json"}
+    again = run("analyse", "--answers", "s.csv", *outputs)
+    assert (again.code, again.out) == (2, "")
+    assert "--force" in again.err
+    assert run("analyse", "--answers", "s.csv", *outputs, "--force").code == 0
+    assert {path: path.read_bytes() for path in written} == written
+    content = json.loads(Path("s.json").read_text(encoding="utf-8"))
+    for name in FILES:
+        assert Path("tables", name).read_text(encoding="utf-8").startswith("# SIMULATED answers, nobody read anything")
+    with Path("tables/table3.csv").open(encoding="utf-8") as lines:
+        next(lines)
+        rows = list(csv.DictReader(lines))
+    assert [float(row["percent"]) for row in rows] == pytest.approx([row["percent"] for row in content["table3"]])
+    assert [float(row["ci95_low"]) for row in rows] == pytest.approx([row["ci95"][0] for row in content["table3"]])
+    assert imread("plots/study.png").shape[1] == 1500
+
+
+def test_tables_that_an_analysis_does_not_have_are_taken_away_with_force(run: Callable[..., Done]) -> None:
+    run("simulate", "planned", "--seed", "1", *DIFFERENCE, "-o", "s.csv")
+    run("analyse", "--answers", "s.csv", "--csv", "tables")
+    assert Path("tables/beyond-kappa.csv").exists()
+    assert run("analyse", "--counts", COUNTS, "--csv", "tables", "--force").code == 0
+    assert {path.name for path in Path("tables").iterdir()} == {
+        "table3.csv", "table4.csv", "beyond-agreement.csv", "beyond-holm.csv",
+    }  # fmt: skip
+
+
+def test_simulated_answers_are_those_of_the_library_and_of_the_seed(run: Callable[..., Done]) -> None:
+    for name, seed in (("a.csv", "1"), ("b.csv", "1"), ("c.csv", "2")):
+        done = run("simulate", "planned", "--seed", seed, *DIFFERENCE, "-o", name)
+        assert (done.code, done.err) == (0, "")
+        assert "80 SIMULATED answers" in done.out
+    one, same, other = (Path(name).read_text(encoding="utf-8") for name in ("a.csv", "b.csv", "c.csv"))
+    assert one == same != other
+    protocol = planned(40)
+    differences = {(image.name, "chroma@18000"): 5.1 for image in protocol.images}
+    expected = simulate(protocol.trials, differences, SimulatedReader(seed=1))
+    assert read_answer_table("a.csv")[1] == expected
+
+
+# Bad input ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["analyse"], "give one of: the folder STUDY"),
+        (["analyse", "planned", "--counts", COUNTS], "give one of"),
+        (["analyse", "--answers", "a.csv", "--summary", SUMMARY], "give one of"),
+        (["analyse", "nowhere"], "nowhere/protocol.json"),
+        (["analyse", "--answers", "nowhere.csv"], "nowhere.csv: cannot read"),
+        (["analyse", "--counts", SUMMARY], "the header is condition,measure,n,mean,ci95; it must be"),
+        (["analyse", "--counts", COUNTS, "--ci", "z"], "z"),
+        (["analyse", "--counts", COUNTS, "--json", "planned"], "is a folder"),
+        (["analyse", "--counts", COUNTS, "--csv", "planned/protocol.json"], "is a file, not a folder"),
+        (["analyse", "--counts", COUNTS, "--plots", "planned/protocol.json"], "is a file"),
+        (["simulate", "nowhere", "--seed", "1", "-o", "a.csv"], "nowhere/protocol.json"),
+        (["simulate", "planned", "-o", "a.csv"], "--seed"),
+        (["simulate", "planned", "--seed", "1", *DIFFERENCE, "-o", "a.txt"], "ends in .csv"),
+        (["simulate", "planned", "--seed", "1", "--difference", "chroma=5", "-o", "a.csv"], "one of chroma@18000"),
+        (["simulate", "planned", "--seed", "1", "--difference", "chroma@18000=-1", "-o", "a.csv"], "ΔE2000 from 0"),
+        (["simulate", "planned", "--seed", "1", "--difference", "chroma@18000=inf", "-o", "a.csv"], "ΔE2000 from 0"),
+    ],
+)
+def test_bad_input_ends_with_2_and_a_sentence_and_writes_nothing(
+    arguments: list[str], said: str, run: Callable[..., Done], tmp_path: Path
+) -> None:
+    done = run(*arguments)
+    assert (done.code, done.out) == (2, "")
+    assert said in words(done.err)
+    assert "Traceback" not in done.err
+    assert [path.name for path in tmp_path.rglob("*") if path.is_file()] == ["protocol.json"]
+
+
+# Pictures and figures -------------------------------------------------------------------------------------------------
+
+
+def test_the_title_of_the_picture_says_the_finding(found: dict[str, Analysis]) -> None:
+    assert title(found["figures"]) == "chroma-luma against none: time +10.2 s, ease −1.3, agreement −19.2 points"
+    assert title(found["counts"]) == "chroma-luma against none: agreement −19.2 points"
+    assert title(found["one condition"]) == "none alone: nothing to compare with"
+    time = changes(found["figures"], "time")
+    assert time["chroma"] == pytest.approx((9.1, 0.054), abs=5e-4)
+    assert "agreement −2" not in title(found["figures"])
+
+
+def test_what_is_not_significant_is_said_in_the_title() -> None:
+    found = analyse_figures(read_counts(COUNTS)[1][1:], ())
+    assert title(found) == "chroma-luma against chroma: agreement −2.5 points (not significant)"
+
+
+def test_answers_of_one_height_lie_side_by_side() -> None:
+    import numpy as np
+
+    assert abreast(np.array([5.0, 9.0, 9.0]), 4.0).tolist() == pytest.approx([0.0, -0.0225, 0.0225])
+    assert np.ptp(abreast(np.zeros(100), 0.0)) < 0.7
+
+
+@pytest.mark.parametrize(
+    ("written", "expected"),
+    [
+        (p_value(0.0418287), "0.0418"),
+        (p_value(0.05402), "0.0540"),
+        (p_value(2.5506e-7), "2.6e-07"),
+        (p_value(1.0), "1.00"),
+        (p_value(float("nan")), "–"),
+        (figure(-1.25, 1), "−1.2"),
+        (figure(float("inf"), 1), "∞"),
+        (figure(float("nan"), 1), "–"),
+        (signed(9.1, 1), "+9.1"),
+        (signed(-0.01, 1), "0.0"),
+        (between((-1.0, 2.0), 1), "[−1.0, 2.0]"),
+    ],
+)
+def test_figures_are_written_as_readers_expect(written: str, expected: str) -> None:
+    assert written == expected

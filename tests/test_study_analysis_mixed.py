@@ -1,0 +1,179 @@
+"""The mixed models: a published example, a closed form, and what is said where a model has no answer."""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from statsmodels.genmod.families import Binomial
+from statsmodels.genmod.generalized_linear_model import GLM
+from statsmodels.tools.sm_exceptions import ConvergenceWarning
+
+from lutgen.study import analysis
+from lutgen.study.analysis import analyse_answers, mixed
+from lutgen.study.analysis.agreement import pairs
+from lutgen.study.analysis.answer_table import condition_order
+from lutgen.study.analysis.mixed import MixedModel, fit_crossed, mixed_models
+from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, paper_trials, simulate
+
+if TYPE_CHECKING:
+    from lutgen.study.answer import Answer
+
+pytestmark = pytest.mark.numbers
+
+#: Yield of dyestuff, five preparations from each of six batches: Davies & Goldsmith 1972, Statistical Methods in
+#: Research and Production, section 6.4.
+DYESTUFF = (
+    (1545, 1440, 1440, 1520, 1580), (1540, 1555, 1490, 1560, 1495), (1595, 1550, 1605, 1510, 1560),
+    (1445, 1440, 1595, 1465, 1545), (1595, 1630, 1515, 1635, 1625), (1520, 1455, 1450, 1480, 1445),
+)  # fmt: skip
+
+
+def answers(seed: int, *, readers: int = 1, per_condition: int = 40) -> tuple[Answer, ...]:
+    trials = paper_trials(seed, per_condition=per_condition, readers=readers)
+    differences = {(trial.image, trial.condition): PAPER_DIFFERENCES[trial.condition] for trial in trials}
+    return simulate(trials, differences, SimulatedReader(seed=seed))
+
+
+def models(given: tuple[Answer, ...]) -> dict[str, MixedModel]:
+    return {model.measure: model for model in mixed_models(condition_order(given), given, pairs(given))}
+
+
+def test_the_dyestuff_example_gives_the_published_estimates() -> None:
+    """As lme4's documentation prints it: lmer(Yield ~ 1 + (1 | Batch)), REML."""
+    values = np.array(DYESTUFF, np.float64).ravel()
+    fit = fit_crossed(values, np.ones((30, 1)), {"batch": [f"b{place // 5}" for place in range(30)]})
+    assert fit.coefficients[0] == pytest.approx(1527.5, abs=0.05)
+    assert fit.errors[0] == pytest.approx(19.38, abs=0.005)
+    assert fit.variances["batch"] == pytest.approx(1764.05, rel=1e-3)
+    assert fit.variances["rest"] == pytest.approx(2451.25, rel=1e-3)
+
+
+def test_balanced_crossed_groups_give_the_analysis_of_variance() -> None:
+    """Every reader reads every image once: REML is then that of mean squares, in closed form."""
+    random = np.random.default_rng(7)
+    readers, images = 6, 25
+    table = random.normal(0, 2, (readers, 1)) + random.normal(0, 1, (1, images)) + random.normal(0, 0.7, (6, 25))
+    whole, rows, columns = table.mean(), table.mean(axis=1), table.mean(axis=0)
+    of_rows = images * ((rows - whole) ** 2).sum() / (readers - 1)
+    of_columns = readers * ((columns - whole) ** 2).sum() / (images - 1)
+    left = table - rows[:, np.newaxis] - columns[np.newaxis, :] + whole
+    rest = (left**2).sum() / ((readers - 1) * (images - 1))
+    labels = {"readers": [f"r{place // images}" for place in range(150)],
+              "images": [f"i{place % images}" for place in range(150)]}  # fmt: skip
+    fit = fit_crossed(table.ravel(), np.ones((150, 1)), labels)
+    assert fit.variances["rest"] == pytest.approx(rest, rel=1e-3)
+    assert fit.variances["readers"] == pytest.approx((of_rows - rest) / images, rel=1e-3)
+    assert fit.variances["images"] == pytest.approx((of_columns - rest) / readers, rel=1e-3)
+    expected = ((of_rows + of_columns - rest) / (readers * images)) ** 0.5
+    assert fit.errors[0] == pytest.approx(expected, rel=1e-3)
+
+
+def test_agreement_of_one_reader_is_a_logistic_regression_whose_estimates_are_odds_ratios() -> None:
+    given = answers(3)
+    model = models(given)["agreement"]
+    found = {row.condition: row for row in analyse_answers(given).table3}
+    odds = {name: row.agreed / row.disagreed for name, row in found.items()}
+    for effect in model.effects:
+        assert effect.estimate == pytest.approx(odds[effect.condition] / odds["none"], rel=1e-6)
+    # With one pair an image there is nothing to cluster: the model's own errors are near those of the clusters.
+    shown = pairs(given)
+    under = [pair.answer.condition for pair in shown]
+    fixed = np.column_stack([np.ones(len(shown)), *([each == name for each in under] for name in list(found)[1:])])
+    plain = GLM([float(pair.agreed) for pair in shown], fixed, family=Binomial()).fit()
+    widths = [np.log(effect.ci95[1] / effect.ci95[0]) / 2 / 1.96 for effect in model.effects]
+    assert widths == pytest.approx(list(plain.bse[1:]), rel=1e-3)
+
+
+def test_planted_effects_lie_in_the_intervals_and_spreads_near_what_was_planted() -> None:
+    reader = SimulatedReader()
+    model = models(answers(1, readers=5))["time"]
+    assert (model.n, model.notes) == (1200, ())
+    for effect in model.effects:
+        planted = np.exp(reader.slowdown * reader.disturbance(PAPER_DIFFERENCES[effect.condition]))
+        assert effect.ci95[0] < planted < effect.ci95[1]
+    assert model.sd["images"] == pytest.approx(reader.spread_images, rel=0.25)
+    assert model.sd["rest"] == pytest.approx(reader.spread, rel=0.1)
+    assert 0.05 < model.sd["readers"] < 0.5
+
+
+def test_a_variance_of_nothing_is_found_to_be_0_and_said() -> None:
+    """Gradient methods get lost here: readers who are alike, and ease cut at the end of its scale."""
+    trials = paper_trials(1, per_condition=40, readers=3)
+    differences = {(trial.image, trial.condition): PAPER_DIFFERENCES[trial.condition] for trial in trials}
+    model = models(simulate(trials, differences, SimulatedReader(seed=1)))["ease"]
+    assert model.sd["readers"] < 0.05
+    assert any("boundary" in note for note in model.notes)
+    assert not any("did not converge" in note for note in model.notes)
+    assert model.effects[1].estimate == pytest.approx(-1.3, abs=0.3)
+
+
+def test_one_reader_and_images_read_once_are_left_out_and_said() -> None:
+    once = tuple(answer for answer in answers(2) if answer.session == 1)
+    model = models(once)["time"]
+    assert model.notes == (
+        "one reader: no differences between readers in the model",
+        "each image was read once: no differences between images in the model",
+    )
+    assert list(model.sd) == ["rest"]
+    assert len(model.effects) == 2
+    agreement = models(once)["agreement"]
+    assert agreement.notes == ("not fitted: fewer than two conditions have pairs of readings",)
+
+
+def test_ease_at_the_end_of_its_scale_is_said() -> None:
+    assert "no normal errors" in models(answers(2))["ease"].notes[-1]
+
+
+def test_conditions_that_are_sessions_cannot_be_told_apart() -> None:
+    whole = tuple(answer for answer in answers(2) if (answer.session == 2) == (answer.condition == "none"))
+    two = tuple(answer for answer in whole if answer.condition != "chroma")
+    assert models(two)["time"].notes == ("not fitted: conditions and sessions cannot be told apart",)
+
+
+def test_readers_who_read_one_condition_each_cannot_be_told_from_it() -> None:
+    kept = {1: "none", 2: "chroma"}
+    given = tuple(
+        answer
+        for answer in answers(2, readers=2)
+        if answer.session == 2 or answer.condition == kept[int(answer.reader.split()[-1])]
+    )
+    assert models(given)["agreement"].notes == ("not fitted: conditions and readers cannot be told apart",)
+
+
+def test_a_ratio_beyond_what_a_float_holds_is_infinite() -> None:
+    assert mixed._ratio(701.0) == float("inf")
+    assert mixed._ratio(0.0) == 1.0
+
+
+def test_a_fit_that_does_not_converge_or_warns_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Stuck:
+        converged = False
+        bse_fe = (1.0,)
+
+    def stuck() -> Any:
+        for _ in range(2):
+            warnings.warn("Gradient optimization failed.\nTry again", ConvergenceWarning, stacklevel=1)
+        return Stuck()
+
+    _, errors, said = mixed._said(stuck, "bse_fe")
+    assert errors.tolist() == [1.0]
+    assert said == ("statsmodels: Gradient optimization failed", "the fit did not converge: do not rely on it")
+
+    def impossible(*_: object) -> None:
+        raise np.linalg.LinAlgError("singular matrix")
+
+    monkeypatch.setattr(mixed, "fit_crossed", impossible)
+    assert models(answers(2))["time"].notes == ("not fitted: the fit failed (singular matrix)",)
+
+
+def test_without_statsmodels_the_rest_is_found_and_what_is_missing_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    given = answers(2)
+    whole = analyse_answers(given)
+    monkeypatch.setattr(analysis, "available", lambda: False)
+    found = analyse_answers(given)
+    assert found.mixed == ()
+    assert found.remarks == ("Mixed models are left out: statsmodels is not installed. Install lutgen[study].",)
+    assert (found.table2, found.kappas, found.holm) == (whole.table2, whole.kappas, whole.holm)
