@@ -44,6 +44,7 @@ hidden: setup ## score the diagnosis on data with hidden effects: figures agains
 
 figures: setup ## the walk-through's data, its outputs and its pictures anew
 	@$(PYTHON) -m examples.make_displays
+	@$(PYTHON) -m examples.make_session
 	@$(ALONE) $(PYTHON) -m examples.walkthrough --write
 
 configs: setup ## build configs/default anew

@@ -101,10 +101,11 @@ class Page:
             assert time.monotonic() < end, expression
             time.sleep(0.02)
 
-    def press(self, key: str, code: int) -> None:
-        """Press and release a key."""
-        for kind in ("rawKeyDown", "keyUp"):
-            self.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=code)
+    def press(self, key: str, code: int, text: str = "") -> None:
+        """Press and release a key; with the text that it types, it presses the button that has the focus, too."""
+        for kind, typed in (("keyDown" if text else "rawKeyDown", text), ("keyUp", "")):
+            more = {"text": typed} if typed else {}
+            self.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=code, **more)
 
     def drag(self, *way: tuple[float, float]) -> None:
         """Press the mouse at the first place, move over the others, and release it at the last."""
@@ -112,9 +113,10 @@ class Page:
         for kind, (x, y) in zip(kinds, [*way, way[-1]], strict=True):
             self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1)
 
-    def size(self, width: int, height: int) -> None:
-        """Give the window a size."""
-        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+    def size(self, width: int, height: int, ratio: float = 1) -> None:
+        """Give the window a size in CSS pixels, and say how many of the screen's make one."""
+        scale = {"deviceScaleFactor": ratio, "mobile": False}
+        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, **scale)
 
     def picture(self, *, whole: bool = False) -> bytes:
         """Return a PNG of the window, or of the whole page."""

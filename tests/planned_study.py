@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from lutgen.study.protocol import PAPER_CATEGORIES, Condition, Protocol, Render, StudyImage, Trial
+from lutgen.study.protocol import Condition, Protocol, Render, StudyImage, Trial
+from lutgen.study.scales import PAPER_CATEGORIES
 
 
 def planned(images: int, *, readers: int = 1) -> Protocol:

@@ -4,41 +4,22 @@ from __future__ import annotations
 
 import os
 import re
-import shlex
 import shutil
 import subprocess
 import sys
-from pathlib import Path
+from typing import TYPE_CHECKING
 
-import numpy as np
 import pytest
-from click import Command, Context, Group
-from skimage.data import immunohistochemistry
-from skimage.io import imsave
 
 from lutgen.bake.formats import format_names
-from lutgen.cli import group, shared
-from lutgen.display import MODES, REFERENCES, SELECTIONS, DisplayModel, default_display
-from lutgen.measurements import read_measurements
-from lutgen.report.stub import sketched
-from lutgen.study.protocol import write_protocol
-from tests.planned_study import planned
+from lutgen.cli import shared
+from lutgen.display import MODES, REFERENCES, SELECTIONS, default_display
+from tests.examples_folder import COMMANDS, ROOT, make_folder, run_lutgen
 
-ROOT = Path(__file__).resolve().parents[1]
+if TYPE_CHECKING:
+    from pathlib import Path
+
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-
-
-def commands(here: Group = group, before: str = "") -> dict[str, Command]:
-    """Every command by its words, such as "study plan"; groups are those of their commands."""
-    found: dict[str, Command] = {}
-    for name in here.list_commands(Context(here)):
-        command = here.get_command(Context(here), name)
-        assert command is not None
-        found |= commands(command, f"{before}{name} ") if isinstance(command, Group) else {f"{before}{name}": command}
-    return found
-
-
-COMMANDS = commands()
 
 
 def test_options_name_what_the_library_has() -> None:
@@ -54,55 +35,7 @@ def test_readme_mentions_every_command_mode_and_format(name: str) -> None:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder that holds what the examples name."""
-    folder = tmp_path_factory.mktemp("examples")
-    imsave(folder / "slide.png", immunohistochemistry()[:64, :64])
-    for top, name in ((0, "a.tif"), (32, "b.tif")):
-        imsave(folder / name, immunohistochemistry()[top : top + 32, :32])
-    (folder / "compared").mkdir()
-    (folder / "slides").mkdir()
-    for name in ("a.tif", "b.tif"):
-        shutil.copyfile(folder / name, folder / "slides" / name)
-    shutil.copyfile(default_display(), folder / "my-display.csv")
-    (folder / "examples").mkdir()
-    for name in ("display-a.csv", "paper-study-counts.csv", "paper-study-summary.csv"):
-        shutil.copyfile(ROOT / "examples" / name, folder / "examples" / name)
-    write_protocol(folder / "planned", planned(4))
-    (folder / "my_effect.py").write_text(sketched("light added everywhere", misfit="of an example"))
-    shutil.copyfile(ROOT / "configs/default/chroma/10000h/aged.clf", folder / "theirs.clf")
-    model = DisplayModel(read_measurements(default_display()))
-    axis = np.linspace(0, 1, 33)
-    blue, green, red = np.meshgrid(axis, axis, axis, indexing="ij")
-    table = model.at("chroma", 10_000).code_to_code(np.stack([red, green, blue], axis=-1)).reshape(-1, 3)
-    rows = "".join(f"{r:.7f} {g:.7f} {b:.7f}\n" for r, g, b in table)
-    (folder / "theirs.cube").write_text(f"LUT_3D_SIZE 33\n{rows}")
-    return folder
-
-
-def run_lutgen(line: str, folder: Path) -> str:
-    arguments = shlex.split(line, comments=True)
-    assert arguments[0] == "lutgen"
-    command = [sys.executable, "-m", "lutgen", *arguments[1:]]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=200)
-    assert done.returncode == 0, (line, done.stderr)
-    return done.stdout
-
-
-def examples(command: str) -> list[str]:
-    """The example lines of a command's help."""
-    text = COMMANDS[command].help
-    assert text is not None
-    _, _, after = text.partition("Example:")
-    return [line.strip() for line in after.splitlines() if line.strip().startswith("lutgen ")]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("command", ["build", *(name for name in COMMANDS if name != "build")])
-def test_every_commands_help_ends_in_examples_that_work(command: str, folder: Path) -> None:
-    lines = examples(command)
-    assert lines
-    for line in lines:
-        run_lutgen(line, folder)
+    return make_folder(tmp_path_factory.mktemp("examples"))
 
 
 def blocks(language: str) -> list[str]:
@@ -114,10 +47,6 @@ def blocks(language: str) -> list[str]:
 def test_readmes_commands_run_as_written(folder: Path) -> None:
     lines = [line for block in blocks("") for line in block.splitlines() if line.startswith("lutgen ")]
     assert len(lines) >= 4
-    for path in ("aged", "aged.png", "my-display.toml", "plan.csv", "plots", "study"):
-        shutil.rmtree(folder / path, ignore_errors=True)
-        if (folder / path).is_file():
-            (folder / path).unlink()
     printed = {line: " ".join(run_lutgen(line, folder).split()) for line in lines}
     # A command's output may follow it; "…" stands for what is left out.
     parts = [

@@ -18,13 +18,16 @@ from lutgen.measurements.table import TIP_NAMES, Measurements
 
 __all__ = ["TIP_NAMES", "Measurements", "formats", "read_measurements"]
 
+#: Modules of this folder that are no format.
+_OTHERS = {"campaign", "session", "sessions", "table"}
+
 #: A table of readings is text of at most a few MB; a larger file is something else.
 MAX_BYTES = 64_000_000
 
 
 def formats() -> list[str]:
     """Names of the formats that can be read, which are the file suffixes: one module each in this folder."""
-    return sorted(module.name for module in iter_modules(__path__) if module.name != "table")
+    return sorted(module.name for module in iter_modules(__path__) if module.name not in _OTHERS)
 
 
 def read_measurements(path: str | Path) -> Measurements:

@@ -136,6 +136,11 @@ def non_additivity(axes: Axes, shown: Shown) -> None:
     axes.grid(color="#eeeeee")
 
 
+def chromaticity_diagram(axes: Axes) -> None:
+    """Draw the pale CIE 1976 diagram inside the spectral locus."""
+    _draw_diagram(axes, _spectral_locus())
+
+
 def _spectral_locus() -> Array:
     """Return u', v' of monochromatic light from 390 to 700 nm, shape (n, 2)."""
     from colour.colorimetry import MSDS_CMFS

@@ -23,7 +23,7 @@ from lutgen.study.pictures import file_sha256, find_images, look_at
 from lutgen.study.power import MOST, study_power
 from lutgen.study.protocol import ANSWERS, IMAGES, PROTOCOL, Protocol, write_protocol
 from lutgen.study.render import bake_conditions, render_images
-from lutgen.study.scales import PAPER_EASE, PAPER_NEGATIVE, PAPER_POSITIVE, categories_of, ease_of
+from lutgen.study.scales import PAPER_CATEGORIES, PAPER_SCALE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -34,9 +34,6 @@ if TYPE_CHECKING:
     from lutgen.study.power import Power
     from lutgen.study.protocol import Category
     from lutgen.study.render import BakedLut
-
-#: Diagnoses and ease of reading as the paper has them.
-PAPER_CATEGORIES, PAPER_SCALE = categories_of(PAPER_NEGATIVE, PAPER_POSITIVE), ease_of(PAPER_EASE)
 
 #: A washout that nobody waits for is a slip of the keyboard.
 MAX_WASHOUT_DAYS = 3650.0

@@ -60,3 +60,6 @@ def ease_of(text: str) -> tuple[int, int]:
     raise LutgenError(
         f"--ease {text}: give a scale such as 1..10, from 0 or 1 to at most 10 (9 from 0); more is easier."
     )
+
+
+PAPER_CATEGORIES, PAPER_SCALE = categories_of(PAPER_NEGATIVE, PAPER_POSITIVE), ease_of(PAPER_EASE)

@@ -43,7 +43,8 @@ import numpy as np
 
 from lutgen.errors import LutgenError
 from lutgen.study.answer import Answer
-from lutgen.study.protocol import PAPER_CATEGORIES, Category, Trial
+from lutgen.study.protocol import Category, Trial
+from lutgen.study.scales import PAPER_CATEGORIES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence

@@ -135,12 +135,11 @@ def _of_study(study: str, ci: str) -> Analysis:
 
     from lutgen.errors import LutgenError
     from lutgen.study.analysis import analyse_answers
+    from lutgen.study.answers import read_answers
     from lutgen.study.protocol import read_protocol
 
     folder = Path(study)
     protocol = read_protocol(folder)
-    from lutgen.study.answers import read_answers  # type: ignore[import-not-found,unused-ignore]
-
     given = read_answers(folder)
     if not given:
         raise LutgenError(f"{study}: nobody has answered yet. Run a session with lutgen study run.")

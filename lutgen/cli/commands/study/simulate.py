@@ -40,7 +40,7 @@ def command(*, study: str, seed: int, given: tuple[str, ...], output: str, force
 
     \b
     Example:
-      lutgen study simulate planned/ --seed 1 --difference chroma@18000=5.1 -o simulated.csv
+      lutgen study simulate study/ --seed 1 --difference chroma@18000=5.1 -o simulated.csv
       lutgen study analyse --answers simulated.csv
     """
     from pathlib import Path

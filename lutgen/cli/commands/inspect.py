@@ -1,0 +1,74 @@
+"""``lutgen inspect``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from lutgen.cli.data_options import check_json
+from lutgen.cli.outputs import check_pictures, print_page, write_json
+from lutgen.cli.picture_options import json_option
+from lutgen.cli.shared import progress_bar
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from lutgen.measurements.session import Session
+
+
+@click.command(name="inspect")
+@click.argument("files", metavar="SESSION...", nargs=-1, required=True)
+@json_option
+@click.option("--plots", metavar="DIR", help="Draw one page a session into this folder.")
+@click.option("--force", is_flag=True, help="Replace files that exist.")
+def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, force: bool) -> None:
+    """Show what sessions of real displays say: white, black, curves, drift, calibration, and what they lack.
+
+    SESSION is what a measuring program wrote: ArgyllCMS or DisplayCAL .ti3, other CGATS, CSV of patches, DisplayCAL's
+    uniformity table; or a campaign file (.toml) for all its sessions. No model is needed. γ is the least-squares slope
+    of log luminance after black between 10 and 90 % of code. Ends with 0 whatever is found.
+
+    \b
+    Example:
+      lutgen inspect examples/session.ti3
+      lutgen inspect examples/session.ti3 --plots plots/inspect --json inspect.json
+    """
+    from lutgen.report.inspect_page import inspect_page
+    from lutgen.sessions import inspect_session
+    from lutgen.sessions.schema import as_json
+
+    alone = check_json(json_to, force=force)
+    if plots:
+        from lutgen.report.inspect_plot import picture_names, plot_inspection
+    found = []
+    with progress_bar("inspecting", quiet=alone) as progress:
+        for number, session in enumerate(_sessions(files)):
+            progress(number, len(files))
+            found.append(inspect_session(session))
+    if plots:
+        names = picture_names([each.session.file for each in found])
+        folder = check_pictures(plots, names, force=force)
+    if not alone:
+        print_page(inspect_page(found))
+    if plots:
+        with progress_bar("drawing", quiet=alone) as progress:
+            for number, (each, name) in enumerate(zip(found, names, strict=True)):
+                progress(number, len(found))
+                plot_inspection(each, folder / name, force=force)
+        if not alone:
+            print_page([f"Pictures: {', '.join(str(folder / name) for name in names)}"])
+    if json_to:
+        write_json(as_json(found), json_to)
+
+
+def _sessions(files: tuple[str, ...]) -> Iterator[Session]:
+    """Read the files, one after the other; a campaign gives all its sessions."""
+    from lutgen.measurements.campaign import read_campaign
+    from lutgen.measurements.sessions import read_session
+
+    for file in files:
+        if file.lower().endswith(".toml"):
+            yield from (entry.session for entry in read_campaign(file).entries)
+        else:
+            yield read_session(file)

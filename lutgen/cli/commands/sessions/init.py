@@ -1,0 +1,90 @@
+"""``lutgen sessions init``."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+import click
+
+from lutgen.cli.outputs import check_new_file
+from lutgen.cli.shared import progress_bar
+from lutgen.files import write_atomically
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lutgen.measurements.session import Session
+    from lutgen.sessions.draft import Answers
+
+
+@click.command()
+@click.argument("files", metavar="FILE...", nargs=-1, required=True)
+@click.option("-o", "--output", metavar="FILE", required=True, help="The campaign file (.toml).")
+@click.option("--same-display", is_flag=True, help="Take them for one display although they look like several.")
+@click.option("--force", is_flag=True, help="Replace a file that exists.")
+def command(*, files: tuple[str, ...], output: str, same_display: bool, force: bool) -> None:
+    """Draft a campaign file from the sessions of one display, by date.
+
+    Files are ArgyllCMS .ti3, other CGATS, or CSV. Dates, instruments and what the calibration did are filled in; what
+    only you know (hours a day, room light, settings) is asked on a terminal, else left open as # TODO. Sessions of
+    clearly different displays are refused and named.
+
+    \b
+    Example:
+      lutgen sessions init examples/session.ti3 -o campaign.toml
+    """
+    from lutgen.measurements.sessions import read_session
+    from lutgen.sessions.draft import check_one_display, displays_of, draft
+
+    path = check_new_file(output, force=force, suffixes=(".toml",))
+    sessions = []
+    with progress_bar("reading") as progress:
+        for number, file in enumerate(files):
+            progress(number, len(files))
+            sessions.append(read_session(file))
+    if not same_display:
+        check_one_display(sessions)
+    answers = _ask(sessions) if sys.stdin.isatty() else None
+    text = draft(sessions, path.parent, answers)
+    write_atomically(path, text.encode())
+    left = text.count("# TODO ")
+    opened = f"; {left} lines begin with # TODO: only you know" if left else ""
+    several = (
+        f" They look like {len(displays_of(sessions))} displays."
+        if same_display and len(displays_of(sessions)) > 1
+        else ""
+    )
+    click.echo(f"{path}: {len(sessions)} {'session' if len(sessions) == 1 else 'sessions'}{opened}.{several}")
+
+
+def _ask(sessions: Sequence[Session]) -> Answers:
+    """Ask on the terminal; nothing leaves the line open."""
+    from lutgen.sessions.draft import OF_DISPLAY, OF_SESSION, Answers
+
+    names = ", ".join(dict.fromkeys(each.display for each in sessions if each.display))
+    click.echo("Enter alone: not known, and left open in the file.", err=True)
+    name = click.prompt("Display", default=names, err=True)
+    said = {key: _line(question) for key, question in {**OF_DISPLAY, **OF_SESSION}.items()}
+    numbers = {
+        key: number for key, text in said.items() if key != "settings" and (number := _number(key, text)) is not None
+    }
+    return Answers(name, numbers, {"settings": said["settings"]})
+
+
+def _line(question: str) -> str:
+    answer: str = click.prompt(question, default="", show_default=False, err=True)
+    return answer.strip()
+
+
+def _number(key: str, text: str) -> float | None:
+    if not text:
+        return None
+    try:
+        number = float(text)
+    except ValueError:
+        number = -1.0
+    if not 0 <= number <= (24 if key == "hours_per_day" else 200_000) or (key == "hours_per_day" and number == 0):
+        message = f"{key}: {text!r} is no number that makes sense. Start again, or leave it empty."
+        raise click.UsageError(message)
+    return number

@@ -1,0 +1,58 @@
+"""``lutgen study run``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from lutgen.cli.shared import progress_bar
+
+
+@click.command()
+@click.argument("study", metavar="STUDY")
+@click.option("--reader", required=True, metavar="NAME", help="Who reads; a new name takes the next free place.")
+@click.option("--session", type=int, required=True, metavar="N", help="Which session, from 1.")
+@click.option("--override", metavar="REASON", help="Begin before the washout is over, or with a clock set back.")
+@click.option("--port", type=int, default=0, metavar="PORT", help="Port on this computer [default: any free one].")
+@click.option("--no-browser", is_flag=True, help="Print the address only.")
+def command(*, study: str, reader: str, session: int, override: str | None, port: int, no_browser: bool) -> None:
+    """Read a session in the browser: one image at a time, pixel for pixel on neutral grey, names hidden.
+
+    Serves a page on this computer alone (127.0.0.1) until the session is complete or Ctrl-C. Practice comes first. For
+    each image the page records the diagnosis, the ease of reading, and the time from the image's first paint to the
+    diagnosis; an answer is on disk (STUDY/answers, one file a reader) before the next image is shown. The same command
+    goes on where a session stopped; an image that was shown without an answer comes again. A session begins when the
+    one before is complete and the washout is over, unless --override gives a reason, which is recorded.
+
+    The page warns of zoom, of a window smaller than the images, of a screen wider than sRGB or in HDR, and of a browser
+    that alters pixels. The screen's colour profile no page can see, and a clock that was set forward no program.
+
+    \b
+    Example:
+      lutgen study run study/ --reader "Dr A" --session 1
+    """
+    import signal
+    import webbrowser
+    from contextlib import suppress
+
+    from lutgen.study.begin import begin_reading
+    from lutgen.study.server import serve
+
+    def opened(address: str) -> None:
+        # A name that was mistyped shows here: it has taken another place, and has all images left.
+        click.echo(f"{now.reader}, place {now.place} of {now.protocol.readers}: {now.left} images left.")
+        click.echo(f"Ctrl-C stops; the same command goes on. Read at {address}")
+        if not no_browser:
+            webbrowser.open(address)
+
+    # A stop by the system is one by Ctrl-C; so is an interrupt where a shell's background job would not hear it.
+    for each in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(each, signal.default_int_handler)
+    with progress_bar("checking the images") as progress:
+        begun = begin_reading(Path(study), reader=reader, session=session, override=override, progress=progress)
+        with begun as now:
+            with suppress(KeyboardInterrupt):
+                serve(now, opened=opened, say=lambda text: click.echo(f"lutgen: {text}", err=True), port=port)
+            done = f"Session {session} of {now.reader}: {now.read} of {len(now.images)} images are read and saved"
+            click.echo(f"{done}, {now.left} left." if now.left else f"{done}. {now.following()}".rstrip())

@@ -1,0 +1,36 @@
+"""``lutgen study status``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from lutgen.cli.data_options import check_json
+from lutgen.cli.outputs import print_page, write_json
+from lutgen.cli.picture_options import json_option
+
+
+@click.command()
+@click.argument("study", metavar="STUDY")
+@json_option
+@click.option("--force", is_flag=True, help="Replace a file that exists.")
+def command(*, study: str, json_to: str | None, force: bool) -> None:
+    """Show who has read what in a study, and when the next session may begin; no answer is shown.
+
+    Every file of answers is verified; one that was altered by hand is named, with the row. Times are UTC.
+
+    \b
+    Example:
+      lutgen study status study/
+      lutgen study status study/ --json -
+    """
+    from lutgen.report.study_status_page import study_status_page
+    from lutgen.study.status import study_status
+
+    alone = check_json(json_to, force=force)
+    status = study_status(Path(study))
+    if not alone:
+        print_page(study_status_page(status))
+    if json_to:
+        write_json(status.as_json(), json_to)

@@ -1,0 +1,244 @@
+"""A reader's file: SQLite that only grows, each row carrying a hash of itself and of the row before.
+
+What the chain shows: a row that was changed, moved, put in or taken out by hand is found and named. What it cannot
+show, since it has no key: somebody who computes every hash after it anew; and rows cut off at the end, except that the
+row which ends a session says how many answers it has.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import sqlite3
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+    from pathlib import Path
+
+SCHEMA = 1
+
+#: Kind of the first row, which says whose file it is.
+OPENED = "opened"
+
+_TABLE = """
+CREATE TABLE log (row INTEGER PRIMARY KEY, at TEXT NOT NULL, session INTEGER NOT NULL, kind TEXT NOT NULL,
+                  content TEXT NOT NULL, hash TEXT NOT NULL);
+CREATE TRIGGER never_changed BEFORE UPDATE ON log BEGIN SELECT RAISE(ABORT, 'rows are never changed'); END;
+CREATE TRIGGER never_removed BEFORE DELETE ON log BEGIN SELECT RAISE(ABORT, 'rows are never removed'); END;
+"""
+
+#: Seconds for which a file is waited for that another process writes to just now.
+_PATIENCE = 5.0
+
+
+class NotSavedError(LutgenError):
+    """A row could not be written to disk: nothing of it was."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A row.
+
+    Attributes
+    ----------
+    row
+        Its number, from 1 without gaps.
+    at
+        When it was written: UTC by the computer's clock, ISO 8601. No time to score is taken from it.
+    session
+        The session that it belongs to; 0 for the first row.
+    kind, content
+        What happened.
+    hash
+        SHA-256 of the row before's hash (the protocol's, for the first) and of all of the above.
+
+    """
+
+    row: int
+    at: str
+    session: int
+    kind: str
+    content: Mapping[str, Any]
+    hash: str
+
+
+class AnswerFile:
+    """A reader's file that is open for appending."""
+
+    def __init__(self, path: Path, anchor: str, *, first: tuple[str, Mapping[str, Any]]) -> None:
+        """Open the file, or make it with a first row.
+
+        Parameters
+        ----------
+        path
+            The file. It is made readable for its owner alone.
+        anchor
+            The protocol's hash.
+        first
+            Time and content of the first row, which is written when there is none yet.
+
+        Raises
+        ------
+        LutgenError
+            The file cannot be opened, is damaged, or was altered.
+
+        """
+        self.path = path
+        self._anchor = anchor
+        self.entries: list[Entry] = []
+        with _explained(path):
+            # Made here, since SQLite would let the group read it.
+            os.close(os.open(path, os.O_RDWR | os.O_CREAT, 0o600))
+            self._connection = sqlite3.connect(path, timeout=_PATIENCE, isolation_level=None, check_same_thread=False)
+        try:
+            with _explained(path):
+                # EXTRA: an answer is on disk, and the journal's end too, before the next image is shown.
+                self._connection.execute("PRAGMA synchronous = EXTRA")
+                self._connection.execute("BEGIN IMMEDIATE")
+                if _is_new(self._connection, path):
+                    for statement in _TABLE.split(";\n"):
+                        self._connection.execute(statement)
+                    at, content = first
+                    self._insert(self._chained(at, 0, [(OPENED, content)]))
+                self._connection.execute("COMMIT")
+            self.entries = _verified(self._connection, path, anchor)
+        except BaseException:
+            self._connection.close()
+            raise
+
+    def append(self, at: str, session: int, events: Sequence[tuple[str, Mapping[str, Any]]]) -> None:
+        """Write rows, all of them or none, and return when they are on disk.
+
+        Raises
+        ------
+        NotSavedError
+            The disk is full, or cannot be written to.
+
+        """
+        new = self._chained(at, session, events)
+        try:
+            self._connection.execute("BEGIN IMMEDIATE")
+            self._insert(new)
+            self._connection.execute("COMMIT")
+        except sqlite3.Error as error:
+            if self._connection.in_transaction:
+                self._connection.execute("ROLLBACK")
+            message = f"{self.path}: cannot be written ({error}): nothing of it was saved. Make room, then try again."
+            raise NotSavedError(message) from None
+        self.entries = [*self.entries, *new]
+
+    def close(self) -> None:
+        """Close the file."""
+        self._connection.close()
+
+    def _chained(self, at: str, session: int, events: Sequence[tuple[str, Mapping[str, Any]]]) -> list[Entry]:
+        found = list(self.entries)
+        for row, (kind, content) in enumerate(events, start=len(found) + 1):
+            before = found[-1].hash if found else self._anchor
+            claim = _hash(before, row, at, session, kind, _text(content))
+            found.append(Entry(row, at, session, kind, content, claim))
+        return found[len(self.entries) :]
+
+    def _insert(self, new: Sequence[Entry]) -> None:
+        rows = [(each.row, each.at, each.session, each.kind, _text(each.content), each.hash) for each in new]
+        self._connection.executemany("INSERT INTO log VALUES (?, ?, ?, ?, ?, ?)", rows)
+
+
+def read_entries(path: Path, anchor: str) -> list[Entry]:
+    """Return the rows of a reader's file, verified; none where its first row was never written.
+
+    Raises
+    ------
+    LutgenError
+        The file cannot be read, is damaged, or was altered; names the row.
+
+    """
+    with _explained(path):
+        # Not mode=ro: a journal that a killed process left must be rolled back before anything is read.
+        connection = sqlite3.connect(f"{path.absolute().as_uri()}?mode=rw", uri=True, timeout=_PATIENCE)
+    with closing(connection):
+        with _explained(path):
+            new = _is_new(connection, path)
+        return [] if new else _verified(connection, path, anchor)
+
+
+@contextmanager
+def held(path: Path) -> Iterator[None]:
+    """Hold a reader's place: one process at a time. The lock ends with the process, however that ends.
+
+    Raises
+    ------
+    LutgenError
+        Another process holds it.
+
+    """
+    beside = path.with_name(f".{path.stem}.lock")
+    with _explained(beside):
+        connection = sqlite3.connect(beside, timeout=0, isolation_level=None, check_same_thread=False)
+    with closing(connection):
+        try:
+            connection.execute("BEGIN EXCLUSIVE")
+        except sqlite3.OperationalError:
+            message = (
+                "this reader's session is running already, in another lutgen study run. Go on there, or end that one "
+                "with Ctrl-C."
+            )
+            raise LutgenError(message) from None
+        yield
+
+
+@contextmanager
+def _explained(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise LutgenError(f"{path}: cannot be opened: {reason}. Check the study's folder and its rights.") from None
+    except sqlite3.Error as error:
+        message = f"{path}: cannot be used as a file of answers ({error}). Make room, or restore it from a copy."
+        raise LutgenError(message) from None
+
+
+def _is_new(connection: sqlite3.Connection, path: Path) -> bool:
+    """Say whether nothing was ever written: table and first row come together, or neither does."""
+    connection.execute("SELECT 1 FROM sqlite_master").fetchone()  # rolls back what a killed process left
+    return path.stat().st_size == 0
+
+
+def _verified(connection: sqlite3.Connection, path: Path, anchor: str) -> list[Entry]:
+    with _explained(path):
+        (sound,) = connection.execute("PRAGMA quick_check(1)").fetchone()
+        if sound != "ok":
+            raise sqlite3.DatabaseError(sound)
+        rows = connection.execute("SELECT row, at, session, kind, content, hash FROM log ORDER BY row").fetchall()
+    if not rows:
+        raise LutgenError(f"{path}: was altered: all its rows are missing. Restore the file from a copy.")
+    found: list[Entry] = []
+    before = anchor
+    for number, (row, at, session, kind, content, claimed) in enumerate(rows, start=1):
+        what = f"row {row} ({kind}, session {session})"
+        if row != number:
+            message = f"{path}: was altered: row {number} is missing before {what}. Restore the file from a copy."
+            raise LutgenError(message)
+        if claimed != _hash(before, row, at, session, kind, content):
+            why = "does not belong to this study's protocol, or was altered" if row == 1 else "was altered by hand"
+            raise LutgenError(f"{path}: {what} {why} (its hash does not fit). Restore the file from a copy.")
+        found.append(Entry(row, at, session, kind, json.loads(content), claimed))
+        before = claimed
+    return found
+
+
+def _hash(before: str, *row: object) -> str:
+    # repr: what no row of ours holds, such as bytes, fits no hash.
+    text = json.dumps([before, *row], ensure_ascii=True, separators=(",", ":"), default=repr)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _text(content: Mapping[str, Any]) -> str:
+    return json.dumps(content, sort_keys=True, ensure_ascii=False, separators=(",", ":"), allow_nan=False)

@@ -1,0 +1,174 @@
+"""Answers of a study: one file a place, ``STUDY/answers/reader-1.sqlite``; the reader's name is only inside.
+
+A place is a reader's number in the protocol. A name takes the next free place when it first reads, and has it from
+then on. What a name is made of never reaches the file system.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from typing import TYPE_CHECKING, Any
+
+from lutgen.errors import LutgenError
+from lutgen.study.answer import Answer
+from lutgen.study.answer_file import SCHEMA, AnswerFile, Entry, read_entries
+from lutgen.study.protocol import ANSWERS, Protocol, read_protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+#: Kinds of rows: an image of the session was read, an image to practise on was, the session is complete.
+ANSWERED, PRACTISED, ENDED = "answered", "practised", "ended"
+
+#: Letters of a reader's name, at most.
+LONGEST_NAME = 64
+
+_PLACE = re.compile(r"reader-([1-9][0-9]*)\.sqlite")
+
+
+def reader_name(text: str) -> str:
+    """Return a reader's name as it is kept: Unicode NFC, blanks at the ends and doubled ones taken out.
+
+    Raises
+    ------
+    LutgenError
+        Empty, too long, or with characters that cannot be seen: control, bidirectional, undecodable.
+
+    """
+    name = re.sub(" +", " ", unicodedata.normalize("NFC", text)).strip(" ")
+    if name.isprintable() and 1 <= len(name) <= LONGEST_NAME:
+        return name
+    message = f"--reader {text[:80]!a}: give a name of 1 to {LONGEST_NAME} letters that can all be seen."
+    raise LutgenError(message)
+
+
+def take_place(study: Path, protocol: Protocol, name: str, *, session: int, at: str) -> AnswerFile:
+    """Open the file of a reader; a new name takes the next free place.
+
+    Parameters
+    ----------
+    study, protocol
+        Folder and protocol.
+    name
+        As from :func:`reader_name`; capitals do not matter.
+    session
+        Which is to be read: a new name begins with the first.
+    at
+        The time now, ISO 8601.
+
+    Raises
+    ------
+    LutgenError
+        All places are taken, a new name would begin with a later session, or a file cannot be read.
+
+    """
+    for place in range(1, protocol.readers + 1):
+        path = study / ANSWERS / f"reader-{place}.sqlite"
+        there = read_entries(path, protocol.sha256) if path.exists() else []
+        if there and not _same(whose(there, path), name):
+            continue
+        if not there and session != 1:
+            message = f"--session {session}: no reader {name!r} has read session 1. Check the name, or begin with it."
+            raise LutgenError(message)
+        _make_folder(path.parent)
+        first = {"schema": SCHEMA, "reader": name, "place": place, "protocol": protocol.sha256}
+        file = AnswerFile(path, protocol.sha256, first=(at, first))
+        if _same(whose(file.entries, path), name):
+            return file
+        file.close()  # another process was quicker with another name
+    message = (
+        f"--reader {name!r}: the study is planned for {protocol.readers} reader(s), and all places are taken by other "
+        "names. Check the name."
+    )
+    raise LutgenError(message)
+
+
+def read_answers(study: Path) -> tuple[Answer, ...]:
+    """Return all answers of a study, by place, session and position, practice left out.
+
+    A session that is not complete gives what is there. Every file is verified.
+
+    Raises
+    ------
+    LutgenError
+        The protocol or a file of answers cannot be read, or was altered; names the file and the row.
+
+    """
+    protocol = read_protocol(study)
+    found: list[Answer] = []
+    for place, path in answer_files(study):
+        entries = read_entries(path, protocol.sha256)
+        if entries:
+            found += _answers(entries, place, path, protocol)
+    return tuple(found)
+
+
+def answer_files(study: Path) -> list[tuple[int, Path]]:
+    """Return the places that have a file, and their files."""
+    folder = study / ANSWERS
+    names = [(_PLACE.fullmatch(path.name), path) for path in folder.iterdir()] if folder.is_dir() else []
+    return sorted((int(name[1]), path) for name, path in names if name)
+
+
+def whose(entries: Sequence[Entry], path: Path) -> str:
+    """Return the reader's name in a file. Raises LutgenError where the file is at another reader's place."""
+    first = entries[0].content
+    if path.name != f"reader-{first['place']}.sqlite":
+        message = f"{path}: is a copy of reader-{first['place']}.sqlite, under another name. Take it away."
+        raise LutgenError(message)
+    return str(first["reader"])
+
+
+def answered(entries: Sequence[Entry], session: int, kind: str = ANSWERED) -> list[Mapping[str, Any]]:
+    """Return what was answered in a session, in its order."""
+    return [entry.content for entry in entries if (entry.session, entry.kind) == (session, kind)]
+
+
+def _same(one: str, other: str) -> bool:
+    return one.casefold() == other.casefold()
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(mode=0o700, exist_ok=True)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise LutgenError(f"{folder}: cannot be made: {reason}. Check the study's folder and its rights.") from None
+
+
+def _answers(entries: Sequence[Entry], place: int, path: Path, protocol: Protocol) -> list[Answer]:
+    reader = whose(entries, path)
+    categories = {category.name: category.positive for category in protocol.categories}
+    trials = {(trial.session, trial.position): trial for trial in protocol.trials if trial.reader == place}
+    found: list[Answer] = []
+    for entry in entries:
+        _check_count(entry, entries, path)
+        if entry.kind != ANSWERED:
+            continue
+        said = entry.content
+        trial = trials.get((entry.session, said["position"]))
+        if trial is None or said["category"] not in categories:
+            message = f"{path}: row {entry.row} answers what the protocol does not ask. Restore the file from a copy."
+            raise LutgenError(message)
+        found.append(
+            Answer(
+                reader=reader,
+                session=entry.session,
+                position=trial.position,
+                image=trial.image,
+                condition=trial.condition,
+                seconds=said["seconds"],
+                ease=said["ease"],
+                category=said["category"],
+                positive=categories[said["category"]],
+            )
+        )
+    return sorted(found, key=lambda answer: (answer.session, answer.position))
+
+
+def _check_count(entry: Entry, entries: Sequence[Entry], path: Path) -> None:
+    if entry.kind == ENDED and entry.content["answers"] != len(answered(entries, entry.session)):
+        message = f"{path}: row {entry.row} ends session {entry.session} with another number of answers than there are."
+        raise LutgenError(f"{message} Restore the file from a copy.")

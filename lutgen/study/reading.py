@@ -1,0 +1,242 @@
+"""A reading session as a state machine, without a browser: which image is read next, and what was said of it.
+
+Order: the images to practise on, then those of the session, each answered once, none twice, none left out. An answer is
+on disk before the next image may be shown. Whatever happens is a row in the reader's file: started, resumed, shown,
+paused, continued, warned, accepted, overridden, practised, answered, ended.
+
+Two clocks are kept apart. The computer's, for when things happened and for the washout, may be set wrong: set back, it
+is noticed; set forward, it is not. The page's own, which only runs, gives the time to score.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any
+
+from lutgen.errors import LutgenError
+from lutgen.study.answers import ANSWERED, ENDED, PRACTISED, answered
+from lutgen.study.progress import may_begin
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from pathlib import Path
+
+    from lutgen.study.answer_file import AnswerFile
+    from lutgen.study.protocol import Protocol
+
+#: Kind of row: an image left for the screen.
+SHOWN = "shown"
+
+
+@dataclass(frozen=True)
+class Task:
+    """An image to be read.
+
+    Attributes
+    ----------
+    number, of
+        Its number among the images to practise on or among those of the session, from 1, and how many these are.
+    practice
+        Whether it is to practise on.
+    file, sha256
+        Path in the study's folder, and the hash that it had when the study was planned.
+
+    """
+
+    number: int
+    of: int
+    practice: bool
+    file: str
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What a reader said of an image, and the times that the page measured.
+
+    Attributes
+    ----------
+    category
+        Name of the protocol's category.
+    ease
+        Ease of reading.
+    seconds
+        From the first paint of the last showing to the choice of the category that was confirmed, pauses left out.
+    first_choice_seconds
+        The same, to the first choice: less where the reader changed it.
+    pauses, paused_seconds
+        How often and how long the image was hidden, up to the confirmation.
+    paint
+        How the page knew of the first paint: element-timing (the browser's own record) or animation-frame.
+
+    """
+
+    category: str
+    ease: int
+    seconds: float
+    first_choice_seconds: float
+    pauses: int
+    paused_seconds: float
+    paint: str
+
+
+class PastError(LutgenError):
+    """An answer to an image that is not the one to be read now."""
+
+
+class Reading:
+    """A session that runs."""
+
+    def __init__(
+        self, study: Path, protocol: Protocol, file: AnswerFile, session: int, clock: Callable[[], datetime]
+    ) -> None:
+        """Take what :func:`lutgen.study.begin.begin_reading` found in order."""
+        self.study, self.protocol, self.session = study, protocol, session
+        self.reader, self.place = str(file.entries[0].content["reader"]), int(file.entries[0].content["place"])
+        self._file, self._clock = file, clock
+        self.practice, self.images = tasks_of(protocol, self.place, session)
+        self._done = {kind: len(answered(file.entries, session, kind)) for kind in (PRACTISED, ANSWERED)}
+
+    @property
+    def practised(self) -> int:
+        """How many images were practised on."""
+        return self._done[PRACTISED]
+
+    @property
+    def read(self) -> int:
+        """How many images of the session were read."""
+        return self._done[ANSWERED]
+
+    @property
+    def left(self) -> int:
+        """How many images of the session are left."""
+        return len(self.images) - self.read
+
+    def task(self) -> Task | None:
+        """Return the image to be read now; None when all are read."""
+        return next(iter([*self.practice[self.practised :], *self.images[self.read :]]), None)
+
+    def picture(self, task: Task) -> bytes:
+        """Return an image as the study was planned with. Raises LutgenError when it has changed since."""
+        return picture_of(self.study, task)
+
+    def showings(self, task: Task) -> int:
+        """Return how often an image was shown, now included: more than once after a reload or a crash."""
+        key = (SHOWN, task.practice, task.number)
+        here = [entry for entry in self._file.entries if entry.session == self.session]
+        return sum((each.kind, each.content.get("practice"), each.content.get("position")) == key for each in here)
+
+    def show(self, task: Task) -> None:
+        """Record, before it is shown, that an image is. Raises NotSavedError when that cannot be written."""
+        self.note(SHOWN, {"practice": task.practice, "position": task.number, "sha256": task.sha256})
+
+    def following(self) -> str:
+        """Say when this reader may read on; empty after the last session."""
+        begin = may_begin(self._file.entries, self.session + 1, self.protocol.washout_days)
+        if begin is None or self.session == self.protocol.sessions:
+            return ""
+        return f"Session {self.session + 1} may begin on {when(begin)}."
+
+    def note(self, kind: str, content: Mapping[str, Any]) -> None:
+        """Record what happened. Raises NotSavedError when that cannot be written."""
+        self._file.append(text_of(self._clock()), self.session, [(kind, content)])
+
+    def answer(self, number: int, decision: Decision, *, practice: bool = False) -> None:
+        """Record an answer; when this returns, it is on disk. The same answer again changes nothing.
+
+        Raises
+        ------
+        PastError
+            ``number`` is not the image to be read now, or was answered otherwise.
+        NotSavedError
+            The disk is full, or cannot be written to: nothing was recorded.
+        LutgenError
+            No such category or ease, or a time that is none.
+
+        """
+        kind = PRACTISED if practice else ANSWERED
+        self._check(decision)
+        if number <= self._done[kind]:
+            self._check_same(kind, number, decision)
+            return
+        task = self.task()
+        if task is None or (task.practice, task.number) != (practice, number) or not self.showings(task):
+            message = f"image {number} is not the one to be read now. Reload the page to go on with the right one."
+            raise PastError(message)
+        content = {"position": number, "showings": self.showings(task), **asdict(decision)}
+        events: list[tuple[str, Mapping[str, Any]]] = [(kind, content)]
+        if not practice and number == len(self.images):
+            events.append((ENDED, {"answers": number}))
+        self._file.append(text_of(self._clock()), self.session, events)
+        self._done[kind] += 1
+
+    def _check(self, decision: Decision) -> None:
+        lowest, highest = self.protocol.ease
+        names = [category.name for category in self.protocol.categories]
+        times = (decision.first_choice_seconds, decision.seconds, decision.paused_seconds)
+        if decision.category not in names:
+            raise LutgenError(f"diagnosis {decision.category!r}: pick one of {', '.join(names)}.")
+        if not lowest <= decision.ease <= highest:
+            raise LutgenError(f"ease of reading {decision.ease}: give {lowest} to {highest}.")
+        if not all(0 <= each < float("inf") for each in times) or decision.pauses < 0:
+            raise LutgenError(f"times {times}, {decision.pauses} pauses: give what is finite and not below 0.")
+
+    def _check_same(self, kind: str, number: int, decision: Decision) -> None:
+        before = answered(self._file.entries, self.session, kind)[number - 1]
+        if {**before, **asdict(decision)} != before:
+            message = f"image {number} was answered already, and otherwise: that answer stays. There is no going back."
+            raise PastError(message)
+
+
+def tasks_of(protocol: Protocol, place: int, session: int) -> tuple[list[Task], list[Task]]:
+    """Return what a reader is shown in a session: the images to practise on, and those of the session.
+
+    Raises
+    ------
+    LutgenError
+        The protocol has no such session, or names an image that was not rendered.
+
+    """
+    first = {render.image: render for render in reversed(protocol.renders)}
+    trials = protocol.session(place, session)
+    if not trials:
+        raise LutgenError(f"the protocol has no images for place {place} in session {session}. Plan the study again.")
+    try:
+        practice = [first[image.name] for image in protocol.practice]
+        images = [protocol.render(trial.image, trial.condition) for trial in trials]
+    except KeyError as error:
+        raise LutgenError(f"the protocol has no picture of {error}. Plan the study again.") from None
+
+    def numbered(renders: list[Any], *, practice: bool) -> list[Task]:
+        return [
+            Task(number, len(renders), practice, render.file, render.sha256)
+            for number, render in enumerate(renders, start=1)
+        ]
+
+    return numbered(practice, practice=True), numbered(images, practice=False)
+
+
+def picture_of(study: Path, task: Task) -> bytes:
+    """Return an image's file. Raises LutgenError when it is not as the study was planned with."""
+    path = study / task.file
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise LutgenError(f"{path}: {reason}. Restore the study's images from a copy.") from None
+    if hashlib.sha256(data).hexdigest() != task.sha256:
+        message = f"{path}: has changed since the study was planned (its hash does not fit). Restore it from a copy."
+        raise LutgenError(message)
+    return data
+
+
+def when(time: datetime) -> str:
+    """Return a time for people."""
+    return f"{time:%Y-%m-%d %H:%M} UTC"
+
+
+def text_of(time: datetime) -> str:
+    """Return a time for a reader's file."""
+    return time.astimezone(UTC).isoformat(timespec="milliseconds")

@@ -1,0 +1,83 @@
+"""A folder that holds what the examples in README and help texts name, and every command that they may run."""
+
+from __future__ import annotations
+
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+from itertools import takewhile
+from pathlib import Path
+
+import numpy as np
+from click import Command, Context, Group
+from skimage.data import immunohistochemistry
+from skimage.io import imsave
+
+from lutgen.cli import group
+from lutgen.display import DisplayModel, default_display
+from lutgen.measurements import read_measurements
+from lutgen.report.stub import sketched
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def commands(here: Group = group, before: str = "") -> dict[str, Command]:
+    """Every command by its words, such as "study plan"; groups are those of their commands."""
+    found: dict[str, Command] = {}
+    for name in here.list_commands(Context(here)):
+        command = here.get_command(Context(here), name)
+        assert command is not None
+        found |= commands(command, f"{before}{name} ") if isinstance(command, Group) else {f"{before}{name}": command}
+    return found
+
+
+COMMANDS = commands()
+
+
+def make_folder(folder: Path) -> Path:
+    """Put what the examples name into an empty folder."""
+    imsave(folder / "slide.png", immunohistochemistry()[:64, :64])
+    for top, name in ((0, "a.tif"), (32, "b.tif")):
+        imsave(folder / name, immunohistochemistry()[top : top + 32, :32])
+    (folder / "compared").mkdir()
+    (folder / "slides").mkdir()
+    for name in ("a.tif", "b.tif"):
+        shutil.copyfile(folder / name, folder / "slides" / name)
+    shutil.copyfile(default_display(), folder / "my-display.csv")
+    (folder / "examples").mkdir()
+    for name in ("display-a.csv", "paper-study-counts.csv", "paper-study-summary.csv", "session.ti3"):
+        shutil.copyfile(ROOT / "examples" / name, folder / "examples" / name)
+    (folder / "my_effect.py").write_text(sketched("light added everywhere", misfit="of an example"))
+    shutil.copyfile(ROOT / "configs/default/chroma/10000h/aged.clf", folder / "theirs.clf")
+    model = DisplayModel(read_measurements(default_display()))
+    axis = np.linspace(0, 1, 33)
+    blue, green, red = np.meshgrid(axis, axis, axis, indexing="ij")
+    table = model.at("chroma", 10_000).code_to_code(np.stack([red, green, blue], axis=-1)).reshape(-1, 3)
+    rows = "".join(f"{r:.7f} {g:.7f} {b:.7f}\n" for r, g, b in table)
+    (folder / "theirs.cube").write_text(f"LUT_3D_SIZE 33\n{rows}")
+    return folder
+
+
+def run_lutgen(line: str, folder: Path) -> str:
+    arguments = shlex.split(line, comments=True)
+    assert arguments[0] == "lutgen"
+    command = [sys.executable, "-m", "lutgen", *arguments[1:]]
+    if arguments[1:3] == ["study", "run"]:
+        return run_until_served(command, folder)
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=200)
+    assert done.returncode == 0, (line, done.stderr)
+    return done.stdout
+
+
+def run_until_served(command: list[str], folder: Path) -> str:
+    """Run what serves a page until it does, and stop it as Ctrl-C would."""
+    process = subprocess.Popen([*command, "--no-browser"], cwd=folder, stdout=subprocess.PIPE, text=True)
+    with process:
+        assert process.stdout
+        printed = list(takewhile(lambda line: "http://" not in line, process.stdout))
+        process.send_signal(signal.SIGINT)
+        printed += process.stdout
+    assert process.returncode == 0, (command, printed)
+    return "".join(printed)

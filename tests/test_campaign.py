@@ -1,0 +1,241 @@
+"""Campaigns: the sessions of one display as one table of readings, and the draft of the file that lists them."""
+
+from __future__ import annotations
+
+import re
+import sys
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lutgen import LutgenError, read_measurements
+from lutgen.measurements.campaign import read_campaign
+from tests.command import Done, in_process
+from tests.session_files import DRIVE, WHITE_CD_M2, light, ti3
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+pytestmark = pytest.mark.numbers
+
+HEAD = 'schema = 1\n[display]\nname = "invented"\n'
+RELATIVE = ti3(keywords=())
+
+
+def session(date: str, share: float = 1.0, name: str = "invented") -> str:
+    """A session of the invented display, dimmed to a share of its light."""
+    luminance = f'LUMINANCE_XYZ_CDM2 "{190.09 * share} {WHITE_CD_M2 * share} {217.8 * share}"'
+    return ti3(keywords=(luminance, 'NORMALIZED_TO_Y_100 "YES"'), name=name).replace("Tue May 26 13:21:48 2020", date)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Three sessions, ten and a hundred days apart."""
+    for name, date, share in (("a", "2020-01-01", 1.0), ("b", "2020-01-11", 0.9), ("c", "2020-04-10", 0.7)):
+        (tmp_path / f"{name}.ti3").write_text(session(date, share))
+    (tmp_path / "relative.ti3").write_text(RELATIVE)
+    return tmp_path
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "campaign.toml"
+    path.write_text(text)
+    return path
+
+
+def test_dates_become_hours_by_the_hours_of_a_day(folder: Path) -> None:
+    blocks = "".join(f'[[sessions]]\nfile = "{name}.ti3"\n' for name in "cab")
+    path = written(folder, f"{HEAD}hours_per_day = 6.0\n{blocks}")
+    assert read_campaign(path).hours().tolist() == [600.0, 0.0, 60.0]
+    readings = read_measurements(path)
+    hours, tips = readings.tips()
+    assert hours.tolist() == [0.0, 60.0, 600.0]
+    np.testing.assert_allclose(tips[:, 0, 2], WHITE_CD_M2 * np.array([1.0, 0.9, 0.7]), rtol=1e-6)
+    np.testing.assert_allclose(readings.drive[: len(DRIVE)], DRIVE, atol=1e-6)
+    np.testing.assert_allclose(readings.xyz_cd_m2[-len(DRIVE) :], 0.7 * WHITE_CD_M2 * light(), atol=1e-3)
+    assert readings.session[0] == "a.ti3"
+    assert readings.lines[0] == 7
+    assert readings.metadata["display"] == "invented"
+
+
+def test_hours_are_counted_from_the_first_session(folder: Path) -> None:
+    blocks = "".join(
+        f'[[sessions]]\nfile = "{name}.ti3"\nhours = {h}\n' for name, h in (("a", 500), ("b", 800), ("c", 4500.5))
+    )
+    assert read_measurements(written(folder, HEAD + blocks)).tips()[0].tolist() == [0.0, 300.0, 4000.5]
+
+
+def test_conditions_reach_the_readings_and_the_rest_is_as_usual(folder: Path) -> None:
+    text = f"""{HEAD}
+[[sessions]]
+file = "a.ti3"
+hours = 0
+[[sessions]]
+file = "b.ti3"
+hours = 0
+ambient_lx = 80.0
+position = [0.1, 0.9]
+settings = "brightness 30 %"
+instrument = "another meter"
+"""
+    path = written(folder, text)
+    readings = read_measurements(path)
+    lit = readings.conditions["ambient_lx"] > 0
+    assert lit.sum() == len(DRIVE)
+    assert set(readings.conditions["u"][lit]) == {0.1}
+    assert set(readings.conditions["u"][~lit]) == {0.5}
+    assert set(np.array(readings.note)[lit]) == {"brightness 30 %"}
+    assert read_campaign(path).entries[1].instrument == "another meter"
+
+
+def test_the_hash_covers_the_sessions(folder: Path) -> None:
+    path = written(folder, f'{HEAD}[[sessions]]\nfile = "a.ti3"\nhours = 0\n')
+    before = read_measurements(path).sha256
+    (folder / "a.ti3").write_text(session("2020-01-02"))
+    assert read_measurements(path).sha256 != before
+
+
+A = '[[sessions]]\nfile = "a.ti3"\n'
+
+#: Text after the head, and what the error says.
+BAD = {
+    "no TOML": ("[[sessions", "is no TOML"),
+    "an unknown key": (f"{A}hour = 3\n", r"line 4: unknown key 'hour'\. Pick one of: ambient_lx, date"),
+    "an unknown key of the display": (f"hours = 3\n{A}", "unknown key 'hours'"),
+    "no sessions": ("", "needs .* one .*sessions"),
+    "no file": ("[[sessions]]\nhours = 1\n", "names no file"),
+    "a file that is missing": ('[[sessions]]\nfile = "z.ti3"\n', "cannot read the session"),
+    "a number for a file": ("[[sessions]]\nfile = 3\n", "must be text"),
+    "the same session twice": (f"{A}hours = 0\n{A}hours = 9\n", "the same bytes as the session of line 4"),
+    "no hours": (A, "dates, which are no operating hours"),
+    "some hours": (f'{A}[[sessions]]\nfile = "b.ti3"\nhours = 9\n', "hours where others only have a date"),
+    "a quoted date": (f'{A}date = "2020-05-26"\n', "without quotes"),
+    "an absurd date": (f"{A}date = 1904-01-01\n", "displays are not older"),
+    "month 13": (f"{A}date = 2020-13-01\n", "is no TOML"),
+    "hours in words": (f'{A}hours = "many"\n', "must be a number"),
+    "no number": (f"{A}hours = nan\n", "must be a number"),
+    "negative hours": (f"{A}hours = -3\n", "hours = -3 must be"),
+    "25 hours a day": (f"hours_per_day = 25\n{A}", "at most 24"),
+    "a window of nothing": (f"{A}hours = 0\nwindow = 0.0\n", "window = 0 must be"),
+    "half a position": (f"{A}hours = 0\nposition = [0.5]\n", "two numbers"),
+    "a position off the screen": (f"{A}hours = 0\nposition = [0.5, 1.5]\n", "v = 1.5 must be"),
+    "sessions in one line": ('sessions = [{file = "a.ti3"}]\n', "one .*sessions.* for every session"),
+    "a relative session": ('[[sessions]]\nfile = "relative.ti3"\nhours = 0\n', "relative to white"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_campaigns_are_refused_with_a_sentence(folder: Path, name: str) -> None:
+    text, said = BAD[name]
+    with pytest.raises(LutgenError, match=said):
+        read_measurements(written(folder, HEAD + text))
+
+
+def test_a_campaign_of_another_schema_is_refused(folder: Path) -> None:
+    with pytest.raises(LutgenError, match=r"schema = 2; a campaign has schema = 1"):
+        read_measurements(written(folder, f"schema = 2\n{A}"))
+    with pytest.raises(LutgenError, match="cannot read"):
+        read_campaign(folder / "none.toml")
+    (folder / "latin.toml").write_bytes(b"# \xff\n")
+    with pytest.raises(LutgenError, match="UTF-8"):
+        read_campaign(folder / "latin.toml")
+
+
+@given(text=st.text(max_size=200))
+def test_any_text_is_a_campaign_or_refused(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
+    path = tmp_path_factory.getbasetemp() / "any.toml"
+    for content in (text, HEAD + text, f"{HEAD}{A}{text}"):
+        path.write_bytes(content.encode("utf-8", "surrogatepass"))
+        with pytest.raises(LutgenError):
+            read_campaign(path)
+
+
+# The draft
+
+
+@pytest.fixture
+def init(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
+    monkeypatch.chdir(folder)
+    return in_process(monkeypatch, capsys, "sessions", "init")
+
+
+def test_a_draft_says_what_the_files_say_and_leaves_open_what_only_a_person_knows(
+    folder: Path, init: Callable[..., Done]
+) -> None:
+    done = init("c.ti3", "a.ti3", "b.ti3", "-o", "made/campaign.toml")
+    assert (done.code, done.err) == (0, "")
+    text = (folder / "made/campaign.toml").read_text()
+    content = tomllib.loads(text)
+    assert content["display"]["name"] == "invented"
+    assert [(each["file"], str(each["date"])) for each in content["sessions"]] == [
+        ("../a.ti3", "2020-01-01"), ("../b.ti3", "2020-01-11"), ("../c.ti3", "2020-04-10"),
+    ]  # fmt: skip
+    assert text.count("# TODO ambient_lx") == 3
+    assert "# TODO hours_per_day" in text
+    assert "35 readings; white 140.0 cd/m²" in text
+    with pytest.raises(LutgenError, match="no operating hours"):
+        read_measurements(folder / "made/campaign.toml")
+    (folder / "made/campaign.toml").write_text(text.replace("# TODO hours_per_day", "hours_per_day"))
+    assert read_measurements(folder / "made/campaign.toml").tips()[0].tolist() == [0.0, 80.0, 800.0]
+
+
+def test_a_person_at_a_terminal_is_asked(
+    folder: Path, init: Callable[..., Done], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answers = iter(["", "6", "0", "brightness 30 %"])
+    monkeypatch.setattr(sys.stdin, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr("click.termui.visible_prompt_func", lambda _text: next(answers))
+    assert init("a.ti3", "b.ti3", "-o", "campaign.toml").code == 0
+    campaign = read_campaign(folder / "campaign.toml")
+    assert campaign.hours_per_day == 6.0
+    assert campaign.entries[0].conditions == {"ambient_lx": 0.0}
+    assert campaign.entries[1].settings == "brightness 30 %"
+    assert campaign.hours().tolist() == [0.0, 60.0]
+
+
+def test_an_answer_that_makes_no_sense_is_refused(init: Callable[..., Done], monkeypatch: pytest.MonkeyPatch) -> None:
+    answers = iter(["", "forty", "", ""])
+    monkeypatch.setattr(sys.stdin, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr("click.termui.visible_prompt_func", lambda _text: next(answers))
+    done = init("a.ti3", "-o", "campaign.toml")
+    assert done.code == 2
+    assert "hours_per_day: 'forty'" in done.err
+    assert not Path("campaign.toml").exists()
+
+
+def test_other_displays_are_noticed_and_named(folder: Path, init: Callable[..., Done]) -> None:
+    mixed = light() @ np.array([[0.8, 0.1, 0.0], [0.1, 0.9, 0.1], [0.1, 0.0, 0.9]]).T
+    (folder / "other.ti3").write_text(ti3(xyz=100 * mixed / mixed[0, 1]).replace("2020", "2021"))
+    (folder / "named.ti3").write_text(session("2021-01-01", name="another"))
+    (folder / "generic.ti3").write_text(session("2021-01-02", name="Color LCD"))
+    for other in ("other.ti3", "named.ti3"):
+        done = init("a.ti3", other, "-o", "campaign.toml")
+        assert done.code == 2
+        assert re.search(rf"of 2 displays.*a\.ti3.*{other}", done.err)
+        assert not (folder / "campaign.toml").exists()
+    assert init("a.ti3", "generic.ti3", "-o", "one.toml").code == 0
+    done = init("a.ti3", "other.ti3", "-o", "campaign.toml", "--same-display")
+    assert done.code == 0
+    assert "look like 2 displays" in done.out
+
+
+def test_nothing_is_replaced_unasked_nor_written_for_bad_input(folder: Path, init: Callable[..., Done]) -> None:
+    (folder / "campaign.toml").write_text("mine")
+    done = init("a.ti3", "-o", "campaign.toml")
+    assert (done.code, "exists already" in done.err) == (2, True)
+    assert (folder / "campaign.toml").read_text() == "mine"
+    assert init("a.ti3", "-o", "campaign.toml", "--force").code == 0
+    for arguments, said in (
+        (("a.ti3", "-o", "x.txt"), "ends in .toml"),
+        (("a.ti3", "a.ti3", "-o", "x.toml"), "the same bytes"),
+        (("none.ti3", "-o", "x.toml"), "cannot read"),
+    ):
+        done = init(*arguments)
+        assert done.code == 2
+        assert said in done.err
+    assert not (folder / "x.toml").exists()

@@ -1,0 +1,296 @@
+"""What is said of a session, held to a display that is known exactly and to what real sessions' authors noted."""
+
+from __future__ import annotations
+
+import json
+import os
+from copy import deepcopy
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from jsonschema import Draft202012Validator
+from jsonschema.exceptions import ValidationError
+
+from lutgen import LutgenError
+from lutgen.cli.outputs import write_json
+from lutgen.colorimetry import SRGB_XY, xy_to_uv
+from lutgen.measurements.sessions import read_session
+from lutgen.report.inspect_page import inspect_page
+from lutgen.report.inspect_plot import headline, picture_names, plot_inspection
+from lutgen.sessions import Inspection, inspect_session
+from lutgen.sessions.calibration import native_gamma, native_ramp
+from lutgen.sessions.primaries import GAMUTS, _covered
+from lutgen.sessions.schema import NAMES, as_json, schema
+from tests.session_files import DRIVE, GAMMA, LEAK, WHITE_CD_M2, curves, light, ti3
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+
+pytestmark = pytest.mark.numbers
+
+ROOT = Path(__file__).parents[1]
+
+
+def inspected(folder: Path, text: str, name: str = "session.ti3") -> Inspection:
+    (folder / name).write_text(text)
+    return inspect_session(read_session(folder / name))
+
+
+def changed(folder: Path, xyz: Array, drive: Array = DRIVE, **options: Any) -> Inspection:
+    return inspected(folder, ti3(drive, 100.0 * xyz, **options))
+
+
+def test_a_known_display_is_described_exactly(tmp_path: Path) -> None:
+    found = inspected(tmp_path, ti3())
+    assert found.white is not None
+    assert found.black is not None
+    assert found.white[1] == pytest.approx(WHITE_CD_M2)
+    assert found.black[1] == pytest.approx(LEAK * WHITE_CD_M2, rel=1e-5)
+    assert found.contrast == pytest.approx(1.0 / LEAK, rel=1e-5)
+    assert found.gamma == pytest.approx(GAMMA, abs=1e-4)
+    assert {name: round(curve.gamma or 0.0, 3) for name, curve in found.curves.items()} == dict.fromkeys(
+        found.curves, GAMMA
+    )
+    assert found.curves["grey"].residual == pytest.approx(0.0, abs=1e-4)
+    assert found.additivity == pytest.approx(1.0, abs=1e-6)
+    assert found.greys is not None
+    assert found.greys.delta_e.max() < 0.01
+    assert found.steadiness is not None
+    assert (found.steadiness.patches, found.steadiness.readings, found.steadiness.dark_noise) == (1, 3, 0.0)
+    assert found.steadiness.noise < 1e-9
+
+
+def test_the_primaries_are_srgbs_but_for_the_black_that_leaks(tmp_path: Path) -> None:
+    found = inspected(tmp_path, ti3()).primaries
+    assert found is not None
+    assert found.nearest == "sRGB/Rec.709"
+    assert max(found.shift["sRGB/Rec.709"].values()) < 0.02
+    black = changed(tmp_path, light() - light()[1]).primaries
+    assert black is not None
+    np.testing.assert_allclose([*black.xy.values()], SRGB_XY[1:], atol=1e-5)
+    assert black.coverage == pytest.approx(1.0, abs=1e-3)
+
+
+def test_deviation_from_srgb_is_that_of_gamma_2_2(tmp_path: Path) -> None:
+    curve = inspected(tmp_path, ti3()).curves["grey"]
+    place = int(np.argmin(np.abs(curve.drive - 0.1)))
+    # At code 0.1: sRGB 0.010023, L* 9.05; γ 2.2 0.0063096, L* 5.70 (CIE 15: 903.3 Y below 0.008856).
+    assert curve.lightness[place] == pytest.approx(903.3 * 0.0063096 - (116 * 0.010023 ** (1 / 3) - 16), abs=0.02)
+
+
+def test_gamma_is_the_slope_that_a_twin_finds(tmp_path: Path) -> None:
+    bent = DRIVE ** np.array([2.0, 2.2, 2.5])
+    found = changed(tmp_path, bent @ (light(np.eye(3)) - LEAK * light(np.ones((1, 3)))) + light()[1])
+    for name, gamma in zip(("red", "green", "blue"), (2.0, 2.2, 2.5), strict=True):
+        assert found.curves[name].gamma == pytest.approx(gamma, abs=2e-3)
+    assert any("Channels bend apart" in remark for remark in found.remarks)
+
+
+def test_what_calibration_holds_back_is_told_from_its_curves(tmp_path: Path) -> None:
+    ends = np.array([1.0, 0.9, 0.8])
+    found = changed(tmp_path, light(DRIVE * ends), calibration=curves(*ends))
+    loop = found.calibration
+    assert loop is not None
+    assert loop.at_stop == ("red",)
+    assert loop.target == {"x": 0.3127, "y": 0.329, "Y": 180.0}
+    # Luminance is 0.2126, 0.7152, 0.0722 of the primaries' (IEC 61966-2-1); γ 2.2 of each end is kept of it.
+    kept = np.array([0.2126, 0.7152, 0.0722]) @ ends**2.2
+    assert loop.cost == pytest.approx(1.0 - kept, abs=1e-3)
+    for name in ("red", "green", "blue"):
+        assert native_gamma(found.session, name) == pytest.approx(2.2, abs=1e-2)
+    drive, _ = native_ramp(found.session, "blue")
+    assert drive[-1] == pytest.approx(0.8)
+    assert any("red at the stop" in remark for remark in found.remarks)
+    assert any("gives away" in remark for remark in found.remarks)
+    assert any("asked for 180" in remark for remark in found.remarks)
+
+
+def test_a_display_that_brightens_while_it_is_read_is_called_unsteady(tmp_path: Path) -> None:
+    ramp = 1.0 + 0.2 * np.linspace(0.0, 1.0, len(DRIVE))
+    found = changed(tmp_path, light() * ramp[:, np.newaxis])
+    assert found.steadiness is not None
+    assert found.steadiness.drift == pytest.approx(0.2, abs=1e-6)
+    assert found.remarks[0].startswith("Unsteady: a patch that was read again had +20.0%")
+    slight = changed(tmp_path, light() * (1.0 + 0.05 * (ramp - 1.0))[:, np.newaxis])
+    assert slight.remarks[0].startswith("Drift: luminance changed by +1.0%")
+
+
+def test_noise_is_the_pooled_scatter_of_repeats(tmp_path: Path) -> None:
+    rng = np.random.default_rng(3)
+    drive = np.vstack([np.ones((400, 3)), np.zeros((100, 3)), DRIVE])
+    noisy = light(drive) * (1.0 + 0.002 * rng.standard_normal((len(drive), 1)))
+    steady = changed(tmp_path, noisy, drive).steadiness
+    assert steady is not None
+    assert steady.noise == pytest.approx(0.002, rel=0.1)
+    assert steady.dark_noise == pytest.approx(0.002 * LEAK * WHITE_CD_M2, rel=0.2)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda xyz: xyz * np.where((DRIVE.min(axis=1) == 1), 0.85, 1.0)[:, np.newaxis], "Not additive: white is 0.8"),
+        (lambda xyz: xyz + 0.01 * xyz[0], "Contrast is only"),
+        (lambda xyz: xyz * (1.0, 1.0, 0.8), "off the calibration's target|off D65"),
+        (lambda xyz: xyz * np.where((np.ptp(DRIVE, axis=1) == 0)[:, np.newaxis] & (DRIVE < 0.5), (1.1, 1, 1), 1.0),
+         "Greys do not track white"),
+        (lambda xyz: xyz ** 1.3, "Transfer: γ"),
+    ],
+)  # fmt: skip
+def test_faults_are_remarked_upon(tmp_path: Path, change: Any, said: str) -> None:
+    healthy = inspected(tmp_path, ti3())
+    assert not [remark for remark in healthy.remarks if any(part in remark for part in said.split("|"))]
+    changed_xyz = change(light())
+    found = changed(tmp_path, changed_xyz / changed_xyz[0, 1])
+    assert [remark for remark in found.remarks if any(part in remark for part in said.split("|"))], found.remarks
+
+
+#: Rows to keep, and what cannot be told without the rest.
+LACKING = {
+    "black": (DRIVE.any(axis=1), "No black", {"black", "contrast"}),
+    "white": (DRIVE.min(axis=1) < 1, "No white at full drive", {"white", "contrast", "additivity", "gamma"}),
+    "red": (~((DRIVE[:, 0] == 1) & (DRIVE[:, 1:] == 0).all(axis=1)), "No red at full drive", {"additivity"}),
+    "greys alone": (np.ptp(DRIVE, axis=1) == 0, "No red or green or blue at full drive", {"additivity", "gamut"}),
+    "tips alone": (np.isin(np.arange(len(DRIVE)), (0, 14, 19, 24)), "No patch was read twice", {"noise", "gamma"}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LACKING)
+def test_what_a_session_lacks_is_null_and_named(tmp_path: Path, name: str) -> None:
+    kept, said, null = LACKING[name]
+    found = inspected(tmp_path, ti3(DRIVE[kept]))
+    assert any(sentence.startswith(said) for sentence in found.wanting)
+    content = found.as_json()
+    assert {key for key in null if content[key] is not None} == set()
+    validator().validate(plain(as_json([found])))
+    assert [*inspect_page([found])]
+    plot_inspection(found, tmp_path / "page.png")
+
+
+def test_a_relative_session_says_that_it_is_one(tmp_path: Path) -> None:
+    found = inspected(tmp_path, ti3(keywords=()))
+    assert found.as_json()["unit"] == "relative"
+    assert found.contrast == pytest.approx(1.0 / LEAK, rel=1e-4)
+    assert any(sentence.startswith("No cd/m²") for sentence in found.wanting)
+
+
+def test_coverage_is_that_of_triangles_whose_overlap_is_known() -> None:
+    unit = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    assert _covered(unit, unit) == pytest.approx(1.0)
+    assert _covered(unit[::-1], unit) == pytest.approx(1.0)
+    assert _covered(0.5 * unit, unit) == pytest.approx(0.25)
+    assert _covered(unit + 2.0, unit) == pytest.approx(0.0)
+    assert _covered(unit + np.array([0.5, 0.0]), unit) == pytest.approx(0.25)
+    assert _covered(xy_to_uv(GAMUTS["Rec.2020"]), xy_to_uv(GAMUTS["P3"])) == pytest.approx(1.0, abs=0.02)
+
+
+def validator() -> Draft202012Validator:
+    return Draft202012Validator(schema("inspect"))
+
+
+def plain(content: dict[str, Any]) -> Any:
+    """The content as a strict reader of its JSON sees it."""
+    text = json.dumps(content, allow_nan=False)
+    return json.loads(text)
+
+
+def test_json_is_as_its_schema_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert NAMES == ("inspect",)
+    Draft202012Validator.check_schema(schema("inspect"))
+    with pytest.raises(LutgenError, match="Pick one of: inspect"):
+        schema("none")
+    found = [
+        inspected(tmp_path, ti3(calibration=curves(1, 1, 0.9))),
+        inspect_session(read_session(ROOT / "examples/session.ti3")),
+    ]
+    write_json(as_json(found), "-")
+    content = json.loads(capsys.readouterr().out)
+    validator().validate(content)
+    first = content["sessions"][0]
+    assert {"file", "white", "black", "contrast", "primaries", "gamma", "additivity", "noise", "remarks"} <= {*first}
+    assert first["primaries"]["r"].keys() == {"x", "y", "Y"}
+    for key, wrong in (("white", 3), ("unit", "nits"), ("readings", 0), ("noise", -1), ("remarks", None)):
+        broken = deepcopy(content)
+        broken["sessions"][0][key] = wrong
+        with pytest.raises(ValidationError):
+            validator().validate(broken)
+
+
+def test_the_page_is_the_same_bytes_on_every_run_and_never_replaced_unasked(tmp_path: Path) -> None:
+    found = inspected(tmp_path, ti3(calibration=curves(1, 1, 0.9)))
+    plot_inspection(found, tmp_path / "a.png")
+    plot_inspection(found, tmp_path / "b.png")
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+    with pytest.raises(LutgenError, match="exists already"):
+        plot_inspection(found, tmp_path / "a.png")
+    assert headline(found).startswith("invented: white 200 cd/m²")
+
+
+def test_two_pictures_of_one_name_are_refused() -> None:
+    assert picture_names(["a/x.ti3", "a/y.ti3"]) == ["inspect-x.png", "inspect-y.png"]
+    with pytest.raises(LutgenError, match="two sessions would be drawn"):
+        picture_names(["a/x.ti3", "b/x.csv"])
+
+
+def test_uneven_screens_are_told_from_the_middle(tmp_path: Path) -> None:
+    rows = "".join(
+        f"0,{r},{c},0,{0.95 * y},{y},{1.09 * y}\n" for r in range(3) for c in range(3) for y in [200 - 20 * r - 10 * c]
+    )
+    found = inspected(tmp_path, f"position,row,col,level_index,X,Y,Z\n{rows}", "u.csv")
+    assert found.uniformity == pytest.approx((140 / 170, 200 / 170))
+    assert "Uneven: over the screen white has 82% to 118%" in found.remarks[0]
+    plot_inspection(found, tmp_path / "u.png")
+
+
+@pytest.fixture(scope="module")
+def real() -> dict[str, Inspection]:
+    folder = os.environ.get("LUTGEN_REAL_DATA")
+    if not folder:
+        pytest.skip("LUTGEN_REAL_DATA does not name the folder of shared measurements")
+    files = [path for path in Path(folder, "real").rglob("*") if path.suffix in {".ti3", ".csv"}]
+    return {path.name: inspect_session(read_session(path)) for path in files}
+
+
+def of(real: dict[str, Inspection], start: str) -> Inspection:
+    (name,) = (name for name in real if name.startswith(start))
+    return real[name]
+
+
+def test_real_sessions_say_what_their_authors_noted(real: dict[str, Inspection]) -> None:
+    # SOURCES.md: automatic brightness in two MacBook sessions, Windows HDR in one of the K2418U.
+    for start in ("MacBook_Pro_13_2013_Late___1_2018-06-03", "MacBook_Pro_13_2013_Late___1_2018-10-02"):
+        assert of(real, start).remarks[0].startswith("Unsteady")
+    hdr = of(real, "K2418U__2_2021-02-09_09-32").additivity
+    assert hdr is not None
+    assert hdr < 0.9
+    unsteady = [name for name, found in real.items() if found.remarks and found.remarks[0].startswith("Unsteady")]
+    assert len(unsteady) == 2
+    healthy = of(real, "U2718Q__1_2020-05-26_13-17")
+    assert healthy.additivity == pytest.approx(1.0, abs=0.01)
+    assert healthy.primaries is not None
+    assert healthy.primaries.nearest == "sRGB/Rec.709"
+    wrong = of(real, "U2718Q__1_2020-05-26_12-15").primaries
+    assert wrong is not None
+    assert wrong.shift["sRGB/Rec.709"]["red"] > 3 * healthy.primaries.shift["sRGB/Rec.709"]["red"]
+
+
+def test_every_real_session_is_as_the_schema_says(real: dict[str, Inspection]) -> None:
+    validator().validate(plain(as_json([*real.values()])))
+
+
+def test_a_session_without_light_is_described_without_a_crash(tmp_path: Path) -> None:
+    session = inspected(tmp_path, ti3()).session
+    dark = inspect_session(replace(session, xyz=np.zeros_like(session.xyz)))
+    assert dark.contrast is None
+    assert dark.steadiness is None
+    validator().validate(json.loads(json.dumps(_without_nan(as_json([dark])), allow_nan=False)))
+
+
+def _without_nan(content: Any) -> Any:
+    if isinstance(content, dict):
+        return {key: _without_nan(value) for key, value in content.items()}
+    if isinstance(content, list):
+        return [_without_nan(value) for value in content]
+    return None if isinstance(content, float) and np.isnan(content) else content

@@ -1,0 +1,460 @@
+"""Sessions as programs write them: read as they are meant, or refused with a sentence that helps; never nonsense."""
+
+from __future__ import annotations
+
+import os
+import re
+import time
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from examples.make_session import FILE, alike, session_text
+from lutgen import LutgenError
+from lutgen.measurements.sessions import read_session, session_formats
+from tests.session_files import DRIVE, LEAK, WHITE_CD_M2, curves, light, ti3
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.measurements.session import Session
+
+pytestmark = pytest.mark.numbers
+
+LAB = ("LAB_L", "LAB_A", "LAB_B")
+XYZ = ("XYZ_X", "XYZ_Y", "XYZ_Z")
+D50 = np.array([0.9642, 1.0, 0.8249])
+
+
+def read(folder: Path, content: str | bytes, name: str = "session.ti3") -> Session:
+    path = folder / name
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    return read_session(path)
+
+
+def test_an_argyll_session_is_read_as_it_is_meant(tmp_path: Path) -> None:
+    session = read(tmp_path, ti3(calibration=curves(1.0, 0.95, 0.9)))
+    np.testing.assert_allclose(session.drive, DRIVE, atol=1e-6)
+    np.testing.assert_allclose(session.xyz_cd_m2, WHITE_CD_M2 * light(), atol=1e-4)
+    assert session.created == datetime(2020, 5, 26, 13, 21, 48)  # noqa: DTZ001 - local time
+    assert session.display == "invented"
+    assert session.metadata["DESCRIPTOR"] == 'an "invented" display'
+    assert session.calibration is not None
+    assert session.calibration[-1].tolist() == [1.0, 1.0, 0.95, 0.9]
+    assert session.kinds[:3] == ("white", "black", "grey")
+    assert {*session.kinds} == {"white", "black", "grey", "red", "green", "blue", "mixture"}
+    assert session.lines[0] == ti3().splitlines().index("BEGIN_DATA") + 2
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.replace("\n", "\r\n"),
+        lambda text: text.replace("\n", "\r"),
+        lambda text: text.replace(" ", "\t"),
+        lambda text: text.replace("invented", "erfunden von Müller").encode("latin-1"),
+        lambda text: b"\xef\xbb\xbf" + text.encode(),
+        lambda text: text.encode("utf-16"),
+        lambda text: text.replace("\nDESCRIPTOR", '\nKEYWORD "ROOM"\nROOM "dark # not a comment"\nDESCRIPTOR', 1),
+        lambda text: text.replace("\n0 ", "\nA1 ", 1),
+        lambda text: text.replace("XYZ_X XYZ_Y XYZ_Z\n", "XYZ_X\nXYZ_Y XYZ_Z\n"),
+    ],
+    ids=[
+        "CRLF",
+        "CR",
+        "tabs",
+        "latin-1",
+        "utf-8 with mark",
+        "utf-16",
+        "own keyword",
+        "text as id",
+        "format on two lines",
+    ],
+)
+def test_how_the_text_is_written_does_not_matter(tmp_path: Path, change: object) -> None:
+    assert callable(change)
+    session = read(tmp_path, change(ti3()))
+    np.testing.assert_allclose(session.xyz_cd_m2, WHITE_CD_M2 * light(), atol=1e-4)
+
+
+def test_columns_may_stand_in_any_order_and_rows_go_on_in_the_next_line(tmp_path: Path) -> None:
+    text = ti3(DRIVE[:, ::-1]).replace("RGB_R RGB_G RGB_B", "RGB_B RGB_G RGB_R")
+    np.testing.assert_allclose(read(tmp_path, text).drive, DRIVE, atol=1e-6)
+    lines = ti3().splitlines()
+    first = lines.index("BEGIN_DATA") + 1
+    lines[first] = lines[first].replace(" ", "\n", 3)
+    np.testing.assert_allclose(read(tmp_path, "\n".join(lines)).drive, DRIVE, atol=1e-6)
+
+
+def lab_under(
+    white: Array,
+) -> Array:
+    """CIE 15:2018, 8.2.1, written out a second time."""
+    f = np.array([[t ** (1 / 3) if t > 0.008856 else 7.787 * t + 16 / 116 for t in row] for row in light() / white])
+    return np.column_stack([116 * f[:, 1] - 16, 500 * (f[:, 0] - f[:, 1]), 200 * (f[:, 1] - f[:, 2])])
+
+
+#: Text, and Y of white in cd/m², or None where it is relative.
+SCALES = {
+    "absolute": (ti3(xyz=150.0 * light(), keywords=('NORMALIZED_TO_Y_100 "NO"',)), 150.0),
+    "without luminance": (ti3(keywords=('NORMALIZED_TO_Y_100 "YES"',)), None),
+    "old Argyll": (ti3(keywords=('LUMINANCE_XYZ_CDM2 "190 200 210"',)), 200.0),
+    "nothing said": (ti3(keywords=()), None),
+    "another program, 8 bit": (ti3(kind="CGATS.17", scale=255.0, keywords=()), None),
+    "another program, 0..1": (ti3(kind="CGATS.17", scale=1.0, xyz=light(), keywords=()), None),
+    "Lab of Argyll": (ti3(xyz=lab_under(D50), names=LAB, keywords=()), None),
+    "Lab under D50": (
+        ti3(kind="CGATS.17", xyz=lab_under(D50), names=LAB, keywords=('ILLUMINANT "D50"',)),
+        None,
+    ),
+    "xyY": (
+        ti3(
+            xyz=np.column_stack([light()[:, :2] / light().sum(axis=1, keepdims=True), 100 * light()[:, 1]]),
+            names=("XYY_X", "XYY_Y", "XYY_CAPY"),
+        ),
+        200.0,
+    ),
+    "CSV, 8 bit": (
+        "R,G,B,X_cdm2,Y_cdm2,Z_cdm2\n"
+        + "\n".join(",".join(f"{v:.6f}" for v in (*(255 * d), *(90 * c))) for d, c in zip(DRIVE, light(), strict=True)),
+        90.0,
+    ),
+    "CSV, percent": (
+        "# drive: percent\nname;R;G;B;X;Y;Z\n"
+        + "\n".join(
+            ";".join(("p", *(f"{v:.6f}" for v in (*(100 * d), *(90 * c))))) for d, c in zip(DRIVE, light(), strict=True)
+        ),
+        90.0,
+    ),
+    "CSV, relative": (
+        "R,G,B,X,Y,Z\n"
+        + "\n".join(",".join(f"{v:.6f}" for v in (*d, *c)) for d, c in zip(DRIVE, light(), strict=True)),
+        None,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SCALES)
+def test_drive_is_0_to_1_and_light_is_absolute_only_where_the_file_says_so(tmp_path: Path, name: str) -> None:
+    text, white = SCALES[name]
+    session = read(tmp_path, text)
+    np.testing.assert_allclose(session.drive, DRIVE, atol=1e-5)
+    np.testing.assert_allclose(session.xyz, (white or 1.0) * light(), atol=2e-5 * (white or 1.0))
+    assert session.absolute is (white is not None)
+    if white is None:
+        assert any("relative" in remark for remark in session.remarks)
+        with pytest.raises(LutgenError, match="relative to white"):
+            _ = session.xyz_cd_m2
+
+
+def test_spectra_come_with_their_wavelengths(tmp_path: Path) -> None:
+    spectra = np.arange(3 * len(DRIVE), dtype=np.float64).reshape(-1, 3)
+    text = ti3(
+        xyz=np.hstack([100 * light(), spectra]), names=("XYZ_X", "XYZ_Y", "XYZ_Z", "SPEC_380", "SPEC_390", "SPEC_400")
+    )
+    session = read(tmp_path, text)
+    assert session.wavelengths is not None
+    assert session.spectra is not None
+    assert session.wavelengths.tolist() == [380.0, 390.0, 400.0]
+    np.testing.assert_allclose(session.spectra, spectra)
+
+
+@pytest.mark.parametrize(
+    ("text", "year", "remark"),
+    [
+        ("Tue May 26 13:21:48 2020", 2020, ""),
+        ("Tue Dec  5 17:23:39 2017", 2017, ""),
+        ("2020-05-26T13:21:48", 2020, ""),
+        ("May 26, 2020", 2020, ""),
+        ("26.05.2020", 2020, ""),
+        ("05/06/2020", None, "cannot be read for certain"),
+        ("2020-13-01", None, "is none"),
+        ("Fri Jan  1 00:00:00 1904", None, "not believed"),
+        ("2106-02-07", None, "not believed"),
+        ("last Tuesday", None, "cannot be read"),
+    ],
+)
+def test_a_date_is_read_or_doubted_in_a_sentence(tmp_path: Path, text: str, year: int | None, remark: str) -> None:
+    session = read(tmp_path, ti3().replace("Tue May 26 13:21:48 2020", text))
+    assert (session.created.year if session.created else None) == year
+    assert remark in " ".join(session.remarks)
+    assert bool(remark) == bool(session.remarks)
+
+
+def test_a_uniformity_table_has_places_on_the_screen(tmp_path: Path) -> None:
+    rows = [
+        f"{3 * r + c},{r},{c},{n},{b * 1},{b * 1.05},{b * 1.1}"
+        for r in range(3)
+        for c in range(3)
+        for n, b in enumerate((200, 110, 45, 10))
+    ]
+    session = read(tmp_path, "position,row,col,level_index,X,Y,Z\n" + "\n".join(rows) + "\n", "u.csv")
+    assert session.positions is not None
+    assert session.positions[4 * 5].tolist() == pytest.approx([5 / 6, 1 / 2])
+    assert session.drive[:4, 0].tolist() == [1.0, 0.75, 0.5, 0.25]
+    assert session.rows("white").tolist() == [16]
+
+
+LINES = ti3(calibration=curves(1, 1, 1)).splitlines()
+ROW = LINES.index("BEGIN_DATA") + 1
+
+
+def edited(row: int, old: str, new: str) -> str:
+    """The small file with one change in one row of its data."""
+    lines = list(LINES)
+    assert old in lines[ROW + row]
+    lines[ROW + row] = lines[ROW + row].replace(old, new, 1)
+    return "\n".join(lines) + "\n"
+
+
+#: Content, and what the error says.
+BAD: dict[str, tuple[str | bytes, str]] = {
+    "a field deleted": (edited(0, " 100.0000000", ""), rf"line {ROW + 1}: .* fields where the data format names 7"),
+    "a field too many": (edited(2, "2 ", "2 2 "), "fields where the data format names 7"),
+    "a decimal comma": (edited(0, "100.0000000", "100,00000"), "a decimal comma"),
+    "a word": (edited(3, "25.0000000", "dark"), "'dark' is not a finite number"),
+    "not a number": (edited(3, "25.0000000", "nan"), "is not a finite number"),
+    "too large": (edited(3, "25.0000000", "1e999"), "is not a finite number"),
+    "percent as 8 bit": (ti3(scale=255.0), "RGB reaches 255"),
+    "percent as fraction": (ti3(scale=1.0), "RGB reaches only 1"),
+    "negative drive": (edited(3, "25.0000000", "-25.0000000"), "drive is outside"),
+    "no light": (edited(3, LINES[ROW + 3].split()[5], "-900.0"), "XYZ is outside"),
+    "white without light": (edited(0, " ".join(LINES[ROW].split()[5:]), "0.0 110.0"), "white has no light"),
+    "not normalised": (ti3(xyz=light()), "Y should be normalised to 100"),
+    "cut off in the data": ("\n".join(LINES[: ROW + 5]), "without END_DATA"),
+    "cut off in a row": ("\n".join(LINES)[: len("\n".join(LINES[: ROW + 5])) + 9], "without END_DATA|fields where"),
+    "cut off in the calibration": ("\n".join(LINES[:-3]), "without END_DATA"),
+    "cut off before the data": ("\n".join(LINES[:5]), "before its data"),
+    "cut off in a string": ('CTI3\nDESCRIPTOR "an inv', "a string begins with a quote"),
+    "a row deleted": ("\n".join(LINES[:ROW] + LINES[ROW + 1 :]), "NUMBER_OF_SETS .* rows follow"),
+    "wrong fields": (ti3().replace("NUMBER_OF_FIELDS 7", "NUMBER_OF_FIELDS 8"), "NUMBER_OF_FIELDS"),
+    "a count in words": (ti3().replace("NUMBER_OF_FIELDS 7", "NUMBER_OF_FIELDS seven"), "no count"),
+    "a column twice": (ti3().replace("XYZ_X XYZ_Y", "XYZ_Y XYZ_Y"), "appears twice"),
+    "two sets": (ti3() + ti3(), "several sets of readings"),
+    "a chart": (re.sub("XYZ_([XYZ])", r"OTHER_\1", ti3()), "no table has drive"),
+    "a printer": (ti3().replace("RGB_R RGB_G RGB_B", "CMYK_C CMYK_M CMYK_Y"), "a printer's file"),
+    "curves alone": ("\n".join(LINES[LINES.index("CAL    ") :]), "calibration curves without readings"),
+    "curves that fall back": (ti3(calibration=curves(1, 1, 1)[[0, 2, 1, 3, 4]]), "must rise from 0 to 1"),
+    "curves in percent": (ti3(calibration=100 * curves(1, 1, 1)), "between 0 and 1"),
+    "luminance in words": (ti3(keywords=('LUMINANCE_XYZ_CDM2 "bright"',)), "three numbers"),
+    "luminance of nothing": (ti3(keywords=('LUMINANCE_XYZ_CDM2 "0 0 0"',)), "no display's white"),
+    "perhaps normalised": (ti3(keywords=('NORMALIZED_TO_Y_100 "MAYBE"',)), "Pick one of: YES, NO"),
+    "Lab under nothing": (ti3(kind="CGATS.17", xyz=lab_under(D50), names=LAB, keywords=()), "reference white"),
+    "drive of unknown range": (ti3(DRIVE[1:9], kind="CGATS.17", scale=255.0), "the largest drive is 229.5"),
+    "no white to tell by": (ti3(DRIVE[1:9], keywords=()), "has no white to tell by"),
+    "wavelengths that fall": (
+        ti3(xyz=np.hstack([100 * light(), light()[:, :2]]), names=(*XYZ, "SPEC_390", "SPEC_380")), "must rise"
+    ),
+    "a CSV with commas for points": ("R;G;B;X;Y;Z\n0;0;0;0,1;0,1;0,1\n1;1;1;95,1;100,0;108,1\n", "a decimal comma"),
+    "a CSV row cut off": ("R,G,B,X,Y,Z\n1,1,1,190,200,218\n0,0,0,0.1,0.1", "5 fields for 6 columns"),
+    "a CSV without light": ("R,G,B,a,b,c\n1,1,1,190,200,218\n", "neither X, Y, Z nor x, y, Y"),
+    "a CSV of hours": ("hour,R,G,B,X,Y,Z\n0,1,1,1,190,200,218\n9,1,1,1,190,200,218\n", "readings of several hours"),
+    "a CSV without rows": ("R,G,B,X,Y,Z\n", "holds no readings"),
+    "a level that is none": ("position,row,col,level_index,X,Y,Z\n0,0,0,7,1,1,1\n", "level_index is 0"),
+    "empty": ("  \n", "the file is empty"),
+    "a picture": (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "NUL bytes"),
+    "a spreadsheet": (b"PK\x03\x04" + bytes(40), "a spreadsheet"),
+    "a profile": (bytes(36) + b"acsp" + bytes(99), "is an ICC profile"),
+    "prose": ("Dear colleague, the display is fine.\n", "no format of sessions that is known"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_files_are_refused_with_a_sentence(tmp_path: Path, name: str) -> None:
+    content, said = BAD[name]
+    with pytest.raises(LutgenError, match=said) as refused:
+        read(tmp_path, content)
+    assert str(tmp_path) in str(refused.value)
+
+
+def test_what_is_no_file_is_refused(tmp_path: Path) -> None:
+    for path, said in (
+        (tmp_path, "is a folder"),
+        (tmp_path / "none.ti3", "cannot read"),
+        (tmp_path / "a\0b", "cannot read"),
+    ):
+        with pytest.raises(LutgenError, match=said):
+            read_session(path)
+    with (tmp_path / "huge.ti3").open("wb") as file:
+        file.truncate(10**12)  # sparse
+    with pytest.raises(LutgenError, match="larger than"):
+        read_session(tmp_path / "huge.ti3")
+    (tmp_path / "a.chc").write_bytes(b"HCFR\1\2")
+    with pytest.raises(LutgenError, match="HCFR's own binary"):
+        read_session(tmp_path / "a.chc")
+
+
+def test_ten_thousand_patches_are_read(tmp_path: Path) -> None:
+    drive = np.vstack([np.ones((1, 3)), np.random.default_rng(1).random((10_000, 3))])
+    session = read(tmp_path, ti3(drive))
+    np.testing.assert_allclose(session.xyz_cd_m2, WHITE_CD_M2 * light(drive), atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"CTI3\nBEGIN_DATA_FORMAT\n" + b" ".join(b"F%d" % n for n in range(300_000)),
+        b'CTI3\nDESCRIPTOR "' + 4_000_000 * b'""',
+        b"CTI3\n" + 4_000_000 * b"\n",
+        ti3().replace(LINES[ROW].split()[5], 3_000_000 * "9").encode(),
+        ti3().replace("Tue May 26", 1_000_000 * "1-").encode(),
+        b"R,G,B,X,Y,Z," + b",".join(b"c%d" % n for n in range(300_000)) + b"\n1,1,1,1,1,1\n",
+        b"#" + 1_000_000 * b"a " + b"\nR,G,B,X,Y,Z\n0,0,0,0,0,0\n",
+        b"R,G,B,X,Y,Z\n" + 200_000 * b"1,1,1,90,100,110\n",
+        b'R,G,B,X,Y,Z\n1,1,1,1,1,"' + 200_000 * b"9",
+        b"position,row,col,level_index,X,Y,Z\n0,0,0,0,1,1," + 200_000 * b"9",
+    ],
+    ids=[
+        "columns",
+        "quotes",
+        "blank lines",
+        "digits",
+        "date",
+        "CSV columns",
+        "comment",
+        "rows",
+        "cell",
+        "digits of a grid",
+    ],
+)
+def test_files_made_to_be_slow_or_large_end_soon(tmp_path: Path, content: bytes) -> None:
+    started = time.process_time()
+    check_read_or_refused(tmp_path / "slow", content)
+    assert time.process_time() - started < 8.0  # a quadratic step would take minutes
+
+
+def test_no_two_formats_claim_the_same_file() -> None:
+    texts = [text for text, _ in SCALES.values()] + ["position,row,col,level_index,X,Y,Z\n"]
+    for text in texts:
+        assert sum(module.claims(text) for module in session_formats().values()) == 1
+
+
+def test_the_example_is_what_its_script_writes_and_says_that_it_is_simulated() -> None:
+    text = FILE.read_text(encoding="utf-8")
+    assert alike(text, session_text())
+    assert text.splitlines()[1].startswith("# SIMULATED, not measured")
+
+
+# Fuzz: whatever happens to the bytes, a session is read or refused, and what is read is a display's
+
+MUTATION = st.tuples(
+    st.sampled_from(["delete", "insert", "replace", "truncate", "repeat", "swap lines"]),
+    st.floats(0.0, 1.0),
+    st.integers(1, 60),
+    st.sampled_from(
+        [b"\0", b'"', b"#", b" ", b"\n", b",", b"-", b"1e99", b"\xff", b"END_DATA", b"BEGIN_DATA", b"CAL\n", b"9"]
+    ),
+)
+
+
+def mutated(data: bytes, changes: list[tuple[str, float, int, bytes]]) -> bytes:
+    for kind, share, length, token in changes:
+        at = int(share * len(data))
+        if kind == "delete":
+            data = data[:at] + data[at + length :]
+        elif kind == "insert":
+            data = data[:at] + token + data[at:]
+        elif kind == "replace":
+            data = data[:at] + token + data[at + len(token) :]
+        elif kind == "truncate":
+            data = data[:at]
+        elif kind == "repeat":
+            data = data[:at] + data[at : at + 50 * length] + data[at:]
+        else:
+            lines = data.split(b"\n")
+            one, other = int(share * (len(lines) - 1)), min(length, len(lines) - 1)
+            lines[one], lines[other] = lines[other], lines[one]
+            data = b"\n".join(lines)
+    return data
+
+
+def check_read_or_refused(path: Path, data: bytes) -> None:
+    path.write_bytes(data)
+    try:
+        session = read_session(path)
+    except LutgenError as error:
+        if str(path) not in str(error):
+            pytest.fail(f"does not name the file: {error}")
+        return
+    assert np.isfinite(session.xyz).all()
+    assert session.drive.min() >= 0.0
+    assert session.drive.max() <= 1.0
+    assert session.xyz.shape == session.drive.shape == (len(session.lines), 3)
+    assert len(session.names) == len(session.lines) == len(session.kinds)
+
+
+SEEDS = {
+    "ti3": ti3(calibration=curves(1, 0.9, 0.8)).encode(),
+    "csv": SCALES["CSV, 8 bit"][0].encode(),
+    "uniformity": b"position,row,col,level_index,X,Y,Z\n0,0,0,0,1.5,2.5,3.5\n1,0,1,3,1.5,2.5,3.5\n",
+}
+
+
+@pytest.mark.parametrize("name", SEEDS)
+@given(changes=st.lists(MUTATION, min_size=1, max_size=4))
+@settings(max_examples=150)
+def test_mutated_files_are_read_or_refused(
+    tmp_path_factory: pytest.TempPathFactory, name: str, changes: list[tuple[str, float, int, bytes]]
+) -> None:
+    check_read_or_refused(tmp_path_factory.getbasetemp() / f"fuzz-{name}", mutated(SEEDS[name], changes))
+
+
+@given(text=st.text(max_size=300))
+def test_any_text_is_read_or_refused(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
+    check_read_or_refused(tmp_path_factory.getbasetemp() / "text", text.encode("utf-8", "surrogatepass"))
+    check_read_or_refused(tmp_path_factory.getbasetemp() / "cgats", f"CTI3\n{text}".encode("utf-8", "surrogatepass"))
+
+
+@given(place=st.floats(0.0, 0.999), field=st.integers(0, 6))
+def test_a_field_that_is_lost_never_goes_unseen(
+    tmp_path_factory: pytest.TempPathFactory, place: float, field: int
+) -> None:
+    lines = list(LINES)
+    row = ROW + int(place * len(DRIVE))
+    cells = lines[row].split()
+    del cells[field]
+    lines[row] = " ".join(cells)
+    path = tmp_path_factory.getbasetemp() / "lost.ti3"
+    path.write_text("\n".join(lines))
+    with pytest.raises(LutgenError, match="fields where the data format names 7"):
+        read_session(path)
+
+
+def real_files() -> list[Path]:
+    folder = os.environ.get("LUTGEN_REAL_DATA")
+    if not folder:
+        pytest.skip("LUTGEN_REAL_DATA does not name the folder of shared measurements")
+    return sorted(path for path in Path(folder, "real").rglob("*") if path.suffix in {".ti3", ".csv"})
+
+
+def test_every_real_session_is_read_in_cd_m2() -> None:
+    files = real_files()
+    assert len(files) >= 20
+    for file in files:
+        session = read_session(file)
+        assert session.absolute
+        white = session.xyz_cd_m2[session.rows("white"), 1]
+        # The dimmest and the brightest of these displays, by their authors' notes.
+        assert 35 < white.min() <= white.max() < 450
+        assert (session.calibration is not None) == (file.suffix == ".ti3")
+
+
+@pytest.mark.slow
+@given(data=st.data())
+@settings(max_examples=60)
+def test_mutated_real_sessions_are_read_or_refused(
+    tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
+) -> None:
+    files = real_files()
+    file = data.draw(st.sampled_from([min(files, key=lambda each: each.stat().st_size), files[0], files[-2]]))
+    changes = data.draw(st.lists(MUTATION, min_size=1, max_size=3))
+    check_read_or_refused(tmp_path_factory.getbasetemp() / "real", mutated(file.read_bytes(), changes))
+
+
+def test_black_is_what_was_put_in(tmp_path: Path) -> None:
+    session = read(tmp_path, ti3())
+    np.testing.assert_allclose(session.xyz_cd_m2[session.rows("black"), 1], LEAK * WHITE_CD_M2, atol=1e-4)
