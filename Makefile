@@ -18,7 +18,7 @@ help: ## say what can be made (this)
 setup: ## make .venv, with all that lutgen needs; does nothing when it is there
 	@.ci/setup venv $(OCIO)
 
-programs: setup # the programs that tests drive from outside: oiiotool, ffmpeg, mpv, Blender, Chromium
+programs: setup # the programs that tests drive from outside: oiiotool, ffmpeg, mpv, Blender, Chromium, Argyll, LittleCMS
 	@.ci/setup programs
 
 demo: setup ## a real tissue image on an aged display; prints the path of the picture

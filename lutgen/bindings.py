@@ -1,19 +1,32 @@
-"""OpenColorIO and OpenImageIO, which come from Debian's packages or from PyPI's wheels.
+"""OpenColorIO and OpenImageIO, which come from Debian's packages or from PyPI's wheels; reading LUT files with them.
 
 Nothing newer than OpenColorIO 2.1 may be assumed: what it lacks is asked for by feature.
 """
 
 from __future__ import annotations
 
+import re
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 _SOURCES = {
     "PyOpenColorIO": ("OpenColorIO", "python3-pyopencolorio", "opencolorio"),
     "OpenImageIO": ("OpenImageIO", "python3-openimageio", "openimageio"),
 }
+
+#: More than ten times the .cube of 65³: what is larger is no LUT.
+LARGEST_LUT = 100_000_000
+
+#: Points along an edge of a table, and of a curve, that OpenColorIO takes.
+MOST_POINTS, MOST_CURVE_POINTS = 129, 1_048_576
+
+#: The sizes that a .cube claims; OpenColorIO 2.1 would ask for the memory before it counts the rows.
+_CLAIMED = re.compile(rb"(?im)^[ \t]*LUT_([13])D_SIZE[ \t]+([0-9]+)")
 
 
 def ocio() -> Any:
@@ -34,6 +47,65 @@ def ocio_errors() -> tuple[type[BaseException], ...]:
 def oiio() -> Any:
     """Return the module ``OpenImageIO``. Raises LutgenError saying how to install it."""
     return _binding("OpenImageIO")
+
+
+def littlecms() -> Any:
+    """Return the module ``imagecodecs``, of which LittleCMS is a part. Raises LutgenError saying how to install it."""
+    try:
+        return import_module("imagecodecs")
+    except ImportError as error:
+        message = (
+            f"ICC profiles are read back through LittleCMS, whose binding cannot be imported ({error}). Install it by "
+            f"`pip install lutgen[icc]`; `lutgen build --no-certificates` does without."
+        )
+        raise LutgenError(message) from None
+
+
+def lut_processor(path: Path) -> Any:
+    """Return OpenColorIO's processor for a LUT file of code values, interpolated tetrahedrally.
+
+    Raises
+    ------
+    LutgenError
+        No file, an empty or huge one, one whose header claims more than any LUT has, or one that OpenColorIO cannot
+        read.
+
+    """
+    lib = ocio()
+    refuse_unlikely(path)
+    with path.open("rb") as file:
+        head = file.read(65_536)
+    for dimensions, digits in _CLAIMED.findall(head):
+        most = MOST_POINTS if dimensions == b"3" else MOST_CURVE_POINTS
+        # Nobody needs all digits of a lie, and Python refuses to read thousands of them.
+        if len(digits) > 9 or int(digits) > most:
+            claimed = digits[:12].decode()
+            message = f"{path}: claims {claimed} points in {dimensions.decode()}D; OpenColorIO takes at most {most}."
+            raise LutgenError(f"{message} Ask its maker for a smaller one.")
+    # Caches key on the path: a rewritten file would otherwise be answered from memory.
+    lib.ClearAllCaches()
+    file_transform = lib.FileTransform(src=str(path.resolve()), interpolation=lib.INTERP_TETRAHEDRAL)
+    try:
+        return lib.Config.CreateRaw().getProcessor(file_transform)
+    except ocio_errors() as error:
+        message = f"{path}: OpenColorIO {lib.__version__} cannot read it: {' '.join(str(error).split())}"
+        raise LutgenError(message) from None
+
+
+def refuse_unlikely(path: Path) -> None:
+    """Raise LutgenError unless ``path`` is a file of a LUT's size, before anything of it is read."""
+    try:
+        size = path.stat().st_size
+    except OSError as error:
+        raise LutgenError(f"{path}: cannot be read: {(error.strerror or str(error)).lower()}.") from None
+    if not path.is_file():
+        raise LutgenError(f"{path}: is no file. Give the path of a LUT.")
+    if not size:
+        raise LutgenError(f"{path}: is empty. Build it again, or copy it anew.")
+    if size > LARGEST_LUT:
+        raise LutgenError(
+            f"{path}: has {size / 1e6:.0f} MB, and a LUT has at most {LARGEST_LUT / 1e6:.0f} MB. Is it the right file?"
+        )
 
 
 def _binding(module: str) -> Any:

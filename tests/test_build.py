@@ -356,7 +356,7 @@ def test_a_tolerance_that_no_size_keeps_is_refused_and_nothing_is_written(tmp_pa
         (("--cubesize", "1000"), "Pick one of: 17, 33, 65"),
         (("--mode", "chrome"), "Pick one of: stable, chroma, chroma-luma"),
         (("--mode", ","), "at least one"),
-        (("--format", "icc2"), "Pick one of: clf, cube"),
+        (("--format", "icc2"), "Pick one of: 3dl, clf"),
         (("--format", ""), "at least one"),
         (("--tolerance", "0"), "--tolerance 0"),
         (("--tolerance", "nan"), "--tolerance nan"),

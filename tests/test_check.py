@@ -91,7 +91,7 @@ def interrupted(folder: Path) -> None:
 FAULTS: list[tuple[str, Callable[[Path], None], str, str]] = [
     ("a LUT is missing", lambda folder: (folder / CUBE).unlink(), CUBE, "missing"),
     ("a config is missing", lambda folder: (folder / CONFIG).unlink(), CONFIG, "missing"),
-    ("a config's LUT is missing", lambda folder: (folder / CLF).unlink(), CONFIG, "could not be located"),
+    ("a config's LUT is missing", lambda folder: (folder / CLF).unlink(), CONFIG, "no such file"),
     ("one digit is altered", edit(CUBE, r"0\.5(\d{6}) ", r"0.6\1 "), CUBE, "altered"),
     ("one digit is altered, manifest too", edit(CUBE, r"\n0\.2(\d{6}) ", "\n0.9\\1 ", reseal=True), CUBE, "worse than"),
     ("NaN in a .cube", edit(CUBE, r"\n0\.\d{7} ", "\nnan ", reseal=True), CUBE, "holds 'nan'"),

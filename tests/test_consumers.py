@@ -53,7 +53,10 @@ def test_a_real_program_shows_what_the_model_says(gallery: Gallery, consumer: Co
 
 def test_every_program_that_readers_use_is_asked() -> None:
     asked = " ".join(consumer.name for consumer in consumers())
-    promised = "oiiotool, ocioconvert, ImageBufAlgo, Blender, ffmpeg, mpv, pillow_lut, colour.LUT3D"
+    promised = (
+        "oiiotool, ocioconvert, ImageBufAlgo, Blender, ffmpeg, mpv, pillow_lut, colour.LUT3D, "
+        "haldclut, tificc, cctiff, ImageCms"
+    )
     assert [program for program in promised.split(", ") if program not in asked] == []
 
 

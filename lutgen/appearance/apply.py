@@ -83,7 +83,8 @@ def apply_to_image(
     output
         Path to write; its suffix picks the format. An existing folder: a file of the same name in it.
     aging
-        A display from ``DisplayModel.at`` (the direct model, in double precision), or the path of a .cube or .clf.
+        A display from ``DisplayModel.at`` (the direct model, in double precision), or the path of a LUT that
+        OpenColorIO reads, such as a .cube or .clf.
     side_by_side
         Write the un-aged picture on the left and the aged one on the right.
     source

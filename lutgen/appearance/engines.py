@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.appearance.encoding import LINEAR, SIGNAL
-from lutgen.bindings import ocio
+from lutgen.bindings import lut_processor
 from lutgen.colorimetry import XYZ_TO_LINEAR, linear_to_code, transform
 from lutgen.display.chain import outside_gamut
 from lutgen.display.paper import TIE, Matrices, Selection, paper_links
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from lutgen.display import AgedDisplay
 
 #: LUT files that can be applied, by suffix.
-LUT_SUFFIXES = (".cube", ".clf")
+LUT_SUFFIXES = (".cube", ".clf", ".3dl", ".csp", ".spi3d")
 
 #: Which pixels' aged colours lie outside the viewer's gamut, shape (n,); None where the engine cannot know.
 Clipped = NDArray[np.bool_] | None
@@ -170,13 +170,5 @@ def _processor(path: Path) -> Any:
     if path.suffix.lower() not in LUT_SUFFIXES:
         raise pick_one("kind of LUT", path.name, (f"a {suffix} file" for suffix in LUT_SUFFIXES))
     if not path.is_file():
-        raise LutgenError(f"{path}: there is no such LUT. Give the path of a .cube or .clf that lutgen build wrote.")
-    lib = ocio()
-    # Caches key on the path: a rewritten file would otherwise be answered from memory.
-    lib.ClearAllCaches()
-    file = lib.FileTransform(src=str(path.resolve()), interpolation=lib.INTERP_TETRAHEDRAL)
-    try:
-        return lib.Config.CreateRaw().getProcessor(file).getDefaultCPUProcessor()
-    except lib.Exception:
-        message = f"{path}: OpenColorIO {lib.__version__} cannot read this LUT. Build it again with lutgen build."
-        raise LutgenError(message) from None
+        raise LutgenError(f"{path}: there is no such LUT. Give the path of one that lutgen build wrote.")
+    return lut_processor(path).getDefaultCPUProcessor()

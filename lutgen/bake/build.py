@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen import __version__
 from lutgen.bake.config import AgedConfig, config_text
-from lutgen.bake.fidelity import Certificate, Figures, Judge, TableKind
+from lutgen.bake.fidelity import Certificate, Figures, Judge
 from lutgen.bake.folder import claim
 from lutgen.bake.formats import Provenance, format_named
 from lutgen.bake.lut import SIZES
 from lutgen.bake.manifest import FileRecord, Manifest, Recipe, model_as_json, sha256
 from lutgen.bake.parallel import in_parallel
+from lutgen.bake.readback import TableKind
 from lutgen.bindings import ocio
 from lutgen.display import MODES, hour_name
 from lutgen.errors import LutgenError, pick_one
@@ -43,8 +44,8 @@ class Plan:
     tolerance
         ΔE2000 that the largest ``smooth`` error may reach; the smallest of ``SIZES`` that keeps it is taken.
     certify
-        Read every different table back through OpenColorIO and compare it with the model; hours that show the same
-        display share a certificate. ``lutgen check`` reads every file.
+        Read every different table back, through OpenColorIO where it can, and compare it with the model; hours that
+        show the same display share a certificate. ``lutgen check`` reads every file.
 
     """
 
@@ -109,7 +110,8 @@ def build(
     """Bake ``plan`` of ``model`` into the folder ``output``.
 
     Files are replaced one by one, each whole; the manifest comes last. The same model and plan give the same LUT bytes
-    on every run and with every binding.
+    on every run and with every binding; how configs, and archives of them, are worded differs with OpenColorIO's
+    version.
 
     Parameters
     ----------
@@ -141,22 +143,20 @@ def build(
     records: list[FileRecord] = []
     for made in in_parallel(_bake, work, jobs):
         records.extend(made)
-        progress(sum(record.kind == "config" for record in records), len(plan.modes) * len(plan.hours))
-    records.append(_write_common_config(plan, output))
+        progress(len({(record.mode, record.hours) for record in records}), len(plan.modes) * len(plan.hours))
+    form = config_format(plan)
+    if form:
+        records.append(_write_common_config(plan, output, form))
     order = {path: place for place, path in enumerate(paths)}
     manifest = Manifest(recipe.as_json(), tuple(sorted(records, key=lambda record: order[record.path])))
     folder.finish(manifest)
     return Built(manifest, folder.unfinished)
 
 
-def lut_name(form: Format) -> str:
-    """Name of the LUT in each display's folder."""
-    return f"aged{form.suffix}"
-
-
 def _paths(plan: Plan) -> list[str]:
-    names = [lut_name(format_named(name)) for name in plan.formats] + [CONFIG]
-    return [CONFIG] + [f"{folder}/{name}" for _, _, folder in plan.folders() for name in names]
+    configs = [CONFIG] if config_format(plan) else []
+    names = [format_named(name).file for name in plan.formats] + configs
+    return configs + [f"{folder}/{name}" for _, _, folder in plan.folders() for name in names]
 
 
 def _parts(plan: Plan) -> list[tuple[tuple[str, float, str], ...]]:
@@ -196,8 +196,11 @@ def _bake(work: _Work) -> list[FileRecord]:
         aged = work.model.at(mode, hours)
         for name in work.plan.formats:
             size = work.sizes[folder, name] if work.sizes else work.plan.cubesize
-            records.append(_bake_lut(work, aged, f"{folder}/{lut_name(format_named(name))}", format_named(name), size))
-        records.append(_write_config(work, aged, folder))
+            form = format_named(name)
+            records.append(_bake_lut(work, aged, f"{folder}/{form.file}", form, size))
+        form_of_config = config_format(work.plan)
+        if form_of_config:
+            records.append(_write_config(work, aged, folder, form_of_config))
     return records
 
 
@@ -208,7 +211,7 @@ def _smallest_sizes(work: _Work) -> dict[tuple[str, str], int]:
         for mode, hours, folder in work.displays:
             for name in work.plan.formats:
                 aged, form = work.model.at(mode, hours), format_named(name)
-                sizes[folder, name] = _smallest_size(work, aged, form, Path(scratch) / lut_name(form))
+                sizes[folder, name] = _smallest_size(work, aged, form, Path(scratch) / form.file)
     return sizes
 
 
@@ -302,16 +305,14 @@ def _refinements(model: DisplayModel) -> list[str]:
     return lines + ([f"at: {stated}"] if stated else [])
 
 
-def _write_config(work: _Work, aged: AgedDisplay, folder: str) -> FileRecord:
-    form = config_format(work.plan)
+def _write_config(work: _Work, aged: AgedDisplay, folder: str, form: Format) -> FileRecord:
     hour = hour_name(aged.hours)
     text = f"An aged display: mode {aged.mode} ({MODES[aged.mode]}), {hour}. {_reach(form)}"
-    config = AgedConfig(f"{aged.mode}_{hour}", text, lut_name(form))
+    config = AgedConfig(f"{aged.mode}_{hour}", text, form.file)
     return _put_config(work.output, f"{folder}/{CONFIG}", config, aged.mode, aged.hours)
 
 
-def _write_common_config(plan: Plan, output: Path) -> FileRecord:
-    form = config_format(plan)
+def _write_common_config(plan: Plan, output: Path, form: Format) -> FileRecord:
     last = max(plan.hours)
     mode = "chroma" if "chroma" in plan.modes else plan.modes[0]
     text = (
@@ -319,14 +320,17 @@ def _write_common_config(plan: Plan, output: Path) -> FileRecord:
         f"({min(plan.hours):g} to {last:g}). {_reach(form)}"
     )
     default = {"AGING_HOURS": hour_name(last).removesuffix("h"), "AGING_MODE": mode}
-    config = AgedConfig("aged_displays", text, f"${{AGING_MODE}}/${{AGING_HOURS}}h/{lut_name(form)}", default)
+    config = AgedConfig("aged_displays", text, f"${{AGING_MODE}}/${{AGING_HOURS}}h/{form.file}", default)
     return _put_config(output, CONFIG, config, None, None)
 
 
-def config_format(plan: Plan) -> Format:
-    """Return the format that configs read: one that keeps colours outside sRGB, where there is one."""
-    forms = [format_named(name) for name in plan.formats]
-    return next((form for form in forms if form.unclipped), forms[0])
+def config_format(plan: Plan) -> Format | None:
+    """Return the format that configs read: one that keeps colours outside sRGB, where there is one.
+
+    None, and no configs, where OpenColorIO reads none of the plan's.
+    """
+    forms = [form for form in map(format_named, plan.formats) if form.reader is None]
+    return next((form for form in forms if form.unclipped), forms[0] if forms else None)
 
 
 def _reach(form: Format) -> str:

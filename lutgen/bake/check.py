@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lutgen.bake.check_config import check_config
-from lutgen.bake.fidelity import Certificate, Judge, TableKind, apply_lut
+from lutgen.bake.fidelity import Certificate, Judge
 from lutgen.bake.manifest import (
     JOURNAL,
     MANIFEST,
@@ -25,7 +25,8 @@ from lutgen.bake.manifest import (
     sha256,
 )
 from lutgen.bake.parallel import in_parallel
-from lutgen.bindings import ocio, ocio_errors
+from lutgen.bake.readback import apply_lut, table_kind
+from lutgen.bindings import ocio, refuse_unlikely
 from lutgen.display import default_display, load_model
 from lutgen.errors import LutgenError
 from lutgen.measurements import read_measurements
@@ -147,7 +148,7 @@ def check(
 
 
 def check_lut(path: str | Path, aged: AgedDisplay, *, budget: Budget | None = None) -> Checked:
-    """Check one LUT file, of whoever's making, against a display. Any format that OpenColorIO reads."""
+    """Check one LUT file, of whoever's making, against a display: what OpenColorIO reads, ICC profiles, Hald images."""
     path = Path(path)
     if not path.is_file():
         raise LutgenError(f"{path}: there is no such file.")
@@ -246,7 +247,7 @@ def _check_part(work: _Work) -> Checked:
         if not path.is_file():
             continue
         if record.kind == "config":
-            findings += [Finding(record.path, text) for text in check_config(path, work.folder, record, work.manifest)]
+            findings += [Finding(record.path, text) for text in _config_problems(path, record, work)]
         else:
             aged = work.model.at(str(record.mode), float(record.hours or 0.0))
             found, certificate = _check_lut(path, record.path, aged, record, work.budget)
@@ -256,14 +257,23 @@ def _check_part(work: _Work) -> Checked:
     return Checked(len(work.records), tuple(findings), certificates)
 
 
+def _config_problems(path: Path, record: FileRecord, work: _Work) -> list[str]:
+    try:
+        refuse_unlikely(path)
+    except LutgenError as error:
+        return [str(error)]
+    return check_config(path, work.folder, record, work.manifest)
+
+
 def _altered(path: Path, record: FileRecord) -> str | None:
     try:
-        data = path.read_bytes()
+        # A file of another size is not even read: it may be huge.
+        same = path.stat().st_size == record.bytes and sha256(path.read_bytes()) == record.sha256
     except FileNotFoundError:
         return "missing"
     except OSError as error:
         return f"cannot be read: {(error.strerror or '').lower()}"
-    if sha256(data) != record.sha256:
+    if not same:
         return "altered: its bytes are not those that lutgen wrote"
     return None
 
@@ -271,8 +281,10 @@ def _altered(path: Path, record: FileRecord) -> str | None:
 def _check_lut(
     path: Path, name: str, aged: AgedDisplay, record: FileRecord | None, budget: Budget
 ) -> tuple[list[Finding], Certificate | None]:
-    findings = [Finding(name, problem) for problem in _text_problems(path)]
+    findings: list[Finding] = []
     try:
+        refuse_unlikely(path)
+        findings = [Finding(name, problem) for problem in _text_problems(path)]
         kind = table_kind(path, clipped=True if record is None else bool(record.clipped))
         certificate = _JUDGE.compare(apply_lut(path, _JUDGE.code), aged, kind)
     except LutgenError as error:
@@ -297,23 +309,9 @@ def _over_budget(certificate: Certificate, record: FileRecord | None, budget: Bu
     return problems
 
 
-def table_kind(path: Path, *, clipped: bool) -> TableKind:
-    """Find out from OpenColorIO how a LUT file's table is indexed: in code values when the table comes first."""
-    lib = ocio()
-    lib.ClearAllCaches()
-    try:
-        steps = list(lib.Config.CreateRaw().getProcessor(lib.FileTransform(src=str(path))).createGroupTransform())
-    except ocio_errors() as error:
-        message = f"{path}: OpenColorIO {lib.__version__} cannot read it: {' '.join(str(error).split())}"
-        raise LutgenError(message) from None
-    tables = [place for place, step in enumerate(steps) if isinstance(step, lib.Lut3DTransform)]
-    if not tables:
-        return TableKind("linear", 0, clipped)
-    return TableKind("code" if tables[0] == 0 else "linear", steps[tables[0]].getGridSize(), clipped)
-
-
 #: In a LUT's rows: what OpenColorIO would silently read as 0.
 _NOT_A_NUMBER = re.compile(rb"(?im)^(?![#<]|TITLE)[^\n<]*?(\bnan\b|\binf\b|\d,\d)")
+_TEXTS = (".cube", ".clf", ".csp", ".spi3d", ".3dl")
 _TABLE_TAG = re.compile(rb"<LUT3D\b[^>]*>")
 
 
@@ -322,7 +320,7 @@ def _text_problems(path: Path) -> list[str]:
     data = path.read_bytes()
     problems = []
     bad = _NOT_A_NUMBER.search(data)
-    if bad and path.suffix in (".cube", ".clf"):
+    if bad and path.suffix.lower() in _TEXTS:
         line = data.count(b"\n", 0, bad.start(1)) + 1
         problems.append(f"line {line} holds {bad[1].decode(errors='replace')!r}, which readers take for 0")
     if any(b'interpolation="tetrahedral"' not in tag for tag in _TABLE_TAG.findall(data)):

@@ -1,4 +1,4 @@
-"""Fidelity: a LUT file as OpenColorIO applies it, against the display model in double precision.
+"""Fidelity: a LUT file as its readers apply it, against the display model in double precision.
 
 The certificate's colours are the same for every file: uniform in code values, a grey ramp, tissue, and pairs that
 hug the border at which the paper's ``nearest`` selection jumps: white's (see ``display/paper.py``). No interpolated
@@ -20,12 +20,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from lutgen.bake.lut import Lut, Sampler, lattice, tetrahedra
-from lutgen.bindings import ocio, ocio_errors
+from lutgen.bake.readback import TableKind, apply_lut
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_code, linear_to_lab, transform, xyz_to_linear
 from lutgen.display.chain import outside_gamut
 from lutgen.display.effect_chain import jumps, without_steps
 from lutgen.display.paper import Selection, nearest_weights
-from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -50,14 +49,6 @@ STAINS = np.array([[0.65, 0.70, 0.29], [0.07, 0.99, 0.11], [0.27, 0.57, 0.78]])
 
 #: A lattice point with a smaller share than this has no influence: float32 rounds it away.
 INFLUENCE = 1e-6
-
-
-class TableKind(NamedTuple):
-    """How a file's table is indexed and whether it is clipped; ``size`` 0 is a matrix."""
-
-    space: str
-    size: int
-    clipped: bool
 
 
 @dataclass(frozen=True)
@@ -134,12 +125,12 @@ class Judge:
             self._model(aged, self.code)
 
     def certify(self, path: Path, aged: AgedDisplay, table: TableKind) -> Certificate:
-        """Read ``path`` through OpenColorIO and compare it with ``aged``.
+        """Read ``path`` back and compare it with ``aged``.
 
         Raises
         ------
         LutgenError
-            OpenColorIO cannot read the file, or it gives NaN.
+            The file cannot be read, or it gives NaN.
 
         """
         return self.compare(apply_lut(path, self.code), aged, table)
@@ -212,25 +203,6 @@ def figures(error: Array) -> Figures:
     if not error.size:
         return Figures(0, 0.0, 0.0, 0.0)
     return Figures(error.size, float(error.mean()), float(np.quantile(error, 0.99)), float(error.max()))
-
-
-def apply_lut(path: Path, code: Array) -> Array:
-    """Send code values (n, 3) through a LUT file, tetrahedrally, as OpenColorIO's CPU renderer does in float32."""
-    lib = ocio()
-    # Caches key on the path: a rewritten file would otherwise be answered from memory.
-    lib.ClearAllCaches()
-    transform = lib.FileTransform(src=str(path), interpolation=lib.INTERP_TETRAHEDRAL)
-    try:
-        processor = lib.Config.CreateRaw().getProcessor(transform).getDefaultCPUProcessor()
-    except ocio_errors() as error:
-        message = f"{path}: OpenColorIO {lib.__version__} cannot read it: {' '.join(str(error).split())}"
-        raise LutgenError(message) from None
-    result = np.ascontiguousarray(code, dtype=np.float32).copy()
-    processor.applyRGB(result)
-    if not np.isfinite(result).all():
-        message = f"{path}: gives NaN or infinity for {int((~np.isfinite(result)).any(axis=1).sum())} colours."
-        raise LutgenError(message)
-    return result.astype(np.float64)
 
 
 def certificate_colours(one_in: int = 1) -> Array:

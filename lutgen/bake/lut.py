@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.bake.spaces import SPACES
 from lutgen.colorimetry import XYZ_TO_LINEAR, code_to_linear, linear_to_code, transform, xyz_to_linear
-from lutgen.display.chain import viewer_code
 from lutgen.display.effect_chain import without_steps
 from lutgen.display.paper import paper_links
 from lutgen.errors import LutgenError
@@ -35,12 +35,12 @@ AGREE = 2e-7
 
 @dataclass(frozen=True)
 class Lut:
-    """A 3D table from source signal to aged colour, both in ``space``.
+    """A 3D table from source signal to aged colour.
 
     Attributes
     ----------
     space
-        ``code``: table of code values indexed by code values. ``linear``: of and by linear light.
+        How it is indexed and what it holds: a key of ``SPACES``.
     table
         Shape (n, n, n, 3), axes blue, green, red: red varies fastest when flattened.
 
@@ -61,7 +61,7 @@ class Lut:
     def mix(self, nodes: NDArray[np.intp], weights: Array) -> Array:
         """Sum lattice points by weight, both (n, 4) as from :func:`tetrahedra`: code values (n, 3)."""
         values = self.mix_in_space(nodes, weights)
-        return values if self.space == "code" else linear_to_code(values)
+        return SPACES[self.space].shown(values)
 
     def mix_in_space(self, nodes: NDArray[np.intp], weights: Array) -> Array:
         """As :meth:`mix`, in the table's own space."""
@@ -84,13 +84,21 @@ class MatrixLut:
         return linear_to_code(transform(self.matrix, code_to_linear(code)))
 
 
+def table_of(lut: Lut | MatrixLut) -> Array:
+    """Return the table of a LUT for a file that holds nothing else. Raises TypeError for a matrix."""
+    if not isinstance(lut, Lut):
+        message = "this format holds a table, not a matrix"
+        raise TypeError(message)
+    return lut.table
+
+
 def tetrahedra(code: Array, space: str, size: int) -> tuple[NDArray[np.intp], Array]:
     """Return the four points of a lattice in ``space`` that tetrahedral interpolation mixes, and their weights.
 
     Code values (n, 3) → flat indices, red fastest, (n, 4), and weights that sum to 1, (n, 4): from the cell's lower
     corner along the axis of the largest share first.
     """
-    place = (code if space == "code" else code_to_linear(code)) * (size - 1)
+    place = SPACES[space].index(code) * (size - 1)
     corner = np.clip(np.floor(place), 0, size - 2).astype(np.intp)
     share = place - corner
     order = np.argsort(-share, axis=1)
@@ -117,10 +125,7 @@ class Sampler:
     def lut(self, aged: AgedDisplay, size: int, space: str, *, clip: bool) -> Lut:
         """Bake a table; ``clip`` to the viewer's sRGB gamut, or leave aged colours outside it as they are."""
         linear = self.linear(aged, size, space)
-        if space == "code":
-            values = viewer_code(linear) if clip else linear_to_code(linear)
-        else:
-            values = np.clip(linear, 0.0, 1.0) if clip else linear
+        values = SPACES[space].held(np.clip(linear, 0.0, 1.0) if clip else linear)
         if np.abs(values).max() > BRIGHTEST:
             message = (
                 f"{aged.mode} at {aged.hours:g} h: colours reach {np.abs(values).max():.3g} times what a viewer shows, "
@@ -129,12 +134,15 @@ class Sampler:
             raise LutgenError(message)
         return Lut(space, values.reshape(size, size, size, 3))
 
+    def in_steps(self, aged: AgedDisplay, size: int, space: str, *, clip: bool, largest: int) -> Lut:
+        """As :meth:`lut`, for a file that holds whole numbers 0..``largest``."""
+        lut = self.lut(aged, size, space, clip=clip)
+        return Lut(space, np.rint(lut.table * largest) / largest)
+
 
 def lattice(size: int, space: str) -> Array:
     """Code values of a lattice uniform in ``space``: shape (size³, 3), red fastest."""
-    axis = np.linspace(0.0, 1.0, size)
-    if space == "linear":
-        axis = linear_to_code(axis)
+    axis = SPACES[space].code(np.linspace(0.0, 1.0, size))
     blue, green, red = np.meshgrid(axis, axis, axis, indexing="ij")
     return np.stack([red, green, blue], axis=-1).reshape(-1, 3)
 

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lutgen.bake.formats import format_named
 from lutgen.bindings import oiio
 from lutgen.display import hour_name
 
@@ -79,10 +80,19 @@ class Job:
     def clf(self) -> Path:
         return self.config.with_name("aged.clf")
 
+    def lut(self, name: str) -> Path:
+        """This display's file of a format."""
+        return self.config.with_name(format_named(name).file)
+
     @cached_property
     def png8(self) -> Path:
         """The image as people have it."""
         return self._source("source-8.png", self.image)
+
+    @cached_property
+    def tif16(self) -> Path:
+        """The same as TIFF, without compression."""
+        return self._source("source-16.tif", self.image.astype(np.uint16) * 257)
 
     @cached_property
     def png16(self) -> Path:

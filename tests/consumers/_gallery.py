@@ -10,6 +10,7 @@ import numpy as np
 from skimage.data import immunohistochemistry
 
 from lutgen.bake.build import Plan, build
+from lutgen.bake.formats import format_names
 from lutgen.display import DisplayModel, default_display
 from lutgen.measurements import read_measurements
 from tests.consumers import Job
@@ -70,7 +71,8 @@ class Gallery:
         self.image: NDArray[np.uint8] = immunohistochemistry()
         for selection in dict.fromkeys(case.selection for case in CASES):
             # Certificates have tests of their own.
-            plan = Plan(hours=HOURS, modes=MODES, certify=False)
+            formats = ("clf", *(name for name in format_names() if name != "clf"))
+            plan = Plan(hours=HOURS, modes=MODES, formats=formats, certify=False)
             build(model(selection), plan, self.build(selection), jobs=1)
 
     def build(self, selection: str) -> Path:

@@ -1,4 +1,4 @@
-"""ffmpeg's lut3d filter at 16 bit; at 8 bit it truncates. Runs in the LUT's folder: a filter's path needs no quotes.
+"""ffmpeg's lut3d and haldclut at 16 bit; at 8 bit they truncate. Runs in the LUT's folder: its name needs no quotes.
 
 From an 8-bit picture, ``format=rgb48le`` would make 255 into 65280, a code too dark at white; ``zscale`` makes 65535.
 """
@@ -33,6 +33,15 @@ def call(job: Job, source: Path, filters: str) -> Picture:
     return read_image(result)
 
 
+def haldclut(job: Job) -> Picture:
+    result = job.scratch / "ffmpeg.tif"
+    result.unlink(missing_ok=True)
+    deep = "[0]format=rgb48le[image];[1]format=rgb48le[table];[image][table]haldclut=interp=tetrahedral"
+    inputs = ("-nostdin", "-loglevel", "error", "-y", "-i", job.png16, "-i", job.lut("hald"))
+    run(tool(), *inputs, "-filter_complex", deep, "-frames:v", "1", "-pix_fmt", "rgb48le", result)
+    return read_image(result)
+
+
 def lut3d(job: Job, interpolation: str) -> Picture:
     return call(job, job.png16, f"format=rgb48le,lut3d=file={job.cube.name}:interp={interpolation}")
 
@@ -46,5 +55,6 @@ CONSUMERS = [
         Consumer("ffmpeg lut3d", version, "aged.cube", how, partial(lut3d, interpolation=how))
         for how in ("tetrahedral", "trilinear")
     ),
+    Consumer("ffmpeg haldclut", version, "aged-hald.png", "tetrahedral", haldclut),
     Consumer("ffmpeg zscale, lut3d", version, "aged.cube", "tetrahedral", zscale),
 ]

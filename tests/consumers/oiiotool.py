@@ -9,12 +9,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lutgen.bake.config import AGED, AGED_VIEW, LOOK, NAMED_TRANSFORM, SOURCE
+from lutgen.bake.formats import format_named
 from tests.consumers import Consumer, Job, Unavailable, first_line, program, read_image, run
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from tests.consumers import Picture
+
+#: Formats of LUT files.
+LUTS = ("cube", "resolve", "csp", "spi3d", "3dl")
 
 DISPLAY = (f"--ociodisplay:from={SOURCE}", "sRGB", AGED_VIEW)
 
@@ -66,8 +70,8 @@ def variables(job: Job, tool: Callable[[], str]) -> Picture:
     return call(job, tool, job.common_config, f"{option}:key={keys}:value={values}", *rest)
 
 
-def cube(job: Job, tool: Callable[[], str]) -> Picture:
-    return call(job, tool, job.config, "--ociofiletransform", job.cube)
+def lut(job: Job, tool: Callable[[], str], name: str) -> Picture:
+    return call(job, tool, job.config, "--ociofiletransform", job.lut(name))
 
 
 def named(job: Job, tool: Callable[[], str]) -> Picture:
@@ -76,6 +80,9 @@ def named(job: Job, tool: Callable[[], str]) -> Picture:
 
 def ways(name: str, tool: Callable[[], str]) -> list[Consumer]:
     # OpenImageIO asks OpenColorIO for its best interpolation of a LUT file: tetrahedral.
+    files: list[tuple[str, str, Callable[..., Picture]]] = [
+        ("--ociofiletransform", format_named(each).file, partial(lut, name=each)) for each in LUTS
+    ]
     return [
         Consumer(f"{name} {option}", partial(version, tool), file, "tetrahedral", partial(render, tool=tool))
         for option, file, render in (
@@ -83,7 +90,7 @@ def ways(name: str, tool: Callable[[], str]) -> list[Consumer]:
             ("--ociodisplay:key", "common config.ocio", variables),
             ("--ociolook", "config.ocio", look),
             ("--colorconvert", "config.ocio", convert),
-            ("--ociofiletransform", "aged.cube", cube),
+            *files,
         )
     ]
 

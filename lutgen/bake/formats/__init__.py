@@ -1,11 +1,13 @@
 """LUT file formats: one module each in this folder, found by its name (``cube.py`` is ``--format cube``).
 
-A module has ``FORMAT``, a :class:`Format`. Listing the names imports none of them.
+A module has ``FORMAT``, a :class:`Format`. Listing the names imports none of them. A module's name cannot begin with a
+digit, so an underscore before one is no part of the format's name: ``_3dl.py`` is ``--format 3dl``.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING
@@ -14,8 +16,10 @@ from lutgen.errors import pick_one
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
     from lutgen.bake.lut import Lut, MatrixLut, Sampler
+    from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay
 
 
@@ -39,6 +43,23 @@ def _one_line(text: str) -> str:
 
 
 @dataclass(frozen=True)
+class Reader:
+    """How files that OpenColorIO does not read are read back; both raise LutgenError.
+
+    Attributes
+    ----------
+    apply
+        Sends code values (n, 3) through a file, without clipping what the file does not clip.
+    table
+        Gives the space (a key of ``SPACES``) and the size of a file's table; size 0 is a matrix.
+
+    """
+
+    apply: Callable[[Path, Array], Array]
+    table: Callable[[Path], tuple[str, int]]
+
+
+@dataclass(frozen=True)
 class Format:
     """How one file format is made.
 
@@ -52,6 +73,10 @@ class Format:
         Gives the candidates for a display and a lattice size; the best certified is written.
     write
         Gives the bytes of a file.
+    reader
+        How a file with this suffix is read back; None: by OpenColorIO, so that configs can use it.
+    stem
+        Name of the file in its display's folder, without the suffix: formats that share a suffix need their own.
 
     """
 
@@ -61,16 +86,30 @@ class Format:
     unclipped: bool
     bake: Callable[[Sampler, AgedDisplay, int], list[Lut | MatrixLut]]
     write: Callable[[Lut | MatrixLut, Provenance], bytes]
+    reader: Reader | None = None
+    stem: str = "aged"
+
+    @property
+    def file(self) -> str:
+        """Name of the file in its display's folder."""
+        return f"{self.stem}{self.suffix}"
 
 
 def format_names() -> list[str]:
     """Names of all formats, in alphabetical order."""
-    return sorted(module.name for module in iter_modules(__path__))
+    return sorted(_modules())
 
 
 def format_named(name: str) -> Format:
     """Return a format. Raises LutgenError that lists the choices."""
-    if name not in format_names():
-        raise pick_one("format", name, format_names())
-    chosen: Format = import_module(f"{__name__}.{name}").FORMAT
+    modules = _modules()
+    if name not in modules:
+        raise pick_one("format", name, sorted(modules))
+    chosen: Format = import_module(f"{__name__}.{modules[name]}").FORMAT
     return chosen
+
+
+@cache
+def _modules() -> dict[str, str]:
+    """Name of each format → name of its module."""
+    return {module.name.lstrip("_"): module.name for module in iter_modules(__path__)}

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from lutgen.bake.digits import rows_of_text
 from lutgen.bake.formats import Format, Provenance
-from lutgen.bake.lut import Lut, MatrixLut, Sampler, with_and_without_steps
+from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of, with_and_without_steps
 
 if TYPE_CHECKING:
     from lutgen.display import AgedDisplay
@@ -23,13 +23,11 @@ def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     """Return the file's bytes."""
-    if not isinstance(lut, Lut):
-        message = "a .cube file holds a table, not a matrix"
-        raise TypeError(message)
+    table = table_of(lut)
     title = provenance.title.replace('"', "'")
     header = [f'TITLE "{title}"', *(f"# {line}" for line in provenance.lines), f"LUT_3D_SIZE {lut.size}"]
     text = "\n".join(header) + "\n"
-    return b"".join((text.encode("ascii", errors="replace"), rows_of_text(lut.table.reshape(-1, 3))))
+    return b"".join((text.encode("ascii", errors="replace"), rows_of_text(table.reshape(-1, 3))))
 
 
 FORMAT = Format(

@@ -22,7 +22,9 @@ SOURCES = ("auto", "signal", "linear")
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
 @click.option("--mode", type=click.Choice(MODES), help="Aging mode.")
 @click.option("--hours", type=float, metavar="HOUR", help="Operating hours of the display.")
-@click.option("--lut", metavar="FILE", help="Apply this .cube or .clf instead of the model, tetrahedrally.")
+@click.option(
+    "--lut", metavar="FILE", help="Apply this .cube, .clf, .3dl, .csp or .spi3d, tetrahedrally, not the model."
+)
 @click.option("--build", metavar="DIR", help="Apply the LUT for --mode and --hours of a folder that lutgen build made.")
 @click.option("--side-by-side", is_flag=True, help="Un-aged on the left, aged on the right.")
 @click.option(
@@ -107,12 +109,15 @@ def _aging(
 
 
 def _built_lut(folder: Path, mode: str, hours: float) -> Path:
+    from lutgen.bake.formats import format_named, format_names
     from lutgen.display import hour_name
     from lutgen.errors import LutgenError
 
-    for suffix in (".clf", ".cube"):
-        path = folder / mode / hour_name(hours) / f"aged{suffix}"
-        if path.is_file():
+    # The most exact first; pictures go through what OpenColorIO reads.
+    for name in ("clf", "cube", *format_names()):
+        form = format_named(name)
+        path = folder / mode / hour_name(hours) / form.file
+        if form.reader is None and path.is_file():
             return path
     built = {made.parent.name for made in folder.glob(f"{mode}/*h/aged.*")}
     has = ", ".join(sorted(built, key=lambda name: float(name[:-1]))) or "nothing"

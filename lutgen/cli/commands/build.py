@@ -60,6 +60,7 @@ def command(
     Example:
       lutgen build --hours 0..18000 -o aged/
       lutgen build --hours 10000 --mode chroma --format clf --selection continuous -o aged-10000/
+      lutgen build --hours 10000 --format icc,hald,resolve -o aged-icc/
     """
     from lutgen.bake.build import Plan, build
     from lutgen.display import what_luts_carry

@@ -1,0 +1,55 @@
+"""Autodesk's ``.3dl`` for Flame and Lustre: whole numbers of 12 bit, blue fastest, below a line of lattice places.
+
+Readers guess the depth from the largest number in the file, so a display whose brightest channel stays below half of
+the code values cannot be written: it would be shown twice as bright.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.bake.formats import Format, Provenance
+from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of, with_and_without_steps
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from lutgen.display import AgedDisplay
+
+#: Largest number of the table, and of the line of places.
+LARGEST, LARGEST_PLACE = 4095, 1023
+
+
+def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
+    """Give the table indexed in code values, clipped to sRGB and rounded to 12 bit."""
+    luts = [sampler.in_steps(each, size, "code", clip=True, largest=LARGEST) for each in with_and_without_steps(aged)]
+    brightest = luts[0].table.max() * LARGEST
+    if brightest <= LARGEST // 2:
+        message = (
+            f"{aged.mode} at {aged.hours:g} h: a .3dl cannot hold a display whose brightest code value is "
+            f"{brightest / LARGEST:.0%} of the viewer's, since readers guess its depth from the largest number. Leave "
+            f"the format 3dl out, or that hour."
+        )
+        raise LutgenError(message)
+    return [*luts]
+
+
+def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
+    """Return the file's bytes."""
+    about = "".join(f"# {line}\n" for line in (provenance.title, *provenance.lines))
+    places = " ".join(str(round(place)) for place in np.linspace(0, LARGEST_PLACE, lut.size))
+    values = np.rint(table_of(lut).transpose(2, 1, 0, 3).reshape(-1, 3) * LARGEST).astype(int)
+    number = [b"%d" % value for value in range(LARGEST + 1)]
+    rows = b"".join(b"%s %s %s\n" % (number[red], number[green], number[blue]) for red, green, blue in values.tolist())
+    return b"".join((about.encode("ascii", errors="replace"), places.encode(), b"\n", rows))
+
+
+FORMAT = Format(
+    name="3dl",
+    suffix=".3dl",
+    summary="12-bit whole numbers for Autodesk Flame and Lustre; clipped to sRGB",
+    unclipped=False,
+    bake=bake,
+    write=write,
+)

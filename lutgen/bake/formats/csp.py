@@ -1,0 +1,51 @@
+"""Cinespace ``.csp``, version 100: a curve for each channel (the prelut), then the table with red fastest.
+
+The curve is the shaper of ``resolve``, where that certifies better; text stands between BEGIN and END METADATA.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.bake.digits import rows_of_text
+from lutgen.bake.formats import Format, Provenance
+from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of, with_and_without_steps
+from lutgen.bake.spaces import SPACES
+
+if TYPE_CHECKING:
+    from lutgen.display import AgedDisplay
+
+#: Points of the prelut, through which OpenColorIO draws a smooth curve.
+CURVE_POINTS = 257
+
+
+def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
+    """Give tables indexed in code values and behind the prelut, not clipped."""
+    displays = with_and_without_steps(aged)
+    return [sampler.lut(each, size, space, clip=False) for each in displays for space in ("code", "shaped")]
+
+
+def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
+    """Return the file's bytes."""
+    table = table_of(lut)
+    points = CURVE_POINTS if lut.space == "shaped" else 2
+    code = np.linspace(0.0, 1.0, points)
+    curve = rows_of_text(np.stack([code, SPACES[lut.space].index(code)]))
+    # A line that says END METADATA alone would end it.
+    about = "\n".join(f"# {line}" for line in (provenance.title, *provenance.lines))
+    head = f"CSPLUTV100\n3D\n\nBEGIN METADATA\n{about}\nEND METADATA\n\n".encode("ascii", errors="replace")
+    prelut = b"%d\n%s" % (points, bytes(curve)) * 3
+    size = b"\n%d %d %d\n" % ((lut.size,) * 3)
+    return b"".join((head, prelut, size, rows_of_text(table.reshape(-1, 3))))
+
+
+FORMAT = Format(
+    name="csp",
+    suffix=".csp",
+    summary="Cinespace 3D table with a shaper, floats, for OpenColorIO 1 and grading tools; keeps colours outside sRGB",
+    unclipped=True,
+    bake=bake,
+    write=write,
+)

@@ -1,0 +1,47 @@
+"""ICC device link from the source signal to the viewer's code values: the table of a .cube in 16 bit.
+
+For programs that convert pictures (LittleCMS' ``jpgicc`` and ``tificc``, Argyll's ``cctiff``, ImageMagick, print
+servers); viewers take a profile, which is ``icc``.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lutgen.bake import icc_profile as icc
+from lutgen.bake.formats import Format, Provenance, Reader
+from lutgen.bake.littlecms import table_of_profile, through_profile
+from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of, with_and_without_steps
+
+if TYPE_CHECKING:
+    from lutgen.display import AgedDisplay
+
+
+def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
+    """Give the table indexed in code values, clipped to sRGB."""
+    displays = with_and_without_steps(aged)
+    return [sampler.in_steps(each, size, "code", clip=True, largest=icc.LARGEST) for each in displays]
+
+
+def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
+    """Return the file's bytes."""
+    tags = (
+        (b"desc", icc.description(provenance.title)),
+        (b"cprt", icc.text("none")),
+        (b"targ", icc.text("\n".join(provenance.lines))),
+        (b"pseq", icc.sequence("source signal, sRGB", "aged display, as an un-aged sRGB viewer shows it")),
+        (b"A2B0", icc.table(table_of(lut))),
+    )
+    return icc.profile(device_class=b"link", pcs=b"RGB ", tags=tags)
+
+
+FORMAT = Format(
+    name="devicelink",
+    suffix=".icc",
+    summary="ICC device link, for programs that convert pictures by LittleCMS or Argyll; clipped to sRGB",
+    unclipped=False,
+    bake=bake,
+    write=write,
+    reader=Reader(through_profile, table_of_profile),
+    stem="aged-link",
+)

@@ -1,0 +1,69 @@
+"""ICC profile of the aged display, for viewers that read nothing else: whole-slide viewers, browsers, office programs.
+
+Give it to a *picture* (assign, embed), not to the screen: a colour-managed viewer then shows what the picture looks
+like on the aged display. Viewers convert relative to the profile's white, and a profile whose white were the aged one
+would be shown without its yellowing. So the white here is the un-aged display's, D50 in ICC's terms, and the table
+holds aged colours relative to it; in absolute terms the conversion is the same. Black point compensation, where a
+viewer has it, hides a black that leaks.
+
+The table holds L*a*b* (Chromium shows tables of XYZ half as bright), so aged colours outside sRGB are kept for wider
+screens. Matrix and curves beside it are for programs that read no tables: they show the aged primaries, added up.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.bake import icc_profile as icc
+from lutgen.bake.formats import Format, Provenance, Reader
+from lutgen.bake.littlecms import table_of_profile, through_profile
+from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of, with_and_without_steps
+from lutgen.bake.spaces import D50, D65_TO_D50, lab_held_to_xyz_d50
+from lutgen.colorimetry import code_to_linear
+
+if TYPE_CHECKING:
+    from lutgen.display import AgedDisplay
+
+#: Points of the curves beside the matrix, as common sRGB profiles have them.
+TONE_POINTS = 1024
+
+
+def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
+    """Give the table of L*a*b* under D50, indexed in code values and not clipped."""
+    displays = with_and_without_steps(aged)
+    return [sampler.in_steps(each, size, "lab", clip=False, largest=icc.LARGEST) for each in displays]
+
+
+def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
+    """Return the file's bytes."""
+    table = table_of(lut)
+    red, green, blue = (lab_held_to_xyz_d50(table[corner]) for corner in ((0, 0, -1), (0, -1, 0), (-1, 0, 0)))
+    tone = icc.curve(code_to_linear(np.linspace(0.0, 1.0, TONE_POINTS)))
+    tags = (
+        (b"desc", icc.description(provenance.title)),
+        (b"cprt", icc.text("none")),
+        (b"targ", icc.text("\n".join(provenance.lines))),
+        (b"wtpt", icc.xyz(D50)),
+        (b"chad", icc.matrix(D65_TO_D50)),
+        (b"A2B0", icc.table(table)),
+        (b"rXYZ", icc.xyz(red)),
+        (b"gXYZ", icc.xyz(green)),
+        (b"bXYZ", icc.xyz(blue)),
+        (b"rTRC", tone),
+        (b"gTRC", tone),
+        (b"bTRC", tone),
+    )
+    return icc.profile(device_class=b"mntr", pcs=b"Lab ", tags=tags)
+
+
+FORMAT = Format(
+    name="icc",
+    suffix=".icc",
+    summary="ICC profile to assign to a picture, for QuPath, browsers and system viewers; keeps colours outside sRGB",
+    unclipped=True,
+    bake=bake,
+    write=write,
+    reader=Reader(through_profile, table_of_profile),
+)

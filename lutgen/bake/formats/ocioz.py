@@ -1,0 +1,110 @@
+"""``.ocioz``: a whole OpenColorIO config with its CLF in one archive, which OpenColorIO reads from 2.2 on.
+
+An archive is a ZIP with ``config.ocio`` at its root. It is written here, uncompressed and without dates, so that the
+same inputs give the same bytes and OpenColorIO 2.1 can write what it cannot read; 2.1 reads it back unpacked.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import zipfile
+from contextlib import contextmanager
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.bake.config import LOOK, SOURCE, AgedConfig, config_text
+from lutgen.bake.formats import Format, Provenance, Reader, clf
+from lutgen.bake.readback import table_of_ocio
+from lutgen.bindings import LARGEST_LUT, ocio, ocio_errors
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from lutgen.bake.lut import Lut, MatrixLut
+    from lutgen.colorimetry import Array
+
+CONFIG, TABLE = "config.ocio", "aged.clf"
+
+#: The first moment that a ZIP can name.
+_DATE = (1980, 1, 1, 0, 0, 0)
+
+
+def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
+    """Return the file's bytes. The config's wording differs with the version of OpenColorIO, its meaning does not."""
+    config = AgedConfig(provenance.identifier, f"{provenance.title}. {' '.join(provenance.lines)}", TABLE)
+    archive = BytesIO()
+    with zipfile.ZipFile(archive, "w", zipfile.ZIP_STORED) as opened:
+        for name, data in ((CONFIG, config_text(config)), (TABLE, clf.write(lut, provenance))):
+            entry = zipfile.ZipInfo(name, _DATE)
+            # As on Unix, wherever it was written; and everybody may read it.
+            entry.create_system, entry.external_attr = 3, 0o644 << 16
+            opened.writestr(entry, data)
+    return archive.getvalue()
+
+
+def _apply(path: Path, code: Array) -> Array:
+    """Send code values (n, 3) through the archive's look, which is not clipped."""
+    lib = ocio()
+    with _opened(path) as config:
+        look = lib.LookTransform(src=SOURCE, dst=SOURCE, looks=LOOK)
+        processor = _or_refuse(path, lambda: config.getProcessor(look).getDefaultCPUProcessor())
+    shown = np.ascontiguousarray(code, dtype=np.float32).copy()
+    processor.applyRGB(shown)
+    return shown.astype(np.float64)
+
+
+def _table(path: Path) -> tuple[str, int]:
+    with _unpacked(path) as folder:
+        return table_of_ocio(folder / TABLE)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    lib = ocio()
+    lib.ClearAllCaches()
+    with _unpacked(path) as folder:
+        archives = hasattr(lib, "ExtractOCIOZArchive")
+        source = path if archives else folder / CONFIG
+        yield _or_refuse(path, lambda: lib.Config.CreateFromFile(str(source)))
+
+
+def _or_refuse(path: Path, call: Any) -> Any:
+    try:
+        return call()
+    except ocio_errors() as error:
+        message = f"{path}: OpenColorIO {ocio().__version__} cannot use it: {' '.join(str(error).split())}"
+        raise LutgenError(message) from None
+
+
+@contextmanager
+def _unpacked(path: Path) -> Iterator[Path]:
+    """Unpack the two files of an archive of ours; nothing else in it is touched."""
+    with tempfile.TemporaryDirectory(prefix="lutgen-") as folder:
+        try:
+            with zipfile.ZipFile(path) as archive:
+                size = sum(archive.getinfo(name).file_size for name in (CONFIG, TABLE))
+                if size > LARGEST_LUT:
+                    raise LutgenError(
+                        f"{path}: unpacks to {size / 1e6:.0f} MB, more than any LUT. Is it the right file?"
+                    )
+                for name in (CONFIG, TABLE):
+                    archive.extract(name, folder)
+        except (zipfile.BadZipFile, KeyError, EOFError, NotImplementedError, RuntimeError) as error:
+            message = f"{path}: is no archive with {CONFIG} and {TABLE}: {error}."
+            raise LutgenError(message) from None
+        yield Path(folder)
+
+
+FORMAT = Format(
+    name="ocioz",
+    suffix=".ocioz",
+    summary="a whole OpenColorIO config in one file, for OpenColorIO from 2.2 on; keeps colours outside sRGB",
+    unclipped=True,
+    bake=clf.bake,
+    write=write,
+    reader=Reader(_apply, _table),
+)

@@ -1,0 +1,57 @@
+"""DaVinci Resolve's ``.cube`` with a curve before the table, the shaper, which gives dark colours more of the table.
+
+Resolve's dialect: ``LUT_1D_SIZE`` and ``LUT_3D_SIZE`` with their input ranges, the curve's rows, then the table's with
+red fastest. No TITLE: OpenColorIO takes a TITLE for Iridas' dialect, which has no curve. Where the plain table
+certifies better, the curve is the straight line.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.bake.digits import rows_of_text
+from lutgen.bake.formats import Format, Provenance
+from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of, with_and_without_steps
+from lutgen.bake.spaces import SPACES
+
+if TYPE_CHECKING:
+    from lutgen.display import AgedDisplay
+
+#: Points of the shaper; between them it errs by 5e-8.
+CURVE_POINTS = 4096
+
+
+def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
+    """Give tables indexed in code values and behind the shaper, clipped to sRGB."""
+    displays = with_and_without_steps(aged)
+    return [sampler.lut(each, size, space, clip=True) for each in displays for space in ("code", "shaped")]
+
+
+def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
+    """Return the file's bytes."""
+    table = table_of(lut)
+    points = CURVE_POINTS if lut.space == "shaped" else 2
+    curve = SPACES[lut.space].index(np.linspace(0.0, 1.0, points))
+    header = [
+        *(f"# {line}" for line in (provenance.title, *provenance.lines)),
+        f"LUT_1D_SIZE {points}",
+        "LUT_1D_INPUT_RANGE 0.0 1.0",
+        f"LUT_3D_SIZE {lut.size}",
+        "LUT_3D_INPUT_RANGE 0.0 1.0",
+    ]
+    text = "\n".join(header) + "\n"
+    rows = rows_of_text(np.repeat(curve[:, np.newaxis], 3, axis=1)), rows_of_text(table.reshape(-1, 3))
+    return b"".join((text.encode("ascii", errors="replace"), *rows))
+
+
+FORMAT = Format(
+    name="resolve",
+    suffix=".cube",
+    summary=".cube with a shaper as DaVinci Resolve reads it: closer to the model where dark colours bend; clipped",
+    unclipped=False,
+    bake=bake,
+    write=write,
+    stem="aged-resolve",
+)

@@ -1,0 +1,45 @@
+"""Sony Pictures Imageworks' ``.spi3d``: the table with each row's indices, which every OpenColorIO reads.
+
+Rows with blue fastest, as Imageworks writes them; the indices decide. What follows the last row is not read: there
+stands the birth certificate, since the header has no place for it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.bake.digits import rows_of_text
+from lutgen.bake.formats import Format, Provenance
+from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of, with_and_without_steps
+
+if TYPE_CHECKING:
+    from lutgen.display import AgedDisplay
+
+
+def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
+    """Give the table indexed in code values, not clipped."""
+    return [sampler.lut(each, size, "code", clip=False) for each in with_and_without_steps(aged)]
+
+
+def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
+    """Return the file's bytes."""
+    n = lut.size
+    rows = np.frombuffer(rows_of_text(table_of(lut).transpose(2, 1, 0, 3).reshape(-1, 3)), np.uint8)
+    numbers = np.frombuffer(b"".join(b"%2d " % number for number in range(n)), np.uint8).reshape(n, 3)
+    indices = numbers[np.indices((n, n, n)).reshape(3, -1).T].reshape(n**3, 9)
+    head = f"SPILUT 1.0\n3 3\n{n} {n} {n}\n".encode()
+    tail = "".join(f"# {line}\n" for line in (provenance.title, *provenance.lines))
+    body = np.hstack([indices, rows.reshape(n**3, -1)]).tobytes()
+    return b"".join((head, body, tail.encode("ascii", errors="replace")))
+
+
+FORMAT = Format(
+    name="spi3d",
+    suffix=".spi3d",
+    summary="Imageworks 3D table, floats, for Nuke, RV and every OpenColorIO since 1.0; keeps colours outside sRGB",
+    unclipped=True,
+    bake=bake,
+    write=write,
+)

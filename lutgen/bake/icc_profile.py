@@ -1,0 +1,127 @@
+"""Writing ICC profiles of version 2.4 (ICC.1:2001-04): the few tags that a display profile and a device link need.
+
+Version 2, since every viewer reads it, and since LittleCMS stretches black to black for the perceptual intent, which
+most viewers ask for, where a profile is of version 4: an aged display's leaking black would vanish. No library that is
+kept up writes profiles with tables (LittleCMS does, but no binding of it for Python), so the bytes are written here,
+and read back through LittleCMS.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+from itertools import accumulate
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.bake.spaces import D50
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+
+HEADER = 128
+LARGEST = 65_535
+
+#: The same inputs give the same file, so its date of birth is none: the start of a year.
+_DATE = struct.pack(">6H", 2000, 1, 1, 0, 0, 0)
+
+
+def profile(*, device_class: bytes, pcs: bytes, tags: Sequence[tuple[bytes, bytes]]) -> bytes:
+    """Return a profile of an RGB device: its class, its connection space and its tags, by signature.
+
+    Tags with the same content share its place in the file.
+    """
+    contents = list(dict.fromkeys(content for _, content in tags))
+    padded = [content + bytes(-len(content) % 4) for content in contents]
+    start = HEADER + 4 + 12 * len(tags)
+    places = dict(zip(contents, accumulate(map(len, padded), initial=start), strict=False))
+    table = b"".join(name + struct.pack(">II", places[content], len(content)) for name, content in tags)
+    body = struct.pack(">I", len(tags)) + table + b"".join(padded)
+    head = _header(HEADER + len(body), device_class, pcs)
+    # The ID is the MD5 of the profile with flags, intent and ID left 0 (ICC.1:2010, 7.2.18).
+    identifier = hashlib.md5(head + body, usedforsecurity=False).digest()
+    intent = struct.pack(">I", 1)
+    return b"".join((head[:64], intent, head[68:84], identifier, head[100:], body))
+
+
+def _header(size: int, device_class: bytes, pcs: bytes) -> bytes:
+    return b"".join(
+        (
+            struct.pack(">I4xI", size, 0x02400000),
+            device_class,
+            b"RGB ",
+            pcs,
+            _DATE,
+            b"acsp",
+            bytes(28),
+            _fixed(D50),
+            bytes(48),
+        )
+    )
+
+
+def _fixed(values: Array) -> bytes:
+    """Pack s15Fixed16 numbers."""
+    return np.rint(np.asarray(values).ravel() * 65_536).astype(">i4").tobytes()
+
+
+def description(words: str) -> bytes:
+    """Pack textDescriptionType: ASCII, without its other scripts."""
+    ascii_text = _ascii(words)
+    return b"desc" + struct.pack(">4xI", len(ascii_text)) + ascii_text + bytes(4 + 4 + 2 + 1 + 67)
+
+
+def text(words: str) -> bytes:
+    """Pack textType."""
+    return b"text" + bytes(4) + _ascii(words)
+
+
+def _ascii(words: str) -> bytes:
+    return words.encode("ascii", errors="replace").replace(b"\0", b" ") + b"\0"
+
+
+def xyz(values: Array) -> bytes:
+    """Pack XYZType of one triplet."""
+    return b"XYZ " + bytes(4) + _fixed(values)
+
+
+def matrix(values: Array) -> bytes:
+    """Pack s15Fixed16ArrayType."""
+    return b"sf32" + bytes(4) + _fixed(values)
+
+
+def curve(values: Array) -> bytes:
+    """Pack curveType: points 0..1, evenly spaced."""
+    return b"curv" + struct.pack(">4xI", len(values)) + steps(values).tobytes()
+
+
+def table(values: Array) -> bytes:
+    """Pack lut16Type from RGB: values 0..1, shape (n, n, n, 3) with axes blue, green, red; straight curves."""
+    straight = steps(np.tile([0.0, 1.0], 3)).tobytes()
+    return b"".join(
+        (
+            b"mft2" + struct.pack(">4xBBBx", 3, 3, len(values)),
+            _fixed(np.eye(3)),
+            struct.pack(">HH", 2, 2),
+            straight,
+            # Red varies slowest.
+            steps(values.transpose(2, 1, 0, 3)).tobytes(),
+            straight,
+        )
+    )
+
+
+def sequence(*words: str) -> bytes:
+    """Pack profileSequenceDescType: what a device link leads from and to."""
+    each = (bytes(20) + description("") + description(word) for word in words)
+    return b"pseq" + struct.pack(">4xI", len(words)) + b"".join(each)
+
+
+def steps(values: Array) -> NDArray[np.uint16]:
+    """Round 0..1 to 16 bit, big-endian."""
+    return np.rint(np.asarray(values) * LARGEST).astype(">u2")

@@ -1,0 +1,100 @@
+"""ICC profiles as LittleCMS applies them, in floating point: the library of Pillow, GIMP and Java (and so QuPath).
+
+An ordinary profile is the picture's, and an sRGB screen shows it, relative to white; a device link says it all.
+"""
+
+from __future__ import annotations
+
+import struct
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.bake import icc_profile as icc
+from lutgen.bindings import littlecms
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from lutgen.colorimetry import Array
+
+#: ICC's rendering intents.
+PERCEPTUAL, RELATIVE, SATURATION, ABSOLUTE = range(4)
+
+#: Kinds of tables, and the byte that says how many points they have along an edge.
+_TABLES = {b"mft1": 10, b"mft2": 10}
+
+
+def through_profile(path: Path, code: Array, *, intent: int = RELATIVE) -> Array:
+    """Send code values (n, 3) through the profile ``path`` to an sRGB screen, by one of ICC's intents.
+
+    Raises
+    ------
+    LutgenError
+        The binding is missing, or LittleCMS refuses the file.
+
+    """
+    data = _read(path)
+    lib = littlecms()
+    screen = _nothing_more() if data[12:16] == b"link" else _srgb()
+    pixels = np.ascontiguousarray(code, dtype=np.float64).reshape(1, -1, 3)
+    colours = {"colorspace": "rgb", "outcolorspace": "rgb", "outdtype": "float64"}
+    try:
+        shown = lib.cms_transform(pixels, data, screen, intent=intent, **colours)
+    except (lib.CmsError, ValueError) as error:
+        raise LutgenError(f"{path}: LittleCMS cannot use it: {' '.join(str(error).split())}.") from None
+    return np.asarray(shown[0], dtype=np.float64)
+
+
+def table_of_profile(path: Path) -> tuple[str, int]:
+    """Return how a profile's table is indexed and its size, 0 where it has none. Raises LutgenError."""
+    data = _read(path)
+    (count,) = struct.unpack_from(">I", data, icc.HEADER)
+    rows = (struct.unpack_from(">4sII", data, icc.HEADER + 4 + 12 * row) for row in range(count))
+    start = next((offset for name, offset, _ in rows if name == b"A2B0"), None)
+    if start is None:
+        return "linear", 0
+    size = _TABLES.get(data[start : start + 4])
+    return ("code" if data[12:16] == b"link" else "lab"), data[start + size] if size else 0
+
+
+def _read(path: Path) -> bytes:
+    """Read a profile of an RGB device whose header does not lie."""
+    data = path.read_bytes()
+    if len(data) < icc.HEADER + 4 or data[36:40] != b"acsp":
+        raise LutgenError(f"{path}: is no ICC profile: it has {len(data)} bytes and not ICC's signature.")
+    size, tags = struct.unpack_from(">I", data)[0], struct.unpack_from(">I", data, icc.HEADER)[0]
+    if size != len(data):
+        raise LutgenError(f"{path}: says that it has {size} bytes, and has {len(data)}. Was it cut off? Copy it anew.")
+    if icc.HEADER + 4 + 12 * tags > len(data):
+        raise LutgenError(f"{path}: claims {tags} tags, for which it is too short. Build it again, or copy it anew.")
+    for row in range(tags):
+        name, start, length = struct.unpack_from(">4sII", data, icc.HEADER + 4 + 12 * row)
+        if start + length > len(data) or length < 12:
+            raise LutgenError(f"{path}: its tag {name.decode('latin-1')!r} lies outside the file. Copy it anew.")
+    if data[16:20] != b"RGB ":
+        raise LutgenError(
+            f"{path}: is for a device of {data[16:20].decode('latin-1').strip()!r}, and displays are RGB."
+        )
+    return data
+
+
+@cache
+def _srgb() -> bytes:
+    profile: bytes = littlecms().cms_profile("srgb")
+    return profile
+
+
+@cache
+def _nothing_more() -> bytes:
+    """A device link that changes nothing: the binding asks for a second profile."""
+    corners = np.stack(np.meshgrid(*[[0.0, 1.0]] * 3, indexing="ij")[::-1], axis=-1)
+    tags = (
+        (b"desc", icc.description("nothing")),
+        (b"cprt", icc.text("none")),
+        (b"pseq", icc.sequence("nothing")),
+        (b"A2B0", icc.table(corners)),
+    )
+    return icc.profile(device_class=b"link", pcs=b"RGB ", tags=tags)

@@ -1,0 +1,79 @@
+"""Reading LUT files back: through OpenColorIO, or, where it reads no such files, as their format says."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from lutgen.bake.formats import format_named, format_names
+from lutgen.bindings import lut_processor, ocio, refuse_unlikely
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from lutgen.bake.formats import Reader
+    from lutgen.colorimetry import Array
+
+
+class TableKind(NamedTuple):
+    """How a file's table is indexed (a key of ``SPACES``) and whether it is clipped; ``size`` 0 is a matrix."""
+
+    space: str
+    size: int
+    clipped: bool
+
+
+def apply_lut(path: Path, code: Array) -> Array:
+    """Send code values (n, 3) through a LUT file, tetrahedrally, as its readers do.
+
+    Raises
+    ------
+    LutgenError
+        No file, none of a LUT's size, one that cannot be read, or one that gives NaN or infinity.
+
+    """
+    reader = _reader(path)
+    if reader:
+        refuse_unlikely(path)
+        result = reader.apply(path, code)
+    else:
+        processor = lut_processor(path).getDefaultCPUProcessor()
+        shown = np.ascontiguousarray(code, dtype=np.float32).copy()
+        processor.applyRGB(shown)
+        result = shown.astype(np.float64)
+    if not np.isfinite(result).all():
+        message = f"{path}: gives NaN or infinity for {int((~np.isfinite(result)).any(axis=1).sum())} colours."
+        raise LutgenError(message)
+    return result
+
+
+def table_kind(path: Path, *, clipped: bool) -> TableKind:
+    """Find out how a LUT file's table is indexed. Raises LutgenError as :func:`apply_lut`."""
+    reader = _reader(path)
+    if reader:
+        refuse_unlikely(path)
+        return TableKind(*reader.table(path), clipped)
+    return TableKind(*table_of_ocio(path), clipped)
+
+
+def table_of_ocio(path: Path) -> tuple[str, int]:
+    """Space and size of a table: in code values when the table comes first, shaped when a curve leads to it."""
+    lib = ocio()
+    steps = list(lut_processor(path).createGroupTransform())
+    tables = [place for place, step in enumerate(steps) if isinstance(step, lib.Lut3DTransform)]
+    if not tables:
+        return "linear", 0
+    size = steps[tables[0]].getGridSize()
+    before = steps[: tables[0]]
+    # A curve of two points is the straight line from 0 to 1.
+    if all(isinstance(step, lib.Lut1DTransform) and step.getLength() == 2 for step in before):
+        return "code", size
+    return ("shaped" if isinstance(before[-1], lib.Lut1DTransform) else "linear"), size
+
+
+def _reader(path: Path) -> Reader | None:
+    """The reader of the format that has this suffix; None for what OpenColorIO reads."""
+    forms = map(format_named, format_names())
+    return next((form.reader for form in forms if form.reader and path.suffix.lower() == form.suffix), None)

@@ -1,0 +1,116 @@
+"""How tables are indexed, and what they hold: each space by its two directions.
+
+``code``     code values of and by code values
+``linear``   linear light of and by linear light
+``shaped``   code values, by code values behind a curve that looks at black more closely (the shaper of .cube and .csp)
+``lab``      what an ICC profile's table holds, by code values: L*a*b* under D50 in the steps of its 16 bits
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.colorimetry import (
+    D65,
+    LINEAR_TO_XYZ,
+    XYZ_TO_LINEAR,
+    Array,
+    code_to_linear,
+    inverse,
+    linear_to_code,
+    transform,
+    xyz_to_lab,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+#: How much closer: the shaper's slope falls from 1.44 at black to 0.72 at white. Where black leaks that
+#: nearly halves the largest error; steeper, and light colours lose more than dark ones gain.
+_STRETCH = 1.0
+
+#: The profile connection space's white (ICC.1:2001-04, 6.1.3), and the Bradford matrix (same, annex E).
+D50 = np.array([0.9642, 1.0, 0.8249])
+_BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
+
+
+def _adaptation() -> Array:
+    gain = transform(_BRADFORD, D50) / transform(_BRADFORD, D65)
+    scaled = gain[:, np.newaxis] * _BRADFORD
+    return transform(inverse(_BRADFORD), scaled.T).T
+
+
+#: XYZ under D65 → XYZ under D50, as every sRGB profile has it.
+D65_TO_D50 = _adaptation()
+_D50_TO_D65 = inverse(D65_TO_D50)
+
+#: What the numbers 0 to 65535 of a profile of version 2 mean: L* from 0 to 100.39, a* and b* from -128 to 127.996.
+_LAB_SPAN = np.array([65_535 / 652.8, 65_535 / 256, 65_535 / 256])
+_LAB_START = np.array([0.0, -128.0, -128.0])
+
+
+@dataclass(frozen=True)
+class Space:
+    """How a table is indexed, both ways, and how what it holds becomes code values and comes from linear light.
+
+    Attributes
+    ----------
+    index, code
+        Code value → place along the edge, 0..1, and back. Any shape.
+    shown, held
+        What the table holds → code values, and linear light → what it holds. Shape (..., 3).
+
+    """
+
+    index: Callable[[Array], Array]
+    code: Callable[[Array], Array]
+    shown: Callable[[Array], Array]
+    held: Callable[[Array], Array]
+
+
+def _same(values: Array) -> Array:
+    return values
+
+
+def shaped(code: Array) -> Array:
+    """Shaper: code values 0..1 → 0..1, steeper near black, finite everywhere."""
+    return np.asarray(np.log1p(_STRETCH * np.asarray(code)) / np.log1p(_STRETCH))
+
+
+def unshaped(place: Array) -> Array:
+    """Invert :func:`shaped`."""
+    return np.asarray(np.expm1(np.asarray(place) * np.log1p(_STRETCH)) / _STRETCH)
+
+
+def linear_to_xyz_d50(linear: Array) -> Array:
+    """Linear light to XYZ under D50, relative to the un-aged white. Shape (..., 3) → (..., 3)."""
+    return transform(D65_TO_D50, transform(LINEAR_TO_XYZ, linear))
+
+
+def linear_to_lab_held(linear: Array) -> Array:
+    """Linear light to 0..1 as a profile holds L*a*b*; what is brighter is clipped. Shape (..., 3) → (..., 3)."""
+    lab = xyz_to_lab(linear_to_xyz_d50(linear), D50)
+    return np.asarray(np.clip((lab - _LAB_START) / _LAB_SPAN, 0.0, 1.0))
+
+
+def lab_held_to_xyz_d50(held: Array) -> Array:
+    """What a profile holds, 0..1, to XYZ under D50 (CIE 15:2018, 8.2.1.2). Shape (..., 3) → (..., 3)."""
+    lightness, a, b = np.moveaxis(held * _LAB_SPAN + _LAB_START, -1, 0)
+    middle = (lightness + 16.0) / 116.0
+    f = np.stack([middle + a / 500.0, middle, middle - b / 200.0], axis=-1)
+    return np.asarray(np.where(f > 6 / 29, f**3, (f - 4 / 29) * (108 / 841)) * D50)
+
+
+def _lab_held_to_code(held: Array) -> Array:
+    return linear_to_code(transform(XYZ_TO_LINEAR, transform(_D50_TO_D65, lab_held_to_xyz_d50(held))))
+
+
+SPACES = {
+    "code": Space(_same, _same, _same, linear_to_code),
+    "linear": Space(code_to_linear, linear_to_code, linear_to_code, _same),
+    "shaped": Space(shaped, unshaped, _same, linear_to_code),
+    "lab": Space(_same, _same, _lab_held_to_code, linear_to_lab_held),
+}

@@ -1,0 +1,316 @@
+"""ICC profiles and device links: their bytes by the standard, and what LittleCMS, Argyll and Chromium make of them."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import struct
+import subprocess
+from io import BytesIO
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from lutgen.bake.formats import Provenance, format_named
+from lutgen.bake.littlecms import ABSOLUTE, PERCEPTUAL, RELATIVE, SATURATION, through_profile
+from lutgen.bake.lut import Sampler, table_of
+from lutgen.bake.readback import apply_lut, table_kind
+from lutgen.colorimetry import D65, linear_to_xyz
+from lutgen.display import DisplayModel, default_display
+from lutgen.errors import LutgenError
+from lutgen.measurements import read_measurements
+from tests.browser import CHROMIUM, browser
+from tests.consumers import Unavailable, program
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from lutgen.colorimetry import Array
+    from lutgen.display import AgedDisplay
+
+pytestmark = pytest.mark.numbers
+
+PROVENANCE = Provenance("Aged display, chroma", "lutgen-chroma", ("lutgen: what it shows", "hours: 18000"))
+INTENTS = (PERCEPTUAL, RELATIVE, SATURATION, ABSOLUTE)
+
+
+@pytest.fixture(scope="module")
+def aged() -> AgedDisplay:
+    return DisplayModel(read_measurements(default_display()), selection="continuous").at("chroma-luma", 18_000)
+
+
+@pytest.fixture(scope="module")
+def files(aged: AgedDisplay, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("icc")
+    for name in ("icc", "devicelink"):
+        form = format_named(name)
+        (folder / form.file).write_bytes(form.write(form.bake(Sampler(), aged, 33)[0], PROVENANCE))
+    return {name: folder / format_named(name).file for name in ("icc", "devicelink")}
+
+
+@pytest.fixture(scope="module")
+def code() -> Array:
+    corners = np.stack(np.meshgrid(*[[0.0, 1.0]] * 3), axis=-1).reshape(-1, 3)
+    return np.concatenate([corners, np.random.default_rng(21).random((40, 3))])
+
+
+def tags_of(data: bytes) -> dict[str, bytes]:
+    (count,) = struct.unpack_from(">I", data, 128)
+    rows = [struct.unpack_from(">4sII", data, 132 + 12 * row) for row in range(count)]
+    assert all(start % 4 == 0 and start >= 132 + 12 * count for _, start, _ in rows)
+    return {name.decode(): data[start : start + size] for name, start, size in rows}
+
+
+@pytest.mark.parametrize(
+    ("name", "device_class", "space", "tags"),
+    [
+        ("icc", b"mntr", b"Lab ", "desc cprt targ wtpt chad A2B0 rXYZ gXYZ bXYZ rTRC gTRC bTRC"),
+        ("devicelink", b"link", b"RGB ", "desc cprt targ pseq A2B0"),
+    ],
+)
+def test_a_profile_is_what_the_standard_says(
+    name: str, device_class: bytes, space: bytes, tags: str, files: dict[str, Path]
+) -> None:
+    data = files[name].read_bytes()
+    assert struct.unpack_from(">I", data) == (len(data),)
+    assert data[8:12] == bytes([2, 0x40, 0, 0])
+    assert (data[12:16], data[16:20], data[20:24], data[36:40]) == (device_class, b"RGB ", space, b"acsp")
+    # The standard's own D50, of which every profile has these bytes (ICC.1, 7.2.16).
+    assert data[68:80].hex() == "0000f6d6000100000000d32d"
+    found = tags_of(data)
+    assert list(found) == tags.split()
+    assert all(struct.unpack_from(">I", content, 4) == (0,) for content in found.values())
+    blank = data[:44] + bytes(4) + data[48:64] + bytes(4) + data[68:84] + bytes(16) + data[100:]
+    assert data[84:100] == hashlib.md5(blank, usedforsecurity=False).digest()
+
+
+def test_a_table_has_blue_fastest_and_16_bit_in_big_endian(aged: AgedDisplay) -> None:
+    form = format_named("devicelink")
+    (lut,) = form.bake(Sampler(), aged, 17)
+    table = tags_of(form.write(lut, PROVENANCE))["A2B0"]
+    assert table[:12] == b"mft2" + bytes(4) + bytes([3, 3, 17, 0])
+    assert struct.unpack_from(">HH", table, 48) == (2, 2)
+    values = np.frombuffer(table, ">u2", 17**3 * 3, 52 + 12).reshape(17, 17, 17, 3)
+    for red, green, blue in ((0, 0, 16), (16, 0, 0), (3, 5, 7)):
+        expected = aged.code_to_code(np.array([red, green, blue]) / 16) * 65_535
+        assert values[red, green, blue] == pytest.approx(expected, abs=0.5)
+
+
+def test_every_intent_shows_the_aged_white_and_the_model(
+    aged: AgedDisplay, files: dict[str, Path], code: Array
+) -> None:
+    model = aged.code_to_code(code)
+    for intent in INTENTS:
+        shown = np.clip(through_profile(files["icc"], code, intent=intent), 0, 1)
+        assert np.abs(shown - model).max() < 3e-3
+        white = shown[(code == 1).all(axis=1)]
+        assert white == pytest.approx(aged.code_to_code(np.ones((1, 3))), abs=5e-4)
+        assert white.max() < 0.71
+
+
+def test_a_profile_whose_white_is_the_aged_one_would_show_no_aging_of_white(aged: AgedDisplay, tmp_path: Path) -> None:
+    """Why the profile is made as it is: LittleCMS' own way to describe a display loses what matters."""
+    import imagecodecs
+
+    x, y, z = linear_to_xyz(aged.code_to_linear(np.ones(3)))
+    primaries = [0.64, 0.33, 1.0, 0.30, 0.60, 1.0, 0.15, 0.06, 1.0]
+    white = [x / (x + y + z), y / (x + y + z), 1.0]
+    path = tmp_path / "usual.icc"
+    path.write_bytes(imagecodecs.cms_profile("rgb", whitepoint=white, primaries=primaries, gamma=2.2))
+    assert through_profile(path, np.ones((1, 3))) == pytest.approx(np.ones((1, 3)), abs=1e-3)
+
+
+def test_littlecms_gives_what_a_literal_reading_of_the_profile_gives(files: dict[str, Path], code: Array) -> None:
+    """CIE's formulas, one number at a time, and colour-science's adaptation, from the bytes of the file."""
+    import colour
+
+    table = tags_of(files["icc"].read_bytes())["A2B0"]
+    held = np.frombuffer(table, ">u2", 33**3 * 3, 52 + 12).reshape(33, 33, 33, 3)
+    d50 = np.array([0.9642, 1.0, 0.8249])
+    on_nodes = np.rint(code * 32).astype(int)
+    light = []
+    for red, green, blue in on_nodes:
+        lightness, a, b = held[red, green, blue] / np.array([652.8, 256.0, 256.0]) - np.array([0.0, 128.0, 128.0])
+        middle = (lightness + 16) / 116
+        ratios = [
+            f**3 if f > 6 / 29 else 3 * (6 / 29) ** 2 * (f - 4 / 29)
+            for f in (middle + a / 500, middle, middle - b / 200)
+        ]
+        light.append(ratios * d50)
+    xyz = colour.adaptation.chromatic_adaptation_VonKries(np.array(light), d50, D65, transform="Bradford")
+    expected = colour.XYZ_to_RGB(xyz, "sRGB", apply_cctf_encoding=True)
+    shown = through_profile(files["icc"], on_nodes / 32)
+    # colour-science's matrix has the four decimals of IEC 61966-2-1.
+    assert np.abs(np.clip(shown, 0, 1) - np.clip(expected, 0, 1)).max() < 2e-3
+
+
+def ask(tool: str, package: str, *options: str | Path, code: Array) -> Array:
+    """What a program that converts numbers says."""
+    try:
+        path = program(tool, package)
+    except Unavailable as reason:
+        pytest.skip(str(reason))
+    lines = "".join(" ".join(f"{value:.6f}" for value in row) + "\n" for row in code)
+    done = subprocess.run([path, *options], input=lines, capture_output=True, text=True, check=True, timeout=60)
+    found = [line.split("-> ")[-1].partition("[")[0].split() for line in done.stdout.splitlines()]
+    return np.array([row for row in found if len(row) == 3 and row[0].lstrip("-")[0].isdigit()], dtype=float)
+
+
+def test_argyll_reads_the_same_xyz_from_the_profile(aged: AgedDisplay, files: dict[str, Path], code: Array) -> None:
+    import colour
+
+    found = ask("xicclu", "argyll", "-ff", "-ir", "-px", files["icc"], code=code)
+    xyz = linear_to_xyz(aged.code_to_linear(code))
+    d50 = np.array([0.9642, 1.0, 0.8249])
+    expected = colour.adaptation.chromatic_adaptation_VonKries(xyz, D65, d50, transform="Bradford")
+    assert np.abs(found - expected).max() < 5e-4
+
+
+def test_argyll_reads_the_same_code_values_from_the_link(
+    aged: AgedDisplay, files: dict[str, Path], code: Array
+) -> None:
+    found = ask("xicclu", "argyll", "-ff", files["devicelink"], code=code)
+    # A table that is clipped at the gamut's edge bends between its points.
+    assert np.abs(found - aged.code_to_code(code)).max() < 4e-3
+
+
+@pytest.mark.parametrize("intent", INTENTS)
+def test_littlecms_own_program_agrees(intent: int, aged: AgedDisplay, files: dict[str, Path], code: Array) -> None:
+    options = (f"-t{intent}", "-c0", "-n", "-i", files["icc"], "-o", "*sRGB")
+    found = ask("transicc", "liblcms2-utils", *options, code=code * 255)
+    assert np.abs(np.clip(found, 0, 255) - aged.code_to_code(code) * 255).max() < 0.7
+
+
+@pytest.mark.parametrize("name", ["icc", "devicelink"])
+def test_argylls_own_reader_of_all_tags_finds_nothing_wrong(name: str, files: dict[str, Path]) -> None:
+    try:
+        tool = program("iccdump", "argyll")
+    except Unavailable as reason:
+        pytest.skip(str(reason))
+    done = subprocess.run(
+        [tool, "-v3", str(files[name])], capture_output=True, text=True, errors="replace", check=True, timeout=60
+    )
+    assert done.stdout.count("tag ") >= 5
+    assert "rror" not in done.stdout + done.stderr
+    assert "what it shows" in "".join(line.partition(": ")[2] for line in done.stdout.splitlines())
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed (Debian: chromium)")
+def test_a_browser_shows_the_aged_colours_of_a_picture_with_the_profile(
+    aged: AgedDisplay, files: dict[str, Path], tmp_path: Path
+) -> None:
+    from PIL import Image
+
+    pixels = np.random.default_rng(22).integers(0, 256, (64, 64, 3), dtype=np.uint8)
+    pixels[:8] = 255
+    picture = BytesIO()
+    Image.fromarray(pixels).save(picture, "PNG", icc_profile=files["icc"].read_bytes())
+    page_file = tmp_path / "page.html"
+    text = base64.b64encode(picture.getvalue()).decode()
+    page_file.write_text(f'<body style="margin:0"><img src="data:image/png;base64,{text}">')
+    with browser(tmp_path / "profile") as page:
+        page.size(200, 100)
+        page.open(page_file)
+        page.wait("document.images[0].complete && document.images[0].naturalWidth")
+        shown = np.asarray(Image.open(BytesIO(page.picture())).convert("RGB"))[:64, :64]
+    error = np.abs(shown - aged.code_to_code(pixels / 255) * 255)
+    # Its renderer works at low precision; XYZ tables, which it misreads, gave errors of 60 and more.
+    assert np.quantile(error, 0.99) < 6
+    assert np.abs(shown[0, 0] - aged.code_to_code(np.ones(3)) * 255).max() < 3
+
+
+@pytest.mark.parametrize("mode", ["chroma", "chroma-luma"])
+def test_littlecms_leaves_pure_white_white_where_it_takes_shortcuts(mode: str, tmp_path: Path) -> None:
+    """README warns of it: with whole numbers, unless it is told not to, or asked in absolute terms."""
+    from PIL import Image, ImageCms
+
+    aged = DisplayModel(read_measurements(default_display()), selection="continuous").at(mode, 18_000)
+    form = format_named("icc")
+    path = tmp_path / form.file
+    path.write_bytes(form.write(form.bake(Sampler(), aged, 33)[0], PROVENANCE))
+    white, srgb = Image.new("RGB", (1, 1), "white"), ImageCms.createProfile("sRGB")
+    model = aged.code_to_code(np.ones(3)) * 255
+
+    def shown(intent: int, flags: ImageCms.Flags) -> Array:
+        way = ImageCms.buildTransform(str(path), srgb, "RGB", "RGB", ImageCms.Intent(intent), flags)
+        pixels = np.asarray(ImageCms.applyTransform(white, way), dtype=np.float64)
+        return np.asarray(pixels[0, 0])
+
+    assert shown(RELATIVE, ImageCms.Flags.NONE) == pytest.approx([255] * 3)
+    assert shown(RELATIVE, ImageCms.Flags.NOOPTIMIZE) == pytest.approx(model, abs=1)
+    assert shown(ABSOLUTE, ImageCms.Flags.NONE) == pytest.approx(model, abs=1)
+
+
+def shortened(data: bytes) -> bytes:
+    return data[:-1000]
+
+
+def with_tags(count: int) -> Callable[[bytes], bytes]:
+    return lambda data: data[:128] + struct.pack(">I", count) + data[132:]
+
+
+def with_tag(offset: int, size: int) -> Callable[[bytes], bytes]:
+    return lambda data: data[:136] + struct.pack(">II", offset, size) + data[144:]
+
+
+def with_grid(points: int) -> Callable[[bytes], bytes]:
+    def change(data: bytes) -> bytes:
+        place = data.index(b"mft2") + 10
+        return data[:place] + bytes([points]) + data[place + 1 :]
+
+    return change
+
+
+#: What is wrong, how it is made, and what the error says.
+LIES: list[tuple[str, Callable[[bytes], bytes], str]] = [
+    ("it is empty", lambda _: b"", "is empty"),
+    ("it is no profile", lambda _: b"not a profile", "is no ICC profile"),
+    ("it is cut off", shortened, "says that it has"),
+    ("it has 4 thousand million tags", with_tags(2**32 - 1), "claims 4294967295 tags"),
+    ("a tag begins beyond its end", with_tag(2**31, 100), "lies outside the file"),
+    ("a tag is longer than the file", with_tag(400, 2**31), "lies outside the file"),
+    ("its table is larger than the file", with_grid(255), "LittleCMS cannot use it"),
+    ("its table has one point", with_grid(1), "LittleCMS cannot use it"),
+    ("it is for a printer", lambda data: data[:16] + b"CMYK" + data[20:], "displays are RGB"),
+]
+
+
+@pytest.mark.parametrize("name", ["icc", "devicelink"])
+@pytest.mark.parametrize(("change", "says"), [lie[1:] for lie in LIES], ids=[fault for fault, _, _ in LIES])
+def test_a_profile_that_lies_is_a_clear_error(
+    name: str, change: Callable[[bytes], bytes], says: str, files: dict[str, Path], tmp_path: Path
+) -> None:
+    path = tmp_path / "lies.icc"
+    path.write_bytes(change(files[name].read_bytes()))
+    with pytest.raises(LutgenError, match=says) as error:
+        apply_lut(path, np.zeros((1, 3)))
+    assert str(path) in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_the_kind_of_others_profiles_is_found(files: dict[str, Path], tmp_path: Path) -> None:
+    import imagecodecs
+
+    assert table_kind(files["icc"], clipped=False) == ("lab", 33, False)
+    assert table_kind(files["devicelink"], clipped=True) == ("code", 33, True)
+    plain = tmp_path / "srgb.icc"
+    plain.write_bytes(imagecodecs.cms_profile("srgb"))
+    assert table_kind(plain, clipped=True) == ("linear", 0, True)
+    assert apply_lut(plain, np.full((1, 3), 0.4)) == pytest.approx(np.full((1, 3), 0.4), abs=1e-6)
+
+
+def test_the_profiles_table_holds_what_was_baked(aged: AgedDisplay) -> None:
+    (lut,) = format_named("icc").bake(Sampler(), aged, 17)
+    numbers = table_of(lut) * 65_535
+    assert np.abs(numbers - np.rint(numbers)).max() < 1e-9
+    # White in L*a*b*, as colour-science has it, of 16 bit.
+    import colour
+
+    xyz = linear_to_xyz(aged.code_to_linear(np.ones(3)))
+    d50 = np.array([0.9642, 1.0, 0.8249])
+    adapted = colour.adaptation.chromatic_adaptation_VonKries(xyz, D65, d50, transform="Bradford")
+    lab = colour.XYZ_to_Lab(adapted, colour.XYZ_to_xy(d50))
+    assert numbers[-1, -1, -1] / [652.8, 256, 256] - [0, 128, 128] == pytest.approx(lab, abs=0.01)
