@@ -27,7 +27,7 @@ _HOME = {
     "default_display": "lutgen.display",
     "load_model": "lutgen.display",
     "save_model": "lutgen.display",
-    "Plan": "lutgen.bake.build",
+    "Plan": "lutgen.bake.plan",
     "build": "lutgen.bake.build",
     "check": "lutgen.bake.check",
     "apply_to_image": "lutgen.appearance.apply",
@@ -70,8 +70,9 @@ if TYPE_CHECKING:
     from lutgen.appearance.cohort import cohort
     from lutgen.appearance.conspicuity import nuclei
     from lutgen.appearance.lifetime import lifetime
-    from lutgen.bake.build import Plan, build
+    from lutgen.bake.build import build
     from lutgen.bake.check import check
+    from lutgen.bake.plan import Plan
     from lutgen.criticism.compare import compare
     from lutgen.criticism.diagnose import diagnose
     from lutgen.criticism.plan import plan

@@ -219,10 +219,10 @@ def test_an_archive_holds_a_config_and_its_table_without_dates(aged: AgedDisplay
     path = written("ocioz", aged, tmp_path)
     with zipfile.ZipFile(path) as archive:
         assert archive.testzip() is None
-        assert archive.namelist() == ["config.ocio", "aged.clf"]
+        assert archive.namelist() == ["config.ocio", "lut.clf"]
         assert {entry.date_time for entry in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
         form = format_named("clf")
-        assert archive.read("aged.clf") == form.write(form.bake(Sampler(), aged, SIZE)[0], PROVENANCE)
+        assert archive.read("lut.clf") == form.write(form.bake(Sampler(), aged, SIZE)[0], PROVENANCE)
 
 
 def test_opencolorio_opens_an_archive_where_it_can(aged: AgedDisplay, tmp_path: Path) -> None:
@@ -243,7 +243,7 @@ def test_an_archive_that_unpacks_to_more_than_any_lut_is_refused(tmp_path: Path)
     path = tmp_path / "bomb.ocioz"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("config.ocio", "x")
-        with archive.open("aged.clf", "w") as entry:
+        with archive.open("lut.clf", "w") as entry:
             for _ in range(LARGEST_LUT // 1_000_000 + 1):
                 entry.write(bytes(1_000_000))
     assert path.stat().st_size < 200_000
@@ -251,7 +251,7 @@ def test_an_archive_that_unpacks_to_more_than_any_lut_is_refused(tmp_path: Path)
         apply_lut(path, np.zeros((1, 3)))
 
 
-@pytest.mark.parametrize("names", [(), ("config.ocio",), ("aged.clf",), ("../config.ocio", "aged.clf")])
+@pytest.mark.parametrize("names", [(), ("config.ocio",), ("lut.clf",), ("../config.ocio", "lut.clf")])
 def test_an_archive_without_its_two_files_is_a_clear_error(names: tuple[str, ...], tmp_path: Path) -> None:
     held = BytesIO()
     with zipfile.ZipFile(held, "w") as archive:
@@ -259,7 +259,7 @@ def test_an_archive_without_its_two_files_is_a_clear_error(names: tuple[str, ...
             archive.writestr(name, "nothing")
     path = tmp_path / "wrong.ocioz"
     path.write_bytes(held.getvalue())
-    with pytest.raises(LutgenError, match=r"is no archive with config\.ocio and aged\.clf"):
+    with pytest.raises(LutgenError, match=r"is no archive with config\.ocio and lut\.clf"):
         apply_lut(path, np.zeros((1, 3)))
 
 

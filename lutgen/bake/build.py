@@ -5,89 +5,35 @@ from __future__ import annotations
 import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from lutgen import __version__
-from lutgen.bake.config import AgedConfig, config_text
-from lutgen.bake.fidelity import Certificate, Figures, Judge
+from lutgen.bake.config import config_text
+from lutgen.bake.fidelity import Certificate, Judge
 from lutgen.bake.folder import claim
-from lutgen.bake.formats import Provenance, format_named
+from lutgen.bake.formats import format_named
+from lutgen.bake.gpu import check_renderer, gpu_run
 from lutgen.bake.lut import SIZES
 from lutgen.bake.manifest import FileRecord, Manifest, Recipe, model_as_json, sha256
 from lutgen.bake.parallel import in_parallel
+from lutgen.bake.plan import Plan
+from lutgen.bake.provenance import config_of_all, config_of_display, provenance_of
 from lutgen.bake.readback import TableKind
 from lutgen.bindings import ocio
-from lutgen.display import MODES, hour_name
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError
 from lutgen.files import replacing, under_its_name, write_atomically
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
+    from lutgen.bake.config import AgedConfig
+    from lutgen.bake.figures import Figures
     from lutgen.bake.formats import Format
     from lutgen.bake.lut import Lut, MatrixLut
     from lutgen.display import AgedDisplay, DisplayModel
 
+__all__ = ["CONFIG", "Built", "Plan", "build", "config_format"]
+
 CONFIG = "config.ocio"
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What to bake of a model.
-
-    Attributes
-    ----------
-    hours, modes, formats
-        One LUT of each format for each mode and hour.
-    cubesize
-        Points along an edge of the tables.
-    tolerance
-        ΔE2000 that the largest ``smooth`` error may reach; the smallest of ``SIZES`` that keeps it is taken.
-    certify
-        Read every different table back, through OpenColorIO where it can, and compare it with the model; hours that
-        show the same display share a certificate. ``lutgen check`` reads every file.
-
-    """
-
-    hours: tuple[float, ...]
-    modes: tuple[str, ...] = tuple(MODES)
-    formats: tuple[str, ...] = ("cube", "clf")
-    cubesize: int = 33
-    tolerance: float | None = None
-    certify: bool = True
-
-    def __post_init__(self) -> None:
-        """Refuse what cannot be baked."""
-        for mode in self.modes:
-            if mode not in MODES:
-                raise pick_one("mode", mode, MODES)
-        for name in self.formats:
-            format_named(name)
-        if not (self.hours and self.modes and self.formats):
-            message = "nothing to build: give at least one hour, one mode and one format."
-            raise LutgenError(message)
-        if self.cubesize not in SIZES:
-            raise pick_one("cube size", self.cubesize, map(str, SIZES))
-        if self.tolerance is not None and not 0 < self.tolerance < 100:
-            message = f"--tolerance {self.tolerance:g}: a colour difference ΔE2000 above 0 and below 100, such as 0.1."
-            raise LutgenError(message)
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the options as the manifest has them."""
-        return {
-            "hours": list(self.hours),
-            "modes": list(self.modes),
-            "formats": list(self.formats),
-            "cubesize": self.cubesize,
-            "tolerance": self.tolerance,
-            "certify": self.certify,
-        }
-
-    def folders(self) -> Iterator[tuple[str, float, str]]:
-        """Give mode, hour and the folder of each display, relative to the output folder."""
-        for mode in self.modes:
-            for hours in self.hours:
-                yield mode, hours, f"{mode}/{hour_name(hours)}"
 
 
 @dataclass(frozen=True)
@@ -129,9 +75,11 @@ def build(
 
     """
     ocio()
+    if plan.gpu:
+        check_renderer()
     output = Path(output)
     for mode, hours, _ in plan.folders():
-        model.at(mode, hours)
+        plan.display(model, mode, hours)
     recipe = Recipe(model_as_json(model, output), plan.as_json())
     paths = _paths(plan)
     folder = claim(output, recipe, paths, force=force)
@@ -139,7 +87,7 @@ def build(
     sizes = [None] * len(work) if plan.tolerance is None else list(in_parallel(_smallest_sizes, work, jobs))
     work = [replace(part, sizes=chosen) for part, chosen in zip(work, sizes, strict=True)]
     folder.begin(recipe, paths)
-    _prepare(model.at(plan.modes[-1], plan.hours[-1]), plan)
+    _prepare(plan.display(model, plan.modes[-1], plan.hours[-1]), plan)
     records: list[FileRecord] = []
     for made in in_parallel(_bake, work, jobs):
         records.extend(made)
@@ -155,7 +103,7 @@ def build(
 
 def _paths(plan: Plan) -> list[str]:
     configs = [CONFIG] if config_format(plan) else []
-    names = [format_named(name).file for name in plan.formats] + configs
+    names = [format_named(name).file_in(plan.direction) for name in plan.formats] + configs
     return configs + [f"{folder}/{name}" for _, _, folder in plan.folders() for name in names]
 
 
@@ -193,11 +141,11 @@ def _prepare(aged: AgedDisplay, plan: Plan) -> None:
 def _bake(work: _Work) -> list[FileRecord]:
     records = []
     for mode, hours, folder in work.displays:
-        aged = work.model.at(mode, hours)
+        aged = work.plan.display(work.model, mode, hours)
         for name in work.plan.formats:
             size = work.sizes[folder, name] if work.sizes else work.plan.cubesize
             form = format_named(name)
-            records.append(_bake_lut(work, aged, f"{folder}/{form.file}", form, size))
+            records.append(_bake_lut(work, aged, f"{folder}/{form.file_in(work.plan.direction)}", form, size))
         form_of_config = config_format(work.plan)
         if form_of_config:
             records.append(_write_config(work, aged, folder, form_of_config))
@@ -210,7 +158,7 @@ def _smallest_sizes(work: _Work) -> dict[tuple[str, str], int]:
     with tempfile.TemporaryDirectory(prefix="lutgen-") as scratch:
         for mode, hours, folder in work.displays:
             for name in work.plan.formats:
-                aged, form = work.model.at(mode, hours), format_named(name)
+                aged, form = work.plan.display(work.model, mode, hours), format_named(name)
                 sizes[folder, name] = _smallest_size(work, aged, form, Path(scratch) / form.file)
     return sizes
 
@@ -273,54 +221,19 @@ def _best_candidate(model: DisplayModel, aged: AgedDisplay, form: Format, size: 
         )
         _BAKED[form.name] = made_of, lut, error.all
     _, baked, figures = _BAKED[form.name]
-    return baked, form.write(baked, _provenance(model, aged, baked, figures))
-
-
-def _provenance(model: DisplayModel, aged: AgedDisplay, lut: Lut | MatrixLut, error: Figures) -> Provenance:
-    readings = model.measurements
-    grid = f"{lut.size}^3 in {lut.space} values, tetrahedral" if lut.size else "one matrix in linear light"
-    figures = f"dE2000 of the table mean {error.mean:.4f}, 99 % {error.p99:.4f}, max {error.max:.4f}"
-    lines = (
-        f"lutgen {__version__}: what an aged display shows, for an un-aged sRGB viewer",
-        f"display: {Path(readings.file).name}, SHA-256 {readings.sha256}",
-        *(f"source: {text}" for key, text in readings.metadata.items() if key == "source"),
-        f"model: reference {model.reference}, selection {model.selection}, luminance {model.luminance.name}",
-        *_refinements(model),
-        f"mode: {aged.mode}",
-        f"hours: {aged.hours:g}",
-        f"grid: {grid}",
-        f"fidelity: {figures} over {error.colours} colours, borders included; certificate in manifest.json",
-    )
-    hour = hour_name(aged.hours)
-    return Provenance(f"Aged display, {aged.mode}, {hour}", f"lutgen-{aged.mode}-{hour}-{readings.sha256[:12]}", lines)
-
-
-def _refinements(model: DisplayModel) -> list[str]:
-    """What a model has beyond the paper's, one line each; in ASCII, since that is what a .cube is."""
-    lines = [] if model.baseline == "tips" else ["baseline: tips of hour 0 alone, the effects do the aging"]
-    for each in model.baked:
-        values = ", ".join(f"{name} {value:.6g}" for name, value in each.values.items())
-        lines.append(f"effect: {each.effect.name}{f' ({values})' if values else ''}")
-    stated = ", ".join(f"{name} = {value:g}" for name, value in model.conditions.stated().items())
-    return lines + ([f"at: {stated}"] if stated else [])
+    return baked, form.write(baked, provenance_of(model, aged, baked, figures))
 
 
 def _write_config(work: _Work, aged: AgedDisplay, folder: str, form: Format) -> FileRecord:
-    hour = hour_name(aged.hours)
-    text = f"An aged display: mode {aged.mode} ({MODES[aged.mode]}), {hour}. {_reach(form)}"
-    config = AgedConfig(f"{aged.mode}_{hour}", text, form.file)
-    return _put_config(work.output, f"{folder}/{CONFIG}", config, aged.mode, aged.hours)
+    config = config_of_display(aged, form.file_in(work.plan.direction), unclipped=form.unclipped)
+    record = _put_config(work.output, f"{folder}/{CONFIG}", config, aged.mode, aged.hours)
+    if not work.plan.gpu:
+        return record
+    return replace(record, gpu=gpu_run(work.output / record.path, _JUDGE.code).as_json())
 
 
 def _write_common_config(plan: Plan, output: Path, form: Format) -> FileRecord:
-    last = max(plan.hours)
-    mode = "chroma" if "chroma" in plan.modes else plan.modes[0]
-    text = (
-        f"Aged displays: choose by the context variables AGING_MODE ({', '.join(plan.modes)}) and AGING_HOURS "
-        f"({min(plan.hours):g} to {last:g}). {_reach(form)}"
-    )
-    default = {"AGING_HOURS": hour_name(last).removesuffix("h"), "AGING_MODE": mode}
-    config = AgedConfig("aged_displays", text, f"${{AGING_MODE}}/${{AGING_HOURS}}h/{form.file}", default)
+    config = config_of_all(plan, form.file_in(plan.direction), unclipped=form.unclipped)
     return _put_config(output, CONFIG, config, None, None)
 
 
@@ -331,12 +244,6 @@ def config_format(plan: Plan) -> Format | None:
     """
     forms = [form for form in map(format_named, plan.formats) if form.reader is None]
     return next((form for form in forms if form.unclipped), forms[0] if forms else None)
-
-
-def _reach(form: Format) -> str:
-    if form.unclipped:
-        return "Aged colours outside sRGB reach wider viewers."
-    return "Aged colours are clipped to sRGB, on wider viewers too."
 
 
 def _put_config(output: Path, path: str, config: AgedConfig, mode: str | None, hours: float | None) -> FileRecord:

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.bake.check_config import check_config
 from lutgen.bake.fidelity import Certificate, Judge
+from lutgen.bake.gpu import TOLERANCE as GPU_TOLERANCE
+from lutgen.bake.gpu import GpuRun, check_renderer, gpu_run
 from lutgen.bake.manifest import (
     JOURNAL,
     MANIFEST,
@@ -25,6 +27,7 @@ from lutgen.bake.manifest import (
     sha256,
 )
 from lutgen.bake.parallel import in_parallel
+from lutgen.bake.plan import direction_of, display_to_bake
 from lutgen.bake.readback import apply_lut, table_kind
 from lutgen.bindings import ocio, refuse_unlikely
 from lutgen.display import default_display, load_model
@@ -73,6 +76,8 @@ class Checked:
         LUT path → what it does now.
     remarks
         What could not be checked, and why.
+    gpu
+        Config path → what its shaders do, where that was asked.
 
     """
 
@@ -80,6 +85,7 @@ class Checked:
     findings: tuple[Finding, ...]
     certificates: Mapping[str, Certificate] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+    gpu: Mapping[str, GpuRun] = field(default_factory=dict)
 
     @property
     def passed(self) -> bool:
@@ -88,6 +94,7 @@ class Checked:
 
     def as_json(self) -> dict[str, Any]:
         """Return the result for a program to read."""
+        shaders = {"gpu": {path: run.as_json() for path, run in self.gpu.items()}} if self.gpu else {}
         return {
             "schema": 1,
             "passed": self.passed,
@@ -95,6 +102,7 @@ class Checked:
             "findings": [{"file": finding.path, "problem": finding.problem} for finding in self.findings],
             "certificates": {path: certificate.as_json() for path, certificate in self.certificates.items()},
             "remarks": list(self.remarks),
+            **shaders,
         }
 
 
@@ -103,6 +111,7 @@ def check(
     *,
     model: DisplayModel | None = None,
     budget: Budget | None = None,
+    gpu: bool = False,
     jobs: int | None = None,
     progress: Callable[[int, int], None] = lambda _done, _all: None,
 ) -> Checked:
@@ -114,16 +123,20 @@ def check(
         Compare with this model instead of the manifest's; under the conditions of the build.
     budget
         What the smooth colours may err; a file is also held to its own certificate.
+    gpu
+        Run the shaders of each display's config too, and compare them with the CPU.
     jobs, progress
         As for ``build``.
 
     Raises
     ------
     LutgenError
-        The folder or its manifest is not there: nothing to check.
+        The folder or its manifest is not there: nothing to check. Or ``gpu``, and no shader can be run here.
 
     """
     ocio()
+    if gpu:
+        check_renderer()
     folder = Path(folder)
     manifest, findings = _manifest(folder)
     if manifest is None:
@@ -136,15 +149,17 @@ def check(
         model = replace(model, conditions=built_from.conditions)
     stale, remarks = _stale(folder, manifest, model)
     findings += stale
-    work = [_Work(folder, manifest, model or built_from, part, budget or Budget()) for part in _parts(manifest)]
+    work = [_Work(folder, manifest, model or built_from, part, budget or Budget(), gpu) for part in _parts(manifest)]
     certificates: dict[str, Certificate] = {}
+    shaders: dict[str, GpuRun] = {}
     done = 0
     for part in in_parallel(_check_part, work, jobs):
         findings += part.findings
         certificates.update(part.certificates)
+        shaders.update(part.gpu)
         done += part.files
         progress(done, len(manifest.files))
-    return Checked(len(manifest.files), tuple(findings), certificates, tuple(remarks))
+    return Checked(len(manifest.files), tuple(findings), certificates, tuple(remarks), shaders)
 
 
 def check_lut(path: str | Path, aged: AgedDisplay, *, budget: Budget | None = None) -> Checked:
@@ -163,6 +178,7 @@ class _Work:
     model: DisplayModel
     records: tuple[FileRecord, ...]
     budget: Budget
+    gpu: bool
 
 
 def _parts(manifest: Manifest) -> list[tuple[FileRecord, ...]]:
@@ -239,6 +255,7 @@ _JUDGE = Judge()
 def _check_part(work: _Work) -> Checked:
     findings: list[Finding] = []
     certificates: dict[str, Certificate] = {}
+    shaders: dict[str, GpuRun] = {}
     for record in sorted(work.records, key=lambda record: record.kind == "config"):
         path = work.folder / record.path
         problem = _altered(path, record)
@@ -247,14 +264,40 @@ def _check_part(work: _Work) -> Checked:
         if not path.is_file():
             continue
         if record.kind == "config":
-            findings += [Finding(record.path, text) for text in _config_problems(path, record, work)]
+            problems = _config_problems(path, record, work)
+            findings += [Finding(record.path, text) for text in problems]
+            if work.gpu and record.mode is not None and not problems:
+                shaders[record.path] = gpu_run(path, _JUDGE.code)
+                findings += _shader_findings(record.path, shaders[record.path])
         else:
-            aged = work.model.at(str(record.mode), float(record.hours or 0.0))
+            aged = _claimed(work, record)
             found, certificate = _check_lut(path, record.path, aged, record, work.budget)
             findings += found
             if certificate:
                 certificates[record.path] = certificate
-    return Checked(len(work.records), tuple(findings), certificates)
+    return Checked(len(work.records), tuple(findings), certificates, gpu=shaders)
+
+
+def _shader_findings(path: str, run: GpuRun) -> list[Finding]:
+    # NaN fails the comparison too.
+    return [
+        Finding(
+            path, f"its shader differs from the CPU by up to {found.max:.2g} in code values ({view}; {run.renderer})"
+        )
+        for view, found in run.views.items()
+        if not found.max <= GPU_TOLERANCE
+    ]
+
+
+def _claimed(work: _Work, record: FileRecord) -> AgedDisplay:
+    """Return the display, or the correction for it, that a LUT of the build says it is."""
+    return display_to_bake(
+        work.model,
+        str(record.mode),
+        float(record.hours or 0.0),
+        direction=direction_of(work.manifest),
+        unreachable=str(work.manifest.recipe["options"].get("unreachable", "clip")),
+    )
 
 
 def _config_problems(path: Path, record: FileRecord, work: _Work) -> list[str]:
@@ -300,7 +343,7 @@ def _over_budget(certificate: Certificate, record: FileRecord | None, budget: Bu
         if value > limit:
             problems.append(f"fidelity: smooth ΔE2000 {figure} is {value:.4f}, over the budget of {limit:g} ({option})")
     for group, certified in ((record.certificate if record else None) or {}).items():
-        now = getattr(certificate, group, None)
+        now = certificate.groups().get(group)
         if isinstance(certified, dict) and now is not None:
             figures = [(name, getattr(now, name), certified[name]) for name in ("mean", "p99", "max")]
             if any(value > limit + SLACK for _, value, limit in figures):

@@ -13,18 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.bake.config import (
-    AGED,
-    AGED_VIEW,
-    LINEAR,
-    LOOK,
-    NAMED_TRANSFORM,
-    RAW_VIEW,
-    SOURCE,
-    UNAGED_VIEW,
-    VIEWERS,
-)
+from lutgen.bake.config import LINEAR, RAW_VIEW, SOURCE, VIEWERS, WORDS
 from lutgen.bake.formats import format_named
+from lutgen.bake.plan import direction_of
 from lutgen.bake.readback import apply_lut
 from lutgen.bindings import ocio, ocio_errors
 from lutgen.colorimetry import code_to_linear, inverse, linear_to_code, linear_to_xyz, transform
@@ -34,6 +25,7 @@ from lutgen.errors import LutgenError
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from lutgen.bake.config import Words
     from lutgen.bake.manifest import FileRecord, Manifest
     from lutgen.colorimetry import Array
 
@@ -65,19 +57,20 @@ def check_config(path: Path, root: Path, record: FileRecord, manifest: Manifest)
     files = re.findall(r"!<FileTransform>.*", config.serialize())
     if not all("interpolation: tetrahedral" in file for file in files):
         problems.append("wrong interpolation: a FileTransform does not ask for tetrahedral")
+    words = WORDS[direction_of(manifest)]
     luts = [file for file in manifest.files if file.kind == "lut" and format_named(str(file.format)).reader is None]
     expected = _luts_of_configs(luts)
     if record.mode is None:
         problems += [
             f"AGING_MODE={mode}, AGING_HOURS={hour_name(hours)[:-1]}: {problem}"
             for (mode, hours), lut in expected.items()
-            for problem in _Run(lib, config, root, lut, context=(mode, hour_name(hours)[:-1])).problems()
+            for problem in _Run(lib, config, root, lut, words, context=(mode, hour_name(hours)[:-1])).problems()
         ]
         return problems
     lut = expected.get((str(record.mode), float(record.hours or 0.0)))
     if lut is None:
         return [*problems, "the manifest names no LUT for it"]
-    return [*problems, *_Run(lib, config, root, lut, context=None).problems()]
+    return [*problems, *_Run(lib, config, root, lut, words, context=None).problems()]
 
 
 def _luts_of_configs(luts: list[FileRecord]) -> dict[tuple[str, float], FileRecord]:
@@ -91,8 +84,10 @@ def _luts_of_configs(luts: list[FileRecord]) -> dict[tuple[str, float], FileReco
 class _Run:
     """One config in one context, against its LUT."""
 
-    def __init__(self, lib: Any, config: Any, root: Path, lut: FileRecord, context: tuple[str, str] | None) -> None:
-        self.lib, self.config = lib, config
+    def __init__(
+        self, lib: Any, config: Any, root: Path, lut: FileRecord, words: Words, *, context: tuple[str, str] | None
+    ) -> None:
+        self.lib, self.config, self.words = lib, config, words
         self.lut = (root / lut.path).resolve()
         self.context = copy.deepcopy(config.getCurrentContext())
         if context:
@@ -113,22 +108,22 @@ class _Run:
 
     def _parts(self, aged: Array) -> Iterator[tuple[str, Any, Array]]:
         """Name each part of the config, how to get its processor, and the code values it should give."""
-        lib, config = self.lib, self.config
-        if set(VIEWERS) - set(config.getDisplays()):
-            yield f"display {min(set(VIEWERS) - set(config.getDisplays()))}", None, aged
+        lib, config, words = self.lib, self.config, self.words
+        if set(words.viewers) - set(config.getDisplays()):
+            yield f"display {min(set(words.viewers) - set(config.getDisplays()))}", None, aged
         for viewer in config.getDisplays():
             views = set(config.getViews(viewer))
-            for missing in sorted({AGED_VIEW, UNAGED_VIEW, RAW_VIEW} - views):
+            for missing in sorted({words.view, words.plain_view, RAW_VIEW} - views):
                 yield f"display {viewer}, view {missing}", None, aged
             for view in sorted(views):
-                light = {AGED_VIEW: code_to_linear(aged), UNAGED_VIEW: code_to_linear(self.code)}.get(view)
+                light = {words.view: code_to_linear(aged), words.plain_view: code_to_linear(self.code)}.get(view)
                 expected = self.code if light is None else viewer_values(light, viewer)
                 yield f"display {viewer}, view {view}", lib.DisplayViewTransform(SOURCE, viewer, view), expected
-        yield f"look {LOOK}", lib.LookTransform(src=SOURCE, dst=SOURCE, looks=LOOK), aged
-        named = config.getNamedTransform(NAMED_TRANSFORM)
+        yield f"look {words.look}", lib.LookTransform(src=SOURCE, dst=SOURCE, looks=words.look), aged
+        named = config.getNamedTransform(words.named_transform)
         forward = named.getTransform(lib.TRANSFORM_DIR_FORWARD) if named else None
-        yield f"named transform {NAMED_TRANSFORM}", forward, aged
-        yield f"colour space {AGED}", lib.ColorSpaceTransform(src=AGED, dst=LINEAR), code_to_linear(aged)
+        yield f"named transform {words.named_transform}", forward, aged
+        yield f"colour space {words.space}", lib.ColorSpaceTransform(src=words.space, dst=LINEAR), code_to_linear(aged)
 
     def _one(self, part: Any, expected: Array) -> list[str]:
         lib = self.lib

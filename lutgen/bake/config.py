@@ -35,6 +35,54 @@ VIEWERS: dict[str, tuple[Array, str]] = {
     "Rec.1886": (LINEAR_TO_XYZ, "power 2.4"),
 }
 
+
+@dataclass(frozen=True)
+class Words:
+    """What a config calls its parts, and the screens that it has views for, as ``VIEWERS``."""
+
+    space: str
+    space_text: str
+    view: str
+    plain_view: str
+    plain_text: str
+    look: str
+    named_transform: str
+    viewers: Mapping[str, tuple[Array, str]]
+    viewer_name: str
+    viewer_text: str
+
+
+#: What an aged display shows, on any screen.
+SIMULATION = Words(
+    AGED,
+    "Code values as the aged display shows them.",
+    AGED_VIEW,
+    UNAGED_VIEW,
+    "The source signal on an un-aged display.",
+    LOOK,
+    NAMED_TRANSFORM,
+    VIEWERS,
+    "{} viewer",
+    "An un-aged {} screen.",
+)
+
+#: What an aged display is to be sent: code values for that display and no other.
+CORRECTION = Words(
+    "Compensated signal",
+    "Code values that the aged display is sent.",
+    "Compensated",
+    "Uncompensated",
+    "The source signal sent to the aged display as it is.",
+    "Compensation look",
+    "Source signal to compensated signal",
+    {AGED: VIEWERS["sRGB"]},
+    "{} signal",
+    "{}, in the code values that it is sent.",
+)
+
+#: By the direction of a build.
+WORDS = {"simulate": SIMULATION, "compensate": CORRECTION}
+
 #: Roles that Blender, Nuke and later OpenColorIO versions ask for.
 ROLES = {
     "default": SOURCE,
@@ -67,6 +115,8 @@ class AgedConfig:
         The LUT file, relative to the config; may hold context variables.
     environment
         Context variables and their defaults.
+    words
+        Which way it goes: ``SIMULATION`` or ``CORRECTION``.
 
     """
 
@@ -74,6 +124,7 @@ class AgedConfig:
     description: str
     lut: str
     environment: Mapping[str, str] = field(default_factory=dict)
+    words: Words = SIMULATION
 
 
 def config_text(aged: AgedConfig) -> bytes:
@@ -99,11 +150,11 @@ def config_text(aged: AgedConfig) -> bytes:
 
 
 def _add_colour_spaces(lib: Any, config: Any, aged: AgedConfig) -> None:
-    to_linear = _srgb_curve(lib)
+    to_linear, words = _srgb_curve(lib), aged.words
     spaces: tuple[tuple[str, str, str, list[str], Any], ...] = (
         (LINEAR, "Linear light of the sRGB primaries.", "scene-linear", ["lin_rec709_srgb", "lin_srgb"], None),
         (SOURCE, "Code values as sent to the display.", "sdr-video", ["srgb", "srgb_tx"], to_linear),
-        (AGED, f"Code values as the aged display shows them. {aged.description}", "sdr-video", [], _aged(lib, aged)),
+        (words.space, f"{words.space_text} {aged.description}", "sdr-video", [], _aged(lib, aged)),
         ("ACES2065-1", "Interchange with other configs.", "scene-linear", ["aces2065_1"], _from_aces(lib)),
     )
     for name, description, encoding, aliases, transform in spaces:
@@ -128,45 +179,45 @@ def _add_colour_spaces(lib: Any, config: Any, aged: AgedConfig) -> None:
 
 
 def _add_views(lib: Any, config: Any, aged: AgedConfig) -> None:
-    to_xyz = _matrix(lib, LINEAR_TO_XYZ)
-    look = lib.Look(name=LOOK, processSpace=SOURCE, description=aged.description, transform=_lut(lib, aged))
+    to_xyz, words = _matrix(lib, LINEAR_TO_XYZ), aged.words
+    look = lib.Look(name=words.look, processSpace=SOURCE, description=aged.description, transform=_lut(lib, aged))
     config.addLook(look)
     config.addNamedTransform(
         lib.NamedTransform(
-            name=NAMED_TRANSFORM,
+            name=words.named_transform,
             family="lutgen",
             description=aged.description,
             forwardTransform=_lut(lib, aged),
         )
     )
     for name, transform, description in (
-        (UNAGED_VIEW, to_xyz, "The source signal on an un-aged display."),
-        (AGED_VIEW, _group(lib, _srgb_curve(lib, encode=True), _aged(lib, aged), to_xyz), aged.description),
+        (words.plain_view, to_xyz, words.plain_text),
+        (words.view, _group(lib, _srgb_curve(lib, encode=True), _aged(lib, aged), to_xyz), aged.description),
     ):
         view = lib.ViewTransform(
             referenceSpace=lib.REFERENCE_SPACE_SCENE, name=name, family="lutgen", description=description
         )
         view.setTransform(transform, lib.VIEWTRANSFORM_DIR_FROM_REFERENCE)
         config.addViewTransform(view)
-    config.setDefaultViewTransformName(UNAGED_VIEW)
-    for viewer, (matrix, curve) in VIEWERS.items():
+    config.setDefaultViewTransformName(words.plain_view)
+    for viewer, (matrix, curve) in words.viewers.items():
         space = lib.ColorSpace(
             referenceSpace=lib.REFERENCE_SPACE_DISPLAY,
-            name=f"{viewer} viewer",
+            name=words.viewer_name.format(viewer),
             family="Viewer",
             encoding="sdr-video",
             bitDepth=lib.BIT_DEPTH_F32,
-            description=f"An un-aged {viewer} screen.",
+            description=words.viewer_text.format(viewer),
         )
         space.setTransform(
             _group(lib, _matrix(lib, inverse(matrix)), _encode(lib, curve)), lib.COLORSPACE_DIR_FROM_REFERENCE
         )
         config.addColorSpace(space)
-        for name in (AGED_VIEW, UNAGED_VIEW):
-            config.addDisplayView(viewer, name, name, f"{viewer} viewer", "", "", "")
+        for name in (words.view, words.plain_view):
+            config.addDisplayView(viewer, name, name, words.viewer_name.format(viewer), "", "", "")
         config.addDisplayView(viewer, RAW_VIEW, "Raw", "")
-    config.setActiveDisplays(", ".join(VIEWERS))
-    config.setActiveViews(f"{AGED_VIEW}, {UNAGED_VIEW}, {RAW_VIEW}")
+    config.setActiveDisplays(", ".join(words.viewers))
+    config.setActiveViews(f"{words.view}, {words.plain_view}, {RAW_VIEW}")
 
 
 def _file_rules(lib: Any) -> Any:

@@ -19,11 +19,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from lutgen.bake.figures import Figures, figures, rounded
 from lutgen.bake.lut import Lut, Sampler, lattice, tetrahedra
 from lutgen.bake.readback import TableKind, apply_lut
+from lutgen.bake.round_trip import RoundTrip, round_trip
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_code, linear_to_lab, transform, xyz_to_linear
 from lutgen.display.chain import outside_gamut
 from lutgen.display.effect_chain import jumps, without_steps
+from lutgen.display.inverse import compensation_of
 from lutgen.display.paper import Selection, nearest_weights
 
 if TYPE_CHECKING:
@@ -39,6 +42,12 @@ if TYPE_CHECKING:
 SEED = 20150319
 UNIFORM, GREY, TISSUE, PAIRS = 50_000, 4_096, 32_000, 16_384
 
+#: Points along an edge of the lattice whose share out of reach is told.
+_REACH = 33
+
+#: Where tissue lies among the colours.
+_TISSUE = slice(UNIFORM + GREY, UNIFORM + GREY + TISSUE)
+
 #: A table by itself is judged on so many times fewer colours.
 EVERY = 32
 
@@ -51,16 +60,6 @@ STAINS = np.array([[0.65, 0.70, 0.29], [0.07, 0.99, 0.11], [0.27, 0.57, 0.78]])
 INFLUENCE = 1e-6
 
 
-@dataclass(frozen=True)
-class Figures:
-    """ΔE2000 over ``colours`` colours: mean, 99 % quantile and maximum; all 0 where there are none."""
-
-    colours: int
-    mean: float
-    p99: float
-    max: float
-
-
 class TableError(NamedTuple):
     """What a table does to some colours: all of them, and those that no jump of the display is mixed into."""
 
@@ -70,23 +69,26 @@ class TableError(NamedTuple):
 
 @dataclass(frozen=True)
 class Certificate:
-    """What a file was found to do, and the share of colours whose aged colour lies outside sRGB."""
+    """What a file was found to do, and the share of colours whose aged colour lies outside sRGB.
+
+    For a correction: whose drive lies outside what the display has, and what the aged display shows through the file.
+    """
 
     smooth: Figures
     gamut: Figures
     border: Figures
     clipped_share: float
+    round_trip: RoundTrip | None = None
+
+    def groups(self) -> dict[str, Figures]:
+        """Return the groups of colours by name, those of the round trip too."""
+        everything = {**vars(self), **(vars(self.round_trip) if self.round_trip else {})}
+        return {name: value for name, value in everything.items() if isinstance(value, Figures)}
 
     def as_json(self) -> dict[str, Any]:
         """Return plain numbers, rounded to what float32 LUTs can mean."""
-        content: dict[str, Any] = _rounded(asdict(self))
-        return content
-
-
-def _rounded(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _rounded(item) for key, item in value.items()}
-    return round(value, 6) if isinstance(value, float) else value
+        content: dict[str, Any] = rounded(asdict(self))
+        return content | (content.pop("round_trip") or {})
 
 
 class Mixing(NamedTuple):
@@ -147,8 +149,19 @@ class Judge:
             border |= self._crosses(aged, table, self.code)
             gamut = self._mixes_clipped(aged, table) & ~border
         return Certificate(
-            figures(error[~border & ~gamut]), figures(error[gamut]), figures(error[border]), float(clipped)
+            figures(error[~border & ~gamut]),
+            figures(error[gamut]),
+            figures(error[border]),
+            float(clipped),
+            self._round_trip(code, aged, border | gamut),
         )
+
+    def _round_trip(self, code: Array, aged: AgedDisplay, border: NDArray[np.bool_]) -> RoundTrip | None:
+        link = compensation_of(aged)
+        if link is None:
+            return None
+        drive, lattice = self._model(aged, self.code), self.sampler.linear(aged, _REACH, "code")
+        return round_trip(link, self.code, drive, code, border=border, tissue=_TISSUE, lattice=lattice)
 
     def table_error(self, lut: Lut | MatrixLut, aged: AgedDisplay) -> TableError:
         """ΔE2000 of a table by itself, in double precision on some colours: the same on every binding."""
@@ -184,8 +197,13 @@ class Judge:
 
     def _crosses(self, aged: AgedDisplay, table: TableKind, code: Array) -> NDArray[np.bool_]:
         """Whether a table mixes colours from both sides of a jump of the display for each colour, (n,)."""
-        if without_steps(aged) is not None:
+        link = compensation_of(aged)
+        if without_steps(link.aged if link else aged) is not None:
             return np.ones(len(code), dtype=bool)
+        if link and link.jumps:
+            drives = self.sampler.linear(aged, table.size, table.space)
+            own = link.side(self._model(aged, code))
+            return _differ(np.column_stack([own, link.side(drives)[self._mixing_in(table, code).nodes]]))
         return self._mixing_in(table, code).crosses & _jumps(aged)
 
     def _mixes_clipped(self, aged: AgedDisplay, table: TableKind) -> NDArray[np.bool_]:
@@ -196,13 +214,6 @@ class Judge:
         above, below = linear > 1, linear < 0
         side = above[0] + 2 * above[1] + 4 * above[2] + 8 * below[0] + 16 * below[1] + 32 * below[2]
         return _differ(side.astype(np.uint8)[self._mixing_in(table, self.code).nodes])
-
-
-def figures(error: Array) -> Figures:
-    """Summarise ΔE2000 values, shape (n,)."""
-    if not error.size:
-        return Figures(0, 0.0, 0.0, 0.0)
-    return Figures(error.size, float(error.mean()), float(np.quantile(error, 0.99)), float(error.max()))
 
 
 def certificate_colours(one_in: int = 1) -> Array:

@@ -48,6 +48,7 @@ class FileRecord:
     """One file of a build.
 
     ``kind`` is ``lut`` or ``config``; ``space``, ``size``, ``clipped`` and ``certificate`` are None for a config.
+    ``gpu`` is what ``bake/gpu.py`` found, where it was asked.
     """
 
     path: str
@@ -61,6 +62,12 @@ class FileRecord:
     size: int | None = None
     clipped: bool | None = None
     certificate: Mapping[str, Any] | None = None
+    gpu: Mapping[str, Any] | None = None
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the record as the manifest has it; ``gpu`` only where it was measured."""
+        content = asdict(self)
+        return content if self.gpu else {key: value for key, value in content.items() if key != "gpu"}
 
 
 @dataclass(frozen=True)
@@ -72,7 +79,7 @@ class Manifest:
 
     def as_json(self) -> dict[str, Any]:
         """Return the content: keys in a fixed order, no dates."""
-        return {**self.recipe, "files": [asdict(record) for record in self.files]}
+        return {**self.recipe, "files": [record.as_json() for record in self.files]}
 
     def as_bytes(self) -> bytes:
         """Return the file's bytes."""

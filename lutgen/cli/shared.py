@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 MODES = ("stable", "chroma", "chroma-luma")
 SELECTIONS = ("nearest", "continuous")
 REFERENCES = ("relative", "absolute")
+DIRECTIONS = ("simulate", "compensate")
+UNREACHABLE = ("clip", "scale")
 CONDITIONS = ("u", "v", "ambient_lx", "warmup_min", "temperature_c", "window", "surround")
 
 

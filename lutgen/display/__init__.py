@@ -3,6 +3,7 @@
 from lutgen.display.chain import STAGES, AgedDisplay, Link
 from lutgen.display.conditions import REFERENCE, Conditions, parse_at, what_luts_carry, what_pictures_carry
 from lutgen.display.fitted import AppliedEffect, Estimate, LatentTips
+from lutgen.display.inverse import UNREACHABLE, Compensation, compensated, compensation_of
 from lutgen.display.model import BASELINES, DisplayModel, default_display, hour_name
 from lutgen.display.model_file import load_model, save_model
 from lutgen.display.modes import MODES
@@ -16,14 +17,18 @@ __all__ = [
     "REFERENCES",
     "SELECTIONS",
     "STAGES",
+    "UNREACHABLE",
     "AgedDisplay",
     "AppliedEffect",
+    "Compensation",
     "Conditions",
     "DisplayModel",
     "Estimate",
     "LatentTips",
     "Link",
     "Tips",
+    "compensated",
+    "compensation_of",
     "default_display",
     "hour_name",
     "load_model",

@@ -30,6 +30,7 @@ class Provenance:
     title: str
     identifier: str
     lines: tuple[str, ...]
+    direction: str = "simulate"
 
     def __post_init__(self) -> None:
         """Keep each text on its line: a display's name or source may hold anything that a user typed."""
@@ -77,6 +78,8 @@ class Format:
         How a file with this suffix is read back; None: by OpenColorIO, so that configs can use it.
     stem
         Name of the file in its display's folder, without the suffix: formats that share a suffix need their own.
+    corrects
+        Whether it can hold the correction for a display; a profile, which describes one, cannot.
 
     """
 
@@ -88,11 +91,16 @@ class Format:
     write: Callable[[Lut | MatrixLut, Provenance], bytes]
     reader: Reader | None = None
     stem: str = "aged"
+    corrects: bool = True
 
     @property
     def file(self) -> str:
         """Name of the file in its display's folder."""
         return f"{self.stem}{self.suffix}"
+
+    def file_in(self, direction: str) -> str:
+        """Name of the file in a direction: aged.cube to ``simulate``, compensate.cube to ``compensate``."""
+        return self.file if direction == "simulate" else self.file.replace("aged", direction, 1)
 
 
 def format_names() -> list[str]:

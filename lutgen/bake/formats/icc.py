@@ -66,4 +66,5 @@ FORMAT = Format(
     bake=bake,
     write=write,
     reader=Reader(through_profile, table_of_profile),
+    corrects=False,
 )

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.bake.config import LOOK, SOURCE, AgedConfig, config_text
+from lutgen.bake.config import SOURCE, WORDS, AgedConfig, config_text
 from lutgen.bake.formats import Format, Provenance, Reader, clf
 from lutgen.bake.readback import table_of_ocio
 from lutgen.bindings import LARGEST_LUT, ocio, ocio_errors
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from lutgen.bake.lut import Lut, MatrixLut
     from lutgen.colorimetry import Array
 
-CONFIG, TABLE = "config.ocio", "aged.clf"
+CONFIG, TABLE = "config.ocio", "lut.clf"
 
 #: The first moment that a ZIP can name.
 _DATE = (1980, 1, 1, 0, 0, 0)
@@ -35,7 +35,8 @@ _DATE = (1980, 1, 1, 0, 0, 0)
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     """Return the file's bytes. The config's wording differs with the version of OpenColorIO, its meaning does not."""
-    config = AgedConfig(provenance.identifier, f"{provenance.title}. {' '.join(provenance.lines)}", TABLE)
+    text = f"{provenance.title}. {' '.join(provenance.lines)}"
+    config = AgedConfig(provenance.identifier, text, TABLE, words=WORDS[provenance.direction])
     archive = BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_STORED) as opened:
         for name, data in ((CONFIG, config_text(config)), (TABLE, clf.write(lut, provenance))):
@@ -50,7 +51,8 @@ def _apply(path: Path, code: Array) -> Array:
     """Send code values (n, 3) through the archive's look, which is not clipped."""
     lib = ocio()
     with _opened(path) as config:
-        look = lib.LookTransform(src=SOURCE, dst=SOURCE, looks=LOOK)
+        (name,) = config.getLookNames()
+        look = lib.LookTransform(src=SOURCE, dst=SOURCE, looks=name)
         processor = _or_refuse(path, lambda: config.getProcessor(look).getDefaultCPUProcessor())
     shown = np.ascontiguousarray(code, dtype=np.float32).copy()
     processor.applyRGB(shown)

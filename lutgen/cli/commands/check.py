@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 @click.option("--hours", type=float, help="For LUT files: its hour.")
 @click.option("--max-delta-e", type=float, help="Largest smooth ΔE2000 allowed [default: 1].")
 @click.option("--p99", type=float, help="Largest 99 % quantile of smooth ΔE2000 allowed [default: 0.2].")
+@click.option("--gpu", is_flag=True, help="Run the shaders of the folder's configs too, and compare with the CPU.")
 @click.option("--jobs", type=click.IntRange(min=1), help="Processes [default: one per core].")
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 @model_options
@@ -32,6 +33,7 @@ def command(
     hours: float | None,
     max_delta_e: float | None,
     p99: float | None,
+    gpu: bool,
     jobs: int | None,
     as_json: bool,
     **options: Any,
@@ -40,7 +42,8 @@ def command(
 
     A folder is checked against the model in its manifest, or the one that the options give. Every LUT is read again
     through OpenColorIO, everything in every config is instantiated, and pixels are sent through. LUT files that others
-    made are checked with --mode and --hours.
+    made are checked with --mode and --hours. With --gpu the shaders that viewers draw with are run too, through EGL:
+    by a graphics card, or by Mesa without one.
 
     \b
     Example:
@@ -53,7 +56,7 @@ def command(
     results = {}
     for path in paths:
         with progress_bar("checking", quiet=as_json) as progress:
-            results[path] = _check(path, mode, hours, options, budget=budget, jobs=jobs, progress=progress)
+            results[path] = _check(path, mode, hours, options, budget=budget, gpu=gpu, jobs=jobs, progress=progress)
     if as_json:
         contents = [{"path": path, **result.as_json()} for path, result in results.items()]
         echo_json(contents[0] if len(contents) == 1 else {"schema": 1, "checks": contents})
@@ -71,6 +74,7 @@ def _check(
     options: dict[str, Any],
     *,
     budget: Budget,
+    gpu: bool,
     jobs: int | None,
     progress: Callable[[int, int], None],
 ) -> Checked:
@@ -82,17 +86,24 @@ def _check(
         if options["at"]:
             raise click.UsageError("--at goes with LUT files; a folder's manifest knows its own conditions.")
         model = model_from(**options) if any(options.values()) else None
-        return check(path, model=model, budget=budget, jobs=jobs, progress=progress)
+        return check(path, model=model, budget=budget, gpu=gpu, jobs=jobs, progress=progress)
+    if gpu:
+        raise click.UsageError("--gpu goes with folders: it is the views of their configs that are drawn.")
     if mode is None or hours is None:
         raise click.UsageError(f"{path} is no folder; for a LUT file say which display it claims: --mode and --hours.")
     return check_lut(path, model_from(**options).at(mode, hours), budget=budget)
 
 
 def _report(path: str, result: Checked) -> None:
+    from lutgen.report.build_page import shader_sentence
+
     for remark in result.remarks:
         click.echo(f"note: {remark}")
     for finding in result.findings:
         click.echo(f"{finding.path}: {finding.problem}")
+    if result.gpu:
+        renderer = next(iter(result.gpu.values())).renderer
+        click.echo(shader_sentence(renderer, len(result.gpu), max(run.worst for run in result.gpu.values())))
     worst = max((c.smooth.max for c in result.certificates.values()), default=0.0)
     count = f"{result.files} file{'s' if result.files != 1 else ''}"
     if result.passed:

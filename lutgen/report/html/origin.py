@@ -29,6 +29,10 @@ _GROUPS = {
     "smooth": "where the display neither jumps nor is clipped",
     "gamut": "at the edge of sRGB",
     "border": "at the model's own jumps",
+    "reached": "shown through a correction, within reach",
+    "reached_border": "the same, at jumps and at the end of the drive",
+    "unreachable": "the same, out of the display's reach",
+    "inverse": "within reach, without a file",
 }
 
 #: How readings that nobody took say so, in their line `# source: …`.

@@ -1,0 +1,197 @@
+"""The GPU's way: the shader that OpenColorIO writes for a config's views, run through EGL without a window.
+
+Viewers draw with such shaders; certificates are measured on OpenColorIO's CPU renderer. Both are given the same
+colours in float32, and their code values are compared. Mesa's llvmpipe runs shaders where there is no graphics card.
+
+The tetrahedral interpolation is in the shader itself: it fetches four texels at their centres, so the card's own
+trilinear filter, which resolves a 256th of a cell, has nothing to blend. A trilinear table would band.
+"""
+
+from __future__ import annotations
+
+import os
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.bake.config import RAW_VIEW, SOURCE
+from lutgen.bake.parallel import in_parallel
+from lutgen.bindings import ocio, ocio_errors
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+
+#: Largest difference in code values that a check accepts: a quarter of an 8-bit step.
+TOLERANCE = 1e-3
+
+#: Colours in a row of the picture that is drawn; a card's pictures are limited to some thousands a side.
+_ROW = 512
+
+#: What is asked of moderngl; apart, since its types take all settings of a backend for dictionaries.
+_EGL: dict[str, Any] = {"standalone": True, "require": 400, "backend": "egl"}
+
+#: One triangle that covers the picture, and each of its pixels through OpenColorIO's function.
+_VERTEX = """#version 400
+in vec2 corner;
+void main() { gl_Position = vec4(corner, 0.0, 1.0); }
+"""
+_FRAGMENT = """#version 400
+uniform sampler2D colours;
+out vec4 shown;
+{ocio}
+void main() {{ shown = OCIOMain(texelFetch(colours, ivec2(gl_FragCoord.xy), 0)); }}
+"""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Between GPU and CPU over many colours, in code values 0..1: the 99 % quantile and the largest of any channel."""
+
+    p99: float
+    max: float
+
+
+@dataclass(frozen=True)
+class GpuRun:
+    """What the shaders of a config did on one renderer: view, as "display, view" → difference."""
+
+    renderer: str
+    views: dict[str, Difference]
+
+    @property
+    def worst(self) -> float:
+        """The largest difference; NaN where a shader gave one."""
+        return float(np.max([view.max for view in self.views.values()]))
+
+    def as_json(self) -> dict[str, Any]:
+        """Return plain numbers, to two digits: more would be the driver's mood."""
+        views = {
+            name: {key: float(f"{value:.1e}") for key, value in asdict(view).items()}
+            for name, view in self.views.items()
+        }
+        return {"renderer": self.renderer, "views": views}
+
+
+def gpu_run(config: Path, code: Array) -> GpuRun:
+    """Draw colours (n, 3) through every view of a config but Raw, and compare with OpenColorIO's CPU renderer.
+
+    Raises
+    ------
+    LutgenError
+        moderngl, EGL or a driver is missing, or OpenColorIO cannot make the config's processors.
+
+    """
+    lib = ocio()
+    renderer = renderer_name()
+    lib.ClearAllCaches()
+    views = {}
+    try:
+        loaded = lib.Config.CreateFromFile(str(config))
+        for display in loaded.getDisplays():
+            for view in loaded.getViews(display):
+                if view != RAW_VIEW:
+                    step = lib.DisplayViewTransform(SOURCE, display, view)
+                    views[f"{display}, {view}"] = difference(loaded.getProcessor(step), code)
+    except ocio_errors() as error:
+        message = f"{config}: OpenColorIO {lib.__version__} makes no shader of it: {' '.join(str(error).split())}"
+        raise LutgenError(message) from None
+    return GpuRun(renderer, views)
+
+
+def difference(processor: Any, code: Array) -> Difference:
+    """Compare what the GPU and the CPU make of colours (n, 3) by an OpenColorIO processor, clipped to 0..1."""
+    colours = np.ascontiguousarray(code, dtype=np.float32)
+    drawn, computed = drawn_by_gpu(processor, colours), colours.copy()
+    processor.getDefaultCPUProcessor().applyRGB(computed)
+    away = np.abs(np.clip(drawn, 0.0, 1.0) - np.clip(computed, 0.0, 1.0)).max(axis=1)
+    return Difference(float(np.quantile(away, 0.99)), float(away.max()))
+
+
+def drawn_by_gpu(processor: Any, code: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Send colours (n, 3) through a processor's shader into a picture of floats: float32, (n, 3)."""
+    context = _context()
+    shader = _shader_of(processor)
+    rows = -(-len(code) // _ROW)
+    pixels = np.zeros((rows * _ROW, 4), dtype=np.float32)
+    pixels[: len(code), :3] = code
+    with ExitStack() as owned:
+
+        def kept(made: Any) -> Any:
+            owned.callback(made.release)
+            return made
+
+        fragment = _FRAGMENT.format(ocio=shader.getShaderText())
+        program = kept(context.program(vertex_shader=_VERTEX, fragment_shader=fragment))
+        source = kept(context.texture((_ROW, rows), 4, pixels.tobytes(), dtype="f4"))
+        target = kept(context.texture((_ROW, rows), 4, dtype="f4"))
+        frame = kept(context.framebuffer([target]))
+        source.use(0)
+        program["colours"] = 0
+        for unit, table in enumerate(shader.get3DTextures(), start=1):
+            size, values = table.edgeLen, np.asarray(table.getValues(), dtype=np.float32)
+            texture = kept(context.texture3d((size, size, size), 3, values.tobytes(), dtype="f4"))
+            texture.repeat_x = texture.repeat_y = texture.repeat_z = False
+            texture.use(unit)
+            program[table.samplerName] = unit
+        corners = kept(context.buffer(np.array([-1, -1, 3, -1, -1, 3], dtype=np.float32).tobytes()))
+        triangle = kept(context.vertex_array(program, [(corners, "2f", "corner")]))
+        frame.use()
+        triangle.render(vertices=3)
+        drawn = np.frombuffer(target.read(), dtype=np.float32)
+    return drawn.reshape(-1, 4)[: len(code), :3]
+
+
+def _shader_of(processor: Any) -> Any:
+    lib = ocio()
+    shader = lib.GpuShaderDesc.CreateShaderDesc(language=lib.GPU_LANGUAGE_GLSL_4_0)
+    processor.getDefaultGPUProcessor().extractGpuShaderInfo(shader)
+    if list(shader.getTextures()):
+        raise LutgenError("its shader reads a 1D table, which lutgen writes nowhere and does not draw with.")
+    return shader
+
+
+def renderer_name() -> str:
+    """Return what draws, as OpenGL calls it. Raises LutgenError where nothing does."""
+    return str(_context().info["GL_RENDERER"])
+
+
+def check_renderer() -> None:
+    """Raise LutgenError where no shader can be run. In a process of its own: a context does not survive a fork."""
+    list(in_parallel(_renderer_names, [0, 1], 2))
+
+
+def _renderer_names(_item: int) -> str:
+    return renderer_name()
+
+
+def _context() -> Any:
+    return _context_in(os.getpid())
+
+
+@cache
+def _context_in(_process: int) -> Any:
+    """One context a process, made in the worker that draws."""
+    try:
+        import moderngl
+    except ImportError as error:
+        message = f"running shaders needs moderngl ({error}). `pip install lutgen[gpu]`."
+        raise LutgenError(message) from None
+    try:
+        return moderngl.create_context(**_EGL)
+    except BaseException as error:
+        # glcontext raises plain Exception, no subclass of it, for whatever EGL refuses.
+        if type(error) is not Exception and not isinstance(error, OSError):
+            raise
+        message = (
+            f"no OpenGL 4.0 through EGL here ({' '.join(str(error).split())}), so no shader can be run. Install a "
+            f"driver; without a graphics card Debian's libegl1 and libgl1-mesa-dri will do."
+        )
+        raise LutgenError(message) from None

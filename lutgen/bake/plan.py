@@ -1,0 +1,129 @@
+"""What to bake of a model: the options of ``lutgen build`` that decide its bytes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from lutgen.bake.formats import format_named, format_names
+from lutgen.bake.lut import SIZES
+from lutgen.display import MODES, UNREACHABLE, compensated, hour_name
+from lutgen.errors import LutgenError, pick_one
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from lutgen.bake.manifest import Manifest
+    from lutgen.display import AgedDisplay, DisplayModel
+
+#: Which way a build goes, for help texts.
+DIRECTIONS = {
+    "simulate": "what the aged display shows, for an un-aged viewer",
+    "compensate": "what to send the aged display, for it to show what it showed when it was new",
+}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What to bake of a model.
+
+    Attributes
+    ----------
+    hours, modes, formats
+        One LUT of each format for each mode and hour.
+    cubesize
+        Points along an edge of the tables.
+    tolerance
+        ΔE2000 that the largest ``smooth`` error may reach; the smallest of ``SIZES`` that keeps it is taken.
+    direction
+        One of ``DIRECTIONS``.
+    unreachable
+        For ``compensate``: one of ``UNREACHABLE``.
+    gpu
+        Run each config's shaders too, and record how far they are from the CPU.
+    certify
+        Read every different table back, through OpenColorIO where it can, and compare it with the model; hours that
+        show the same display share a certificate. ``lutgen check`` reads every file.
+
+    """
+
+    hours: tuple[float, ...]
+    modes: tuple[str, ...] = tuple(MODES)
+    formats: tuple[str, ...] = ("cube", "clf")
+    cubesize: int = 33
+    tolerance: float | None = None
+    certify: bool = True
+    direction: str = "simulate"
+    unreachable: str = "clip"
+    gpu: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be baked."""
+        for mode in self.modes:
+            if mode not in MODES:
+                raise pick_one("mode", mode, MODES)
+        if self.direction not in DIRECTIONS:
+            raise pick_one("direction", self.direction, DIRECTIONS)
+        self._check_formats()
+        if self.unreachable not in UNREACHABLE:
+            raise pick_one("way with unreachable colours", self.unreachable, UNREACHABLE)
+        if not (self.hours and self.modes and self.formats):
+            message = "nothing to build: give at least one hour, one mode and one format."
+            raise LutgenError(message)
+        if self.cubesize not in SIZES:
+            raise pick_one("cube size", self.cubesize, map(str, SIZES))
+        if self.tolerance is not None and not 0 < self.tolerance < 100:
+            message = f"--tolerance {self.tolerance:g}: a colour difference ΔE2000 above 0 and below 100, such as 0.1."
+            raise LutgenError(message)
+
+    def _check_formats(self) -> None:
+        for name in self.formats:
+            if not format_named(name).corrects and self.direction == "compensate":
+                able = ", ".join(each for each in format_names() if format_named(each).corrects)
+                raise LutgenError(f"--format {name}: describes a display and cannot correct one. Pick from: {able}.")
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the options as the manifest has them; direction and ``gpu`` only where they are not the default."""
+        content = {
+            "hours": list(self.hours),
+            "modes": list(self.modes),
+            "formats": list(self.formats),
+            "cubesize": self.cubesize,
+            "tolerance": self.tolerance,
+            "certify": self.certify,
+        }
+        if self.direction != "simulate":
+            content |= {"direction": self.direction, "unreachable": self.unreachable}
+        return content | ({"gpu": True} if self.gpu else {})
+
+    def folders(self) -> Iterator[tuple[str, float, str]]:
+        """Give mode, hour and the folder of each display, relative to the output folder."""
+        for mode in self.modes:
+            for hours in self.hours:
+                yield mode, hours, f"{mode}/{hour_name(hours)}"
+
+    def display(self, model: DisplayModel, mode: str, hours: float) -> AgedDisplay:
+        """Return what is baked: the aged display, or the correction for it in the form of one."""
+        return display_to_bake(model, mode, hours, direction=self.direction, unreachable=self.unreachable)
+
+
+def display_to_bake(
+    model: DisplayModel, mode: str, hours: float, *, direction: str, unreachable: str = "clip"
+) -> AgedDisplay:
+    """Return a mode and hour of a model in a direction: see ``DIRECTIONS`` and ``UNREACHABLE``.
+
+    Raises
+    ------
+    LutgenError
+        As ``DisplayModel.at`` and ``compensated``.
+
+    """
+    aged = model.at(mode, hours)
+    if direction == "simulate":
+        return aged
+    return compensated(aged, model.at("stable", hours), unreachable=unreachable)
+
+
+def direction_of(manifest: Manifest) -> str:
+    """Return the direction that a manifest's files go."""
+    return str(manifest.recipe["options"].get("direction", "simulate"))

@@ -1,0 +1,95 @@
+"""What LUTs and configs say of themselves, in words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lutgen import __version__
+from lutgen.bake.config import CORRECTION, SIMULATION, AgedConfig
+from lutgen.bake.formats import Provenance
+from lutgen.display import MODES, compensation_of, hour_name
+
+if TYPE_CHECKING:
+    from lutgen.bake.figures import Figures
+    from lutgen.bake.lut import Lut, MatrixLut
+    from lutgen.bake.plan import Plan
+    from lutgen.display import AgedDisplay, Compensation, DisplayModel
+
+_SENDS = "what to send an aged display, for it to show what it showed when it was new"
+
+
+def provenance_of(model: DisplayModel, aged: AgedDisplay, lut: Lut | MatrixLut, error: Figures) -> Provenance:
+    """Return what a LUT says of itself: what it was made from, and how true it is."""
+    readings, link = model.measurements, compensation_of(aged)
+    grid = f"{lut.size}^3 in {lut.space} values, tetrahedral" if lut.size else "one matrix in linear light"
+    figures = f"dE2000 of the table mean {error.mean:.4f}, 99 % {error.p99:.4f}, max {error.max:.4f}"
+    first = _SENDS if link else "what an aged display shows, for an un-aged sRGB viewer"
+    lines = (
+        f"lutgen {__version__}: {first}",
+        f"display: {Path(readings.file).name}, SHA-256 {readings.sha256}",
+        *(f"source: {text}" for key, text in readings.metadata.items() if key == "source"),
+        f"model: reference {model.reference}, selection {model.selection}, luminance {model.luminance.name}",
+        *_refinements(model),
+        f"mode: {aged.mode}",
+        f"hours: {aged.hours:g}",
+        *_unreachable(link),
+        f"grid: {grid}",
+        f"fidelity: {figures} over {error.colours} colours, borders included; certificate in manifest.json",
+    )
+    hour = hour_name(aged.hours)
+    name, kind = ("Correction of an aged display", "compensate-") if link else ("Aged display", "")
+    identifier = f"lutgen-{kind}{aged.mode}-{hour}-{readings.sha256[:12]}"
+    return Provenance(f"{name}, {aged.mode}, {hour}", identifier, lines, "compensate" if link else "simulate")
+
+
+def _refinements(model: DisplayModel) -> list[str]:
+    """What a model has beyond the paper's, one line each; in ASCII, since that is what a .cube is."""
+    lines = [] if model.baseline == "tips" else ["baseline: tips of hour 0 alone, the effects do the aging"]
+    for each in model.baked:
+        values = ", ".join(f"{name} {value:.6g}" for name, value in each.values.items())
+        lines.append(f"effect: {each.effect.name}{f' ({values})' if values else ''}")
+    stated = ", ".join(f"{name} = {value:g}" for name, value in model.conditions.stated().items())
+    return lines + ([f"at: {stated}"] if stated else [])
+
+
+def _unreachable(link: Compensation | None) -> list[str]:
+    """How a correction treats colours out of reach."""
+    if link is None:
+        return []
+    return [f"light of the un-aged display: times {link.scale:.6f}; drives outside 0..1 are for the display to clip"]
+
+
+def config_of_display(aged: AgedDisplay, lut: str, *, unclipped: bool) -> AgedConfig:
+    """Return the config of one mode and hour, whose LUT keeps numbers outside 0..1 or not."""
+    hour, link = hour_name(aged.hours), compensation_of(aged)
+    what = f"mode {aged.mode} ({MODES[aged.mode]}), {hour}."
+    if link is None:
+        return AgedConfig(f"{aged.mode}_{hour}", f"An aged display: {what} {_reach(unclipped=unclipped)}", lut)
+    dimmed = f" Everything is dimmed to {link.scale:.1%} of its light." if link.scale < 1.0 else ""
+    text = f"Compensated for an aged display: {what}{dimmed} Other displays show it wrong."
+    return AgedConfig(f"compensate_{aged.mode}_{hour}", text, lut, words=CORRECTION)
+
+
+def config_of_all(plan: Plan, lut: str, *, unclipped: bool) -> AgedConfig:
+    """Return the config of all modes and hours, by context variables."""
+    last, correction = max(plan.hours), plan.direction == "compensate"
+    mode = "chroma" if "chroma" in plan.modes else plan.modes[0]
+    reach = "Other displays show it wrong." if correction else _reach(unclipped=unclipped)
+    text = (
+        f"{'Compensated for aged' if correction else 'Aged'} displays: choose by the context variables "
+        f"AGING_MODE ({', '.join(plan.modes)}) and AGING_HOURS ({min(plan.hours):g} to {last:g}). {reach}"
+    )
+    return AgedConfig(
+        "compensated_displays" if correction else "aged_displays",
+        text,
+        f"${{AGING_MODE}}/${{AGING_HOURS}}h/{lut}",
+        {"AGING_HOURS": hour_name(last).removesuffix("h"), "AGING_MODE": mode},
+        CORRECTION if correction else SIMULATION,
+    )
+
+
+def _reach(*, unclipped: bool) -> str:
+    if unclipped:
+        return "Aged colours outside sRGB reach wider viewers."
+    return "Aged colours are clipped to sRGB, on wider viewers too."

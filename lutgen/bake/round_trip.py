@@ -1,0 +1,88 @@
+"""Simulate after compensate: what an aged display shows through a correction, against what the new one showed.
+
+The drives are those of the file, clipped to 0..1 as any display does. Colours are told apart:
+
+``reached``         those that the aged display can show: what is left is the table's doing
+``reached_border``  the same, but the table mixes across a jump of the display, or across the end of its drive
+``unreachable``     those that need more than full drive, or less than none: what is lost is the display's doing
+``inverse``         the reached colours by the model's inverse itself, without a file: the inverse's own error
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.bake.figures import Figures, figures
+from lutgen.colorimetry import delta_e_2000, linear_to_code, linear_to_lab, xyz_to_linear
+from lutgen.display.chain import outside_gamut
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+    from lutgen.display import Compensation
+
+
+@dataclass(frozen=True)
+class RoundTrip:
+    """The figures of a correction, and the shares of colours out of reach: of a lattice's, and of the tissue colours.
+
+    The lattice is uniform in code values. ``scale`` is the factor on the light of the un-aged display that the aged
+    one is compared with.
+    """
+
+    reached: Figures
+    reached_border: Figures
+    unreachable: Figures
+    inverse: Figures
+    unreachable_lattice_share: float
+    unreachable_tissue_share: float
+    scale: float
+
+
+def round_trip(
+    link: Compensation,
+    asked: Array,
+    drive: Array,
+    code: Array,
+    *,
+    border: NDArray[np.bool_],
+    tissue: slice,
+    lattice: Array,
+) -> RoundTrip:
+    """Send colours through a correction's file and then to the aged display.
+
+    Parameters
+    ----------
+    link
+        The correction.
+    asked
+        Code values, (n, 3).
+    drive
+        The model's linear drives for them, unclipped, (n, 3).
+    code
+        The file's code values for them, (n, 3).
+    border
+        Whether the file mixes drives from both sides of a jump, or of the end of what it clips to, (n,).
+    tissue
+        Which of the colours are tissue.
+    lattice
+        The model's linear drives for a lattice, (m, 3).
+
+    """
+    wanted = linear_to_lab(xyz_to_linear(link.target(asked)))
+    shown = delta_e_2000(linear_to_lab(link.aged.code_to_linear(np.clip(code, 0.0, 1.0))), wanted)
+    out = outside_gamut(drive)
+    exact = linear_to_code(np.clip(drive[~out], 0.0, 1.0))
+    return RoundTrip(
+        reached=figures(shown[~out & ~border]),
+        reached_border=figures(shown[~out & border]),
+        unreachable=figures(shown[out]),
+        inverse=figures(delta_e_2000(linear_to_lab(link.aged.code_to_linear(exact)), wanted[~out])),
+        unreachable_lattice_share=float(outside_gamut(lattice).mean()),
+        unreachable_tissue_share=float(out[tissue].mean()),
+        scale=link.scale,
+    )
