@@ -57,6 +57,7 @@ def make_folder(folder: Path) -> Path:
     table = model.at("chroma", 10_000).code_to_code(np.stack([red, green, blue], axis=-1)).reshape(-1, 3)
     rows = "".join(f"{r:.7f} {g:.7f} {b:.7f}\n" for r, g, b in table)
     (folder / "theirs.cube").write_text(f"LUT_3D_SIZE 33\n{rows}")
+    shutil.copytree(ROOT / "configs/default/stable/0h", folder / "my-config")
     return folder
 
 

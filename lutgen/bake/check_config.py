@@ -45,7 +45,7 @@ def check_config(path: Path, root: Path, record: FileRecord, manifest: Manifest)
     lib = ocio()
     lib.ClearAllCaches()
     try:
-        with _warnings(lib) as warnings:
+        with warnings_logged(lib) as warnings:
             config = lib.Config.CreateFromFile(str(path))
             config.validate()
         # Its cache answers with an equal processor's metadata: two identities would name the same file.
@@ -158,7 +158,7 @@ def viewer_values(linear: Array, viewer: str) -> Array:
 
 
 @contextmanager
-def _warnings(lib: Any) -> Iterator[list[str]]:
+def warnings_logged(lib: Any) -> Iterator[list[str]]:
     """Collect what OpenColorIO logs."""
     messages: list[str] = []
     lib.SetLoggingFunction(lambda message: messages.append(_one_line(message)))

@@ -1,0 +1,172 @@
+"""What is added to a user's config for an aged display: colour space, views, look and named transform."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from lutgen.bindings import ocio
+from lutgen.colorimetry import XYZ_TO_LINEAR
+from lutgen.display import hour_name
+from lutgen.errors import LutgenError, pick_one
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+#: The role that says which colour space is ACES2065-1.
+INTERCHANGE = "aces_interchange"
+
+
+class AgedNames(NamedTuple):
+    """The names that one aged display takes in a config."""
+
+    space: str
+    view: str
+    look: str
+    named: str
+
+    @classmethod
+    def of(cls, prefix: str, mode: str, hours: float) -> AgedNames:
+        """Name them after mode and hour: Aged chroma 10000h."""
+        name = f"{prefix} {mode} {hour_name(hours)}"
+        return cls(name, name, f"{name} look", f"{name} transform")
+
+
+def space_names(config: Any) -> list[str]:
+    """Return the names of all colour spaces, inactive ones and displays' too."""
+    lib = ocio()
+    return list(config.getColorSpaceNames(lib.SEARCH_REFERENCE_SPACE_ALL, lib.COLORSPACE_ALL))
+
+
+def check_source(config: Any, name: str) -> None:
+    """Refuse a source space that is not there, holds data, or is a display's.
+
+    Raises
+    ------
+    LutgenError
+        As said, with the names to choose from.
+
+    """
+    lib, space = ocio(), config.getColorSpace(name)
+    if space is None:
+        raise pick_one(
+            "colour space", name, config.getColorSpaceNames(lib.SEARCH_REFERENCE_SPACE_SCENE, lib.COLORSPACE_ALL)
+        )
+    if space.isData() or space.getReferenceSpaceType() != lib.REFERENCE_SPACE_SCENE:
+        why = "holds data" if space.isData() else "belongs to a display"
+        message = (
+            f"--source-space {name}: this colour space {why}. Name a scene-referred one whose code values are sent to "
+            "the display, such as sRGB's."
+        )
+        raise LutgenError(message)
+
+
+def add_source_signal(config: Any, name: str) -> None:
+    """Add the sRGB signal, defined through the colour space of the role ``aces_interchange``.
+
+    The signal's linear light goes to ACES2065-1 by OpenColorIO's own Bradford-adapted matrices, as in our own configs.
+
+    Raises
+    ------
+    LutgenError
+        The config has no such role, or the name is taken.
+
+    """
+    lib = ocio()
+    if config.getMajorVersion() < 2 or not config.hasRole(INTERCHANGE):
+        choices = config.getColorSpaceNames(lib.SEARCH_REFERENCE_SPACE_SCENE, lib.COLORSPACE_ALL)
+        message = (
+            f"this config has no role {INTERCHANGE}, so nothing says which code values are sent to the display. Say "
+            f"--source-space NAME, the one that is sRGB's, of: {', '.join(choices)}."
+        )
+        raise LutgenError(message)
+    _free(name, space_names(config), "colour space", "or give it as --source-space where an earlier merge made it")
+    aces = config.getColorSpace(INTERCHANGE)
+    whole = np.eye(4)
+    whole[:3, :3] = XYZ_TO_LINEAR
+    from_aces = lib.GroupTransform(
+        [
+            lib.BuiltinTransform(style="UTILITY - ACES-AP0_to_CIE-XYZ-D65_BFD"),
+            lib.MatrixTransform(matrix=whole.ravel().tolist()),
+        ],
+        lib.TRANSFORM_DIR_INVERSE,
+    )
+    curve = lib.ExponentWithLinearTransform(gamma=[2.4, 2.4, 2.4, 1.0], offset=[0.055, 0.055, 0.055, 0.0])
+    signal = lib.ColorSpace(
+        referenceSpace=lib.REFERENCE_SPACE_SCENE,
+        name=name,
+        family="lutgen",
+        encoding="sdr-video",
+        bitDepth=lib.BIT_DEPTH_F32,
+        description="Code values as sent to an sRGB display.",
+    )
+    steps = [curve, from_aces, *_to_reference(lib, aces)]
+    signal.setTransform(lib.GroupTransform(steps), lib.COLORSPACE_DIR_TO_REFERENCE)
+    config.addColorSpace(signal)
+
+
+def add_aged(config: Any, names: AgedNames, *, source: str, onto: Sequence[str], lut: str) -> None:
+    """Add one aged display: its LUT behind the source space, on these displays.
+
+    Raises
+    ------
+    LutgenError
+        One of the names is taken.
+
+    """
+    lib = ocio()
+    table = lib.FileTransform(src=lut, interpolation=lib.INTERP_TETRAHEDRAL)
+    said = f"The code values of {source} as the aged display shows them, on a viewer that is not aged."
+    _free(names.space, space_names(config), "colour space")
+    aged = lib.ColorSpace(
+        referenceSpace=lib.REFERENCE_SPACE_SCENE,
+        name=names.space,
+        family="lutgen",
+        bitDepth=lib.BIT_DEPTH_F32,
+        description=said,
+    )
+    steps = [*_from_reference(lib, config.getColorSpace(source)), table]
+    aged.setTransform(lib.GroupTransform(steps), lib.COLORSPACE_DIR_FROM_REFERENCE)
+    config.addColorSpace(aged)
+    _free(names.look, config.getLookNames(), "look")
+    config.addLook(lib.Look(name=names.look, processSpace=source, description=said, transform=table))
+    if config.getMajorVersion() >= 2:
+        _free(names.named, config.getNamedTransformNames(), "named transform")
+        config.addNamedTransform(
+            lib.NamedTransform(name=names.named, family="lutgen", description=said, forwardTransform=table)
+        )
+    for display in onto:
+        _free(names.view, config.getViews(display), f"view of {display}")
+        config.addDisplayView(display, names.view, names.space, "")
+    active = config.getActiveViews()
+    # A string in 2.1, a list of names in 2.6.
+    active = [view.strip() for view in active.split(",") if view.strip()] if isinstance(active, str) else list(active)
+    if active:
+        config.setActiveViews(", ".join([*active, names.view]))
+
+
+def _from_reference(lib: Any, space: Any) -> list[Any]:
+    """The steps from a config's reference to a colour space; none where it is the reference."""
+    forward = space.getTransform(lib.COLORSPACE_DIR_FROM_REFERENCE)
+    if forward is not None:
+        return [forward]
+    backward = space.getTransform(lib.COLORSPACE_DIR_TO_REFERENCE)
+    return [] if backward is None else [lib.GroupTransform([backward], lib.TRANSFORM_DIR_INVERSE)]
+
+
+def _to_reference(lib: Any, space: Any) -> list[Any]:
+    forward = space.getTransform(lib.COLORSPACE_DIR_TO_REFERENCE)
+    if forward is not None:
+        return [forward]
+    backward = space.getTransform(lib.COLORSPACE_DIR_FROM_REFERENCE)
+    return [] if backward is None else [lib.GroupTransform([backward], lib.TRANSFORM_DIR_INVERSE)]
+
+
+def _free(name: str, taken: Sequence[str], what: str, otherwise: str = "") -> None:
+    # OpenColorIO takes names that differ in capitals alone for one.
+    if name.lower() in {each.lower() for each in taken}:
+        message = (
+            f"the config has a {what} {name!r} already. Choose another --prefix{', ' if otherwise else ''}{otherwise}."
+        )
+        raise LutgenError(message)

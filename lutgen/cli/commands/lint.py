@@ -1,0 +1,49 @@
+"""``lutgen lint``."""
+
+from __future__ import annotations
+
+import sys
+
+import click
+
+from lutgen.cli.outputs import STANDARD_OUTPUT, check_new_file, print_page, write_json
+from lutgen.cli.shared import progress_bar
+
+
+@click.command()
+@click.argument("files", nargs=-1, required=True, metavar="FILE…")
+@click.option("--try", "ask_readers", is_flag=True, help="Let the readers that are installed read it, and compare.")
+@click.option("--json", "json_to", metavar="FILE", help="Write the result as JSON; - is standard output.")
+@click.option("--force", is_flag=True, help="Replace the JSON file if it exists.")
+def command(*, files: tuple[str, ...], ask_readers: bool, json_to: str | None, force: bool) -> None:
+    """Say what each program will do with a LUT or config, of whoever's making; exit 1 when one does it wrong.
+
+    .cube, .clf, .ctf, .3dl, .spi3d, .csp and .ocio, of any size: OpenColorIO (and so oiiotool, Blender and Nuke),
+    ffmpeg, pillow_lut and colour; who reads it, who refuses it, who silently shows something else, why, and what to do.
+
+    \b
+    error    some program silently shows something else, or none reads the file   exit 1
+    warning  some program refuses it                                              exit 1
+    note     all do what is meant                                                 exit 0
+
+    \b
+    Example:
+      lutgen lint theirs.cube theirs.clf --try
+      lutgen lint aged/config.ocio --json -
+    """
+    from lutgen.bake.lint import lint
+    from lutgen.report.lint_page import lint_page
+
+    if json_to and json_to != STANDARD_OUTPUT:
+        check_new_file(json_to, force=force)
+    results = []
+    with progress_bar("reading", quiet=json_to == STANDARD_OUTPUT) as progress:
+        for place, file in enumerate(files):
+            results.append(lint(file, ask_readers=ask_readers))
+            progress(place + 1, len(files))
+    if json_to:
+        write_json({"schema": 1, "files": [result.as_json() for result in results]}, json_to)
+    if json_to != STANDARD_OUTPUT:
+        print_page(part for result in results for part in lint_page(result))
+    if not all(result.clean for result in results):
+        sys.exit(1)

@@ -1,0 +1,59 @@
+"""``lutgen merge``."""
+
+from __future__ import annotations
+
+import click
+
+from lutgen.cli.outputs import STANDARD_OUTPUT, check_new_file, print_page, write_json
+from lutgen.cli.shared import MODES, numbers
+
+
+@click.command()
+@click.argument("build", metavar="BUILD_DIR")
+@click.option("--into", required=True, metavar="CONFIG", help="Your config; it is not changed.")
+@click.option("-o", "--output", required=True, metavar="DIR", help="Folder for the merged config and its LUT files.")
+@click.option("--mode", type=click.Choice(MODES), default="chroma", show_default=True, help="The aging mode.")
+@click.option("--hours", required=True, metavar="LIST", help="Hours in a list, of those in the build.")
+@click.option("--source-space", metavar="NAME", help="Your colour space whose code values are sent to the display.")
+@click.option("--onto", multiple=True, metavar="DISPLAY", help="Display that gets the views [default: those of sRGB].")
+@click.option("--prefix", default="Aged", show_default=True, help="What new names begin with.")
+@click.option("--json", "json_to", metavar="FILE", help="Write the result as JSON; - is standard output.")
+@click.option("--force", is_flag=True, help="Replace files that exist.")
+def command(
+    *,
+    build: str,
+    into: str,
+    output: str,
+    mode: str,
+    hours: str,
+    source_space: str | None,
+    onto: tuple[str, ...],
+    prefix: str,
+    json_to: str | None,
+    force: bool,
+) -> None:
+    """Add aged views to a config of your own, and prove that all else stays as it is.
+
+    A view, a colour space, a look and (from version 2) a named transform for each hour. Every view, colour space and
+    look of yours is compared pixel by pixel before and after, each aged view with the build's own; else nothing is
+    written. Comments stay where the parts can be put into your text; otherwise OpenColorIO writes the whole, and it
+    says so.
+
+    --source-space says what reaches the display: --source-space "Filmic sRGB" ages the pictures of that view. Without
+    it the sRGB signal is defined through the role aces_interchange, where the config has it.
+
+    \b
+    Example:
+      lutgen merge aged/ --into my-config/config.ocio --mode chroma --hours 10000 -o merged/
+    """
+    from lutgen.bake.merge import Merging, merge
+    from lutgen.report.lint_page import merge_page
+
+    if json_to and json_to != STANDARD_OUTPUT:
+        check_new_file(json_to, force=force)
+    wanted = Merging([(mode, hour) for hour in numbers("--hours", hours)], prefix, source_space, onto)
+    merged = merge(build, into, output, wanted, force=force)
+    if json_to:
+        write_json(merged.as_json(), json_to)
+    if json_to != STANDARD_OUTPUT:
+        print_page(merge_page(merged))

@@ -1,0 +1,354 @@
+"""What lint says of a ``.cube``, held to what the readers that are installed do with it."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from jsonschema import Draft202012Validator
+
+from lutgen.bake.lint import KINDS, lint
+from lutgen.bake.lint.cube import scan_cube
+from lutgen.bake.lint.finding import OCIO_21, READS, REFUSES, WRONG, Fate, Finding, Linted, Trial
+from lutgen.bake.lint.programs import programs
+from lutgen.bake.lint.reading import read_as_meant
+from lutgen.bake.lint.rules import rule_names
+from lutgen.bake.lint.schema import NAMES, schema
+from lutgen.bake.lint.statistics import Gatherer
+from lutgen.bake.lint.stream import blocks
+from lutgen.bindings import ocio
+from lutgen.errors import LutgenError
+from tests.command import in_process
+from tests.lint_cases import BAD, GOOD, MARK, PLAIN, SIZE, N, R, curved, lines, rows
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from tests.command import Done
+
+ROOT = Path(__file__).parents[1]
+
+
+def linted(folder: Path, data: bytes, *, ask: bool = False, suffix: str = ".cube") -> Linted:
+    path = folder / f"lut{suffix}"
+    path.write_bytes(data)
+    return lint(path, ask_readers=ask)
+
+
+# The rules against the readers
+
+
+@pytest.mark.parametrize("name", GOOD)
+def test_a_form_that_all_readers_take_is_clean_and_they_do_take_it(name: str, tmp_path: Path) -> None:
+    found = linted(tmp_path, GOOD[name], ask=True)
+    assert found.clean, (found.findings, found.trials)
+    assert found.disagreements() == ()
+    tried = {trial.reader for trial in found.trials if trial.outcome}
+    # These two come with the tests, and OpenColorIO with everything.
+    assert {"pillow_lut", "colour"} < tried
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_each_reader_does_what_the_rules_say(name: str, tmp_path: Path) -> None:
+    rule, data = BAD[name]
+    found = linted(tmp_path, data, ask=True)
+    assert rule in {finding.rule for finding in found.findings}
+    assert not found.clean
+    assert found.disagreements() == ()
+
+
+def test_every_rule_for_cubes_has_a_case() -> None:
+    told = {rule for rule, _ in BAD.values()}
+    silent = {"grey-axis"}  # a note, tested below
+    others = {name for name in rule_names() if name.startswith(("config-", "clf-", "table-"))} | {"loads"}
+    assert set(rule_names()) == told | silent | others
+
+
+def test_a_trial_tells_a_reader_that_is_right_from_one_that_is_not(tmp_path: Path) -> None:
+    path = tmp_path / "lut.cube"
+    path.write_bytes(lines("DOMAIN_MAX 2 2 2", SIZE, *R))
+    outcomes = {trial.reader: trial.outcome for trial in lint(path, ask_readers=True).trials}
+    assert (outcomes["colour"], outcomes["pillow_lut"]) == (READS, WRONG)
+
+
+def test_a_disagreement_between_rules_and_readers_is_told() -> None:
+    finding = Finding("odd", "no", 0, {OCIO_21: Fate(REFUSES)})
+    trials = (Trial(OCIO_21, "2.1", READS, ""), Trial("colour", "0", WRONG, ""), Trial("pillow_lut", "", "", ""))
+    found = Linted(Path("a"), "cube", (), (finding,), trials)
+    assert [trial.reader for trial in found.disagreements()] == [OCIO_21, "colour"]
+
+
+@pytest.mark.parametrize("name", ["plain", "exponents", "domain behind the size", "wide input range", "1D part"])
+def test_our_own_reading_is_opencolorios(name: str, tmp_path: Path) -> None:
+    """Not of lint's making: through OpenColorIO, on colours that no lattice point is near."""
+    path = tmp_path / "lut.cube"
+    path.write_bytes(GOOD[name] if name in GOOD else BAD[name][1])
+    code = np.random.default_rng(3).random((500, 3)).astype(np.float32)
+    meant = read_as_meant(scan_cube(path, keep=True), code.astype(np.float64))
+    lib = ocio()
+    lib.ClearAllCaches()
+    transform = lib.FileTransform(src=str(path), interpolation=lib.INTERP_LINEAR)
+    shown = code.copy()
+    lib.Config.CreateRaw().getProcessor(transform).getDefaultCPUProcessor().applyRGB(shown)
+    assert meant is not None
+    np.testing.assert_allclose(shown, meant, atol=2e-6)
+
+
+# Levels
+
+
+@pytest.mark.parametrize(
+    ("fates", "level"),
+    [
+        ({}, "note"),
+        ({"colour": Fate(REFUSES)}, "warning"),
+        ({"colour": Fate(REFUSES), "pillow_lut": Fate(WRONG)}, "error"),
+        (dict.fromkeys(("a", "b"), Fate(REFUSES)), "error"),
+    ],
+)
+def test_a_level_follows_from_what_readers_do(fates: dict[str, Fate], level: str) -> None:
+    readers = ("a", "b") if "a" in fates else ("colour", "pillow_lut", "ffmpeg lut3d")
+    assert Finding("", "", 0, fates).level(readers) == level
+
+
+# What is read of a file
+
+
+@pytest.mark.parametrize(
+    ("data", "line"),
+    [
+        (lines(SIZE, *R[:5], "nan 0 0", *R[6:]), 7),
+        (lines("# a", "", SIZE, *R[:5], "0,1 0 0", *R[6:]), 9),
+        (MARK + lines(SIZE, *R[:63], "0.1 0.2"), 65),
+        (lines(SIZE, *R).replace(b"\n", b"\r\n").replace(b"0.920000", b"nan", 1), 5),
+    ],
+)
+def test_the_line_is_named(data: bytes, line: int, tmp_path: Path) -> None:
+    assert line in {finding.line for finding in linted(tmp_path, data).findings}
+
+
+def test_a_fall_along_the_greys_is_a_note(tmp_path: Path) -> None:
+    found = linted(tmp_path, lines(SIZE, *rows(colour=lambda r, g, b: (r, g - 0.5 * (g > 0.5), b))))
+    assert [(each.rule, each.level(found.readers)) for each in found.findings] == [("grey-axis", "note")]
+    assert "green fall" in found.findings[0].what
+
+
+def test_video_range_is_suspected(tmp_path: Path) -> None:
+    found = linted(tmp_path, lines(SIZE, *rows(colour=lambda *c: tuple((64 + 876 * x) / 1023 for x in c))))
+    assert "narrow range" in found.findings[0].what
+    assert found.clean
+
+
+@pytest.mark.parametrize("swap", [(0, 1, 2), (1, 0, 2), (0, 2, 1)])
+def test_tables_that_are_meant_are_not_taken_for_blue_fastest(swap: tuple[int, int, int], tmp_path: Path) -> None:
+    def colour(*code: float) -> tuple[float, float, float]:
+        return curved(*(code[place] for place in swap))
+
+    assert "channel-order" not in {each.rule for each in linted(tmp_path, lines(SIZE, *rows(colour=colour))).findings}
+
+
+@pytest.mark.parametrize("step", [1, 7, 64, 200])
+def test_statistics_do_not_depend_on_where_blocks_end(step: int) -> None:
+    table = np.random.default_rng(5).random((N**3, 3))
+    whole, parts = Gatherer(N, keep=True), Gatherer(N, keep=True)
+    whole.add(table)
+    for start in range(0, len(table), step):
+        parts.add(table[start : start + step])
+    first, second = whole.gathered(), parts.gathered()
+    np.testing.assert_allclose(first.correlation, second.correlation)
+    np.testing.assert_array_equal(first.greys, second.greys)
+    axis = np.arange(N**3)
+    places = np.stack([axis % N, axis // N % N, axis // N**2])
+    np.testing.assert_allclose(first.correlation, np.corrcoef(table.T, places)[:3, 3:])
+
+
+@pytest.mark.parametrize("ends", [b"\n", b"\r\n", b"\r"])
+def test_lines_are_whole_whatever_blocks_are(ends: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("lutgen.bake.lint.stream.BLOCK", 7)
+    path = tmp_path / "text"
+    path.write_bytes(ends.join([b"one", b"", b"a longer line", b"three"]))
+    read = list(blocks(path))
+    assert b"".join(block.data for block in read) == b"one\n\na longer line\nthree\n"
+    seen = 1
+    for block in read:
+        assert block.first == seen
+        seen += block.data.count(b"\n")
+
+
+# Bad input
+
+
+@pytest.mark.parametrize("suffix", KINDS)
+@pytest.mark.parametrize("data", [b"", b"\0\xff\xfe\0" * 50, b"nothing of the kind\n", b"<a><b></a>"])
+def test_rubbish_is_a_finding_in_every_format(suffix: str, data: bytes, tmp_path: Path) -> None:
+    found = linted(tmp_path, data, suffix=suffix)
+    assert not found.clean
+    Draft202012Validator(schema("lint")).validate(json.loads(json.dumps({"schema": 1, "files": [found.as_json()]})))
+
+
+@pytest.mark.parametrize(
+    ("name", "says"), [("none.cube", "no such file"), ("a.txt", "ends in none of"), (".", "is a folder")]
+)
+def test_what_is_no_lut_is_a_clear_error(name: str, says: str, tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_text("x")
+    with pytest.raises(LutgenError, match=says):
+        lint(tmp_path / name)
+
+
+def test_a_file_without_lines_is_not_read_into_memory(tmp_path: Path) -> None:
+    with pytest.raises(LutgenError, match="a line of more than 1 MiB"):
+        linted(tmp_path, b"0" * (5 << 20))
+
+
+#: Prints the peak of memory that a lint added, in MiB; 40 MB of rows are read in 0.7 s.
+MEASURED = """
+import resource, sys
+from lutgen.bake.lint import lint
+lint(sys.argv[1])
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+found = lint(sys.argv[2], ask_readers=True)
+print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) >> 10, found.facts[0])
+"""
+
+
+@pytest.mark.parametrize("size", [150, 100_000])
+def test_memory_does_not_grow_with_the_file_or_with_what_its_header_says(size: int, tmp_path: Path) -> None:
+    small, large = tmp_path / "small.cube", tmp_path / "large.cube"
+    small.write_bytes(PLAIN * 2000)
+    large.write_bytes(b"LUT_3D_SIZE %d\n" % size + b"0.1234567 0.2345678 0.3456789\n" * 1_400_000)
+    done = subprocess.run(
+        [sys.executable, "-c", MEASURED, str(small), str(large)], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    grown, _, facts = done.stdout.partition(" ")
+    # Readers are imported, and none is given the file; the rows alone would be 34 MB as numbers, the text 42.
+    assert int(grown) < 150
+    assert "1400000 rows" in facts
+
+
+def mutated(data: bytes) -> st.SearchStrategy[bytes]:
+    """A real file with bytes replaced, cut out or put in."""
+    edits = st.lists(
+        st.tuples(
+            st.integers(0, len(data)), st.integers(0, 40), st.binary(max_size=12) | st.sampled_from(
+                [b"\n", b"nan", b"1e999", b"LUT_3D_SIZE 99999999999999999999\n", b"DOMAIN_MIN", b'TITLE "', b"\0", b","]
+            )
+        ),
+        min_size=1,
+        max_size=4,
+    )  # fmt: skip
+
+    def apply(changes: list[tuple[int, int, bytes]]) -> bytes:
+        result = data
+        for place, cut, put in changes:
+            result = result[:place] + put + result[place + cut :]
+        return result
+
+    return edits.map(apply)
+
+
+@given(mutated(lines('TITLE "a"', "# b", "DOMAIN_MIN 0 0 0", "DOMAIN_MAX 1 1 1", SIZE, *R)))
+@settings(max_examples=400)
+def test_no_mutation_of_a_cube_brings_lint_down(data: bytes) -> None:
+    fuzz("cube", data)
+
+
+CLF = (ROOT / "configs/default/chroma/10000h/aged.clf").read_bytes()
+CONFIG = (ROOT / "configs/default/chroma/10000h/config.ocio").read_bytes()
+
+
+@given(mutated(CLF))
+@settings(max_examples=150)
+def test_no_mutation_of_a_clf_brings_lint_down(data: bytes) -> None:
+    fuzz("clf", data)
+
+
+@given(mutated(CONFIG))
+@settings(max_examples=25)
+def test_no_mutation_of_a_config_brings_lint_down(data: bytes) -> None:
+    fuzz("ocio", data)
+
+
+def fuzz(suffix: str, data: bytes) -> None:
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, f"lut.{suffix}")
+        path.write_bytes(data)
+        try:
+            found = lint(path)
+        except LutgenError as error:
+            assert str(path) in str(error)  # noqa: PT017 - either is right
+            return
+    for finding in found.findings:
+        assert "\n" not in finding.what
+    json.dumps(found.as_json(), allow_nan=False)
+
+
+@given(mutated(PLAIN))
+@settings(max_examples=60)
+def test_a_mutation_that_lint_calls_clean_is_read_as_meant_by_every_reader(data: bytes) -> None:
+    """No silent nonsense: the readers themselves are asked."""
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "lut.cube")
+        path.write_bytes(data)
+        if lint(path).clean:
+            for trial in lint(path, ask_readers=True).trials:
+                assert trial.outcome in {READS, ""}, (trial, data)
+
+
+# The command
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Callable[..., Done]:
+    monkeypatch.chdir(tmp_path)
+    Path("good.cube").write_bytes(PLAIN)
+    Path("bad.cube").write_bytes(BAD["domain before the size"][1])
+    return in_process(monkeypatch, capsys, "lint")
+
+
+def test_the_command_ends_with_what_it_found(run: Callable[..., Done]) -> None:
+    done = run("good.cube")
+    assert (done.code, done.err) == (0, "")
+    assert "every reader does what is meant" in done.out
+    done = run("good.cube", "bad.cube")
+    assert done.code == 1
+    assert "bad.cube: 3 of 5 readers do what is meant: OpenColorIO 2.1, OpenColorIO 2.6, colour." in done.out
+    assert "line 1: has a domain that is not 0..1" in done.out
+    assert run("none.cube").code == 2
+
+
+def test_the_command_shows_what_was_tried(run: Callable[..., Done]) -> None:
+    assert f"{ocio().__version__} reads" in run("good.cube", "--try").out
+
+
+def test_its_json_is_as_the_schema_says(run: Callable[..., Done]) -> None:
+    done = run("good.cube", "bad.cube", "--json", "-", "--try")
+    content = json.loads(done.out)
+    Draft202012Validator(schema("lint")).validate(content)
+    assert [each["clean"] for each in content["files"]] == [True, False]
+    assert content["files"][1]["readers"]["pillow_lut"]["outcome"] == WRONG
+    assert run("good.cube", "--json", "good.cube").code == 2
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_schemas_are_schemas(name: str) -> None:
+    Draft202012Validator.check_schema(schema(name))
+
+
+def test_an_unknown_schema_is_refused_by_name() -> None:
+    with pytest.raises(LutgenError, match=r"unknown schema 'map'\. Pick one of: lint, merge\."):
+        schema("map")
+
+
+def test_every_program_stands_for_a_reader_of_cubes() -> None:
+    assert {program.reader() for program in programs()} < set(Linted(Path(), "cube", (), ()).readers)
