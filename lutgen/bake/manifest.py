@@ -19,6 +19,7 @@ from lutgen import __version__
 from lutgen.display import AppliedEffect, DisplayModel, LatentTips, default_display
 from lutgen.display.conditions import REFERENCE, conditions_of, what_luts_carry
 from lutgen.display.modes import law_of_table, luminance_law
+from lutgen.display.native import NativeDisplay
 from lutgen.display.origin import found_by, record_of
 from lutgen.errors import LutgenError
 from lutgen.measurements.table import TIP_DRIVES, Measurements
@@ -120,6 +121,8 @@ def _refinements_as_json(model: DisplayModel, output: Path) -> dict[str, Any]:
     content: dict[str, Any] = {}
     if model.baseline != "tips":
         content |= {"baseline": model.baseline, "held": model.held}
+    if model.native:
+        content["native"] = model.native.as_record()
     if model.conditions != REFERENCE:
         content["conditions"] = model.conditions.stated()
     if model.latent:
@@ -198,6 +201,7 @@ def _refinements_from_json(content: Mapping[str, Any], folder: Path) -> dict[str
     return {
         "baseline": content.get("baseline", "tips"),
         "held": content.get("held", False),
+        "native": NativeDisplay.from_record(content["native"]) if "native" in content else None,
         "conditions": conditions_of(content.get("conditions", {})),
         "latent": LatentTips(latent["hours"], latent["xyz_cd_m2"]) if latent else None,
         "effects": tuple(

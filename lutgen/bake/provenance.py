@@ -45,7 +45,11 @@ def provenance_of(model: DisplayModel, aged: AgedDisplay, lut: Lut | MatrixLut, 
 
 def _refinements(model: DisplayModel) -> list[str]:
     """What a model has beyond the paper's, one line each; in ASCII, since that is what a .cube is."""
-    lines = [] if model.baseline == "tips" else ["baseline: tips of hour 0 alone, the effects do the aging"]
+    lines = {
+        "tips": [],
+        "fresh": ["baseline: tips of hour 0 alone, the effects do the aging"],
+        "native": ["baseline: native, the first session's own transfer curves and black"],
+    }[model.baseline]
     for each in model.baked:
         values = ", ".join(f"{name} {value:.6g}" for name, value in each.values.items())
         lines.append(f"effect: {each.effect.name}{f' ({values})' if values else ''}")

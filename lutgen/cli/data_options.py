@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from lutgen.measurements import Measurements
 
 #: As in the library, repeated because help must not import numpy; a test holds them together.
-BASELINES = ("tips", "fresh")
+BASELINES = ("tips", "fresh", "native")
 
 
 @dataclass(frozen=True)
@@ -80,8 +80,8 @@ _MODEL = (
     click.option(
         "--baseline",
         type=click.Choice(BASELINES),
-        help="What the model knows: `tips`, white and primaries measured anew at each hour; `fresh`, hour 0 alone "
-        "[default: tips].",
+        help="What the model knows: `tips`, white and primaries measured anew at each hour; `fresh`, hour 0 alone; "
+        "`native`, as tips, and transfer curves and black of the first session too [default: tips].",
     ),
     click.option(
         "--selection",

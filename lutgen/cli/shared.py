@@ -20,15 +20,23 @@ SELECTIONS = ("nearest", "continuous")
 REFERENCES = ("relative", "absolute")
 DIRECTIONS = ("simulate", "compensate")
 UNREACHABLE = ("clip", "scale")
+#: Baselines that age without effects.
+AGING_BASELINES = ("tips", "native")
 CONDITIONS = ("u", "v", "ambient_lx", "warmup_min", "temperature_c", "window", "surround")
 
 
 def model_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options that choose a model: --display, --model, --selection, --reference, --luminance, --at."""
+    """Add the options that choose a model: --display, --model, --baseline, --selection, --reference, --at, …."""
     for option in reversed(
         (
             click.option("--display", metavar="FILE", help="Measurements of a display [default: the reconstruction]."),
             click.option("--model", metavar="FILE", help="A saved model (.toml); only --at goes with it."),
+            click.option(
+                "--baseline",
+                type=click.Choice(AGING_BASELINES),
+                help="Fresh display: the paper's sRGB with the measured `tips`, or `native`, the first session's own "
+                "curves and black, which --reference absolute shows [default: tips].",
+            ),
             click.option(
                 "--selection",
                 type=click.Choice(SELECTIONS),
@@ -61,6 +69,7 @@ def model_from(
     *,
     display: str | None,
     model: str | None,
+    baseline: str | None = None,
     selection: str | None,
     reference: str | None,
     luminance: str | None,
@@ -74,13 +83,14 @@ def model_from(
     from lutgen.measurements import read_measurements
 
     if model:
-        if display or selection or reference or luminance:
-            message = "--model says it all: leave --display, --selection, --reference and --luminance out."
+        if display or baseline or selection or reference or luminance:
+            message = "--model says it all: leave --display, --baseline, --selection, --reference and --luminance out."
             raise click.UsageError(message)
         saved = load_model(model)
         return replace(saved, conditions=parse_at(at, saved.conditions))
     return DisplayModel(
         read_measurements(display or default_display()),
+        baseline=baseline or "tips",
         selection=selection or "nearest",
         reference=reference or "relative",
         luminance=luminance_law(luminance or "paper"),

@@ -14,8 +14,7 @@ import numpy as np
 
 from lutgen.criticism.fit import fit
 from lutgen.criticism.linear import State, predict
-from lutgen.criticism.noise import is_capped
-from lutgen.measurements.table import TIP_DRIVES
+from lutgen.measurements.table import TIP_DRIVES, is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -35,7 +34,7 @@ DRAWS = 8
 def anchored_state(problem: Problem, terms: Sequence[Term]) -> State:
     """Solve the tips from their own readings, effects given: at every hour, under ``fresh`` at hour 0 only."""
     fixed = tuple(replace(term, free=()) for term in terms)
-    sub = replace(problem, rows=problem.rows[is_anchor(problem)])
+    sub = replace(problem, rows=problem.rows[is_tip_anchor(problem)])
     solved = fit(sub, fixed)
     tips = problem.measured_tips.copy()
     if problem.baseline == "fresh":
@@ -47,7 +46,12 @@ def anchored_state(problem: Problem, terms: Sequence[Term]) -> State:
 
 
 def is_anchor(problem: Problem) -> NDArray[np.bool_]:
-    """Readings of the tips at rest that the model is anchored to, (n,)."""
+    """Readings at rest that the model is anchored to, (n,): of the tips, and those that a native display is made of."""
+    return is_tip_anchor(problem) | problem.curve_points
+
+
+def is_tip_anchor(problem: Problem) -> NDArray[np.bool_]:
+    """Readings of the tips at rest that the tips are solved from, (n,)."""
     drive = problem.readings.drive[problem.rows]
     tip = (drive[:, np.newaxis] == TIP_DRIVES).all(axis=-1).any(axis=1)
     anchor = tip & problem.readings.at_rest()[problem.rows] & ~is_capped(problem.readings)[problem.rows]
@@ -63,9 +67,9 @@ def noise_only(problem: Problem, predicted: Array) -> Iterator[Array]:
     """Residuals (n, 3) in cd/m² of campaigns in which the prediction is true and only noise is added; seeded."""
     rng = np.random.default_rng(SEED)
     root = np.linalg.cholesky(problem.noise.covariance(predicted))
-    anchor, shares = is_anchor(problem), problem.panel(()).shares
+    anchor, before = is_tip_anchor(problem), problem.panel(())
     fresh = problem.baseline == "fresh"
-    for _ in range(DRAWS):
+    for draw in range(DRAWS):
         noise = np.einsum("nij,nj->ni", root, rng.standard_normal(predicted.shape))
         gains = problem.noise.session * rng.standard_normal(max(int(problem.gains.max()) + 1, 1))
         noise += np.where(problem.gains >= 0, gains[problem.gains], 0.0)[:, np.newaxis] * predicted
@@ -79,4 +83,6 @@ def noise_only(problem: Problem, predicted: Array) -> Iterator[Array]:
         # Between sessions the tips are off by what a straight line misses as well.
         bend = np.where(np.isfinite(problem.slack), problem.slack, 0.0) * rng.standard_normal(shift.shape)
         shift = shift + (0.0 if fresh else bend)
-        yield noise - np.einsum("nj,njk->nk", shares, shift[problem.hour_of])
+        if problem.native:
+            noise = noise - problem.curve_doubt[draw]
+        yield noise - before.emit(shift[problem.hour_of])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from lutgen.colorimetry import delta_e_2000, xyz_to_lab
 from lutgen.criticism.anchored import anchored, is_anchor, noise_only
 from lutgen.criticism.direction import Direction, direction
 from lutgen.criticism.families import slices
+from lutgen.criticism.first_session import FirstSession, first_session
 from lutgen.criticism.linear import whiten
 from lutgen.criticism.problem import Problem
 
@@ -105,6 +107,11 @@ class Comparison:
         """Measured less predicted, (n, 3), cd/m²."""
         return self.problem.xyz - self.predicted
 
+    @cached_property
+    def first_session(self) -> FirstSession | None:
+        """How far the paper's fresh display is from the first session, and what its own curves leave."""
+        return first_session(self.problem)
+
     @property
     def ratio(self) -> float:
         """Error in floors, by root mean square."""
@@ -148,6 +155,7 @@ class Comparison:
             "floor": asdict(self.floor),
             "where": [{**asdict(each), "mean_residual_xyz": list(each.mean_residual_xyz)} for each in self.where],
             "worst": [{**asdict(each), "code": list(each.code)} for each in self.worst],
+            "first_session": asdict(self.first_session) if self.first_session else None,
             "left_out": [int(readings.lines[row]) for row in left_out(self.problem)],
         }
 
@@ -167,7 +175,8 @@ def compare(
     readings
         The measurements.
     baseline
-        ``tips``: white and primaries re-measured at each hour; ``fresh``: only hour 0 known.
+        ``tips``: white and primaries re-measured at each hour; ``fresh``: only hour 0 known; ``native``: as ``tips``,
+        starting from the first session's own transfer curves and black.
     selection
         The paper's choice of matrix.
     instrument
@@ -176,7 +185,7 @@ def compare(
     Raises
     ------
     LutgenError
-        Unknown baseline or noise that is none.
+        Unknown baseline, noise that is none, or readings that make no native display.
 
     """
     problem = Problem.of(readings, baseline=baseline, selection=selection, instrument=instrument)

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.criticism.noise import is_capped
-from lutgen.measurements.table import OPTIONAL
+from lutgen.measurements.table import OPTIONAL, is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

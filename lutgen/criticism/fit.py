@@ -100,7 +100,8 @@ class Fit:
 
 def unknowns(problem: Problem) -> int:
     """Local unknowns that the data, rather than a prior, determine."""
-    return 12 * int(problem.is_knot.sum()) if problem.baseline == "tips" else 12
+    tips = 12 if problem.baseline == "fresh" else 12 * int(problem.is_knot.sum())
+    return tips + (len(problem.curve_modes) if problem.native else 0)
 
 
 def switching_penalty(problem: Problem) -> float:
@@ -137,11 +138,12 @@ def fit(problem: Problem, terms: Sequence[Term] = (), start: State | None = None
     system = System(problem, linearise(problem, state), state)
     for _ in range(RELAXATIONS if start is None else 0):
         # Tips between sessions lean on those of their neighbours, which the first round has moved.
-        state = system.moved(state, np.zeros(system.global_count))
+        state = system.moved(state, system.still)
         system = System(problem, linearise(problem, state), state)
     state, system = _descended(problem, state, system)
-    state = system.moved(state, np.zeros(system.global_count))
-    linear = system.linear._replace(residual=whiten(problem, problem.xyz - predict(problem, state)))
+    state = system.moved(state, system.still)
+    residual = whiten(problem, problem.xyz - predict(problem, state))
+    linear = system.linear._replace(residual=residual - np.tensordot(system.still, system.linear.free, axes=1))
     return Fit(
         problem, state.terms, state.tips, state.gains, system.chi2, system.effect_count, system.covariance(), linear
     )

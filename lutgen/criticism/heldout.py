@@ -55,10 +55,13 @@ class HeldOut:
 
 
 def cells(problem: Problem) -> list[NDArray[np.intp]]:
-    """Readings to withhold together: a colour family, or a condition, of one hour; tips at rest are never withheld."""
+    """Readings to withhold together: a colour family, or a condition, of one hour.
+
+    What the prediction starts from is never withheld: tips at rest, and what a native display is made of.
+    """
     family, condition = family_of(problem), condition_of(problem)
     named = np.where(condition == "", family, condition)
-    kept = named == "tips"
+    kept = (named == "tips") | problem.curve_points
     found = []
     for hour in range(problem.hours.size):
         here = (problem.hour_of == hour) & ~kept

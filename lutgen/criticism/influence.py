@@ -9,7 +9,7 @@ import numpy as np
 from scipy import stats
 
 from lutgen.criticism.fit import fit
-from lutgen.criticism.noise import is_capped
+from lutgen.measurements.table import TIP_DRIVES, is_capped
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -60,12 +60,19 @@ def wrong_rows(found: Fit) -> tuple[int, ...]:
     return ()
 
 
+def _is_only_tip(problem: Problem, index: int) -> bool:
+    """Whether a reading is the only one of a tip at its hour, without which the model has nothing to start from."""
+    drive = problem.readings.drive[problem.rows]
+    alike = (drive == drive[index]).all(axis=1) & (problem.hour_of == problem.hour_of[index])
+    return bool((drive[index] == TIP_DRIVES).all(axis=1).any() and alike.sum() == 1)
+
+
 def _worst_alone(found: Fit) -> int | None:
     """Index of the reading with the largest residual, when it stands alone."""
     problem = found.problem
     size = (found.linear.residual**2).sum(axis=1)
     worst = int(np.argmax(size))
-    if size[worst] < 1.5 * float(stats.chi2.isf(UNLIKELY / max(size.size, 1), 3)):
+    if size[worst] < 1.5 * float(stats.chi2.isf(UNLIKELY / max(size.size, 1), 3)) or _is_only_tip(problem, worst):
         return None
     kin = _kin(problem)
     others = np.flatnonzero(kin == kin[worst])
@@ -92,7 +99,7 @@ def wrong_sessions(found: Fit, scale: float) -> tuple[float, ...]:
     ``scale`` is the variance of the noise in the fit's own units.
     """
     problem = found.problem
-    if problem.baseline != "tips" or problem.hours.size < 4:
+    if problem.baseline == "fresh" or problem.hours.size < 4:
         return ()
     squares = (found.linear.residual**2).sum(axis=1) / scale
     mean = np.bincount(problem.hour_of, squares) / (3 * np.bincount(problem.hour_of))

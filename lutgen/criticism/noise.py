@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.errors import LutgenError
-from lutgen.measurements.table import FEW_KELVINS
+from lutgen.measurements.table import FEW_KELVINS, is_capped
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -121,18 +121,6 @@ def _group_means(values: Array, groups: NDArray[np.intp]) -> Array:
     count = np.bincount(groups)
     sums = np.stack([np.bincount(groups, column) for column in values.T], axis=1)
     return np.asarray((sums / np.maximum(count, 1)[:, np.newaxis])[groups])
-
-
-def is_capped(readings: Measurements) -> NDArray[np.bool_]:
-    """Readings with the lens capped, which their note says: (n,)."""
-    notes = readings.note or ("",) * readings.hours.size
-    return np.array(["lens cap" in note.lower() or note.lower().strip() == "cap" for note in notes])
-
-
-def is_shrouded(readings: Measurements) -> NDArray[np.bool_]:
-    """Readings that a shroud kept from the room's light, which their note says: (n,)."""
-    notes = readings.note or ("",) * readings.hours.size
-    return np.array(["shroud" in note.lower() for note in notes])
 
 
 def stated_noise(readings: Measurements, instrument: str | None) -> tuple[float, float] | None:

@@ -182,7 +182,7 @@ def base_of(truth: Fit) -> Fit:
 
 
 def _for_effect(base: Fit, effect: Effect) -> MeasurementPlan:
-    if effect.baseline == "fresh" and base.problem.baseline == "tips":
+    if effect.baseline == "fresh" and base.problem.baseline != "fresh":
         raise LutgenError(
             f"no patch in one more session would show {effect.name}: it is absorbed by the tips. Use --baseline fresh."
         )

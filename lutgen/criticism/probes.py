@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.linear import whiten
-from lutgen.criticism.noise import is_capped
 from lutgen.criticism.search import Score
+from lutgen.measurements.table import is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -3,7 +3,9 @@
 Under the baseline ``tips`` every hour's tips are unknown, with their own readings among the data: effects act on the
 latent display, and its tips are solved again whenever an effect changes. At an hour without readings of the tips they
 are known only from the neighbouring hours, within what a straight line between those misses. Under ``fresh`` only the
-tips of hour 0 are unknown; sessions have gains of their own.
+tips of hour 0 are unknown; sessions have gains of their own. ``native`` is ``tips`` from another start:
+transfer curves and black are those of the first session, and what its noise leaves open of them are unknowns that all
+sessions share.
 
 Unknown tips and gains are *local* to a block of readings and enter the prediction (nearly) linearly, so
 a fit eliminates them block by block (:mod:`lutgen.criticism.fit`).
@@ -18,14 +20,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import code_to_linear
-from lutgen.criticism.noise import estimate_noise, is_capped, is_shrouded, replicate_groups
+from lutgen.criticism.curve_doubt import curve_doubt, curve_modes, drawn_displays
+from lutgen.criticism.noise import estimate_noise, replicate_groups
+from lutgen.display.native import NativeDisplay
 from lutgen.display.paper import nearest_weights
 from lutgen.display.trace import Panel, emitted, panel, reported
 from lutgen.effects import Scene
 from lutgen.effects.scene import REFERENCE_C
 from lutgen.effects.spectra import SpectralDisplay, class_of
 from lutgen.errors import LutgenError, pick_one
-from lutgen.measurements.table import OPTIONAL, TIP_DRIVES
+from lutgen.measurements.table import OPTIONAL, TIP_DRIVES, is_capped, is_shrouded
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,7 +41,7 @@ if TYPE_CHECKING:
     from lutgen.display.trace import Applied
     from lutgen.measurements import Measurements
 
-BASELINES = ("tips", "fresh")
+BASELINES = ("tips", "fresh", "native")
 
 #: What a condition might have been that nobody logged.
 UNLOGGED = {
@@ -70,6 +74,10 @@ class Problem:
     assumed
         Conditions that nobody logged, taken as the same at all readings: (column, value). What the notes call
         shrouded or capped is free of them.
+    native
+        The fresh display of the baseline ``native``, else None: the paper's.
+    drawn
+        Native displays as noise of the first session might have had them.
 
     """
 
@@ -80,6 +88,8 @@ class Problem:
     held: bool
     rows: NDArray[np.intp]
     assumed: tuple[tuple[str, float], ...] = ()
+    native: NativeDisplay | None = None
+    drawn: tuple[NativeDisplay, ...] = ()
 
     @classmethod
     def of(
@@ -105,14 +115,17 @@ class Problem:
         Raises
         ------
         LutgenError
-            Unknown baseline.
+            Unknown baseline, or readings that make no native display.
 
         """
         if baseline not in BASELINES:
             raise pick_one("baseline", baseline, BASELINES)
         noise = estimate_noise(readings, instrument)
-        rows = np.setdiff1d(np.arange(readings.hours.size), [*noise.slips, *leave_out])
-        return cls(readings, noise, baseline, selection, _is_held(readings), rows)
+        out = [*noise.slips, *leave_out]
+        rows = np.setdiff1d(np.arange(readings.hours.size), out)
+        native = NativeDisplay.of(readings, out) if baseline == "native" else None
+        drawn = drawn_displays(readings, noise, out) if native else ()
+        return cls(readings, noise, baseline, selection, _is_held(readings), rows, native=native, drawn=drawn)
 
     def unlogged(self, columns: Sequence[str]) -> Problem | None:
         """Return the problem with some columns as they might have been, unlogged; None when any of them was logged."""
@@ -140,6 +153,13 @@ class Problem:
         return np.searchsorted(self.hours, self.readings.hours[self.rows])
 
     @cached_property
+    def curve_points(self) -> NDArray[np.bool_]:
+        """Readings that a native display's curves and black are made of, and so meets, (n,)."""
+        if self.native is None:
+            return np.zeros(self.rows.size, dtype=bool)
+        return self.native.made_from(self.readings)[self.rows]
+
+    @cached_property
     def groups(self) -> NDArray[np.intp]:
         """Number of each reading's group of replicates, (n,)."""
         return replicate_groups(self.readings)[self.rows]
@@ -150,7 +170,7 @@ class Problem:
         sessions = np.array(self.readings.session or [""] * self.readings.hours.size)[self.rows]
         pairs = [f"{hour}\0{session}" for hour, session in zip(self.hour_of, sessions, strict=True)]
         number = np.unique(pairs, return_inverse=True)[1].reshape(-1)
-        if self.baseline == "tips":
+        if self.baseline != "fresh":
             for hour in range(self.hours.size):
                 here = self.hour_of == hour
                 if np.unique(number[here]).size == 1 and self.is_knot[hour]:
@@ -160,7 +180,7 @@ class Problem:
     @cached_property
     def blocks(self) -> list[NDArray[np.intp]]:
         """Readings that share local unknowns: those of an hour (its tips), under ``fresh`` of a session (its gain)."""
-        number = self.hour_of if self.baseline == "tips" else self.gains
+        number = self.gains if self.baseline == "fresh" else self.hour_of
         return [np.flatnonzero(number == each) for each in np.unique(number)]
 
     @cached_property
@@ -174,6 +194,16 @@ class Problem:
         count = np.bincount(self.groups)
         mean = np.stack([np.bincount(self.groups, self.xyz[:, k]) for k in range(3)], axis=1)[self.groups]
         return self.noise.whitener(mean / count[self.groups][:, np.newaxis])
+
+    @cached_property
+    def curve_doubt(self) -> Array:
+        """What other first sessions would do to the prediction, (draws, n, 3), cd/m²; none without a native display."""
+        return curve_doubt(self)
+
+    @cached_property
+    def curve_modes(self) -> Array:
+        """What noise of the first session leaves open in the prediction, (q, n, 3), cd/m²."""
+        return curve_modes(self.curve_doubt, self.whitener)
 
     @cached_property
     def measured_tips(self) -> Array:
@@ -258,7 +288,7 @@ class Problem:
 
     def panel(self, applied: Sequence[Applied]) -> Panel:
         """Send the readings' code values through drive, transfer and mixing."""
-        return panel(applied, self._plain_scene, self.selection, self._weights)
+        return panel(applied, self._plain_scene, self.selection, self._weights, self.native)
 
     @cached_property
     def _plain_scene(self) -> Scene:
@@ -289,7 +319,7 @@ class Problem:
             fresh_white=tips[..., :1, 0, :],
             light=self.light,
         )
-        white = emitted(applied, panel(applied, scene, self.selection), tips, scene)[..., 1]
+        white = emitted(applied, panel(applied, scene, self.selection, native=self.native), tips, scene)[..., 1]
         return np.asarray(white[..., :1] / white)
 
 

@@ -227,6 +227,7 @@ def model_of(found: Fit, diagnosis: Diagnosis | None, before: Comparison, after:
         latent=LatentTips(problem.hours[knots], np.array(found.tips[knots])),
         baseline=problem.baseline,
         held=problem.held,
+        native=problem.native,
         verdict=diagnosis.verdict.name if diagnosis else "",
         fit=record,
     )

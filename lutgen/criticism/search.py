@@ -290,7 +290,7 @@ class _Part:
         problem, linear = base.problem, base.linear
         gains = tuple(int(gain) for gain in np.unique(problem.gains[here]) if gain >= 0)
         prior, off = prior_rows(problem, state, int(problem.hour_of[here[0]]), gains)
-        tips = 12 if problem.baseline == "tips" else 0
+        tips = 0 if problem.baseline == "fresh" else 12
         local = linear.local[[*range(tips), *(tips + gain for gain in gains)]][:, here]
         columns = np.concatenate([local.reshape(len(local), -1).T, prior])
         if not columns.shape[1]:

@@ -45,7 +45,13 @@ class System:
         self.blocks = [Block.of(problem, linear, state, here) for here in problem.blocks]
         reduced = np.concatenate([block.reduced for block in self.blocks])
         self.A, self.z = reduced[:, :-1], reduced[:, -1]
-        self.chi2 = float(self.z @ self.z)
+        self.mode_count = len(problem.curve_modes) if problem.native else 0
+        modes = self.A[:, self.global_count - self.mode_count :]
+        sizes = np.linalg.lstsq(modes, self.z, rcond=1e-9)[0]
+        #: The step that moves no effect: modes of a native display, which a state does not hold, as they fit best.
+        self.still = np.concatenate([np.zeros(self.global_count - self.mode_count), sizes])
+        left = self.z - modes @ sizes
+        self.chi2 = float(left @ left)
 
     def step(self, terms: Sequence[Term], damping: float = 0.0) -> Move:
         """Best step of the global unknowns within the parameters' bounds."""
@@ -121,7 +127,7 @@ class Block:
         hour = int(problem.hour_of[whole[0]])
         gains = tuple(int(gain) for gain in np.unique(problem.gains[whole]) if gain >= 0)
         here = whole if without is None else np.setdiff1d(whole, without)
-        tips = 12 if problem.baseline == "tips" else 0
+        tips = 0 if problem.baseline == "fresh" else 12
         local = tips + len(gains)
         rows = _stack(linear, here, [*range(tips), *(tips + gain for gain in gains)])
         prior, off = prior_rows(problem, state, hour, gains)
@@ -151,7 +157,7 @@ def prior_rows(problem: Problem, state: State, hour: int, gains: tuple[int, ...]
 
     Gains are 0 within the session's σ; the tips of an hour between sessions are those of its neighbours, interpolated.
     """
-    tips = 12 if problem.baseline == "tips" else 0
+    tips = 0 if problem.baseline == "fresh" else 12
     sigma = max(problem.noise.session, 1e-6)
     of_gains = np.column_stack([np.zeros((len(gains), tips)), np.eye(len(gains)) / sigma])
     off_gains = -state.gains[list(gains)] / sigma

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.display.conditions import Conditions
     from lutgen.display.fitted import AppliedEffect
+    from lutgen.display.native import NativeDisplay
 
 #: Stages whose effects act before the tips come in.
 PANEL_STAGES = ("drive", "transfer", "mixing")
@@ -102,18 +103,21 @@ def _spectral_display(display_class: str, fresh: FourTips) -> SpectralDisplay:
 class PanelLink:
     """Code values (n, 3) → each tip's share of the light and the code values again, (n, 7): drive, transfer, mixing.
 
-    ``surroundings`` is None where no effect asks for them: the link is then the same at every hour.
+    ``surroundings`` is None where no effect asks for them: the link is then the same at every hour. ``native`` is the
+    fresh display; None: the paper's.
     """
 
     applied: tuple[AppliedEffect, ...]
     selection: str
     surroundings: Surroundings | None = None
+    native: NativeDisplay | None = None
     stage: str = "mixing"
 
     def __call__(self, signal: Array) -> Array:
         """(n, 3) code → (n, 7)."""
         scene = self.surroundings.scene(signal) if self.surroundings else _nowhere(signal)
-        shares = _finite(trace.panel(self.applied, scene, self.selection).shares, self.applied)
+        panel = trace.panel(self.applied, scene, self.selection, native=self.native)
+        shares = _finite(panel.shares, self.applied)
         return np.column_stack([np.broadcast_to(shares, (len(signal), 4)), signal])
 
 
@@ -125,18 +129,19 @@ def _nowhere(code: Array) -> Scene:
 class LightLink:
     """Shares of the tips (n, 7) → XYZ (n, 3): emission, optics, viewing; the tips are those of the surroundings.
 
-    ``scale`` takes cd/m² to what is relative to the un-aged white.
+    ``scale`` takes cd/m² to what is relative to the un-aged white; ``black`` is that of a native display.
     """
 
     applied: tuple[AppliedEffect, ...]
     surroundings: Surroundings
     scale: float
+    black: tuple[float, float, float] | None = None
     stage: str = "emission"
 
     def __call__(self, signal: Array) -> Array:
         """(n, 7) → XYZ (n, 3)."""
         scene = self.surroundings.scene(signal[:, 4:])
-        before = trace.Panel(signal[:, :4])
+        before = trace.Panel(signal[:, :4], self.black)
         xyz = trace.emitted(self.applied, before, np.array([self.surroundings.tips]), scene)
         xyz = trace.through(self.applied, ("viewing",), xyz, scene)
         return _finite(np.broadcast_to(xyz, (len(signal), 3)) * self.scale, self.applied)
@@ -187,11 +192,15 @@ def without_steps(aged: AgedDisplay) -> AgedDisplay | None:
 
 @dataclass(frozen=True)
 class EffectChain:
-    """A display's effects, without an hour: what :class:`~lutgen.display.model.DisplayModel` makes displays of."""
+    """A display's effects, without an hour: what :class:`~lutgen.display.model.DisplayModel` makes displays of.
+
+    ``native`` is the fresh display; None: the paper's.
+    """
 
     applied: tuple[AppliedEffect, ...]
     selection: str
     conditions: Conditions
+    native: NativeDisplay | None = None
 
     def at(self, mode: str, hours: float, now: Surroundings, luminance: Callable[[float], float]) -> AgedDisplay:
         """Return the display of ``mode`` at ``hours``.
@@ -217,7 +226,7 @@ class EffectChain:
         wanted = luminance(aged / new) * new
         lit = _scaled(now, self._gain(now, aged, wanted))
         panel = self._panel(replace(now, conditions=self.conditions))
-        light = LightLink(self.applied, replace(lit, conditions=self.conditions), 1.0 / new)
+        light = LightLink(self.applied, replace(lit, conditions=self.conditions), 1.0 / new, self._black)
         if panel.surroundings is None:
             return AgedDisplay(mode, hours, (panel,), (light,))
         return AgedDisplay(mode, hours, (), (panel, light))
@@ -226,15 +235,19 @@ class EffectChain:
         """XYZ in cd/m² of white, red, green and blue as they leave the display and are seen, shape (4, 3)."""
         now = replace(now, conditions=self.conditions)
         code = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-        return LightLink(self.applied, now, 1.0)(self._panel(now)(code))
+        return LightLink(self.applied, now, 1.0, self._black)(self._panel(now)(code))
 
     def _panel(self, now: Surroundings) -> PanelLink:
         acting = tuple(each for each in self.applied if each.effect.stage in PANEL_STAGES)
-        return PanelLink(acting, self.selection, now if acting else None)
+        return PanelLink(acting, self.selection, now if acting else None, self.native)
+
+    @property
+    def _black(self) -> tuple[float, float, float] | None:
+        return self.native.black if self.native else None
 
     def _white(self, now: Surroundings, gain: float) -> float:
         """Luminance of white in cd/m² as it leaves the display, under the reference conditions."""
-        shares = trace.Panel(self._panel(now)(_WHITE)[:, :4])
+        shares = trace.Panel(self._panel(now)(_WHITE)[:, :4], self._black)
         lit = _scaled(now, gain)
         white = trace.emitted(self.applied, shares, np.array([lit.tips]), lit.scene(_WHITE))
         return float(_finite(np.asarray(white), self.applied)[..., 1].squeeze())

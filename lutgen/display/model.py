@@ -14,6 +14,7 @@ from lutgen.display.conditions import REFERENCE, Conditions
 from lutgen.display.effect_chain import EffectChain, Surroundings, four_tips, makes_steps
 from lutgen.display.fitted import AppliedEffect, LatentTips, constant_tips
 from lutgen.display.modes import MODES, LuminanceLaw, luminance_law, scale_luminance
+from lutgen.display.native import NativeDisplay
 from lutgen.display.paper import SELECTIONS, Matrices, Selection, matrices_of
 from lutgen.display.tips import REFERENCES, Tips
 from lutgen.display.trace import SELECTION_STAGE, in_chain_order
@@ -30,10 +31,11 @@ if TYPE_CHECKING:
 DEFAULT_DISPLAY = "reconstructed-ccfl"
 
 
-#: What the aging of the tips is taken from: the readings of every hour, or those of hour 0 and the effects.
+#: What the model knows of the display: the tips of every hour or of hour 0, and whether its first session's curves.
 BASELINES = {
     "tips": "white and primaries as measured at each hour",
     "fresh": "white and primaries of hour 0 alone: the effects do the aging",
+    "native": "white and primaries as measured at each hour, transfer curves and black as in the first session",
 }
 
 
@@ -57,6 +59,8 @@ class DisplayModel:
         One of ``BASELINES``.
     held
         For ``fresh``: whether a sensor holds white's luminance, so that by the law ``measured`` it stays.
+    native
+        For ``native``: the fresh display; None: as the readings of hour 0 have it.
     conditions
         Where and when the display is seen. Without effects nothing depends on them.
     verdict, fit
@@ -74,6 +78,7 @@ class DisplayModel:
     latent: LatentTips | None = None
     baseline: str = "tips"
     held: bool = False
+    native: NativeDisplay | None = None
     conditions: Conditions = REFERENCE
     verdict: str = ""
     fit: Mapping[str, str | float] = field(default_factory=dict)
@@ -87,12 +92,16 @@ class DisplayModel:
             raise pick_one("selection", self.selection, SELECTIONS)
         if self.baseline not in BASELINES:
             raise pick_one("baseline", self.baseline, BASELINES)
+        if self.native and self.baseline != "native":
+            raise LutgenError(f"baseline {self.baseline!r} has no native display. Take the baseline native.")
         effects = tuple(in_chain_order(self.effects))
         names = [each.effect.name for each in effects]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice:
             raise LutgenError(f"effect {twice!r} is given twice. Keep one of them.")
         object.__setattr__(self, "effects", effects)
+        if self.baseline == "native" and self.native is None:
+            object.__setattr__(self, "native", NativeDisplay.of(self.measurements))
         object.__setattr__(self, "_tips", self._measured_tips())
         object.__setattr__(self, "_before", self._tips_before_effects())
 
@@ -117,7 +126,9 @@ class DisplayModel:
         """Return the display of ``mode`` at ``hours``, under the model's conditions.
 
         Effects that do not age, such as a leak that was there from the first hour, show at hour 0 too: with them hour 0
-        is no identity, and ``stable`` is the un-aged display with its leak.
+        is no identity, and ``stable`` is the un-aged display with its leak. Under the baseline ``native`` what the
+        first session showed is none of them: ``relative`` puts on sRGB what has changed since, so that hour 0 is the
+        identity; ``absolute`` is the native display itself.
 
         Raises
         ------
@@ -129,8 +140,9 @@ class DisplayModel:
             raise pick_one("mode", mode, MODES)
         self.tips.check_span(hours)
         when = 0.0 if mode == "stable" else float(hours)
-        if self._acting:
-            return self._chain.at(mode, float(hours), self._surroundings(when, self.reference), self._law(mode, hours))
+        if self._acting or self._shown_native:
+            chain, now = self._chain(self._shown_native), self._surroundings(when, self.reference)
+            return chain.at(mode, float(hours), now, self._law(mode, hours))
         tips = self.tips_before_effects
         factor = self.luminance.factor(hours, tips) if mode == "chroma-luma" else 1.0
         emission = matrices_of(scale_luminance(tips.referenced(when, self.reference), factor), self._chosen)
@@ -149,7 +161,7 @@ class DisplayModel:
         if not self._acting:
             return self.tips_before_effects.at(hours)
         self.tips.check_span(hours)
-        return xyz_to_xyY(self._chain.tips(self._surroundings(float(hours), "absolute")))
+        return xyz_to_xyY(self._chain(self.native).tips(self._surroundings(float(hours), "absolute")))
 
     def matrices(self, mode: str, hours: float) -> Matrices:
         """The emission of ``mode`` at ``hours``: the four matrices that ``selection`` chooses from.
@@ -157,11 +169,15 @@ class DisplayModel:
         Raises
         ------
         LutgenError
-            The model has effects: then matrices do not tell it.
+            The model has effects, or curves and black of its own: then matrices do not tell it.
 
         """
-        if self._acting:
-            raise LutgenError("a display with effects is more than four matrices: ask its chain, at(mode, hours).")
+        if self._acting or self._shown_native:
+            message = (
+                "a display with effects, or curves of its own, is more than four matrices: ask its chain, "
+                "at(mode, hours)."
+            )
+            raise LutgenError(message)
         (emission,) = (link for link in self.at(mode, hours).tail if isinstance(link, Matrices))
         return emission
 
@@ -171,8 +187,12 @@ class DisplayModel:
         return [each.effect.name for each in self._acting if makes_steps(each, last)]
 
     @property
-    def _chain(self) -> EffectChain:
-        return EffectChain(self._acting, self._chosen, self.conditions)
+    def _shown_native(self) -> NativeDisplay | None:
+        """The fresh display that is shown: ``relative`` shows sRGB instead, so that only changes are seen."""
+        return self.native if self.reference == "absolute" else None
+
+    def _chain(self, native: NativeDisplay | None) -> EffectChain:
+        return EffectChain(self._acting, self._chosen, self.conditions, native)
 
     @property
     def _acting(self) -> tuple[AppliedEffect, ...]:
@@ -200,9 +220,10 @@ class DisplayModel:
         return Surroundings(hours, four_tips(now), four_tips(fresh), kind)
 
     def _measured_tips(self) -> Tips:
-        if self.baseline == "tips":
-            return Tips.of(self.measurements)
-        return constant_tips(np.unique(self.measurements.hours), self.measurements.tips()[1][0], self.measurements.file)
+        if self.baseline == "fresh":
+            readings = self.measurements
+            return constant_tips(np.unique(readings.hours), readings.tips()[1][0], readings.file)
+        return Tips.of(self.measurements)
 
     def _tips_before_effects(self) -> Tips:
         if self.latent is None:

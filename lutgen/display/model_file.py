@@ -1,9 +1,9 @@
 """Model files (TOML): a display's model as ``lutgen refine`` writes it, and as a person may write it by hand.
 
 By hand ``schema = 1`` and perhaps ``[display]`` and ``[model]`` are enough. A refined model also holds how it was found
-(``[fit]``), the tips before its effects (``[tips]``), the effects in the order of the light's way, every parameter with
-its unit and standard error, and perhaps the conditions that it is seen under. Numbers are written so that they read
-back to the last bit.
+(``[fit]``), the first session's own curves and black (``[native]``) where it starts from them, the tips before its
+effects (``[tips]``), the effects in the order of the light's way, every parameter with its unit and standard error, and
+perhaps the conditions that it is seen under. Numbers are written so that they read back to the last bit.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from lutgen.display.conditions import REFERENCE, conditions_of
 from lutgen.display.fitted import AppliedEffect, Estimate, LatentTips
 from lutgen.display.model import DisplayModel, default_display
 from lutgen.display.modes import LAWS, law_of_table, luminance_law
+from lutgen.display.native import CHANNELS, NativeDisplay
 from lutgen.display.origin import found_by, record_of
 from lutgen.display.toml import document, table_lines
 from lutgen.errors import LutgenError
@@ -64,6 +65,13 @@ def model_text(model: DisplayModel, folder: Path) -> bytes:
         parts.append(table_lines("[conditions]", model.conditions.stated()))
     if model.verdict or model.fit:
         parts.append(table_lines("[fit]", {"verdict": model.verdict, **model.fit}))
+    if model.native is not None:
+        says = {
+            "source": "the readings of the first session that the curves were made of",
+            "black": "X, Y, Z of code 0 as shares of white's",
+            **dict.fromkeys(CHANNELS, "code value, linear light relative to that at code 1"),
+        }
+        parts.append(table_lines("[native]", model.native.as_record(), says))
     for each in model.effects:
         parts += _effect_lines(each, folder)
     if model.latent is not None:
@@ -123,7 +131,8 @@ def load_model(path: str | Path, effects: Mapping[str, Effect] | None = None) ->
 
     ``schema = 1``, then ``[display]`` with ``file`` (measurements, relative to the model file; absent: the
     default display) and ``sha256``, ``[model]`` with ``baseline``, ``held``, ``reference``, ``selection``,
-    ``luminance``, ``[conditions]``, ``[fit]``, ``[tips]`` and ``[[effects]]``; all of them may be left out.
+    ``luminance``, ``[conditions]``, ``[fit]``, ``[native]``, ``[tips]`` and ``[[effects]]``; all of them may be
+    left out.
 
     Parameters
     ----------
@@ -162,9 +171,10 @@ def load_model(path: str | Path, effects: Mapping[str, Effect] | None = None) ->
 
 def _model_of(content: _Table, path: Path, effects: Mapping[str, Effect]) -> DisplayModel:
     folder = path.parent
-    content.allow("schema", "display", "model", "conditions", "fit", "tips", "effects")
+    content.allow("schema", "display", "model", "conditions", "fit", "native", "tips", "effects")
     model, fit = content.table("model", _MODEL_KEYS), content.table("fit", None)
     conditions, tips = content.table("conditions", None), content.table("tips", ("hours", "xyz_cd_m2"))
+    native = content.table("native", _NATIVE_KEYS)
     return DisplayModel(
         _readings(content.table("display", ("file", "sha256")), folder),
         reference=model.text("reference", "relative"),
@@ -174,6 +184,7 @@ def _model_of(content: _Table, path: Path, effects: Mapping[str, Effect]) -> Dis
         latent=LatentTips(tips.numbers("hours"), tips.numbers("xyz_cd_m2")) if tips.values else None,
         baseline=model.text("baseline", "tips"),
         held=model.flag("held"),
+        native=NativeDisplay.from_record(native.values) if native.values else None,
         conditions=conditions_of({name: conditions.number(name) for name in conditions.values}),
         verdict=fit.text("verdict", ""),
         fit={name: fit.scalar(name) for name in fit.values if name != "verdict"},
@@ -182,6 +193,7 @@ def _model_of(content: _Table, path: Path, effects: Mapping[str, Effect]) -> Dis
 
 
 _MODEL_KEYS = ("baseline", "held", "reference", "selection", "luminance", "luminance_table")
+_NATIVE_KEYS = ("source", "black", *CHANNELS, "remarks")
 _PARAMETER_KEYS = ("value", "stderr", "unit", "bounds", "free", "at_bound")
 
 

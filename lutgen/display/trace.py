@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from lutgen.colorimetry import Array
+    from lutgen.display.native import NativeDisplay
     from lutgen.effects import Effect, Scene
 
 
@@ -63,17 +64,26 @@ class Panel:
     ----------
     shares
         XYZ = Σ share · tip over white, red, green, blue: (n, 4).
+    black
+        X, Y and Z of code 0 as shares of white's, for a native display; None: black gives no light. Colours then are
+        so much above black: XYZ = K + Σ share · (tip − K).
 
     """
 
     shares: Array
+    black: tuple[float, float, float] | None = None
 
     def emit(self, tips: Array) -> Array:
         """XYZ (..., n, 3) of tips (..., n or 1, 4, 3)."""
         white, red, green, blue = np.moveaxis(self.shares, -1, 0)[..., np.newaxis]
-        return np.asarray(
-            white * tips[..., 0, :] + red * tips[..., 1, :] + green * tips[..., 2, :] + blue * tips[..., 3, :]
-        )
+        xyz = white * tips[..., 0, :] + red * tips[..., 1, :] + green * tips[..., 2, :] + blue * tips[..., 3, :]
+        return np.asarray(xyz if self.black is None else xyz + self.of_white * tips[..., 0, :])
+
+    @property
+    def of_white(self) -> Array:
+        """What black adds: shares of white's X, Y and Z, (n, 3)."""
+        lit = self.shares.sum(axis=-1)
+        return np.asarray((1.0 - lit)[..., np.newaxis] * np.array(self.black or (0.0, 0.0, 0.0)))
 
 
 def tip_shares(linear: Array, code: Array, selection: str, weights: Array | None = None) -> Array:
@@ -91,13 +101,23 @@ def tip_shares(linear: Array, code: Array, selection: str, weights: Array | None
     return np.concatenate([extra[..., np.newaxis], linear - extra[..., np.newaxis]], axis=-1)
 
 
-def panel(applied: Sequence[Applied], scene: Scene, selection: str, weights: Array | None = None) -> Panel:
-    """Follow the code values through drive, transfer and mixing: what does not depend on the tips."""
+def panel(
+    applied: Sequence[Applied],
+    scene: Scene,
+    selection: str,
+    weights: Array | None = None,
+    native: NativeDisplay | None = None,
+) -> Panel:
+    """Follow the code values through drive, transfer and mixing: what does not depend on the tips.
+
+    The fresh display is ``native``, or where that is None the paper's: sRGB's curve, black without light.
+    """
     if any(each.effect.stage == SELECTION_STAGE for each in applied):
         selection = "continuous"
     drive = through(applied, ("drive",), scene.code, scene)
-    linear = through(applied, ("transfer", "mixing"), code_to_linear(drive), scene)
-    return Panel(tip_shares(linear, scene.code, selection, weights))
+    fresh = native.linear(drive) if native else code_to_linear(drive)
+    linear = through(applied, ("transfer", "mixing"), fresh, scene)
+    return Panel(tip_shares(linear, scene.code, selection, weights), native.black if native else None)
 
 
 def emitted(applied: Sequence[Applied], before: Panel, tips: Array, scene: Scene) -> Array:

@@ -134,6 +134,18 @@ class Measurements:
         return np.array(hours), xyz_to_xyY(np.array(rows).reshape(-1, 4, 3))
 
 
+def is_capped(readings: Measurements) -> NDArray[np.bool_]:
+    """Readings with the lens capped, which their note says: (n,)."""
+    notes = readings.note or ("",) * readings.hours.size
+    return np.array(["lens cap" in note.lower() or note.lower().strip() == "cap" for note in notes])
+
+
+def is_shrouded(readings: Measurements) -> NDArray[np.bool_]:
+    """Readings that a shroud kept from the room's light, which their note says: (n,)."""
+    notes = readings.note or ("",) * readings.hours.size
+    return np.array(["shroud" in note.lower() for note in notes])
+
+
 def check_rows(readings: Measurements) -> None:
     """Check every reading by itself, and that hours do not run backwards."""
     hours, drive, xyz = readings.hours, readings.drive, readings.xyz_cd_m2

@@ -53,6 +53,7 @@ def compare_page(comparison: Comparison, again: str = "") -> Iterator[Renderable
     """Yield what ``lutgen compare`` prints; ``again`` are the words after ``lutgen diagnose`` to go on with."""
     yield comparison.sentence()
     yield data_line(comparison.problem)
+    yield from _fresh_lines(comparison)
     if not comparison.where:
         return
     yield ""
@@ -70,6 +71,16 @@ def compare_page(comparison: Comparison, again: str = "") -> Iterator[Renderable
     if again and noticed:
         yield ""
         yield f"Which effect is missing:  lutgen diagnose {again}"
+
+
+def _fresh_lines(comparison: Comparison) -> Iterator[str]:
+    """Say how near the paper's fresh display and the native one are to the first session."""
+    first, native = comparison.first_session, comparison.problem.native
+    if first:
+        hint = " Start from its own: --baseline native." if first.is_another and not native else ""
+        yield first.sentence() + hint
+    if native:
+        yield from native.remarks
 
 
 def data_line(problem: Problem) -> str:

@@ -10,8 +10,7 @@ import numpy as np
 
 from lutgen.criticism.anchored import anchored
 from lutgen.criticism.families import condition_of
-from lutgen.criticism.noise import is_capped
-from lutgen.measurements.table import OPTIONAL
+from lutgen.measurements.table import OPTIONAL, is_capped
 from lutgen.report import spaced
 
 if TYPE_CHECKING:
@@ -161,7 +160,7 @@ class View:
         if "ambient_lx" in needs:
             return Way("room light, lux", spread(scene.ambient_lx), ("ambient_lx",))
         if self.effect.stage in {"drive", "transfer", "mixing"} or (
-            self.effect.stage == "emission" and problem.baseline == "tips"
+            self.effect.stage == "emission" and problem.baseline != "fresh"
         ):
             return Way("code value", problem.readings.drive[problem.rows].max(axis=1), ())
         return Way("operating hours", problem.hours[problem.hour_of], ("hour",))

@@ -1,0 +1,300 @@
+"""The native fresh display: transfer curves and black as a display's own first session shows them.
+
+Real displays are not sRGB, not black at zero and not additive from the first day. Above black, the paper's idea of four
+colour points holds for them too:
+
+    XYZ(d) = K + Σ_i s_i(l(d)) · (T_i − K),    i over white, red, green and blue,
+
+with l the measured transfer curves, s the shares of :func:`lutgen.display.trace.tip_shares` and T the tips as measured.
+Black K is a constant share of white in X, Y and Z: it follows the backlight. Curves and that share are those of hour 0
+at every hour, so that what becomes of them is for effects to tell (``black-level``, ``eotf-drift``, …): aging is what
+changes.
+
+A point of a curve is the light of a ramp's reading less black, projected on that of its tip. Where ramps of the
+channels are missing, every grey's X, Y and Z are solved for the light of the three channels instead.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.colorimetry import inverse
+from lutgen.display.transfer_curve import TransferCurve
+from lutgen.errors import LutgenError, pick_one
+from lutgen.measurements.table import TIP_DRIVES, is_capped
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+    from lutgen.measurements import Measurements
+
+CHANNELS = ("red", "green", "blue")
+
+#: What curves are made of.
+SOURCES = ("ramps", "greys")
+
+#: A ramp has at least so many levels between black and full drive; fewer miss a calibrated display's bends.
+LEAST_LEVELS = 5
+
+#: 1 σ of a reading that a fall of a ramp is judged by: a poor colorimeter's, as a share of the light, and in cd/m².
+RELATIVE, FLOOR_CD_M2 = 0.005, 0.01
+
+#: A ramp that falls by more than so many standard deviations of the difference falls indeed.
+FALLS = 3.0
+
+#: Black lighter than this share of white is no black.
+DARKEST = 0.2
+
+
+@dataclass(frozen=True)
+class NativeDisplay:
+    """A display's own fresh state, beside its tips.
+
+    Attributes
+    ----------
+    curves
+        Transfer curves of red, green and blue.
+    black
+        X, Y and Z of code 0 as shares of white's.
+    source
+        What the curves were made of, one of ``SOURCES``.
+    remarks
+        What had to be put right, one sentence each.
+
+    Raises
+    ------
+    LutgenError
+        Black is negative, or lighter than any display's.
+
+    """
+
+    curves: tuple[TransferCurve, TransferCurve, TransferCurve]
+    black: tuple[float, float, float]
+    source: str = "ramps"
+    remarks: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse what is no display's."""
+        if self.source not in SOURCES:
+            raise pick_one("source of a native display's curves", self.source, SOURCES)
+        if not all(0.0 <= share <= DARKEST for share in self.black):
+            shares = ", ".join(f"{share:.4g}" for share in self.black)
+            message = f"native display: black is {shares} of white's X, Y, Z; it must lie within 0..{DARKEST:g}."
+            raise LutgenError(message)
+
+    @classmethod
+    def of(cls, readings: Measurements, leave_out: Sequence[int] = (), *, strict: bool = True) -> NativeDisplay:
+        """Make the native display of the readings at hour 0, at rest.
+
+        Parameters
+        ----------
+        readings
+            With black, the four tips, and ramps of red, green and blue, or of grey, at hour 0.
+        leave_out
+            Indices of readings that are not to count.
+        strict
+            Whether a ramp that falls by more than noise is refused; else its neighbours are averaged all the same.
+
+        Raises
+        ------
+        LutgenError
+            A lack of any of these, or a ramp that falls by more than noise: names channel and codes.
+
+        """
+        session = _Session.of(readings, leave_out)
+        remarks = []
+        black = session.black / session.tips[0]
+        if (black < 0).any():
+            remarks.append("Black read below 0 in X, Y or Z: it is taken as 0 there.")
+        curves = []
+        if session.source == "greys":
+            remarks.append("No ramps of red, green and blue: their curves are solved from X, Y and Z of the greys.")
+        for channel, name in enumerate(CHANNELS):
+            codes, light, sigma = session.points(channel)
+            ramp = f"the ramp of {name}" if session.source == "ramps" else f"{name}'s part of the greys"
+            falls = fallen(codes, light, sigma, f"{readings.file}: hour 0: {ramp}") if strict else ""
+            if falls:
+                remarks.append(f"{ramp.capitalize()} falls within noise, {falls}: neighbours are averaged.")
+            curves.append(TransferCurve.through(name, codes, np.clip(rising_light(light), 0.0, 1.0)))
+        red, green, blue = curves
+        x, y, z = np.maximum(black, 0.0).tolist()
+        return cls((red, green, blue), (x, y, z), session.source, tuple(remarks))
+
+    def linear(self, code: Array) -> Array:
+        """Code values (..., 3) → linear light of each channel (..., 3), relative to that at code 1."""
+        return np.stack([curve(code[..., channel]) for channel, curve in enumerate(self.curves)], axis=-1)
+
+    def as_record(self) -> dict[str, Any]:
+        """Return what files hold of it: texts, numbers and lists of these."""
+        points = {
+            curve.channel: [list(point) for point in zip(curve.codes, curve.light, strict=True)]
+            for curve in self.curves
+        }
+        return {"source": self.source, "black": list(self.black), **points, "remarks": list(self.remarks)}
+
+    @classmethod
+    def from_record(cls, record: Mapping[str, Any]) -> NativeDisplay:
+        """Make it again of what :meth:`as_record` gave. Raises LutgenError when that is none, or not monotonic."""
+        try:
+            x, y, z = (float(share) for share in record["black"])
+            red, green, blue = (_curve_of(name, record[name]) for name in CHANNELS)
+            remarks = tuple(str(remark) for remark in record.get("remarks", ()))
+            return cls((red, green, blue), (x, y, z), record["source"], remarks)
+        except LutgenError:
+            raise
+        except (KeyError, TypeError, ValueError):
+            message = (
+                "native display: it holds source, black (X, Y and Z as shares of white's), and red, green and blue: "
+                "rows of two numbers, [code, light], from [0, 0] to [1, 1]."
+            )
+            raise LutgenError(message) from None
+
+    def made_from(self, readings: Measurements) -> NDArray[np.bool_]:
+        """Readings of black and ramps in the first session, which the curves run through, (n,)."""
+        codes = readings.drive
+        ramps = [_is_grey(codes)] if self.source == "greys" else [_is_ramp(codes, channel) for channel in range(3)]
+        return np.asarray(_in_first_session(readings) & np.logical_or.reduce([~codes.any(axis=1), *ramps]))
+
+
+def _curve_of(name: str, points: Sequence[Sequence[float]]) -> TransferCurve:
+    codes, light = zip(*((float(code), float(each)) for code, each in points), strict=True)
+    return TransferCurve(name, codes, light)
+
+
+def fallen(codes: Array, light: Array, sigma: Array, who: str) -> str:
+    """Say where a ramp falls, if only by noise; "" where it does not.
+
+    Parameters
+    ----------
+    codes, light, sigma
+        Code values between 0 and 1, light there relative to full drive, and its standard deviation, (m,) each.
+    who
+        The ramp, for messages.
+
+    Raises
+    ------
+    LutgenError
+        A fall by more than ``FALLS`` standard deviations.
+
+    """
+    codes, light = np.array([0.0, *codes, 1.0]), np.array([0.0, *light, 1.0])
+    sigma = np.array([sigma[0], *sigma, sigma[-1]])
+    highest = np.maximum.accumulate(light)
+    top = np.maximum.accumulate(np.where(light == highest, np.arange(light.size), 0))
+    fall = highest - light
+    doubt = np.hypot(sigma, sigma[top])
+    worst = int(np.argmax(fall / doubt))
+    if fall[worst] > FALLS * doubt[worst]:
+        message = (
+            f"{who} is not monotonic: {light[top[worst]]:.4g} of full light at code {codes[top[worst]]:.4g}, but "
+            f"{light[worst]:.4g} at code {codes[worst]:.4g}, more than noise. Measure these codes again, or leave them "
+            f"out."
+        )
+        raise LutgenError(message)
+    return ", ".join(f"from code {codes[top[i]]:.4g} to {codes[i]:.4g}" for i in np.flatnonzero(fall > 0))
+
+
+def rising_light(light: Array) -> Array:
+    """Least-squares rising sequence: pool adjacent violators (Ayer et al. 1955, doi:10.1214/aoms/1177728423)."""
+    pools: list[tuple[float, int]] = []
+    for value in light.tolist():
+        pools.append((value, 1))
+        while len(pools) > 1 and pools[-2][0] > pools[-1][0]:
+            (last, m), (first, n) = pools.pop(), pools.pop()
+            pools.append(((first * n + last * m) / (n + m), n + m))
+    return np.array([value for value, count in pools for _ in range(count)])
+
+
+@dataclass(frozen=True)
+class _Session:
+    """The first session at rest: black, tips, and the ramps that curves are made of.
+
+    ``codes`` (m, 3) and ``xyz_cd_m2`` (m, 3) are its colours with replicates averaged.
+    """
+
+    black: Array
+    tips: Array
+    codes: Array
+    xyz_cd_m2: Array
+    source: str
+
+    @classmethod
+    def of(cls, readings: Measurements, leave_out: Sequence[int]) -> _Session:
+        here = _in_first_session(readings)
+        here[list(leave_out)] = False
+        rows = np.flatnonzero(here)
+        codes, place = np.unique(readings.drive[rows], axis=0, return_inverse=True)
+        place = place.reshape(-1)
+        count = np.bincount(place)[:, np.newaxis]
+        xyz = np.stack([np.bincount(place, column) for column in readings.xyz_cd_m2[rows].T], axis=1) / count
+        black = np.asarray(~codes.any(axis=1))
+        tips = [(codes == tip).all(axis=1) for tip in TIP_DRIVES]
+        ramps = [_is_ramp(codes, channel) for channel in range(3)]
+        greys = _is_grey(codes)
+        _check_complete(readings, black, tips, [int(ramp.sum()) for ramp in ramps], int(greys.sum()))
+        source = "ramps" if min(int(ramp.sum()) for ramp in ramps) >= LEAST_LEVELS else "greys"
+        tips_xyz = np.array([xyz[tip][0] for tip in tips])
+        return cls(xyz[black][0], tips_xyz, codes, xyz, source)
+
+    def points(self, channel: int) -> tuple[Array, Array, Array]:
+        """Codes, light relative to full drive, and its standard deviation, (m,) each, of a channel's ramp."""
+        net = self.tips - self.black
+        if self.source == "greys":
+            chosen = _is_grey(self.codes)
+            # White is more or less than its primaries together; on greys each channel brings a third of that.
+            columns = net[1:] + (net[0] - net[1:].sum(axis=0)) / 3.0
+            weight = inverse(columns.T)[channel]
+        else:
+            chosen = _is_ramp(self.codes, channel)
+            weight = net[1 + channel] / (net[1 + channel] ** 2).sum()
+        xyz = self.xyz_cd_m2[chosen]
+        sigma = np.hypot(RELATIVE * xyz, FLOOR_CD_M2)
+        return (
+            self.codes[chosen, channel],
+            ((xyz - self.black) * weight).sum(axis=1),
+            np.sqrt(((sigma * weight) ** 2).sum(axis=1)),
+        )
+
+
+def _in_first_session(readings: Measurements) -> NDArray[np.bool_]:
+    return np.asarray(readings.at_rest() & ~is_capped(readings) & (readings.hours == 0))
+
+
+def _is_ramp(codes: Array, channel: int) -> NDArray[np.bool_]:
+    """Colours of one channel alone, between black and full drive."""
+    others = np.delete(codes, channel, axis=1)
+    return np.asarray(~others.any(axis=1) & (codes[:, channel] > 0) & (codes[:, channel] < 1))
+
+
+def _is_grey(codes: Array) -> NDArray[np.bool_]:
+    """Greys between black and white."""
+    level = codes[:, 0]
+    return np.asarray((codes == codes[:, :1]).all(axis=1) & (level > 0) & (level < 1))
+
+
+def _check_complete(
+    readings: Measurements, black: NDArray[np.bool_], tips: list[NDArray[np.bool_]], ramps: list[int], greys: int
+) -> None:
+    """Refuse a first session that lacks what a native display is made of, and say what it lacks."""
+    lacks = [] if black.any() else ["black (code 0, 0, 0)"]
+    lacks += [f"{name} at full drive" for name, tip in zip(("white", *CHANNELS), tips, strict=True) if not tip.any()]
+    if min(ramps) < LEAST_LEVELS and greys < LEAST_LEVELS:
+        found = ", ".join(
+            f"{count} of {name}" for count, name in zip((*ramps, greys), (*CHANNELS, "grey"), strict=True)
+        )
+        lacks.append(
+            f"ramps: {LEAST_LEVELS} levels or more between black and full drive of red, green and blue each, or of "
+            f"grey (it has {found})"
+        )
+    if lacks:
+        message = (
+            f"{readings.file}: a native display needs more of the first session. At hour 0 (centre, dark, full screen) "
+            f"there is no {'; no '.join(lacks)}. Measure it, or take --baseline tips."
+        )
+        raise LutgenError(message)

@@ -1,0 +1,119 @@
+"""A measured transfer curve: code value to linear light of one channel, monotone by construction.
+
+Between its points runs a piecewise cubic without overshoot (Fritsch & Carlson, SIAM J. Numer. Anal. 17, 238-246 (1980),
+doi:10.1137/0717021; slopes by the weighted harmonic mean of Fritsch & Butland, SIAM J. Sci. Stat. Comput. 5, 300-304
+(1984), doi:10.1137/0905021). It runs through sRGB-encoded light, in which every display's curve is nearly straight: an
+sRGB display's is met exactly from few points, and dark steps count as the eye counts them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.colorimetry import code_to_linear, linear_to_code
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lutgen.colorimetry import Array
+
+
+@dataclass(frozen=True)
+class TransferCurve:
+    """Points of a curve from (0, 0) to (1, 1), and the curve through them.
+
+    Attributes
+    ----------
+    channel
+        What it is the curve of, for messages.
+    codes, light
+        Code values, increasing from 0 to 1, and linear light relative to that at code 1, never falling, from 0 to 1.
+
+    Raises
+    ------
+    LutgenError
+        Fewer than two points, other ends, codes that do not increase, or light that falls: names channel and codes.
+
+    """
+
+    channel: str
+    codes: tuple[float, ...]
+    light: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse what is no transfer curve."""
+        codes, light = np.array(self.codes, dtype=np.float64), np.array(self.light, dtype=np.float64)
+        who = f"native display: the curve of {self.channel}"
+        if codes.ndim != 1 or codes.shape != light.shape or codes.size < 2:
+            raise LutgenError(f"{who} needs as many codes as lights, two at least; it has {codes.size}, {light.size}.")
+        ends = (codes[0], light[0], codes[-1], light[-1])
+        if ends != (0.0, 0.0, 1.0, 1.0) or not np.isfinite(light).all() or not (np.diff(codes) > 0).all():
+            message = f"{who} must run from code 0, light 0 to code 1, light 1, its codes increasing."
+            raise LutgenError(message)
+        falls = np.flatnonzero(np.diff(light) < 0)
+        if falls.size:
+            first = int(falls[0])
+            message = (
+                f"{who} is not monotonic: its light falls from {light[first]:.4g} at code {codes[first]:.4g} to "
+                f"{light[first + 1]:.4g} at code {codes[first + 1]:.4g}. Correct these points, or measure them again."
+            )
+            raise LutgenError(message)
+        object.__setattr__(self, "codes", tuple(codes.tolist()))
+        object.__setattr__(self, "light", tuple(light.tolist()))
+
+    @classmethod
+    def through(cls, channel: str, codes: Sequence[float] | Array, light: Sequence[float] | Array) -> TransferCurve:
+        """Make the curve of points between the ends, which need not be given."""
+        inner = [(code, each) for code, each in zip(codes, light, strict=True) if 0.0 < code < 1.0]
+        return cls(channel, (0.0, *(code for code, _ in inner), 1.0), (0.0, *(each for _, each in inner), 1.0))
+
+    def __call__(self, code: Array) -> Array:
+        """Code values → linear light, any shape; beyond 0..1 encoded light goes on straight."""
+        knots, encoded, slopes = self._spline
+        within = np.clip(code, 0.0, 1.0)
+        piece = np.clip(np.searchsorted(knots, within, side="right") - 1, 0, knots.size - 2)
+        width = (knots[1:] - knots[:-1])[piece]
+        rise = (encoded[1:] - encoded[:-1])[piece]
+        place = (within - knots[piece]) / width
+        # Hermite's cubic as the straight line and what the slopes add to it: exact on a straight line.
+        start, end = slopes[piece] * width - rise, slopes[piece + 1] * width - rise
+        bend = place * (1.0 - place) * ((1.0 - place) * start - place * end)
+        shown = encoded[piece] + place * rise + bend
+        beyond = np.where(code < 0.0, slopes[0], slopes[-1]) * (code - within)
+        return code_to_linear(shown + beyond)
+
+    @cached_property
+    def _spline(self) -> tuple[Array, Array, Array]:
+        """Knots, sRGB-encoded light there, and its slopes, shape (K,) each."""
+        knots, encoded = np.array(self.codes), linear_to_code(np.array(self.light))
+        # The encoding ends at 1 to the last bit but one.
+        encoded[-1] = 1.0
+        width = np.diff(knots)
+        return knots, encoded, _slopes(width, np.diff(encoded) / width)
+
+
+def _slopes(width: Array, secant: Array) -> Array:
+    """Slopes at the knots for which no piece overshoots: (K − 1,) widths and secants, none negative → (K,)."""
+    if secant.size == 1:
+        return np.repeat(secant, 2)
+    slopes = np.zeros(secant.size + 1)
+    before, after = secant[:-1], secant[1:]
+    rising = (before > 0) & (after > 0)
+    near, far = 2 * width[1:] + width[:-1], width[1:] + 2 * width[:-1]
+    with np.errstate(divide="ignore"):
+        mean = (near + far) / (near / before + far / after)
+    slopes[1:-1] = np.where(rising, mean, 0.0)
+    slopes[0] = _end_slope(width[0], width[1], secant[0], secant[1])
+    slopes[-1] = _end_slope(width[-1], width[-2], secant[-1], secant[-2])
+    return slopes
+
+
+def _end_slope(width: float, next_width: float, secant: float, next_secant: float) -> float:
+    """Slope of a parabola through the three last points, kept from overshooting: 0 to three times the secant."""
+    slope = ((2 * width + next_width) * secant - width * next_secant) / (width + next_width)
+    return float(np.clip(slope, 0.0, 3.0 * secant))

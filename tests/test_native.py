@@ -1,0 +1,316 @@
+"""The native fresh display: what it meets exactly, what it is the paper's display for, and what it refuses."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import PchipInterpolator
+
+from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_code, xyY_to_xyz, xyz_to_lab
+from lutgen.criticism.compare import compare
+from lutgen.criticism.diagnose import diagnose
+from lutgen.criticism.fit import fit
+from lutgen.criticism.influence import wrong_rows
+from lutgen.criticism.problem import Problem
+from lutgen.criticism.refine import refine
+from lutgen.display import MODES, REFERENCES, SELECTIONS, DisplayModel, load_model, save_model
+from lutgen.display.modes import luminance_law
+from lutgen.display.native import NativeDisplay, rising_light
+from lutgen.display.transfer_curve import TransferCurve
+from lutgen.errors import LutgenError
+from lutgen.measurements import Measurements, read_measurements
+from lutgen.measurements.csv import read
+from tests.native_displays import BLACK, GREYS, LEVELS, MIXTURES, RAMPS, TIPS, Panel, from_8_bit, session, write
+from tests.virtual_display.campaign import Campaign, csv_text
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+pytestmark = pytest.mark.numbers
+
+EVERYTHING = [*TIPS, BLACK, *GREYS, *RAMPS, *MIXTURES]
+SRGB_TIPS = np.array([[0.3127, 0.3290, 200.0], [0.64, 0.33, 0.0], [0.30, 0.60, 0.0], [0.15, 0.06, 0.0]])
+CODES = np.array(list(product((0.0, 0.03, 0.2, 0.5, 0.77, 1.0), repeat=3)))
+
+
+def drawn(count: int, seed: int) -> tuple[list[float], list[float]]:
+    """Random points of a rising curve."""
+    rng = np.random.default_rng(seed)
+    codes = np.sort(rng.uniform(0.01, 0.99, count))
+    light = np.sort(rng.uniform(0.0, 1.0, count)) ** 2
+    return np.unique(codes).tolist(), light[: np.unique(codes).size].tolist()
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_curve_is_the_monotone_cubic_through_encoded_light(seed: int) -> None:
+    curve = TransferCurve.through("red", *drawn(2 + seed % 9, seed))
+    oracle = PchipInterpolator(curve.codes, linear_to_code(np.array(curve.light)))
+    code = np.linspace(0.0, 1.0, 1001)
+    np.testing.assert_allclose(curve(code), code_to_linear(oracle(code)), atol=1e-12)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 12), st.integers(0, 10_000))
+def test_it_never_falls_and_meets_its_points(count: int, seed: int) -> None:
+    curve = TransferCurve.through("red", *drawn(count, seed))
+    assert (np.diff(curve(np.linspace(-0.1, 1.1, 4001))) >= -1e-15).all()
+    np.testing.assert_allclose(curve(np.array(curve.codes)), curve.light, atol=1e-14)
+
+
+@pytest.mark.parametrize(("light", "rising"), [
+    ([0.1, 0.2, 0.3], [0.1, 0.2, 0.3]),
+    ([0.1, 0.3, 0.2, 0.4], [0.1, 0.25, 0.25, 0.4]),
+    ([3.0, 2.0, 1.0], [2.0, 2.0, 2.0]),
+    ([1.0, 4.0, 3.0, 2.0, 5.0], [1.0, 3.0, 3.0, 3.0, 5.0]),
+])  # fmt: skip
+def test_neighbours_that_fall_are_averaged(light: list[float], rising: list[float]) -> None:
+    np.testing.assert_allclose(rising_light(np.array(light)), rising)
+
+
+@pytest.mark.parametrize("codes", [RAMPS, GREYS], ids=["ramps", "greys"])
+def test_channels_of_a_panel_are_told_apart(codes: list[tuple[float, ...]]) -> None:
+    """Greys alone tell them too: X, Y and Z are three numbers. So they do to what white's own light lets them."""
+    panel = Panel() if codes is RAMPS else Panel(extra=(0.0, 0.0, 0.0))
+    native = NativeDisplay.of(session(panel, [*TIPS, BLACK, *codes]))
+    assert native.source == ("ramps" if codes is RAMPS else "greys")
+    level = np.repeat(np.array(LEVELS)[:, np.newaxis], 3, axis=1)
+    np.testing.assert_allclose(native.linear(level), level ** np.array(panel.gammas), rtol=1e-9)
+    np.testing.assert_allclose(native.black, np.array(panel.black) / panel.xyz((1, 1, 1)), rtol=1e-12)
+    assert bool(native.remarks) == (codes is GREYS)
+
+
+@pytest.mark.parametrize("hours", [0.0, 18_000.0])
+def test_absolute_shows_the_panel_itself(hours: float) -> None:
+    """At the ramps' codes exactly at hour 0; later black is nearly the share of white that it was."""
+    panel = Panel()
+    model = DisplayModel(
+        session(panel, EVERYTHING), baseline="native", reference="absolute", selection="continuous",
+        luminance=luminance_law("measured"),
+    )  # fmt: skip
+    white = np.array(panel.xyz((1, 1, 1)))
+    shown = model.at("chroma-luma", hours).code_to_xyz(np.array(MIXTURES + RAMPS)) * white[1]
+    truth = np.array([panel.xyz(code, hours) for code in MIXTURES + RAMPS])
+    error = delta_e_2000(xyz_to_lab(shown, white), xyz_to_lab(truth, white))
+    assert error.max() < 0.35
+    assert error[len(MIXTURES) :].max() < (1e-6 if hours == 0 else 0.35)
+    paper = DisplayModel(model.measurements, reference="absolute", selection="continuous")
+    wrong = paper.at("stable", hours).code_to_xyz(np.array(MIXTURES)) * white[1]
+    assert delta_e_2000(xyz_to_lab(wrong, white), xyz_to_lab(truth[: len(MIXTURES)], white)).mean() > 1.0
+
+
+@pytest.mark.parametrize(("mode", "selection"), list(product(MODES, SELECTIONS)))
+def test_relative_is_the_identity_at_hour_0(mode: str, selection: str) -> None:
+    model = DisplayModel(session(Panel(), EVERYTHING), baseline="native", selection=selection)
+    np.testing.assert_allclose(model.at(mode, 0.0).code_to_code(CODES), CODES, atol=1e-9)
+
+
+@pytest.mark.parametrize(("mode", "reference", "selection"), list(product(MODES, REFERENCES, SELECTIONS)))
+@pytest.mark.parametrize("law", ["paper", "measured"])
+def test_a_native_display_that_is_srgb_is_the_papers(mode: str, reference: str, selection: str, law: str) -> None:
+    tips = SRGB_TIPS.copy()
+    tips[1:, 2] = 200.0 * np.array([0.2126390059, 0.7151686788, 0.0721923154])
+    later = tips + np.array([[0.01, 0.02, -60.0], [0.0, 0.0, -9.0], [0.0, 0.01, -40.0], [0.01, 0.0, -5.0]])
+    aging = _srgb_readings([tips, later])
+    asked: dict[str, Any] = {"reference": reference, "selection": selection, "luminance": luminance_law(law)}
+    paper = DisplayModel(aging, **asked)
+    native = DisplayModel(aging, baseline="native", **asked)
+    for hours in (0.0, 4321.0, 18_000.0):
+        one, other = paper.at(mode, hours).code_to_xyz(CODES), native.at(mode, hours).code_to_xyz(CODES)
+        np.testing.assert_allclose(other, one, atol=1e-12)
+
+
+def _srgb_readings(tips: list[Any]) -> Measurements:
+    """Tips at hours 0 and 18 000, and at hour 0 sRGB ramps and black that are exactly theirs."""
+    codes, xyz = [], []
+    first = xyY_to_xyz(tips[0])
+    for channel, level in product(range(3), LEVELS):
+        codes.append([level * float(c == channel) for c in range(3)])
+        xyz.append(code_to_linear(level) * first[1 + channel])
+    hours = np.array([0.0] * (5 + len(codes)) + [18_000.0] * 4)
+    return Measurements(
+        hours=hours,
+        drive=np.array([*TIPS, BLACK, *codes, *TIPS]),
+        xyz_cd_m2=np.array([*first, np.zeros(3), *xyz, *xyY_to_xyz(tips[1])]),
+        lines=np.arange(2.0, hours.size + 2.0),
+    )
+
+
+def _with(code: tuple[float, ...], factor: float) -> Callable[[Measurements], Measurements]:
+    """The readings of one code brighter or darker."""
+
+    def changed(readings: Measurements) -> Measurements:
+        here = (readings.drive == np.array(code)).all(axis=1)
+        return replace(readings, xyz_cd_m2=np.where(here[:, np.newaxis], factor, 1.0) * readings.xyz_cd_m2)
+
+    return changed
+
+
+def _without(*codes: tuple[float, ...]) -> Callable[[Measurements], Measurements]:
+    return lambda _readings: session(Panel(), [each for each in EVERYTHING if each not in codes])
+
+
+@pytest.mark.parametrize(("fault", "words"), [
+    (_with((0.0, 0.5, 0.0), 0.4), ("ramp of green is not monotonic", "code 0.36", "code 0.5", "Measure these codes")),
+    (_with((0.94, 0.0, 0.0), 1.4), ("ramp of red is not monotonic", "code 0.94", "at code 1,")),
+    (_without(BLACK), ("no black (code 0, 0, 0)", "--baseline tips")),
+    (_without(*RAMPS[:5], *GREYS[:5]), ("5 levels or more", "4 of red, 9 of green, 9 of blue, 4 of grey")),
+])  # fmt: skip
+def test_a_first_session_that_makes_no_native_display_is_refused(
+    fault: Callable[[Measurements], Measurements], words: tuple[str, ...]
+) -> None:
+    with pytest.raises(LutgenError) as refused:
+        DisplayModel(fault(session(Panel(), EVERYTHING)), baseline="native")
+    for word in words:
+        assert word in str(refused.value)
+
+
+def test_a_fall_within_noise_is_averaged_and_said() -> None:
+    level = 0.94**2.3
+    native = NativeDisplay.of(_with((0.0, 0.94, 0.0), 1.004 / level)(session(Panel(), EVERYTHING)))
+    (remark,) = native.remarks
+    assert remark.startswith("The ramp of green falls within noise, from code 0.94 to 1")
+    assert native.curves[1].light[-2:] == (1.0, 1.0)
+
+
+def test_a_black_below_0_is_taken_as_0() -> None:
+    native = NativeDisplay.of(session(Panel(black=(-0.001, 0.01, 0.01)), EVERYTHING))
+    assert native.black[0] == 0.0
+    assert "below 0" in native.remarks[0]
+
+
+def test_a_light_black_is_refused() -> None:
+    native = NativeDisplay.of(session(Panel(), EVERYTHING))
+    with pytest.raises(LutgenError, match=r"black is 0\.3, 0\.3, 0\.3 .* within 0\.\.0\.2"):
+        replace(native, black=(0.3, 0.3, 0.3))
+
+
+def test_a_lens_cap_is_no_black() -> None:
+    readings = session(Panel(), EVERYTHING)
+    notes = ["lens cap" if not drive.any() else "" for drive in readings.drive]
+    with pytest.raises(LutgenError, match="no black"):
+        NativeDisplay.of(replace(readings, note=tuple(notes)))
+
+
+def test_only_the_baseline_native_takes_a_native_display() -> None:
+    readings = session(Panel(), EVERYTHING)
+    with pytest.raises(LutgenError, match="Take the baseline native"):
+        DisplayModel(readings, native=NativeDisplay.of(readings))
+
+
+@pytest.fixture
+def saved(tmp_path: Path) -> Path:
+    """A refined native model in a file."""
+    data = write(session(Panel(leaking=0.4, fading=0.0), EVERYTHING, (0.0, 6000.0, 18_000.0)), tmp_path / "panel.csv")
+    found = refine(read_measurements(data), ["black-level"], baseline="native", instrument="0.002,0.003")
+    save_model(found.model, tmp_path / "native.toml")
+    return tmp_path / "native.toml"
+
+
+def test_a_model_file_keeps_the_native_display_to_the_last_bit(saved: Path) -> None:
+    model = load_model(saved)
+    assert model.native == NativeDisplay.of(model.measurements)
+    save_model(model, saved.with_name("again.toml"))
+    assert saved.with_name("again.toml").read_bytes() == saved.read_bytes()
+
+
+@pytest.mark.parametrize(("old", "new", "words"), [
+    ("  [0.5, 0.", "  [0.5, 0.9", ("the curve of red is not monotonic", "code 0.5")),
+    ("  [0.0, 0.0],", "  [0.0, 0.1],", ("must run from code 0, light 0",)),
+    ("  [0.0, 0.0],", "  [0.0],", ("rows of two numbers",)),
+    ('source = "ramps"', 'source = "guess"', ("Pick one of: ramps, greys",)),
+    ('baseline = "native"', 'baseline = "tips"', ("Take the baseline native",)),
+])  # fmt: skip
+def test_a_model_file_with_another_native_display_is_refused(
+    saved: Path, old: str, new: str, words: tuple[str, ...]
+) -> None:
+    text = saved.read_text(encoding="utf-8")
+    assert old in text
+    saved.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(LutgenError) as refused:
+        load_model(saved)
+    for word in (str(saved), *words):
+        assert word in str(refused.value)
+
+
+def simulated(*hidden: tuple[str, float, str]) -> Measurements:
+    hours = (0.0, 3000.0, 6000.0, 12_000.0, 18_000.0)
+    found: Measurements = read(
+        csv_text(Campaign(design="colours", hours=hours, hidden=hidden, seed=2)), file="", sha256=""
+    )
+    return found
+
+
+def test_what_was_there_from_the_first_day_is_no_misfit() -> None:
+    readings = simulated(("black-level", 0.002, "constant"))
+    paper, native = compare(readings), compare(readings, baseline="native")
+    assert not paper.agrees
+    assert native.agrees
+    assert diagnose(readings, baseline="native").verdict.name == "consistent"
+
+
+def test_what_changes_still_is() -> None:
+    readings = simulated(("eotf-drift", 0.12, "same"))
+    found = diagnose(readings, baseline="native").verdict
+    assert (found.name, found.effects) == ("named", ("eotf-drift",))
+
+
+def test_a_tip_read_once_is_never_left_out() -> None:
+    """Without it there would be nothing to start from, however much it stands alone."""
+    found = fit(Problem.of(session(Panel(), EVERYTHING), baseline="native", instrument="0.004,0.01"))
+    residual = np.zeros_like(found.linear.residual)
+    residual[EVERYTHING.index(TIPS[2])] = 100.0
+    assert wrong_rows(replace(found, linear=found.linear._replace(residual=residual))) == ()
+
+
+def test_noise_of_the_first_session_is_no_aging() -> None:
+    """Points of the curves err alike at every later hour; a fit that took them for true would find drifts there."""
+    problem = Problem.of(simulated(), baseline="native")
+    open_to_noise = fit(problem)
+    taken_for_true = fit(replace(problem, drawn=()))
+    assert open_to_noise.chi2 < open_to_noise.freedom + 3 * np.sqrt(2 * open_to_noise.freedom)
+    assert taken_for_true.chi2 > taken_for_true.freedom + 3 * np.sqrt(2 * taken_for_true.freedom)
+
+
+def test_compare_says_how_far_the_paper_is_from_the_first_session() -> None:
+    readings = session(Panel(), EVERYTHING)
+    first = compare(readings, instrument="0.002,0.003").first_session
+    assert first is not None
+    assert first.readings == len(MIXTURES) + len(GREYS)
+    assert first.native is not None
+    assert first.native < 0.3
+    assert first.paper > 1.0
+    assert first.is_another
+    tips_alone = session(Panel(), [*TIPS, *MIXTURES])
+    lacking = compare(tips_alone, instrument="0.002,0.003").first_session
+    assert lacking is not None
+    assert lacking.native is None
+    assert "native" not in lacking.sentence()
+
+
+@pytest.mark.parametrize(("name", "dates", "paper", "native"), [
+    ("LG_ULTRAWIDE", ("20220226", "14-05-2022", "17-06-2022"), 2.0, 0.5),
+    ("DELL_P2715Q", ("20220226", "14-05-2022"), 3.0, 0.2),
+])  # fmt: skip
+def test_real_displays_are_nearer_to_their_own_first_session(
+    name: str, dates: tuple[str, ...], paper: float, native: float
+) -> None:
+    folder = os.environ.get("LUTGEN_REAL_DATA")
+    if not folder:
+        pytest.skip("LUTGEN_REAL_DATA does not name the folder of shared measurements")
+    files = [next(Path(folder, "real", "ickc").glob(f"{name}_{date}_*.csv")) for date in dates]
+    readings = from_8_bit(files, [1000.0 * k for k in range(len(files))])
+    own = compare(readings, baseline="native", instrument="0.004,0.01")
+    usual = compare(readings, instrument="0.004,0.01")
+    assert own.first_session is not None
+    assert own.first_session.native is not None
+    assert own.first_session.paper > paper
+    assert own.first_session.native < native
+    assert own.error.delta_e_mean < usual.error.delta_e_mean
