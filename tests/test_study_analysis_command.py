@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
-import sys
 from copy import deepcopy
 from pathlib import Path
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -24,11 +22,13 @@ from lutgen.study.analysis.answer_table import read_answer_table
 from lutgen.study.analysis.figures import read_counts, read_summary
 from lutgen.study.analysis.intervals import KINDS
 from lutgen.study.analysis.tables_csv import FILES
+from lutgen.study.begin import begin_reading
 from lutgen.study.protocol import write_protocol
 from lutgen.study.schema import NAMES, schema
 from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, paper_trials, simulate
 from tests.command import Done, in_process
 from tests.planned_study import planned
+from tests.studies import Clock, make_study, read_on
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -114,21 +114,20 @@ def test_t_intervals_are_read_and_written_as_such(run: Callable[..., Done]) -> N
     assert mean["sd"] == pytest.approx(5.4 * 39**0.5 / 2.0244, rel=1e-4)
 
 
-def test_a_study_s_folder_is_analysed_in_its_protocol_s_order(
-    run: Callable[..., Done], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    answers = simulate(planned(40).trials, {}, SimulatedReader())
-    given = SimpleNamespace(read_answers=lambda study: answers[:-3] if study.name == "planned" else ())
-    monkeypatch.setitem(sys.modules, "lutgen.study.answers", given)
-    done = run("analyse", "planned")
-    assert done.code == 0
-    assert done.lines[0] == "Study: a small study, 77 answers. 3 of 80 are still to be given."
-    content = json.loads(run("analyse", "planned", "--json", "-").out)
-    assert [row["condition"] for row in content["table3"]] == ["none", "chroma@18000"]
-    monkeypatch.setattr(given, "read_answers", lambda _: ())
-    done = run("analyse", "planned")
+def test_a_study_s_folder_is_analysed_in_its_protocol_s_order(run: Callable[..., Done]) -> None:
+    study = Path("study").resolve()
+    make_study(study, images=12, readers=1)
+    done = run("analyse", "study")
     assert (done.code, done.out) == (2, "")
     assert "nobody has answered yet" in done.err
+    for session, count in ((1, None), (2, 10)):
+        with begin_reading(study, reader="Dr A", session=session, clock=Clock(), override="a test") as reading:
+            read_on(reading, count)
+    done = run("analyse", "study")
+    assert done.code == 0
+    assert done.lines[0].endswith("21 answers. 3 of 24 are still to be given.")
+    content = json.loads(run("analyse", "study", "--json", "-").out)
+    assert [row["condition"] for row in content["table3"]] == ["none", "chroma@18000", "chroma-luma@18000"]
 
 
 # Files ----------------------------------------------------------------------------------------------------------------

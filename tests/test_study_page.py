@@ -8,6 +8,7 @@ import signal
 import time
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -15,14 +16,17 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from lutgen.study.analysis import analyse_answers
 from lutgen.study.answer_file import Entry, NotSavedError, read_entries
 from lutgen.study.answers import read_answers
 from lutgen.study.begin import begin_reading
 from lutgen.study.conversation import Conversation
 from lutgen.study.protocol import Category, read_protocol
+from lutgen.study.reading import Decision
 from lutgen.study.server import serving
+from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, simulate
 from tests.browser import CHROMIUM, Page, browser
-from tests.studies import Clock, make_study
+from tests.studies import CONDITIONS, Clock, make_study
 from tests.test_study_server import running
 
 if TYPE_CHECKING:
@@ -31,6 +35,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from lutgen.study.answer import Answer
+    from lutgen.study.protocol import Trial
     from lutgen.study.reading import Reading
 
 pytestmark = [
@@ -128,28 +134,41 @@ def planned(reading: Reading) -> NDArray[np.uint8]:
 
 # A whole session.
 
+#: The image at which the server is killed.
+KILLED_AT = 47
+
+#: ΔE2000 at nuclei under each condition, as in the simulated reader's calibration by the paper.
+DIFFERENCES = dict(zip((each.name for each in CONDITIONS), PAPER_DIFFERENCES.values(), strict=True))
+
+#: Standard errors that chance stays within in 999 of 1000 cases.
+SURE = 3.29
+
+#: A simulated reader who looks at an image for some tenths of a second, where the paper's took 41 s.
+HASTE = 300.0
+SIMULATED = SimulatedReader(seed=2015, median=SimulatedReader().median / HASTE)
+
 
 @dataclass
 class Reader:
-    """Reads by a seed, with real keys, and notes what it pressed and when."""
+    """Reads with real keys as the simulated reader would, and notes what it pressed and when."""
 
     page: Page
-    random: np.random.Generator = field(default_factory=lambda: np.random.default_rng(20))
+    trials: list[Trial]
     pressed: list[tuple[str, int]] = field(default_factory=list)
     bounds: list[tuple[float, float]] = field(default_factory=list)
     left_last: float = 0.0
 
     def read(self, number: int, of: int) -> None:
         """Look for a while, decide and rate; Enter is not yet pressed."""
-        category, ease = int(self.random.integers(4)), int(self.random.integers(1, 11))
+        seconds, ease, category = answer_of(self.trials[number - 1])
         wait_for_image(self.page, f"{number} of {of}")
         seen = time.monotonic()
-        time.sleep(float(self.random.uniform(0.0, 0.12)))
+        time.sleep(seconds)
         before = time.monotonic()
-        press(self.page, str(category))
+        press(self.page, category[0])
         after = time.monotonic()
         press(self.page, str(ease % 10))
-        self.pressed.append((("0", "1+", "2+", "3+")[category], ease))
+        self.pressed.append((category, ease))
         # It was painted after the last Enter, and before it was seen.
         self.bounds.append((before - seen, after - self.left_last))
 
@@ -158,12 +177,17 @@ class Reader:
         press(self.page, "Enter")
 
 
-@pytest.mark.slow
-def test_a_whole_session_of_120_images_with_the_server_killed_in_the_midst(page: Page, tmp_path: Path) -> None:
-    """What is stored is what was pressed; each time lies between bounds that the driver measured."""
-    study, killed_at = tmp_path / "study", 47
-    make_study(study, images=120, practice=2)
-    reader = Reader(page)
+def answer_of(trial: Trial) -> tuple[float, int, str]:
+    return SIMULATED.answer(trial, DIFFERENCES[trial.condition], SIMULATED.difficulty(trial.image))
+
+
+@pytest.fixture(scope="module")
+def whole(page: Page, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Reader]:
+    """A study whose first session of 120 images was read in the browser, the server killed in the midst."""
+    study, killed_at = tmp_path_factory.mktemp("whole") / "study", KILLED_AT
+    protocol = make_study(study, images=120, practice=2, readers=1)
+    reader = Reader(page, protocol.session(1, 1))
+    page.size(*WINDOW)
     with running(study) as (process, address):
         begin(page, address)
         for number in (1, 2):
@@ -198,7 +222,13 @@ def test_a_whole_session_of_120_images_with_the_server_killed_in_the_midst(page:
         out, err = process.communicate(timeout=20)
     assert (process.returncode, err) == (0, "")
     assert "120 of 120 images are read and saved. Session 2 may begin on" in out
+    return study, reader
 
+
+@pytest.mark.slow
+def test_what_is_stored_of_a_whole_session_is_what_was_pressed(whole: tuple[Path, Reader]) -> None:
+    """Each time lies between bounds that the driver measured."""
+    study, reader = whole
     answers = read_answers(study)
     assert [answer.position for answer in answers] == list(range(1, 121))
     assert [(answer.category, answer.ease) for answer in answers] == reader.pressed
@@ -212,10 +242,47 @@ def test_a_whole_session_of_120_images_with_the_server_killed_in_the_midst(page:
     said = [entry.content for entry in log if entry.kind == "answered"]
     # Nearly always; who decides within some milliseconds may be quicker than the browser's record of the paint.
     assert sum(each["paint"] == "element-timing" for each in said) > 60
-    assert [each["position"] for each in said if each["showings"] != 1] == [killed_at]
+    assert [each["position"] for each in said if each["showings"] != 1] == [KILLED_AT]
     # An answer is on disk before the next image is shown.
     for before, after in pairwise(entry for entry in log if entry.kind in {"shown", "answered", "practised"}):
-        assert (before.kind == "shown") != (after.kind == "shown") or before.content["position"] == killed_at
+        assert (before.kind == "shown") != (after.kind == "shown") or before.content["position"] == KILLED_AT
+
+
+@pytest.mark.slow
+def test_the_analysis_of_that_session_and_a_second_recovers_the_effect_that_the_reader_has(
+    whole: tuple[Path, Reader],
+) -> None:
+    study, _ = whole
+    with begin_reading(study, reader="Dr A", session=2, clock=Clock(datetime(2099, 1, 1, tzinfo=UTC))) as reading:
+        trials = reading.protocol.session(1, 2)
+        while (task := reading.task()) is not None:
+            seconds, ease_given, category = answer_of(trials[task.number - 1])
+            decision = Decision(category, ease_given, seconds, seconds, 0, 0.0, "animation-frame")
+            reading.show(task)
+            reading.answer(task.number, decision, practice=task.practice)
+    found = analyse_answers(read_answers(study), conditions=list(DIFFERENCES)).as_json()
+    every = reading.protocol.trials
+    to_nuclei = {(trial.image, trial.condition): DIFFERENCES[trial.condition] for trial in every}
+    expected = analyse_answers(simulate(every, to_nuclei, SIMULATED), conditions=list(DIFFERENCES))
+    # Diagnoses and ease are those of the simulated reader, to the last one; Table 3 follows.
+    assert found["table3"] == expected.as_json()["table3"]
+    # Ease and agreement as the reader's own docstring has them; time by its ratio, since the pace is the reader's own.
+    tests = {(row["measure"], row["second"]): row for row in found["table2"]["tests"] if row["first"] == "none"}
+    for condition, ease in (("chroma@18000", -1.1), ("chroma-luma@18000", -1.3)):
+        row = tests["ease", condition]
+        assert abs(row["difference"] - ease) < SURE * abs(row["difference"] / row["t"])
+    assert tests["ease", "chroma-luma@18000"]["p"] < 1e-4
+    for row, share in zip(found["table3"], (0.692, 0.525, 0.5), strict=True):
+        assert abs(row["percent"] / 100 - share) < SURE * (share * (1 - share) / 40) ** 0.5
+    log_times = {name: np.log([each.seconds for each in answers_under(study, name)]) for name in DIFFERENCES}
+    for condition, difference in DIFFERENCES.items():
+        slower, planted = log_times[condition].mean() - log_times["none"].mean(), SIMULATED.slowdown
+        error = np.hypot(log_times[condition].std(), log_times["none"].std()) / 40**0.5
+        assert abs(slower - planted * SIMULATED.disturbance(difference)) <= SURE * error
+
+
+def answers_under(study: Path, condition: str) -> list[Answer]:
+    return [each for each in read_answers(study) if (each.session, each.condition) == (1, condition)]
 
 
 # Pixels.
