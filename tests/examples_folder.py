@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import io
 import shlex
 import shutil
 import signal
 import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
 from itertools import takewhile
 from pathlib import Path
 
 import numpy as np
+import pytest
 from click import Command, Context, Group
 from skimage.data import immunohistochemistry
 from skimage.io import imsave
 
-from lutgen.cli import group
+from lutgen.cli import group, main
 from lutgen.display import DisplayModel, default_display
 from lutgen.measurements import read_measurements
 from lutgen.report.stub import sketched
@@ -62,14 +65,19 @@ def make_folder(folder: Path) -> Path:
 
 
 def run_lutgen(line: str, folder: Path) -> str:
-    arguments = shlex.split(line, comments=True)
-    assert arguments[0] == "lutgen"
-    command = [sys.executable, "-m", "lutgen", *arguments[1:]]
-    if arguments[1:3] == ["study", "run"]:
-        return run_until_served(command, folder)
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=200)
-    assert done.returncode == 0, (line, done.stderr)
-    return done.stdout
+    """Run a line of a shell in a folder; in this process, which has imported what is slow to import."""
+    program, *arguments = shlex.split(line, comments=True)
+    assert program == "lutgen"
+    if arguments[:2] == ["study", "run"]:
+        return run_until_served([sys.executable, "-m", "lutgen", *arguments], folder)
+    out, err = io.StringIO(), io.StringIO()
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
+        patch.chdir(folder)
+        patch.setattr(sys, "argv", ["lutgen", *arguments])
+        with pytest.raises(SystemExit) as ended:
+            main()
+    assert not ended.value.code, (line, err.getvalue())
+    return out.getvalue()
 
 
 def run_until_served(command: list[str], folder: Path) -> str:

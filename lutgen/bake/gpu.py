@@ -13,6 +13,7 @@ import os
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from functools import cache
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -180,7 +181,7 @@ def _context() -> Any:
 def _context_in(_process: int) -> Any:
     """One context a process, made in the worker that draws."""
     try:
-        import moderngl
+        moderngl = import_module("moderngl")
     except ImportError as error:
         message = f"running shaders needs moderngl ({error}). `pip install lutgen[gpu]`."
         raise LutgenError(message) from None
