@@ -17,7 +17,7 @@ PACKAGE = ROOT / "lutgen"
 #: A row imports only from rows above it; two siblings of a row do not import each other.
 ROWS = (
     {"errors"},
-    {"colorimetry", "bindings", "files"},
+    {"colorimetry", "bindings", "files", "schemas"},
     {"measurements", "effects"},
     {"display"},
     {"bake", "criticism", "appearance", "sessions"},

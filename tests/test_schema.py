@@ -112,7 +112,7 @@ def test_schemas_are_schemas_and_describe_what_they_hold(name: str) -> None:
 
 def test_an_unknown_schema_is_refused_by_name() -> None:
     with pytest.raises(
-        LutgenError, match=r"unknown schema 'lifetime'\. Pick one of: compare, diagnose, refine, plan\."
+        LutgenError, match=r"unknown schema 'lifetime'\. Pick one of: compare, diagnose, plan, refine\."
     ):
         schema("lifetime")
 

@@ -1,31 +1,15 @@
-"""JSON Schemas of what compare, diagnose, refine and plan write with ``--json``, one file each beside this one.
-
-They follow JSON Schema 2020-12, https://json-schema.org, and name each other by their ``$id``. A key may be added under
-the same version; a key that is taken away or changes its meaning raises it.
-"""
+"""The JSON Schemas of what compare, diagnose, refine and plan write with ``--json``, beside this file."""
 
 from __future__ import annotations
 
-import json
-from importlib.resources import files
 from typing import Any
 
-from lutgen.errors import pick_one
+from lutgen.schemas import read_schema, schema_names
 
 #: What there is a schema of.
-NAMES = ("compare", "diagnose", "refine", "plan")
+NAMES = schema_names(__name__)
 
 
 def schema(name: str) -> dict[str, Any]:
-    """Return the schema of a command's JSON.
-
-    Raises
-    ------
-    LutgenError
-        ``name`` is none of ``NAMES``.
-
-    """
-    if name not in NAMES:
-        raise pick_one("schema", name, NAMES)
-    found: dict[str, Any] = json.loads(files(__name__).joinpath(f"{name}.json").read_text(encoding="utf-8"))
-    return found
+    """Return the schema of a command's JSON. Raises LutgenError where ``name`` is none of ``NAMES``."""
+    return read_schema(__name__, name)

@@ -1,31 +1,15 @@
-"""The JSON Schemas of what the commands of the reader study write with ``--json``, beside this file.
-
-They follow JSON Schema 2020-12, https://json-schema.org. A key may be added under the same version; a key that is taken
-away or changes its meaning raises it.
-"""
+"""The JSON Schemas of what the commands of the reader study write with ``--json``, beside this file."""
 
 from __future__ import annotations
 
-import json
-from importlib.resources import files
 from typing import Any
 
-from lutgen.errors import pick_one
+from lutgen.schemas import read_schema, schema_names
 
 #: What there is a schema of.
-NAMES = tuple(sorted(each.name[:-5] for each in files(__name__).iterdir() if each.name.endswith(".json")))
+NAMES = schema_names(__name__)
 
 
 def schema(name: str) -> dict[str, Any]:
-    """Return the schema of a command's JSON.
-
-    Raises
-    ------
-    LutgenError
-        ``name`` is none of ``NAMES``.
-
-    """
-    if name not in NAMES:
-        raise pick_one("schema", name, NAMES)
-    found: dict[str, Any] = json.loads(files(__name__).joinpath(f"{name}.json").read_text(encoding="utf-8"))
-    return found
+    """Return the schema of a command's JSON. Raises LutgenError where ``name`` is none of ``NAMES``."""
+    return read_schema(__name__, name)
