@@ -5,7 +5,8 @@ The public Python API is small; each function is what a command of the same name
 
 ``read_measurements`` · ``DisplayModel``, ``load_model``, ``save_model`` · ``Plan`` and ``build`` · ``check`` ·
 ``apply_to_image`` · ``lifetime`` · ``cohort`` · ``nuclei`` · ``show`` · ``compare`` · ``diagnose`` · ``refine`` ·
-``plan``. Effects: ``lutgen.effects``.
+``plan`` · ``lint`` · ``merge`` · ``read_session`` and ``inspect_session`` · ``plan_study``, ``read_answers`` and
+``analyse_answers``. Effects: ``lutgen.effects``.
 
 Names are imported when they are first used, so that ``import lutgen`` costs nothing.
 """
@@ -39,6 +40,13 @@ _HOME = {
     "diagnose": "lutgen.criticism.diagnose",
     "refine": "lutgen.criticism.refine",
     "plan": "lutgen.criticism.plan",
+    "read_session": "lutgen.measurements.sessions",
+    "inspect_session": "lutgen.sessions.inspect",
+    "lint": "lutgen.bake.lint",
+    "merge": "lutgen.bake.merge",
+    "plan_study": "lutgen.study.plan",
+    "read_answers": "lutgen.study.answers",
+    "analyse_answers": "lutgen.study.analysis",
 }
 
 __all__ = [
@@ -48,6 +56,7 @@ __all__ = [
     "Measurements",
     "Plan",
     "__version__",
+    "analyse_answers",
     "apply_to_image",
     "build",
     "check",
@@ -55,11 +64,17 @@ __all__ = [
     "compare",
     "default_display",
     "diagnose",
+    "inspect_session",
     "lifetime",
+    "lint",
     "load_model",
+    "merge",
     "nuclei",
     "plan",
+    "plan_study",
+    "read_answers",
     "read_measurements",
+    "read_session",
     "refine",
     "save_model",
     "show",
@@ -72,6 +87,8 @@ if TYPE_CHECKING:
     from lutgen.appearance.lifetime import lifetime
     from lutgen.bake.build import build
     from lutgen.bake.check import check
+    from lutgen.bake.lint import lint
+    from lutgen.bake.merge import merge
     from lutgen.bake.plan import Plan
     from lutgen.criticism.compare import compare
     from lutgen.criticism.diagnose import diagnose
@@ -80,7 +97,12 @@ if TYPE_CHECKING:
     from lutgen.display import AppliedEffect, DisplayModel, default_display, load_model, save_model
     from lutgen.errors import LutgenError
     from lutgen.measurements import Measurements, read_measurements
+    from lutgen.measurements.sessions import read_session
     from lutgen.report.show import show
+    from lutgen.sessions.inspect import inspect_session
+    from lutgen.study.analysis import analyse_answers
+    from lutgen.study.answers import read_answers
+    from lutgen.study.plan import plan_study
 
 
 def __getattr__(name: str) -> Any:
