@@ -11,6 +11,8 @@ import pytest
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+pytestmark = pytest.mark.numbers
+
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "lutgen"
 

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+pytestmark = pytest.mark.numbers
+
 COMMANDS = ("compare", "diagnose", "refine", "plan")
 
 
@@ -90,19 +92,6 @@ def test_diagnose_says_what_can_be_seen_then_what_is_missing_then_what_to_do(
 def commands_in(text: str) -> list[list[str]]:
     """The lines of lutgen that a page tells to run next."""
     return [shlex.split(each) for each in re.findall(r"  (lutgen .*)$", text, flags=re.MULTILINE)]
-
-
-def test_each_page_names_the_next_command_and_it_works(run: Callable[..., Done], tmp_path: Path) -> None:
-    (compared,) = commands_in(run("compare", write("leak", tmp_path).name).out)
-    (refining,) = commands_in(run(*compared[1:]).out)
-    done = run(*refining[1:])
-    assert done.code == 0, done.err
-    assert done.lines[0].startswith("With black-level the error falls from ")
-    (building,) = commands_in(done.out)
-    assert building[1:] == ["build", "--model", "my-display.toml", "--hours", "0..18000", "-o", "aged/"]
-    done = run(*building[1:4], "--hours", "18000", "--mode", "chroma", "--format", "clf", "-o", "aged/")
-    assert done.code == 0, done.err
-    assert (tmp_path / "aged/chroma/18000h/aged.clf").is_file()
 
 
 def test_the_refined_model_agrees_with_the_data_and_keeps_its_verdict(run: Callable[..., Done], tmp_path: Path) -> None:

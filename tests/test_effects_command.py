@@ -24,6 +24,8 @@ from lutgen.report.effect_plot import plot_effect
 from lutgen.report.plots import DPI, PAGE
 from lutgen.report.signature import TOLD, Signature
 
+pytestmark = pytest.mark.numbers
+
 GOOD = '''"""Glue between panel and glass glows a little."""
 
 from lutgen.effects import Parameter, effect

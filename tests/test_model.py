@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
+pytestmark = pytest.mark.numbers
+
 DRIVES = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 #: Hours on a measured time, between two, at a kink of the paper's law, and at both ends.
 HOURS = (0.0, 2750.5, 9999.9, 10_000.0, 17_123.456, 18_000.0)

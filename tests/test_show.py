@@ -23,6 +23,8 @@ from lutgen.report.show import cct_and_duv, toward
 if TYPE_CHECKING:
     from pathlib import Path
 
+pytestmark = pytest.mark.numbers
+
 TIPS = np.array([[0.3127, 0.3290, 300.0], [0.64, 0.33, 64.0], [0.30, 0.60, 214.0], [0.15, 0.06, 22.0]])
 DRIVES = ("1,1,1", "1,0,0", "0,1,0", "0,0,1")
 
