@@ -52,6 +52,7 @@ def make_folder(folder: Path) -> Path:
     (folder / "examples").mkdir()
     for name in ("display-a.csv", "paper-study-counts.csv", "paper-study-summary.csv", "session.ti3"):
         shutil.copyfile(ROOT / "examples" / name, folder / "examples" / name)
+    shutil.copytree(ROOT / "examples/campaign", folder / "examples/campaign")
     (folder / "my_effect.py").write_text(sketched("light added everywhere", misfit="of an example"))
     shutil.copyfile(ROOT / "configs/default/chroma/10000h/aged.clf", folder / "theirs.clf")
     model = DisplayModel(read_measurements(default_display()))

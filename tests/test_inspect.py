@@ -197,9 +197,9 @@ def plain(content: dict[str, Any]) -> Any:
 
 
 def test_json_is_as_its_schema_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert NAMES == ("inspect",)
+    assert "inspect" in NAMES
     Draft202012Validator.check_schema(schema("inspect"))
-    with pytest.raises(LutgenError, match="Pick one of: inspect"):
+    with pytest.raises(LutgenError, match=r"Pick one of: .*inspect"):
         schema("none")
     found = [
         inspected(tmp_path, ti3(calibration=curves(1, 1, 0.9))),

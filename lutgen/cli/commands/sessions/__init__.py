@@ -9,9 +9,10 @@ from lutgen.cli.command_folder import CommandFolder
 
 @click.group(cls=CommandFolder, folder=__name__)
 def command() -> None:
-    """Put the sessions of one display together: a campaign file, which build, compare and diagnose read.
+    """Put the sessions of one display together in a campaign file, and say why they differ.
 
     \b
     Example:
       lutgen sessions init examples/session.ti3 -o campaign.toml
+      lutgen sessions explain examples/campaign/campaign.toml
     """

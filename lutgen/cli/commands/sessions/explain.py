@@ -1,0 +1,41 @@
+"""``lutgen sessions explain``."""
+
+from __future__ import annotations
+
+import click
+
+from lutgen.cli.data_options import check_json
+from lutgen.cli.outputs import print_page, write_json
+from lutgen.cli.picture_options import json_option
+from lutgen.cli.shared import progress_bar
+
+
+@click.command()
+@click.argument("campaign", metavar="CAMPAIGN")
+@click.option("--reference", metavar="FILE", help="The session to hold the others against [default: the first sound].")
+@json_option
+@click.option("--force", is_flag=True, help="Replace files that exist.")
+def command(*, campaign: str, reference: str | None, json_to: str | None, force: bool) -> None:
+    """Say why the sessions of a campaign differ: display, settings, room, or instrument.
+
+    Each session is held against a reference: brightness or preset, calibration, HDR or dynamic contrast, room light,
+    instrument or its correction, drift while reading, another display, true aging. Where several fit equally, all are
+    named, and the measurement that would tell. Ends with 0 whatever is found.
+
+    \b
+    Example:
+      lutgen sessions explain examples/campaign/campaign.toml
+      lutgen sessions explain examples/campaign/campaign.toml --reference 2021-06.ti3 --json explain.json
+    """
+    from lutgen.measurements.campaign import read_campaign
+    from lutgen.report.separate_page import separate_page
+    from lutgen.sessions.separate import separate
+    from lutgen.sessions.separate_json import separation_as_json
+
+    alone = check_json(json_to, force=force)
+    with progress_bar("explaining", quiet=alone) as progress:
+        found = separate(read_campaign(campaign), reference=reference, progress=progress)
+    if not alone:
+        print_page(separate_page(found))
+    if json_to:
+        write_json(separation_as_json(found), json_to)

@@ -1,0 +1,95 @@
+"""``lutgen sessions explain`` and ``lutgen trend`` as users meet them."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from jsonschema import Draft202012Validator
+
+from lutgen.measurements.campaign import read_campaign
+from lutgen.report.trend_plot import plot_trend
+from lutgen.sessions.schema import schema
+from lutgen.sessions.trend import trend
+from tests.command import Done, in_process
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+pytestmark = pytest.mark.numbers
+
+ROOT = Path(__file__).parents[1]
+CAMPAIGN = str(ROOT / "examples/campaign/campaign.toml")
+
+
+@pytest.fixture
+def lutgen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
+    monkeypatch.chdir(tmp_path)
+    return in_process(monkeypatch, capsys)
+
+
+def test_the_examples_are_what_their_script_writes() -> None:
+    command = [sys.executable, "-m", "examples.make_campaign", "--check"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_explain_prints_a_page_and_writes_json_as_its_schema_says(lutgen: Callable[..., Done]) -> None:
+    done = lutgen("sessions", "explain", CAMPAIGN, "--json", "explain.json")
+    assert (done.code, done.err) == (0, "")
+    assert done.lines[0].startswith("Simulated, not measured")
+    content = json.loads(Path("explain.json").read_text())
+    Draft202012Validator.check_schema(schema("explain"))
+    Draft202012Validator(schema("explain")).validate(content)
+    causes = {Path(each["file"]).stem: each["causes"] for each in content["sessions"]}
+    # As examples/make_campaign.py made them.
+    assert causes["2022-01"] == ["brightness"]
+    assert causes["2023-06"][0] == "ambient"
+    assert causes["2024-12"] == ["aging"]
+
+
+def test_trend_prints_draws_and_writes_the_same_every_time(lutgen: Callable[..., Done]) -> None:
+    arguments = ("trend", CAMPAIGN, "--limit", "white>=60%", "--plot", "a.png", "--json", "a.json")
+    done = lutgen(*arguments)
+    assert (done.code, done.err) == (0, "")
+    assert done.lines[0].startswith("Simulated, not measured")
+    assert "Left out: 2022-01.ti3, which differs by brightness" in done.out
+    content = json.loads(Path("a.json").read_text())
+    Draft202012Validator.check_schema(schema("trend"))
+    Draft202012Validator(schema("trend")).validate(content)
+    assert content["limits"][0]["extrapolated"]
+    assert Path("a.png").read_bytes()[:4] == b"\x89PNG"
+    alone = lutgen("trend", CAMPAIGN, "--limit", "white>=60%", "--json", "-")
+    assert json.loads(alone.out) == content
+    found = trend(read_campaign(CAMPAIGN), [])
+    for name in ("b.png", "c.png"):
+        plot_trend(found, Path(name))
+    assert Path("b.png").read_bytes() == Path("c.png").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("sessions", "explain", "none.toml"), "cannot read the campaign"),
+        (("sessions", "explain", CAMPAIGN, "--reference", "x"), "names 0 of its sessions"),
+        (("sessions", "explain", CAMPAIGN, "--json", "there.json"), "exists already"),
+        (("trend", "none.toml", "--plot", "new.png"), "cannot read the campaign"),
+        (("trend", CAMPAIGN, "--plot", "new.jpg"), "ends in .png"),
+        (("trend", CAMPAIGN, "--limit", "white>200"), "write a quantity"),
+        (("trend", CAMPAIGN, "--limits", "x"), "Invalid value"),
+        (("trend",), "Missing argument"),
+    ],
+)
+def test_bad_input_ends_with_2_and_leaves_nothing(
+    lutgen: Callable[..., Done], arguments: tuple[str, ...], said: str
+) -> None:
+    Path("there.json").write_text("{}")
+    done = lutgen(*arguments)
+    assert done.code == 2
+    assert said in done.err
+    assert "Traceback" not in done.err
+    assert sorted(path.name for path in Path().iterdir()) == ["there.json"]

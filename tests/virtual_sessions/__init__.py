@@ -1,0 +1,1 @@
+"""Simulated sessions with labelled causes, by physics alone: it does not import lutgen."""
