@@ -294,3 +294,18 @@ def _without_nan(content: Any) -> Any:
     if isinstance(content, list):
         return [_without_nan(value) for value in content]
     return None if isinstance(content, float) and np.isnan(content) else content
+
+
+@pytest.mark.parametrize(
+    ("sent", "says"),
+    [
+        (np.minimum(DRIVE, 0.8), "Clipped: the same light for grey from code 0."),
+        (np.clip((DRIVE - 0.15) / 0.85, 0, 1), "Crushed: no light for grey up to code 0."),
+        (DRIVE * [0.9, 1.0, 1.0], ""),
+        (DRIVE, ""),
+    ],
+    ids=["contrast too high", "brightness set too low", "a channel turned down", "a healthy display"],
+)
+def test_codes_that_are_not_told_apart_are_news(tmp_path: Path, sent: Array, says: str) -> None:
+    said = [text for text in changed(tmp_path, light(sent)).remarks if text.startswith(("Clipped", "Crushed"))]
+    assert [text for text in said if says and text.startswith(says)] or (not says and not said)

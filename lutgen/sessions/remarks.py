@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import SRGB_XY, xy_to_uv, xyz_to_xyY
+from lutgen.sessions.clipping import clipping
 from lutgen.sessions.patches import CHANNELS
 
 if TYPE_CHECKING:
@@ -58,6 +59,7 @@ def remarks(found: Inspection) -> tuple[str, ...]:
         *_calibration(found.calibration),
         *_white(session, found.white, found.calibration),
         *_primaries(found.primaries),
+        *_clipped(found.curves),
         *_curve(found.curves),
         *_greys(found.greys),
         *_uniformity(found.uniformity),
@@ -115,6 +117,19 @@ def _calibration(found: Calibration | None) -> Iterator[str]:
         yield "A calibration curve falls somewhere: steps will invert there."
     if found.starts.max() > 1e-3:
         yield f"The calibration raises black (to {found.starts.max():.3f} of drive)."
+
+
+def _clipped(curves: dict[str, Transfer]) -> Iterator[str]:
+    found = clipping(curves)
+    bright = [f"{name} from code {each.bright:.2f} up" for name, each in found.items() if each.bright is not None]
+    dark = [f"{name} up to code {each.dark:.2f}" for name, each in found.items() if each.dark is not None]
+    if bright:
+        yield (
+            f"Clipped: the same light for {', '.join(bright)}: contrast set too high, a calibration at its stop, or a "
+            "signal of limited range. Nothing brighter is told apart."
+        )
+    if dark:
+        yield f"Crushed: no light for {', '.join(dark)}: a signal of limited range, or brightness set too low."
 
 
 def _white(session: Session, white: Array | None, loop: Calibration | None) -> Iterator[str]:
