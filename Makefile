@@ -8,7 +8,7 @@ PYTHON := .venv/bin/python
 # Fits are thousands of small matrices, on which the threads of BLAS only wait for one another.
 ALONE := OPENBLAS_NUM_THREADS=1
 
-.PHONY: help setup programs demo test lint bench consumers hidden figures configs check-configs display table1 dist clean
+.PHONY: help setup programs demo test lint bench consumers hidden sessions figures configs check-configs display table1 dist clean
 
 help: ## say what can be made (this)
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -41,6 +41,9 @@ consumers: programs ## how real programs render our files: errors in 8-bit codes
 # 450 data sets at three noise levels: ten minutes on two cores; ARGS="--per-kind 40" narrows the intervals.
 hidden: setup ## score the diagnosis on data with hidden effects: figures against gates, confusion matrix
 	@$(ALONE) $(PYTHON) -m tests.virtual_display --per-kind 10 $(ARGS)
+
+sessions: setup ## score the verdicts on simulated sessions: ARGS="--seed 1"
+	@$(ALONE) $(PYTHON) -m tests.virtual_sessions $(ARGS)
 
 figures: setup ## the walk-through's data, its outputs and its pictures anew
 	@$(PYTHON) -m examples.make_displays

@@ -20,6 +20,7 @@ from lutgen.sessions.five import COLOURS, PARAMETERS, Five, changed
 from lutgen.sessions.lines import line_shift
 from lutgen.sessions.separate import explanations, separate
 from lutgen.sessions.verdicts import KINDS, Verdict
+from tests.virtual_sessions import __main__ as scoring
 from tests.virtual_sessions.campaigns import life, write
 from tests.virtual_sessions.causes import SIZES, case
 from tests.virtual_sessions.display import State, chart, panel
@@ -98,6 +99,27 @@ def test_the_evidence_is_the_integral_that_it_approximates() -> None:
     prior = np.exp(-0.5 * (grid / width) ** 2) / (width * np.sqrt(2 * np.pi))
     exact = np.log(np.trapezoid(prior * likelihood, grid))
     assert fit(FIVE, after, ["gauge"], noise=0.0).evidence == pytest.approx(exact, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("kind", "names", "label", "says"),
+    [
+        ("same", (), "same", "alone"),
+        ("same", (), "aging", "wrong"),
+        ("named", ("aging",), "aging", "alone"),
+        ("named", ("hdr",), "same", "wrong"),
+        ("one-of", ("aging", "brightness"), "aging", "among rivals"),
+        ("unclear", (), "aging", "unclear"),
+    ],
+)
+def test_a_verdict_is_judged_by_what_was_simulated(kind: str, names: tuple[str, ...], label: str, says: str) -> None:
+    assert scoring.judged(Verdict(kind, names, "", (), (), "cannot tell"), label) == says
+
+
+def test_scoring_counts_what_is_wrong(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(scoring, "outcome", lambda cause, _size, _seed: "wrong" if cause == "hdr" else "alone")
+    assert scoring.main(["--seed", "1", "--repeats", "1"]) == 1
+    assert "Wrong: 2 of 28" in capsys.readouterr().out
 
 
 def test_no_file_of_causes_is_left_out() -> None:

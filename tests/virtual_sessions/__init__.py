@@ -1,1 +1,1 @@
-"""Simulated sessions with labelled causes, by physics alone: it does not import lutgen."""
+"""Simulated sessions with labelled causes, by physics alone: nothing but the scoring imports lutgen."""
