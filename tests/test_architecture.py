@@ -19,7 +19,7 @@ PACKAGE = ROOT / "lutgen"
 #: A row imports only from rows above it; two siblings of a row do not import each other.
 ROWS = (
     {"errors"},
-    {"colorimetry", "bindings", "files", "schemas"},
+    {"colorimetry", "bindings", "files", "icc_tags", "schemas"},
     {"measurements", "effects"},
     {"display"},
     {"bake", "criticism", "appearance", "sessions"},

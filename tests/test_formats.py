@@ -107,7 +107,7 @@ def through_ocio(path: Path, code: Array, *, optimised: bool = True) -> Array:
 
 
 def test_the_formats_of_the_issue_are_there() -> None:
-    asked = {"cube", "clf", "resolve", "3dl", "spi3d", "csp", "hald", "ocioz", "icc", "devicelink"}
+    asked = {"cube", "clf", "resolve", "3dl", "spi3d", "csp", "hald", "ocioz", "icc", "icc-matrix", "devicelink"}
     assert asked <= set(format_names())
 
 
@@ -168,7 +168,8 @@ def test_a_format_of_another_reader_gives_what_the_lut_gives_by_itself(
             # sRGB's slope at black, 12.92 times the matrix's 3.2, makes 8e-4 of what LittleCMS and the sRGB profile
             # round (their numbers have steps of 1.5e-5). In linear light OpenColorIO's fast powers cost 4e-5, as
             # above; LittleCMS reads curves, straight ones too, at 16 bit.
-            limit = {"lab": 8.5e-4, "linear": 5e-5}.get(lut.space, 3e-5 if name == "devicelink" else 1e-6)
+            profile = form.suffix == ".icc" and name != "devicelink"
+            limit = 8.5e-4 if profile else {"linear": 5e-5}.get(lut.space, 3e-5 if name == "devicelink" else 1e-6)
             assert error.max() <= limit, f"{display}: {lut.space}"
             assert table_kind(path, clipped=True)[:2] == (lut.space, lut.size)
 
@@ -222,7 +223,8 @@ def test_the_best_candidate_is_near_the_model(
     for aged in displays.values():
         model = aged.code_to_code(colours)
         errors = [np.abs(np.clip(lut.apply(colours), 0, 1) - model).mean() for lut in form.bake(sampler, aged, 33)]
-        assert min(errors) < 5e-4
+        # A format that does not follow every display is a code or two off, of 255.
+        assert min(errors) < (5e-4 if form.follows else 6e-3)
 
 
 @pytest.mark.parametrize("name", format_names())

@@ -335,6 +335,7 @@ BAD = {
     "both kinds of colour": bad("hour,R,G,B,X,Y,Z,x,y\n0,1,1,1,95,100,108,0.31,0.33\n", "line 1", "both"),
     "a row too long": bad(with_line(RED, "54.611", "54.611,1"), f"line {RED}", "8 fields for 7 columns"),
     "a row too short": bad(with_line(RED, ",54.611", ""), f"line {RED}", "6 fields for 7 columns"),
+    "a cell of 200 kB": bad(SMALL.rstrip("\n") + ',"' + 200_000 * "9" + '"\n', "line 9", "no row of a CSV", "shorter"),
     "u off the screen": bad(plus("u", ["0.5"] * 7 + ["1.5"]), "line 9", "u "),
     "v in percent": bad(plus("v", "50"), "line 2", "v "),
     "window above the whole screen": bad(plus("window", "100"), "line 2", "window "),

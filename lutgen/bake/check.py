@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field, replace
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lutgen.bake.check_config import check_config
 from lutgen.bake.fidelity import Certificate, Judge
+from lutgen.bake.formats import format_named
 from lutgen.bake.gpu import TOLERANCE as GPU_TOLERANCE
 from lutgen.bake.gpu import GpuRun, check_renderer, gpu_run
 from lutgen.bake.manifest import (
@@ -48,10 +50,22 @@ SLACK = 0.005
 
 @dataclass(frozen=True)
 class Budget:
-    """Largest ΔE2000 allowed over the smooth colours, and its 99 % quantile."""
+    """Largest ΔE2000 allowed over the smooth colours, and its 99 % quantile.
 
-    max_delta_e: float = MAX_DELTA_E
-    p99: float = P99
+    None: ``MAX_DELTA_E`` and ``P99``, but no limit for a certified file of a format that cannot follow every display.
+    """
+
+    max_delta_e: float | None = None
+    p99: float | None = None
+
+    def limits(self, record: FileRecord | None) -> tuple[float, float]:
+        """Return both for a file."""
+        simple = record is not None and record.certificate and not format_named(str(record.format)).follows
+        usual = (inf, inf) if simple else (MAX_DELTA_E, P99)
+        return (
+            usual[0] if self.max_delta_e is None else self.max_delta_e,
+            usual[1] if self.p99 is None else self.p99,
+        )
 
 
 @dataclass(frozen=True)
@@ -338,7 +352,8 @@ def _check_lut(
 
 def _over_budget(certificate: Certificate, record: FileRecord | None, budget: Budget) -> list[str]:
     problems = []
-    for figure, limit, option in (("max", budget.max_delta_e, "--max-delta-e"), ("p99", budget.p99, "--p99")):
+    max_delta_e, p99 = budget.limits(record)
+    for figure, limit, option in (("max", max_delta_e, "--max-delta-e"), ("p99", p99, "--p99")):
         value = getattr(certificate.smooth, figure)
         if value > limit:
             problems.append(f"fidelity: smooth ΔE2000 {figure} is {value:.4f}, over the budget of {limit:g} ({option})")

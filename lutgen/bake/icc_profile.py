@@ -15,7 +15,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.bake.spaces import D50
+from lutgen.bake.spaces import D50, D65_TO_D50
+from lutgen.colorimetry import code_to_linear
+from lutgen.icc_tags import HEADER
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,8 +26,10 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-HEADER = 128
 LARGEST = 65_535
+
+#: Points of the curves beside a matrix, as common sRGB profiles have them.
+TONE_POINTS = 1024
 
 #: The same inputs give the same file, so its date of birth is none: the start of a year.
 _DATE = struct.pack(">6H", 2000, 1, 1, 0, 0, 0)
@@ -47,6 +51,23 @@ def profile(*, device_class: bytes, pcs: bytes, tags: Sequence[tuple[bytes, byte
     identifier = hashlib.md5(head + body, usedforsecurity=False).digest()
     intent = struct.pack(">I", 1)
     return b"".join((head[:64], intent, head[68:84], identifier, head[100:], body))
+
+
+def display_tags(title: str, lines: Sequence[str], colorants: Array) -> tuple[tuple[bytes, bytes], ...]:
+    """Return what every display profile has: its words, D50 as white, and a matrix behind the sRGB curve.
+
+    ``colorants``: XYZ under D50 of full red, green and blue, one a row, shape (3, 3).
+    """
+    tone = curve(code_to_linear(np.linspace(0.0, 1.0, TONE_POINTS)))
+    return (
+        (b"desc", description(title)),
+        (b"cprt", text("none")),
+        (b"targ", text("\n".join(lines))),
+        (b"wtpt", xyz(D50)),
+        (b"chad", matrix(D65_TO_D50)),
+        *((name, xyz(colorant)) for name, colorant in zip((b"rXYZ", b"gXYZ", b"bXYZ"), colorants, strict=True)),
+        *((name, tone) for name in (b"rTRC", b"gTRC", b"bTRC")),
+    )
 
 
 def _header(size: int, device_class: bytes, pcs: bytes) -> bytes:

@@ -5,7 +5,6 @@ An ordinary profile is the picture's, and an sRGB screen shows it, relative to w
 
 from __future__ import annotations
 
-import struct
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -14,6 +13,7 @@ import numpy as np
 from lutgen.bake import icc_profile as icc
 from lutgen.bindings import littlecms
 from lutgen.errors import LutgenError
+from lutgen.icc_tags import is_profile, tag_table
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -51,9 +51,7 @@ def through_profile(path: Path, code: Array, *, intent: int = RELATIVE) -> Array
 def table_of_profile(path: Path) -> tuple[str, int]:
     """Return how a profile's table is indexed and its size, 0 where it has none. Raises LutgenError."""
     data = _read(path)
-    (count,) = struct.unpack_from(">I", data, icc.HEADER)
-    rows = (struct.unpack_from(">4sII", data, icc.HEADER + 4 + 12 * row) for row in range(count))
-    start = next((offset for name, offset, _ in rows if name == b"A2B0"), None)
+    start = next((tag.start for tag in tag_table(data, path) if tag.name == "A2B0"), None)
     if start is None:
         return "linear", 0
     size = _TABLES.get(data[start : start + 4])
@@ -63,17 +61,10 @@ def table_of_profile(path: Path) -> tuple[str, int]:
 def _read(path: Path) -> bytes:
     """Read a profile of an RGB device whose header does not lie."""
     data = path.read_bytes()
-    if len(data) < icc.HEADER + 4 or data[36:40] != b"acsp":
-        raise LutgenError(f"{path}: is no ICC profile: it has {len(data)} bytes and not ICC's signature.")
-    size, tags = struct.unpack_from(">I", data)[0], struct.unpack_from(">I", data, icc.HEADER)[0]
-    if size != len(data):
+    size = int.from_bytes(data[:4], "big")
+    if is_profile(data) and size != len(data):
         raise LutgenError(f"{path}: says that it has {size} bytes, and has {len(data)}. Was it cut off? Copy it anew.")
-    if icc.HEADER + 4 + 12 * tags > len(data):
-        raise LutgenError(f"{path}: claims {tags} tags, for which it is too short. Build it again, or copy it anew.")
-    for row in range(tags):
-        name, start, length = struct.unpack_from(">4sII", data, icc.HEADER + 4 + 12 * row)
-        if start + length > len(data) or length < 12:
-            raise LutgenError(f"{path}: its tag {name.decode('latin-1')!r} lies outside the file. Copy it anew.")
+    tag_table(data, path)
     if data[16:20] != b"RGB ":
         raise LutgenError(
             f"{path}: is for a device of {data[16:20].decode('latin-1').strip()!r}, and displays are RGB."

@@ -90,6 +90,11 @@ def linear_to_xyz_d50(linear: Array) -> Array:
     return transform(D65_TO_D50, transform(LINEAR_TO_XYZ, linear))
 
 
+def xyz_d50_to_linear(xyz: Array) -> Array:
+    """Invert :func:`linear_to_xyz_d50`."""
+    return transform(XYZ_TO_LINEAR, transform(_D50_TO_D65, xyz))
+
+
 def linear_to_lab_held(linear: Array) -> Array:
     """Linear light to 0..1 as a profile holds L*a*b*; what is brighter is clipped. Shape (..., 3) → (..., 3)."""
     lab = xyz_to_lab(linear_to_xyz_d50(linear), D50)
@@ -105,7 +110,7 @@ def lab_held_to_xyz_d50(held: Array) -> Array:
 
 
 def _lab_held_to_code(held: Array) -> Array:
-    return linear_to_code(transform(XYZ_TO_LINEAR, transform(_D50_TO_D65, lab_held_to_xyz_d50(held))))
+    return linear_to_code(xyz_d50_to_linear(lab_held_to_xyz_d50(held)))
 
 
 SPACES = {

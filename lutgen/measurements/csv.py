@@ -78,7 +78,7 @@ def _split(text: str, file: str) -> _Rows:
             if match := _METADATA.match(line):
                 metadata[match[1].strip().lower()] = match[2].strip()
         elif line.strip():
-            fields = [cell.strip() for cell in next(csv.reader([line]))]
+            fields = _fields(line, f"{file}, line {number}")
             if not columns:
                 columns = _header(fields, f"{file}, line {number}")
             else:
@@ -89,6 +89,15 @@ def _split(text: str, file: str) -> _Rows:
         message = f"{file}: no readings. The file needs a header such as hour,R,G,B,x,y,Y and one row a reading."
         raise LutgenError(message)
     return _Rows(columns, cells, lines, metadata)
+
+
+def _fields(line: str, where: str) -> list[str]:
+    try:
+        return [cell.strip() for cell in next(csv.reader([line]))]
+    except csv.Error as error:
+        # As of a cell of more than 128 kB.
+        message = f"{where}: is no row of a CSV: {error}. Write a number in each cell, and the note shorter."
+        raise LutgenError(message) from None
 
 
 def _header(fields: list[str], where: str) -> list[str]:

@@ -117,7 +117,7 @@ class Consumer:
     version
         Gives its version, or raises ``Unavailable``.
     file, interpolation
-        The file that it is given, and how it interpolates: ``tetrahedral`` or ``trilinear``.
+        The file that it is given, and how it interpolates: ``tetrahedral``, ``trilinear``, or ``matrix`` for no table.
     render
         Makes the picture, or raises ``Unavailable``.
 

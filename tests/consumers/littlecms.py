@@ -48,10 +48,10 @@ def pillow_version() -> str:
     return version_of("pillow")
 
 
-def pillow(job: Job) -> Picture:
+def pillow(job: Job, form: str = "icc") -> Picture:
     cms = module("PIL.ImageCms", "pillow")
     image = module("PIL.Image", "pillow").fromarray(job.image)
-    return np.asarray(cms.profileToProfile(image, str(job.lut("icc")), cms.createProfile("sRGB")))
+    return np.asarray(cms.profileToProfile(image, str(job.lut(form)), cms.createProfile("sRGB")))
 
 
 CONSUMERS = [
@@ -61,4 +61,7 @@ CONSUMERS = [
     ),
     Consumer("tificc, link", version, "aged-link.icc", "tetrahedral", link),
     Consumer("Pillow ImageCms", pillow_version, "aged.icc", "tetrahedral", pillow),
+    Consumer(
+        "Pillow ImageCms, matrix", pillow_version, "aged-matrix.icc", "matrix", partial(pillow, form="icc-matrix")
+    ),
 ]

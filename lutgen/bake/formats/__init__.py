@@ -1,7 +1,8 @@
 """LUT file formats: one module each in this folder, found by its name (``cube.py`` is ``--format cube``).
 
 A module has ``FORMAT``, a :class:`Format`. Listing the names imports none of them. A module's name cannot begin with a
-digit, so an underscore before one is no part of the format's name: ``_3dl.py`` is ``--format 3dl``.
+digit or have a dash, so an underscore before one is no part of the format's name, and one inside is a dash:
+``_3dl.py`` is ``--format 3dl``, ``icc_matrix.py`` is ``--format icc-matrix``.
 """
 
 from __future__ import annotations
@@ -80,6 +81,8 @@ class Format:
         Name of the file in its display's folder, without the suffix: formats that share a suffix need their own.
     corrects
         Whether it can hold the correction for a display; a profile, which describes one, cannot.
+    follows
+        Whether a finer table follows any display; one that is too simple for that is held to its certificate alone.
 
     """
 
@@ -92,6 +95,7 @@ class Format:
     reader: Reader | None = None
     stem: str = "aged"
     corrects: bool = True
+    follows: bool = True
 
     @property
     def file(self) -> str:
@@ -120,4 +124,4 @@ def format_named(name: str) -> Format:
 @cache
 def _modules() -> dict[str, str]:
     """Name of each format → name of its module."""
-    return {module.name.lstrip("_"): module.name for module in iter_modules(__path__)}
+    return {module.name.lstrip("_").replace("_", "-"): module.name for module in iter_modules(__path__)}

@@ -20,14 +20,10 @@ from lutgen.bake import icc_profile as icc
 from lutgen.bake.formats import Format, Provenance, Reader
 from lutgen.bake.littlecms import table_of_profile, through_profile
 from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of, with_and_without_steps
-from lutgen.bake.spaces import D50, D65_TO_D50, lab_held_to_xyz_d50
-from lutgen.colorimetry import code_to_linear
+from lutgen.bake.spaces import lab_held_to_xyz_d50
 
 if TYPE_CHECKING:
     from lutgen.display import AgedDisplay
-
-#: Points of the curves beside the matrix, as common sRGB profiles have them.
-TONE_POINTS = 1024
 
 
 def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
@@ -39,22 +35,8 @@ def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     """Return the file's bytes."""
     table = table_of(lut)
-    red, green, blue = (lab_held_to_xyz_d50(table[corner]) for corner in ((0, 0, -1), (0, -1, 0), (-1, 0, 0)))
-    tone = icc.curve(code_to_linear(np.linspace(0.0, 1.0, TONE_POINTS)))
-    tags = (
-        (b"desc", icc.description(provenance.title)),
-        (b"cprt", icc.text("none")),
-        (b"targ", icc.text("\n".join(provenance.lines))),
-        (b"wtpt", icc.xyz(D50)),
-        (b"chad", icc.matrix(D65_TO_D50)),
-        (b"A2B0", icc.table(table)),
-        (b"rXYZ", icc.xyz(red)),
-        (b"gXYZ", icc.xyz(green)),
-        (b"bXYZ", icc.xyz(blue)),
-        (b"rTRC", tone),
-        (b"gTRC", tone),
-        (b"bTRC", tone),
-    )
+    primaries = lab_held_to_xyz_d50(np.array([table[0, 0, -1], table[0, -1, 0], table[-1, 0, 0]]))
+    tags = (*icc.display_tags(provenance.title, provenance.lines, primaries), (b"A2B0", icc.table(table)))
     return icc.profile(device_class=b"mntr", pcs=b"Lab ", tags=tags)
 
 

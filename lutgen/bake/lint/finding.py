@@ -28,6 +28,9 @@ OCIO_21, OCIO_26 = "OpenColorIO 2.1", "OpenColorIO 2.6"
 FFMPEG, PILLOW, COLOUR = "ffmpeg lut3d", "pillow_lut", "colour"
 CLF_IO = "colour-clf-io"
 BLENDER, NUKE, DJV = "Blender", "Nuke", "DJV"
+LCMS_8, LCMS_16 = "LittleCMS, 8 bit", "LittleCMS, 16 bit"
+ARGYLL, CHROMIUM = "Argyll", "Chromium"
+HALDCLUT = "ffmpeg haldclut"
 
 #: Who reads which kind of file. oiiotool, ociobakelut, Blender and Nuke read LUT files through OpenColorIO.
 OCIO = (OCIO_21, OCIO_26)
@@ -36,6 +39,10 @@ READERS: Mapping[str, tuple[str, ...]] = {
     "clf": (*OCIO, CLF_IO),
     "lut": OCIO,
     "config": (*OCIO, BLENDER, NUKE, DJV),
+    "archive": (OCIO_26,),
+    "profile": (LCMS_8, LCMS_16, ARGYLL, CHROMIUM),
+    "link": (LCMS_8, LCMS_16, ARGYLL),
+    "hald": (HALDCLUT,),
 }
 
 

@@ -50,9 +50,9 @@ def command(
       lutgen check aged/
       lutgen check theirs.cube --mode chroma --hours 10000 --display my-display.csv
     """
-    from lutgen.bake.check import MAX_DELTA_E, P99, Budget
+    from lutgen.bake.check import Budget
 
-    budget = Budget(MAX_DELTA_E if max_delta_e is None else max_delta_e, P99 if p99 is None else p99)
+    budget = Budget(max_delta_e, p99)
     results = {}
     for path in paths:
         with progress_bar("checking", quiet=as_json) as progress:

@@ -25,9 +25,10 @@ if TYPE_CHECKING:
 def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, force: bool) -> None:
     """Show what sessions of real displays say: white, black, curves, drift, calibration, and what they lack.
 
-    SESSION is what a measuring program wrote: ArgyllCMS or DisplayCAL .ti3, other CGATS, CSV of patches, DisplayCAL's
-    uniformity table; or a campaign file (.toml) for all its sessions. No model is needed. γ is the least-squares slope
-    of log luminance after black between 10 and 90 % of code. Ends with 0 whatever is found.
+    SESSION is what a measuring program wrote: ArgyllCMS or DisplayCAL .ti3, or an ICC profile that carries it, other
+    CGATS, CSV of patches, DisplayCAL's uniformity table; or a campaign file (.toml) for all its sessions. No model is
+    needed. γ is the least-squares slope of log luminance after black between 10 and 90 % of code. Ends with 0 whatever
+    is found.
 
     \b
     Example:

@@ -18,8 +18,10 @@ from lutgen.cli.shared import progress_bar
 def command(*, files: tuple[str, ...], ask_readers: bool, json_to: str | None, force: bool) -> None:
     """Say what each program will do with a LUT or config, of whoever's making; exit 1 when one does it wrong.
 
-    .cube, .clf, .ctf, .3dl, .spi3d, .csp and .ocio, of any size: OpenColorIO (and so oiiotool, Blender and Nuke),
-    ffmpeg, pillow_lut and colour; who reads it, who refuses it, who silently shows something else, why, and what to do.
+    .cube, .clf, .ctf, .3dl, .spi3d, .csp, .ocio and .ocioz, ICC profiles and device links, Hald PNG, of any size:
+    OpenColorIO (and so oiiotool, Blender and Nuke), ffmpeg, pillow_lut, colour, LittleCMS, Argyll and Chromium; who
+    reads it, who refuses it, who silently shows something else, why, and what to do. --try asks readers of .cube and
+    configs.
 
     \b
     error    some program silently shows something else, or none reads the file   exit 1

@@ -2,7 +2,7 @@
 
 A module has ``NAME``, for people; ``claims(text) -> bool``, whether a text looks like this format (no two do);
 and ``read(source) -> Session``. Suffixes are not asked: ``.txt`` and ``.csv`` are everybody's. A module whose name
-begins with an underscore is no format: the others build on it.
+begins with an underscore is no format: the others build on it. An ICC profile is read for the session in it.
 
 The readers are ours because no package was found that reads such sessions: colour-science takes spectra alone, from
 X-Rite's files, and DisplayCAL's reader is part of a program.
@@ -11,12 +11,15 @@ X-Rite's files, and DisplayCAL's reader is part of a program.
 from __future__ import annotations
 
 import hashlib
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError
+from lutgen.icc_tags import is_profile
+from lutgen.measurements.sessions._profile import readings_in
 from lutgen.measurements.sessions._source import Source
 
 if TYPE_CHECKING:
@@ -55,13 +58,22 @@ def read_session(path: str | Path) -> Session:
 
     """
     data = _read_bytes(Path(path))
-    source = Source(_text(data, path), str(path), hashlib.sha256(data).hexdigest())
+    sha256 = hashlib.sha256(data).hexdigest()
+    if is_profile(data):
+        tag, text = readings_in(data, str(path))
+        found = _session(Source(_text(text, path), f"{path}, tag {tag}", sha256))
+        remark = f"Read from the tag {tag} of an ICC profile: the readings that it was made from."
+        return replace(found, file=str(path), remarks=(remark, *found.remarks))
+    return _session(Source(_text(data, path), str(path), sha256))
+
+
+def _session(source: Source) -> Session:
     for module in session_formats().values():
         if module.claims(source.text):
             session: Session = module.read(source)
             return session
     message = (
-        f"{path}: no format of sessions that is known: {source.text.lstrip()[:24]!r}. "
+        f"{source.file}: no format of sessions that is known: {source.text.lstrip()[:24]!r}. "
         f"Pick one of: {', '.join(session_formats())}."
     )
     raise LutgenError(message)
@@ -91,9 +103,6 @@ def _text(data: bytes, path: str | Path) -> str:
             raise LutgenError(message)
     if Path(path).suffix.lower() == ".chc":
         message = f"{path}: is HCFR's own binary file. Export the measures from HCFR, and name columns R,G,B,X,Y,Z."
-        raise LutgenError(message)
-    if data[36:40] == b"acsp":
-        message = f"{path}: is an ICC profile. Its readings are in the .ti3 beside it."
         raise LutgenError(message)
     try:
         text = data.decode("utf-16" if data[:2] in {b"\xff\xfe", b"\xfe\xff"} else "utf-8-sig")

@@ -1,0 +1,92 @@
+"""ICC profile of the aged display as matrix and curve: true in pure white where the table of ``icc`` is not.
+
+LittleCMS resamples a profile's table for whole numbers and sets white on white afterwards ("scum dot"), unless it is
+asked in absolute terms: code 255 stays white. A matrix behind curves it computes as such where numbers have 8 bits, as
+pictures do; at 16 bit it is resampled too. Chromium and Argyll compute it at any depth.
+
+A matrix cannot follow a display whose white is not the sum of its primaries. The one here shows white as the display
+does and errs least elsewhere; its certificate says how much. Black is black: light that leaks is lost.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.bake import icc_profile as icc
+from lutgen.bake.formats import Format, Provenance, Reader
+from lutgen.bake.littlecms import table_of_profile, through_profile
+from lutgen.bake.lut import Lut, MatrixLut, Sampler, as_matrix, lattice
+from lutgen.bake.spaces import linear_to_xyz_d50, xyz_d50_to_linear
+from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab, transform
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.display import AgedDisplay
+
+#: The matrix is fitted to a lattice of so many points an edge, in code values; 9 change no figure by 0.01.
+FITTED_POINTS = 7
+
+#: The sum of squares is at its smallest when a step lowers it by less than this share.
+ENOUGH = 1e-4
+
+#: What s15Fixed16 numbers are multiples of.
+_STEP = 1 / 65_536
+
+
+def bake(sampler: Sampler, aged: AgedDisplay, _size: int) -> list[Lut | MatrixLut]:
+    """Give the display's own matrix where it is one, else the nearest that shows its white; in the file's steps."""
+    own = as_matrix(aged)
+    return [MatrixLut(_in_steps(own.matrix if own else nearest_matrix(sampler, aged)))]
+
+
+def nearest_matrix(sampler: Sampler, aged: AgedDisplay) -> Array:
+    """Fit a matrix from linear light to aged linear light, shape (3, 3), whose white is exact, by ΔE2000 in sRGB."""
+    from scipy.optimize import least_squares
+
+    red, green, _, white = aged.code_to_linear(np.vstack([np.eye(3), np.ones(3)]))
+    source = code_to_linear(lattice(FITTED_POINTS, "code"))
+    aim = linear_to_lab(np.clip(sampler.linear(aged, FITTED_POINTS, "code"), 0.0, 1.0))
+
+    def matrix(values: Array) -> Array:
+        columns = values.reshape(2, 3)
+        return np.column_stack([*columns, white - columns.sum(axis=0)])
+
+    def error(values: Array) -> Array:
+        return delta_e_2000(aim, linear_to_lab(np.clip(transform(matrix(values), source), 0.0, 1.0)))
+
+    return matrix(least_squares(error, np.concatenate([red, green]), ftol=ENOUGH).x)
+
+
+def _colorants(matrix: Array) -> Array:
+    return linear_to_xyz_d50(matrix.T)
+
+
+def _in_steps(matrix: Array) -> Array:
+    """Round a matrix so that its colorants are what the file can hold."""
+    held = np.rint(_colorants(matrix) / _STEP) * _STEP
+    return xyz_d50_to_linear(held).T
+
+
+def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
+    """Return the file's bytes."""
+    if not isinstance(lut, MatrixLut):
+        message = "this format holds a matrix, not a table"
+        raise TypeError(message)
+    tags = icc.display_tags(provenance.title, provenance.lines, _colorants(lut.matrix))
+    return icc.profile(device_class=b"mntr", pcs=b"XYZ ", tags=tags)
+
+
+FORMAT = Format(
+    name="icc-matrix",
+    suffix=".icc",
+    summary="ICC profile without a table: pure white is right for 8-bit pictures in LittleCMS too; elsewhere less true",
+    unclipped=True,
+    bake=bake,
+    write=write,
+    reader=Reader(through_profile, table_of_profile),
+    stem="aged-matrix",
+    corrects=False,
+    follows=False,
+)
