@@ -11,6 +11,8 @@ from tests.examples_folder import COMMANDS, make_folder, run_lutgen
 if TYPE_CHECKING:
     from pathlib import Path
 
+pytestmark = pytest.mark.texts
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:

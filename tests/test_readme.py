@@ -19,6 +19,8 @@ from tests.examples_folder import COMMANDS, ROOT, make_folder, run_lutgen
 if TYPE_CHECKING:
     from pathlib import Path
 
+pytestmark = pytest.mark.texts
+
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 

@@ -15,6 +15,8 @@ from tests.virtual_display.campaign import csv_text
 if TYPE_CHECKING:
     from pathlib import Path
 
+pytestmark = pytest.mark.texts
+
 WALKTHROUGH = TEXT.read_text(encoding="utf-8")
 STEPS = steps(WALKTHROUGH)
 
