@@ -84,7 +84,8 @@ def lut_processor(path: Path) -> Any:
             raise LutgenError(f"{message} Ask its maker for a smaller one.")
     # Caches key on the path: a rewritten file would otherwise be answered from memory.
     lib.ClearAllCaches()
-    file_transform = lib.FileTransform(src=str(path.resolve()), interpolation=lib.INTERP_TETRAHEDRAL)
+    # The name as it is given, not where a link leads: OpenColorIO chooses the reader by its suffix.
+    file_transform = lib.FileTransform(src=str(path.absolute()), interpolation=lib.INTERP_TETRAHEDRAL)
     try:
         return lib.Config.CreateRaw().getProcessor(file_transform)
     except ocio_errors() as error:
