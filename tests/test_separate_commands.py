@@ -52,6 +52,17 @@ def test_explain_prints_a_page_and_writes_json_as_its_schema_says(lutgen: Callab
     assert causes["2024-12"] == ["aging"]
 
 
+def test_sessions_are_explained_without_a_campaign_file_too(lutgen: Callable[..., Done]) -> None:
+    first, dimmed = (str(Path(CAMPAIGN).with_name(name)) for name in ("2021-01.ti3", "2022-01.ti3"))
+    done = lutgen("sessions", "explain", first, dimmed, "--json", "-")
+    Draft202012Validator(schema("explain")).validate(json.loads(done.out))
+    assert "brightness" in json.loads(done.out)["sessions"][-1]["causes"]
+    for files, said in (((first,), "one session"), ((first, first), "the same bytes"), ((first, "x.ti3"), "x.ti3")):
+        done = lutgen("sessions", "explain", *files)
+        assert (done.code, done.out) == (2, "")
+        assert said in done.err
+
+
 def test_trend_prints_draws_and_writes_the_same_every_time(lutgen: Callable[..., Done]) -> None:
     arguments = ("trend", CAMPAIGN, "--limit", "white>=60%", "--plot", "a.png", "--json", "a.json")
     done = lutgen(*arguments)

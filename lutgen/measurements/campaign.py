@@ -36,6 +36,8 @@ from lutgen.measurements.sessions._source import YEARS
 from lutgen.measurements.table import OPTIONAL, RANGES, Measurements
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from lutgen.colorimetry import Array
     from lutgen.measurements.session import Session
 
@@ -179,6 +181,27 @@ def read_campaign(path: str | Path) -> Campaign:
         message = f"{path}: cannot read the campaign: {(error.strerror or str(error)).lower()}."
         raise LutgenError(message) from None
     return parse_campaign(text, file=str(path))
+
+
+def campaign_of(paths: Sequence[str | Path]) -> Campaign:
+    """Return the campaign of session files that no campaign file lists: their dates are those that they hold.
+
+    Raises
+    ------
+    LutgenError
+        A session cannot be read, or two are the same.
+
+    """
+    sessions = [read_session(path) for path in paths]
+    entries = tuple(
+        Entry(session, place, _date({}, session, session.file), None, session.instrument, "", "", {})
+        for place, session in enumerate(sessions, start=1)
+    )
+    file = "the sessions given"
+    _check_once(entries, file)
+    sha256 = hashlib.sha256("".join(session.sha256 for session in sessions).encode()).hexdigest()
+    display = next((session.display for session in sessions if session.display), "")
+    return Campaign(display, None, entries, file, sha256)
 
 
 def parse_campaign(text: str, *, file: str) -> Campaign:

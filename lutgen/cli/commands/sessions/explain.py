@@ -11,12 +11,14 @@ from lutgen.cli.shared import progress_bar
 
 
 @click.command()
-@click.argument("campaign", metavar="CAMPAIGN")
+@click.argument("files", nargs=-1, required=True, metavar="CAMPAIGN|SESSION...")
 @click.option("--reference", metavar="FILE", help="The session to hold the others against [default: the first sound].")
 @json_option
 @click.option("--force", is_flag=True, help="Replace files that exist.")
-def command(*, campaign: str, reference: str | None, json_to: str | None, force: bool) -> None:
-    """Say why the sessions of a campaign differ: display, settings, room, or instrument.
+def command(*, files: tuple[str, ...], reference: str | None, json_to: str | None, force: bool) -> None:
+    """Say why sessions of one display differ: display, settings, room, or instrument.
+
+    Give a campaign file (.toml), which knows of dates, instruments and settings, or the sessions themselves.
 
     Each session is held against a reference: brightness or preset, calibration, HDR or dynamic contrast, room light,
     instrument or its correction, drift while reading, another display, true aging. Where several fit equally, all are
@@ -25,16 +27,19 @@ def command(*, campaign: str, reference: str | None, json_to: str | None, force:
     \b
     Example:
       lutgen sessions explain examples/campaign/campaign.toml
+      lutgen sessions explain examples/campaign/2021-01.ti3 examples/campaign/2022-01.ti3
       lutgen sessions explain examples/campaign/campaign.toml --reference 2021-06.ti3 --json explain.json
     """
-    from lutgen.measurements.campaign import read_campaign
+    from lutgen.measurements.campaign import campaign_of, read_campaign
     from lutgen.report.separate_page import separate_page
     from lutgen.sessions.separate import separate
     from lutgen.sessions.separate_json import separation_as_json
 
     alone = check_json(json_to, force=force)
+    listed = len(files) == 1 and files[0].lower().endswith(".toml")
+    campaign = read_campaign(files[0]) if listed else campaign_of(files)
     with progress_bar("explaining", quiet=alone) as progress:
-        found = separate(read_campaign(campaign), reference=reference, progress=progress)
+        found = separate(campaign, reference=reference, progress=progress)
     if not alone:
         print_page(separate_page(found))
     if json_to:
