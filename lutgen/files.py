@@ -22,6 +22,28 @@ def write_atomically(path: Path, data: bytes) -> None:
         partial.write_bytes(data)
 
 
+def read_at_most(path: Path, most: int, *, what: str, none: str) -> bytes:
+    """Read a file that may be anything: one of more than ``most`` bytes is refused before it is read.
+
+    ``what`` it is, such as "the session", and what no file of that size is, such as "session", are for the sentences.
+
+    Raises
+    ------
+    LutgenError
+        The file cannot be read, or is larger.
+
+    """
+    try:
+        data = path.read_bytes() if path.stat().st_size <= most else None
+    except OSError as error:
+        raise LutgenError(f"{path}: cannot read {what}: {(error.strerror or str(error)).lower()}.") from None
+    except ValueError as error:  # a NUL in the name
+        raise LutgenError(f"{str(path)!r}: cannot read {what}: {error}.") from None
+    if data is None:
+        raise LutgenError(f"{path}: larger than {most // 1_000_000} MB, which no {none} is.")
+    return data
+
+
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """Give a temporary path beside ``path``; on success it takes ``path``'s place, on failure it is removed.

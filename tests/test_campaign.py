@@ -239,3 +239,10 @@ def test_nothing_is_replaced_unasked_nor_written_for_bad_input(folder: Path, ini
         assert done.code == 2
         assert said in done.err
     assert not (folder / "x.toml").exists()
+
+
+def test_a_file_too_large_for_a_campaign_is_refused_before_it_is_read(tmp_path: Path) -> None:
+    with (tmp_path / "huge.toml").open("wb") as file:
+        file.truncate(2_000_000_000)
+    with pytest.raises(LutgenError, match=r"huge\.toml: larger than 4 MB, which no campaign is\."):
+        read_campaign(tmp_path / "huge.toml")

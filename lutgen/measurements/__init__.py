@@ -14,6 +14,7 @@ from pathlib import Path
 from pkgutil import iter_modules
 
 from lutgen.errors import LutgenError
+from lutgen.files import read_at_most
 from lutgen.measurements.table import TIP_NAMES, Measurements
 
 __all__ = ["TIP_NAMES", "Measurements", "formats", "read_measurements"]
@@ -50,7 +51,7 @@ def read_measurements(path: str | Path) -> Measurements:
         known = ", ".join(f".{name}" for name in formats())
         message = f"{path}: the suffix {path.suffix!r} names no format of measurements. Pick one of: {known}."
         raise LutgenError(message)
-    data = _read_bytes(path)
+    data = read_at_most(path, MAX_BYTES, what="the measurements", none="table of readings")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -66,14 +67,3 @@ def read_measurements(path: str | Path) -> Measurements:
         text, file=str(path), sha256=hashlib.sha256(data).hexdigest()
     )
     return measurements
-
-
-def _read_bytes(path: Path) -> bytes:
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            message = f"{path}: larger than {MAX_BYTES // 1_000_000} MB, which no table of readings is."
-            raise LutgenError(message)
-        return path.read_bytes()
-    except OSError as error:
-        message = f"{path}: cannot read the measurements: {(error.strerror or str(error)).lower()}."
-        raise LutgenError(message) from None

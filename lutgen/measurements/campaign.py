@@ -31,6 +31,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.errors import LutgenError
+from lutgen.files import read_at_most
 from lutgen.measurements.sessions import read_session
 from lutgen.measurements.sessions._source import YEARS
 from lutgen.measurements.table import OPTIONAL, RANGES, Measurements
@@ -52,6 +53,9 @@ _DISPLAY = ("name", "hours_per_day", "note")
 
 #: A campaign of more sessions than a day's worth for years is a slip.
 MOST_SESSIONS = 2000
+
+#: They take some hundred bytes each.
+MAX_BYTES = 4_000_000
 
 
 @dataclass(frozen=True)
@@ -173,13 +177,9 @@ def read_campaign(path: str | Path) -> Campaign:
     """
     path = Path(path)
     try:
-        data = path.read_bytes()
-        text = data.decode("utf-8-sig")
+        text = read_at_most(path, MAX_BYTES, what="the campaign", none="campaign").decode("utf-8-sig")
     except UnicodeDecodeError:
         raise LutgenError(f"{path}: is no UTF-8 text. A campaign is a TOML file.") from None
-    except OSError as error:
-        message = f"{path}: cannot read the campaign: {(error.strerror or str(error)).lower()}."
-        raise LutgenError(message) from None
     return parse_campaign(text, file=str(path))
 
 

@@ -7,6 +7,7 @@ import re
 from typing import TYPE_CHECKING, NamedTuple
 
 from lutgen.errors import LutgenError, pick_one
+from lutgen.files import read_at_most
 from lutgen.study.design import MOST, Design, condition_of, ordered
 from lutgen.study.protocol import Condition, Trial
 
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 NEEDED, OPTIONAL = ("session", "image", "condition"), ("reader", "position")
+
+#: A row is some tens of bytes, and nobody reads a million images.
+MAX_BYTES = 64_000_000
 
 _WHOLE = re.compile(r"\d{1,9}", re.ASCII)
 
@@ -114,11 +118,9 @@ def _rows(path: Path, images: Sequence[str]) -> list[_Row]:
 
 def _cells(path: Path) -> list[tuple[int, list[str]]]:
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_at_most(path, MAX_BYTES, what="the design", none="design").decode("utf-8-sig")
         lines = enumerate(text.splitlines(), 1)
         rows = [(line, next(csv.reader([row], strict=True))) for line, row in lines if row.strip() and row[0] != "#"]
-    except OSError as error:
-        raise LutgenError(f"{path}: cannot read the design: {(error.strerror or str(error)).lower()}.") from None
     except (UnicodeDecodeError, csv.Error) as error:
         raise LutgenError(f"{path}: is no table of comma-separated UTF-8 text ({error}).") from None
     return [(line, [cell.strip() for cell in cells]) for line, cells in rows]

@@ -18,6 +18,7 @@ from pkgutil import iter_modules
 from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError
+from lutgen.files import read_at_most
 from lutgen.icc_tags import is_profile
 from lutgen.measurements.sessions._profile import readings_in
 from lutgen.measurements.sessions._source import Source
@@ -57,7 +58,10 @@ def read_session(path: str | Path) -> Session:
         Unreadable, binary, of no known format, or wrong in any value: names file, line and what to do.
 
     """
-    data = _read_bytes(Path(path))
+    path = Path(path)
+    if path.is_dir():
+        raise LutgenError(f"{path}: is a folder. Name the files in it, such as {path}/*.ti3.")
+    data = read_at_most(path, MAX_BYTES, what="the session", none="session")
     sha256 = hashlib.sha256(data).hexdigest()
     if is_profile(data):
         tag, text = readings_in(data, str(path))
@@ -77,22 +81,6 @@ def _session(source: Source) -> Session:
         f"Pick one of: {', '.join(session_formats())}."
     )
     raise LutgenError(message)
-
-
-def _read_bytes(path: Path) -> bytes:
-    try:
-        if path.is_dir():
-            message = f"{path}: is a folder. Name the files in it, such as {path}/*.ti3."
-            raise LutgenError(message)
-        if path.stat().st_size > MAX_BYTES:
-            message = f"{path}: larger than {MAX_BYTES // 1_000_000} MB, which no session is."
-            raise LutgenError(message)
-        return path.read_bytes()
-    except OSError as error:
-        message = f"{path}: cannot read the session: {(error.strerror or str(error)).lower()}."
-        raise LutgenError(message) from None
-    except ValueError as error:  # a NUL in the name
-        raise LutgenError(f"{str(path)!r}: cannot read the session: {error}.") from None
 
 
 def _text(data: bytes, path: str | Path) -> str:
