@@ -28,6 +28,14 @@ CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", 
 #: Seconds for which any answer is waited for.
 PATIENCE = 20.0
 
+#: What Chromium answers to a question whose page left while it was asked: the next page is the one to ask.
+_LEFT = ("Inspected target navigated or closed", "Execution context was destroyed", "Cannot find context")
+
+
+class PageLeftError(AssertionError):
+    """The page was left for another one before it answered."""
+
+
 _OPTIONS = (
     "--headless",
     "--no-sandbox",
@@ -79,6 +87,8 @@ class Page:
         while True:
             answer = self._next()
             if answer.get("id") == self._last:
+                if answer.get("error", {}).get("message", "").startswith(_LEFT):
+                    raise PageLeftError(method, answer)
                 assert "error" not in answer, (method, answer)
                 result: dict[str, Any] = answer["result"]
                 return result
@@ -95,11 +105,17 @@ class Page:
         return found["result"].get("value")
 
     def wait(self, expression: str) -> None:
-        """Wait until JavaScript says true."""
+        """Wait until JavaScript says true, of this page or of the one that follows it."""
         end = time.monotonic() + PATIENCE
-        while not self.ask(expression):
+        while not self._says(expression):
             assert time.monotonic() < end, expression
             time.sleep(0.02)
+
+    def _says(self, expression: str) -> bool:
+        try:
+            return bool(self.ask(expression))
+        except PageLeftError:
+            return False
 
     def press(self, key: str, code: int, text: str = "") -> None:
         """Press and release a key; with the text that it types, it presses the button that has the focus, too."""
