@@ -28,7 +28,7 @@ import numpy as np
 
 from examples import bench_appearance
 from examples.bench_criticism import Work, criticism
-from examples.racing import LUTGEN, Peer, Row, against_limit, peak_memory, race, run, seconds_of
+from examples.racing import LUTGEN, Peer, Row, against_limit, peak_memory, program, race, run, seconds_of
 from lutgen import DisplayModel, apply_to_image, read_measurements
 from lutgen.bake.formats import Provenance, format_named
 from lutgen.bake.lut import Lut, Sampler, lattice
@@ -199,20 +199,20 @@ def building(bench: Bench, built: Path, folder: Path) -> Iterator[Row]:
     """`lutgen build` against ociobakelut, once for each LUT, on the config that lutgen built for it."""
     configs = sorted(path for path in built.glob("*/*/config.ocio"))
     bakes = [configs[i * len(configs) // bench.bakes] for i in range(bench.bakes)]
-    program = shutil.which("ociobakelut")
+    baker = program("ociobakelut")
 
     def bake_all() -> None:
         for config in bakes:
             spaces = ("--inputspace", "Aged display", "--outputspace", "Source signal")
             shape = ("--format", "iridas_cube", "--cubesize", "33", str(folder / "baked.cube"))
-            run([str(program), "--iconfig", str(config), *spaces, *shape])
+            run([str(baker), "--iconfig", str(config), *spaces, *shape])
 
     name = f"ociobakelut × {len(configs)}, {len(bakes)} timed"
     for title, options, goal in (("no certificates", ("--no-certificates",), 10.0), ("certificates", (), 4.0)):
         yield from race(
             f"build {len(configs)} .cube and configs, {title}",
             partial(build, bench, folder / "build", *options),
-            Peer(name, bake_all if program else None, goal, len(configs) / len(bakes)),
+            Peer(name, bake_all if baker else None, goal, len(configs) / len(bakes)),
             times=bench.long,
         )
     peaks = [peak_memory([*LUTGEN, *_build_arguments(bench, folder / "build")], folder) for _ in range(bench.long)]

@@ -5,6 +5,8 @@ Contestants take turns; ratios are formed turn by turn. Used by ``bench``, which
 
 from __future__ import annotations
 
+import os
+import shutil
 import subprocess
 import sys
 import time
@@ -19,6 +21,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 LUTGEN = (sys.executable, "-m", "lutgen")
+
+#: Programs run as they are installed: Python keeps what it has compiled, whatever the caller's shell says.
+_ENVIRONMENT = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
 
 
 @dataclass(frozen=True)
@@ -97,9 +102,18 @@ def against_limit(what: str, figures: list[float], limit: float, unit: str) -> R
     return Row(what, "the limit", median(figures), limit, median(ratios), min(ratios), max(ratios), 1.0, unit)
 
 
+def program(name: str) -> str | None:
+    """Find a program of OpenColorIO or OpenImageIO: the one that came with this Python's bindings, else the system's.
+
+    The wheels bring programs of their own version; Debian's belong to Debian's bindings.
+    """
+    beside = str(Path(sys.executable).parent)
+    return shutil.which(name, path=beside) or shutil.which(name)
+
+
 def run(command: list[str]) -> None:
     """Run a program to its end; what it says is only shown when it fails."""
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
+    done = subprocess.run(command, env=_ENVIRONMENT, capture_output=True, text=True, check=False, timeout=600)
     if done.returncode:
         raise SystemExit(f"bench: {' '.join(command)} failed:\n{done.stderr}")
 
@@ -107,7 +121,10 @@ def run(command: list[str]) -> None:
 def peak_memory(command: list[str], folder: Path) -> float:
     """Largest sum of the proportional set sizes of a program and its children, in MB, looked at every 10 ms."""
     peak = 0.0
-    with (folder / "out.txt").open("w") as out, subprocess.Popen(command, stdout=out, stderr=out) as program:
+    with (
+        (folder / "out.txt").open("w") as out,
+        subprocess.Popen(command, env=_ENVIRONMENT, stdout=out, stderr=out) as program,
+    ):
         while program.poll() is None:
             peak = max(peak, sum(map(_pss_mb, _family(program.pid))))
             time.sleep(0.01)

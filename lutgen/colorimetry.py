@@ -28,8 +28,9 @@ Array = NDArray[np.float64]
 #: Chromaticities of the sRGB white and primaries (IEC 61966-2-1, table 1), in the order w, r, g, b.
 SRGB_XY = np.array([[0.3127, 0.3290], [0.64, 0.33], [0.30, 0.60], [0.15, 0.06]])
 
-#: Pixels that one step of a chunked routine works on: its temporaries then stay in the cache.
-CHUNK = 32_768
+#: Pixels that one step of a chunked routine works on. Its temporaries then stay in the cache, and below the 128 kB from
+#: which glibc fetches each from the kernel anew.
+CHUNK = 15_360
 
 
 def xyY_to_xyz(xyY: ArrayLike) -> Array:  # noqa: N802 - the CIE's own spelling
@@ -62,12 +63,13 @@ def transform(matrix: Array, signal: ArrayLike) -> Array:
     columns = np.moveaxis(np.asarray(signal, dtype=np.float64), -1, 0)
     flat = columns.reshape(len(columns), -1)
     result = np.empty((len(matrix), flat.shape[1]))
-    for start in range(0, flat.shape[1], CHUNK // 4):
-        part = slice(start, start + CHUNK // 4)
-        np.multiply.outer(matrix[:, 0], flat[0, part], out=result[:, part])
-        for column, factors in zip(flat[1:, part], matrix[:, 1:].T, strict=True):
-            for out, factor in zip(result[:, part], factors, strict=True):
-                np.add(out, column * factor, out=out)
+    for start in range(0, flat.shape[1], CHUNK):
+        here = flat[:, start : start + CHUNK]
+        product = np.empty(here.shape[1])
+        for out, factors in zip(result[:, start : start + CHUNK], matrix, strict=True):
+            np.multiply(here[0], factors[0], out=out)
+            for column, factor in zip(here[1:], factors[1:], strict=True):
+                np.add(out, np.multiply(column, factor, out=product), out=out)
     return np.moveaxis(result.reshape(len(matrix), *columns.shape[1:]), 0, -1)
 
 

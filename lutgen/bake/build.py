@@ -184,8 +184,7 @@ def _bake_lut(work: _Work, aged: AgedDisplay, path: str, form: Format, size: int
     with replacing(work.output / path) as staged:
         staged.write_bytes(data)
         if work.plan.certify:
-            with under_its_name(staged, form.suffix) as named:
-                certificate = _certify(named, aged, form, lut).as_json()
+            certificate = _certify(staged, aged, form, lut).as_json()
     return FileRecord(
         path=path,
         kind="lut",
@@ -204,7 +203,8 @@ def _bake_lut(work: _Work, aged: AgedDisplay, path: str, form: Format, size: int
 def _certify(path: Path, aged: AgedDisplay, form: Format, lut: Lut | MatrixLut) -> Certificate:
     key = (form.name, aged.head, aged.tail, lut.space, lut.size)
     if key not in _CERTIFICATES:
-        _CERTIFICATES[key] = _JUDGE.certify(path, aged, TableKind(lut.space, lut.size, not form.unclipped))
+        with under_its_name(path, form.suffix) as named:
+            _CERTIFICATES[key] = _JUDGE.certify(named, aged, TableKind(lut.space, lut.size, not form.unclipped))
     return _CERTIFICATES[key]
 
 

@@ -9,6 +9,7 @@ A config is data (``AgedConfig``) given to one generator. Profile version 2.1, s
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -220,7 +221,9 @@ def _add_views(lib: Any, config: Any, aged: AgedConfig) -> None:
     config.setActiveViews(f"{words.view}, {words.plain_view}, {RAW_VIEW}")
 
 
+@cache
 def _file_rules(lib: Any) -> Any:
+    """Which colour space a file is read in, by its suffix; the same in all configs, which take copies."""
     rules = lib.FileRules()
     for position, (name, space, extensions) in enumerate(
         (("Linear light", LINEAR, LINEAR_FILES), ("Code values", SOURCE, SIGNAL_FILES))

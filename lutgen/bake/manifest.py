@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -67,8 +67,8 @@ class FileRecord:
 
     def as_json(self) -> dict[str, Any]:
         """Return the record as the manifest has it; ``gpu`` only where it was measured."""
-        content = asdict(self)
-        return content if self.gpu else {key: value for key, value in content.items() if key != "gpu"}
+        content = vars(self)
+        return content.copy() if self.gpu else {key: value for key, value in content.items() if key != "gpu"}
 
 
 @dataclass(frozen=True)

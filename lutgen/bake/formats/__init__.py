@@ -112,6 +112,7 @@ def format_names() -> list[str]:
     return sorted(_modules())
 
 
+@cache
 def format_named(name: str) -> Format:
     """Return a format. Raises LutgenError that lists the choices."""
     modules = _modules()
