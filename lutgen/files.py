@@ -1,7 +1,9 @@
-"""Writing files so that a reader sees the old one or the new one, never a part."""
+"""Reading files that may be anything; writing them so that a reader sees the old one or the new one, never a part."""
 
 from __future__ import annotations
 
+import hashlib
+import os
 import tempfile
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -10,7 +12,7 @@ from typing import TYPE_CHECKING
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
 #: Files being written end in this; the next build removes those that a killed one left.
 PARTIAL = ".lutgen-partial"
@@ -22,10 +24,11 @@ def write_atomically(path: Path, data: bytes) -> None:
         partial.write_bytes(data)
 
 
-def read_at_most(path: Path, most: int, *, what: str, none: str) -> bytes:
+def read_at_most(path: Path, most: int, *, what: str, none: str, advice: str = "") -> bytes:
     """Read a file that may be anything: one of more than ``most`` bytes is refused before it is read.
 
-    ``what`` it is, such as "the session", and what no file of that size is, such as "session", are for the sentences.
+    ``what`` it is, such as "the session", what no file of that size is, such as "session", and what to do, a sentence,
+    are for the messages.
 
     Raises
     ------
@@ -33,15 +36,69 @@ def read_at_most(path: Path, most: int, *, what: str, none: str) -> bytes:
         The file cannot be read, or is larger.
 
     """
+    then = f" {advice}" if advice else ""
     try:
-        data = path.read_bytes() if path.stat().st_size <= most else None
+        return bytes_at_most(path, most, none=none, advice=advice)
+    except LutgenError:  # a ValueError too
+        raise
     except OSError as error:
-        raise LutgenError(f"{path}: cannot read {what}: {(error.strerror or str(error)).lower()}.") from None
+        raise LutgenError(f"{path}: cannot read {what}: {(error.strerror or str(error)).lower()}.{then}") from None
     except ValueError as error:  # a NUL in the name
-        raise LutgenError(f"{str(path)!r}: cannot read {what}: {error}.") from None
-    if data is None:
-        raise LutgenError(f"{path}: larger than {most // 1_000_000} MB, which no {none} is.")
+        raise LutgenError(f"{str(path)!r}: cannot read {what}: {error}.{then}") from None
+
+
+def bytes_at_most(path: Path, most: int, *, none: str, advice: str = "") -> bytes:
+    """Read as :func:`read_at_most`, for callers with a sentence of their own on a file that is not there.
+
+    Raises
+    ------
+    OSError
+        The file cannot be read.
+    LutgenError
+        It is larger.
+
+    """
+    with path.open("rb") as file:
+        # A device or a pipe has no size, and may never end.
+        data = file.read(most + 1) if os.fstat(file.fileno()).st_size <= most else None
+    if data is None or len(data) > most:
+        then = f" {advice}" if advice else ""
+        raise LutgenError(f"{path}: larger than {most // 1_000_000} MB, which no {none} is.{then}")
     return data
+
+
+def file_sha256(path: Path) -> str:
+    """Return the hash of a file of any size. Raises LutgenError when it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise LutgenError(f"{path}: cannot read: {(error.strerror or str(error)).lower()}.") from None
+
+
+def files_below(folder: Path, suffixes: Sequence[str]) -> list[Path] | None:
+    """Return the files of these suffixes in a folder and below, in order, or None where it is no folder.
+
+    Hidden ones, and what is in hidden folders, are left out.
+
+    Raises
+    ------
+    LutgenError
+        It cannot be looked into.
+
+    """
+    try:
+        if not folder.is_dir():
+            return None
+        return sorted(
+            path
+            for path in folder.rglob("*")
+            if path.suffix.lower() in suffixes
+            and path.is_file()
+            and not any(part.startswith(".") for part in path.relative_to(folder).parts)
+        )
+    except OSError as error:
+        raise LutgenError(f"{folder}: cannot be looked into: {(error.strerror or str(error)).lower()}.") from None
 
 
 @contextmanager

@@ -1,16 +1,17 @@
-"""Small studies, made directly: a protocol and PNGs of noise, or of a picture given; and a reader for them."""
+"""Small studies, made directly: a protocol, and PNGs of noise or of a picture given; and a reader for them."""
 
 from __future__ import annotations
 
 import hashlib
 import io
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from PIL import Image
 
+from lutgen.study.design import UNAGED
 from lutgen.study.protocol import (
     IMAGES,
     Category,
@@ -32,53 +33,39 @@ if TYPE_CHECKING:
     from lutgen.study.reading import Reading
 
 CONDITIONS = (
-    Condition("none", "stable", 0.0),
+    UNAGED,
     Condition("chroma@18000", "chroma", 18000.0),
     Condition("chroma-luma@18000", "chroma-luma", 18000.0),
 )
 
 
-def make_study(
-    folder: Path,
+def small_protocol(
     *,
     images: int = 4,
     practice: int = 1,
     readers: int = 2,
     sessions: int = 2,
     size: tuple[int, int] = (64, 48),
+    conditions: tuple[Condition, ...] = CONDITIONS,
     washout_days: float = 24.0,
     categories: tuple[Category, ...] = PAPER_CATEGORIES,
-    picture: NDArray[np.uint8] | None = None,
     seed: int = 1,
 ) -> Protocol:
-    """Make a study in ``folder``: session 1 under conditions by turns, later ones un-aged, in any order."""
+    """Plan session 1 under conditions by turns, later ones un-aged, in any order; of pictures that nobody made."""
     random = np.random.default_rng(seed)
     names = [f"case-{number:03}" for number in range(1, images + 1)]
     trying = [f"try-{number}" for number in range(1, practice + 1)]
-    shown = [(name, CONDITIONS[0].name) for name in (*trying, *names)]
-    shown += [(name, each.name) for each in CONDITIONS[1:] for name in names]
-    (folder / IMAGES).mkdir(parents=True)
-    renders = []
-    for image, condition in shown:
-        width, height = size
-        pixels = random.integers(0, 256, (height, width, 3)).astype(np.uint8) if picture is None else picture
-        data = png(pixels)
-        file = f"{IMAGES}/{random.bytes(8).hex()}.png"
-        (folder / file).write_bytes(data)
-        renders.append(Render(image, condition, file, hashlib.sha256(data).hexdigest()))
     trials = [
-        Trial(reader, session, position, names[at], CONDITIONS[at % 3 if session == 1 else 0].name)
+        Trial(reader, session, position, names[at], conditions[at % len(conditions) if session == 1 else 0].name)
         for reader in range(1, readers + 1)
         for session in range(1, sessions + 1)
         for position, at in enumerate(map(int, random.permutation(images)), start=1)
     ]
-    height, width = picture.shape[:2] if picture is not None else size[::-1]
-    given = {
-        name: StudyImage(name, hashlib.sha256(name.encode()).hexdigest(), width, height) for name in names + trying
-    }
-    protocol = Protocol(
+    shown = sorted({*((trial.image, trial.condition) for trial in trials), *((name, UNAGED.name) for name in trying)})
+    given = {name: StudyImage(name, hashlib.sha256(name.encode()).hexdigest(), *size) for name in names + trying}
+    return Protocol(
         title="Does an aged display change how slides are read?",
-        conditions=CONDITIONS,
+        conditions=conditions,
         images=tuple(given[name] for name in names),
         practice=tuple(given[name] for name in trying),
         categories=categories,
@@ -88,10 +75,24 @@ def make_study(
         washout_days=washout_days,
         seed=seed,
         model={"name": "made for a test"},
-        renders=tuple(renders),
+        renders=tuple(Render(*each, f"{IMAGES}/{random.bytes(8).hex()}.png", "0" * 64) for each in shown),
         trials=tuple(trials),
         version="0",
     )
+
+
+def make_study(folder: Path, *, picture: NDArray[np.uint8] | None = None, **wanted: Any) -> Protocol:
+    """Make a study in ``folder``: a protocol as :func:`small_protocol` plans it, and what it shows."""
+    planned = small_protocol(**wanted) if picture is None else small_protocol(**wanted, size=picture.shape[1::-1])
+    random = np.random.default_rng(planned.seed)
+    (folder / IMAGES).mkdir(parents=True)
+    renders = []
+    shape = (planned.images[0].height, planned.images[0].width, 3)
+    for render in planned.renders:
+        data = png(random.integers(0, 256, shape).astype(np.uint8) if picture is None else picture)
+        (folder / render.file).write_bytes(data)
+        renders.append(replace(render, sha256=hashlib.sha256(data).hexdigest()))
+    protocol = replace(planned, renders=tuple(renders))
     write_protocol(folder, protocol)
     return protocol
 

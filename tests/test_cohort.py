@@ -174,6 +174,7 @@ def test_what_lies_beside_a_mirax_slide_belongs_to_it(tmp_path: Path) -> None:
         ([], "no slide was given"),
         (["empty"], "empty: no slide in this folder or below. Looked for .png"),
         (["gone.txt"], "gone.txt: cannot read the list of slides: no such file"),
+        (["n" * 300], f"{'n' * 300}: cannot be looked into: file name too long"),
         (["blank.txt"], "blank.txt: names no slide"),
         (["latin.txt"], "latin.txt: cannot read the list of slides: it is not utf-8 text"),
     ],
@@ -278,9 +279,13 @@ def test_a_folder_of_others_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "theirs/thesis.tex").touch()
     (tmp_path / "odd").mkdir()
     (tmp_path / "odd/cohort.json").write_text("[]")
+    (tmp_path / "huge").mkdir()
+    with (tmp_path / "huge/cohort.json").open("wb") as sparse:
+        sparse.truncate(10**9)
     for name, message in (
         ("theirs", "no run of lutgen's, such as thesis.tex"),
         ("odd", "says nothing of a cohort"),
+        ("huge", r"cohort\.json: larger than 64 MB, which no run is\. Was it edited\? Choose another folder with -o\."),
         ("in/s00.png/x", "is a file, and a run is a folder"),
     ):
         with pytest.raises(LutgenError, match=message):

@@ -19,6 +19,7 @@ from lutgen import lifetime
 from lutgen.appearance.cohort import cluster
 from lutgen.appearance.schema import NAMES, schema
 from lutgen.report.lifetime_page import hours_or_never
+from tests.altered import altered
 from tests.cohort_slides import break_slide, make_slides, model
 from tests.command import Done, in_process
 
@@ -151,13 +152,10 @@ def test_json_is_as_the_schema_says_and_csv_says_the_same(run: Callable[..., Don
     ],
 )
 def test_the_schema_refuses_what_is_wrong(run: Callable[..., Done], path: tuple[Any, ...], value: object) -> None:
-    place = content = json.loads(run("in/s00.png", "-o", "run", "--json", "-").out)
+    content = json.loads(run("in/s00.png", "-o", "run", "--json", "-").out)
     validator().validate(content)
-    for key in path[:-1]:
-        place = place[key]
-    place[path[-1]] = value
     with pytest.raises(ValidationError):
-        validator().validate(content)
+        validator().validate(altered(content, path, value))
 
 
 # Bad input ------------------------------------------------------------------------------------------------------------

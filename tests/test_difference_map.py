@@ -14,7 +14,7 @@ from skimage.io import imsave
 
 from lutgen import DisplayModel, LutgenError, default_display, lifetime, read_measurements
 from lutgen.appearance import difference_map as module
-from lutgen.appearance.area_means import AreaMeans
+from lutgen.appearance.area_means import AreaMeans, Grid, whole_factor
 from lutgen.appearance.blocks import Place
 from lutgen.appearance.difference_map import BIN, difference_map
 from lutgen.bindings import oiio
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lutgen.appearance.difference_map import DifferenceMap
+    from lutgen.colorimetry import Array
 
 AGE = ("chroma-luma", 10_000.0)
 
@@ -147,20 +148,47 @@ def test_means_do_not_depend_on_how_the_picture_is_cut(factor_to: int) -> None:
     random = np.random.default_rng(1)
     values, counted = random.random((61, 47, 2)), random.integers(0, 2, (61, 47)).astype(float)
     values[counted == 0] = np.nan
-    whole, parts = (AreaMeans(61, 47, 2, factor_to) for _ in range(2))
+    size = whole_factor(61, 47, factor_to)
+    whole, parts = (AreaMeans(Grid.squares(61, 47, size), 2) for _ in range(2))
     whole.add(Place(0, 61, 0, 47), values, counted)
     for top, bottom in ((0, 5), (5, 23), (23, 61)):
         for left, right in ((0, 31), (31, 47)):
             place = (slice(top, bottom), slice(left, right))
             parts.add(Place(top, bottom, left, right), values[place], counted[place])
     np.testing.assert_allclose(parts.means(), whole.means(), rtol=1e-12)
-    size = whole.factor
     for row, column in np.ndindex(*whole.means().shape[:2]):
         square = values[size * row : size * (row + 1), size * column : size * (column + 1)]
         if np.isfinite(square).any():
             np.testing.assert_allclose(whole.means()[row, column], np.nanmean(square, axis=(0, 1)))
         else:
             assert np.isnan(whole.means()[row, column]).all()
+
+
+def overlaps(edges: Array, length: int) -> Array:
+    """How much of each pixel each cell covers, (cells, pixels)."""
+    pixel = np.arange(length)
+    covered = np.minimum(edges[1:, np.newaxis], pixel + 1) - np.maximum(edges[:-1, np.newaxis], pixel)
+    return np.asarray(np.maximum(covered, 0.0))
+
+
+@pytest.mark.parametrize(("high", "wide"), [(61, 47), (60, 46), (7, 47), (23, 1)])
+@pytest.mark.parametrize("band", [61, 20, 1])
+def test_a_pixel_across_an_edge_counts_on_both_sides_by_its_share(high: int, wide: int, band: int) -> None:
+    random = np.random.default_rng(2)
+    values, counted = random.random((61, 47, 1)), random.integers(0, 2, (61, 47)).astype(float)
+    counted[:20, :20] = 0
+    grid = Grid.of(61, 47, high=high, wide=wide)
+    means = AreaMeans(grid, 1)
+    for top in range(0, 61, band):
+        for left, right in ((0, 31), (31, 47)):
+            place = Place(top, min(top + band, 61), left, right)
+            part = (slice(place.top, place.bottom), slice(left, right))
+            means.add(place, values[part], counted[part])
+    rows, columns = overlaps(grid.rows, 61), overlaps(grid.columns, 47)
+    area = rows @ counted @ columns.T
+    with np.errstate(invalid="ignore"):
+        expected = rows @ (values[..., 0] * counted) @ columns.T / area
+    np.testing.assert_allclose(means.means()[..., 0], expected, rtol=1e-9)
 
 
 def test_the_same_bytes_again(model: DisplayModel, tissue: Any, tmp_path: Path) -> None:

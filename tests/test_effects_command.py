@@ -21,7 +21,8 @@ from lutgen.effects import STAGES, catalogue
 from lutgen.effects.expression import parse
 from lutgen.effects.scene import LIFE_H
 from lutgen.report.effect_plot import plot_effect
-from lutgen.report.plots import DPI, PAGE
+from lutgen.report.picture import DPI
+from lutgen.report.plots import PAGE
 from lutgen.report.signature import TOLD, Signature
 
 pytestmark = pytest.mark.numbers

@@ -149,8 +149,8 @@ def test_a_3dl_that_readers_would_show_twice_as_bright_is_refused() -> None:
     class Dim:
         """A sampler of a display whose white has code value 0.4."""
 
-        def in_steps(self, *_: object, **__: object) -> Lut:
-            return Lut("code", np.full((2, 2, 2, 3), 0.4))
+        def candidates(self, *_: object, **__: object) -> list[Lut]:
+            return [Lut("code", np.full((2, 2, 2, 3), 0.4))]
 
     aged = model().at("chroma-luma", 18_000)
     with pytest.raises(LutgenError, match=r"a \.3dl cannot hold a display whose brightest code value is 40%"):

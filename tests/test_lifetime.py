@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-from copy import deepcopy
 from dataclasses import replace
 from itertools import product
 from typing import TYPE_CHECKING, Any
@@ -28,6 +27,7 @@ from lutgen.appearance.uncertainty import DRAWS, coarse, drawn
 from lutgen.colorimetry import xyY_to_xyz
 from lutgen.display import Estimate, LatentTips, default_display
 from lutgen.effects import catalogue
+from tests.altered import altered
 from tests.twin import SRGB_XY, Twin, rows_of_csv, srgb_matrix
 
 if TYPE_CHECKING:
@@ -344,13 +344,9 @@ def test_the_schema_refuses_what_is_wrong(
     path: tuple[str | int, ...], value: object, model: DisplayModel, tmp_path: Path
 ) -> None:
     file = save(tmp_path / "in.png", np.full((2, 2, 3), 120, np.uint8))
-    content = deepcopy(lifetime([file], model, hours=(9000,)).as_json())
-    place: Any = content
-    for key in path[:-1]:
-        place = place[key]
-    place[path[-1]] = value
+    content = lifetime([file], model, hours=(9000,)).as_json()
     with pytest.raises(ValidationError):
-        Draft202012Validator(schema("lifetime")).validate(content)
+        Draft202012Validator(schema("lifetime")).validate(altered(content, path, value))
 
 
 def test_schemas_are_schemas_and_known_by_name() -> None:

@@ -161,6 +161,13 @@ def test_what_cannot_be_merged_is_a_clear_error_and_nothing_is_written(
     assert {each.name for each in tmp_path.iterdir()} == {"mine"}
 
 
+def test_a_config_too_large_for_one_is_refused_before_it_is_loaded(built: Path, first: Path, tmp_path: Path) -> None:
+    with first.open("wb") as file:
+        file.truncate(10**9)  # sparse
+    with pytest.raises(LutgenError, match=r"has 1000 MB, .* Is it the right file\?"):
+        merge(built, first, tmp_path / "merged", Merging(WANTED, source_space="sRGB"))
+
+
 def test_names_that_are_taken_are_refused_and_another_prefix_helps(built: Path, first: Path, tmp_path: Path) -> None:
     once = merge(built, first, tmp_path / "once", Merging(WANTED, source_space="sRGB")).config
     with pytest.raises(LutgenError, match=f"has a colour space '{VIEW}' already. Choose another --prefix"):

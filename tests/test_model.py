@@ -647,3 +647,6 @@ def test_a_model_file_that_is_missing_or_binary_is_refused(tmp_path: Path) -> No
     (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00\x80")
     with pytest.raises(LutgenError, match="not a model file"):
         load_model(tmp_path / "binary.toml")
+    (tmp_path / "deep.toml").write_text("schema = " + "[" * 100_000)
+    with pytest.raises(LutgenError, match="not a model file"):
+        load_model(tmp_path / "deep.toml")

@@ -6,7 +6,6 @@ import csv
 import io
 import json
 import os
-from copy import deepcopy
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +28,7 @@ from lutgen.appearance.nuclei_mask import read_mask
 from lutgen.appearance.rings import LEAST_PIXELS, outlines, rings_of
 from lutgen.appearance.schema import schema
 from lutgen.display import default_display
+from tests.altered import altered
 from tests.twin import SRGB_XY, Twin, rows_of_csv, srgb_matrix
 
 if TYPE_CHECKING:
@@ -525,13 +525,8 @@ def test_json_is_as_the_schema_says(said: dict[str, Any]) -> None:
     ],
 )
 def test_the_schema_refuses_what_is_wrong(path: tuple[str | int, ...], value: object, said: dict[str, Any]) -> None:
-    content = deepcopy(said)
-    place: Any = content
-    for key in path[:-1]:
-        place = place[key]
-    place[path[-1]] = value
     with pytest.raises(ValidationError):
-        Draft202012Validator(schema("nuclei")).validate(content)
+        Draft202012Validator(schema("nuclei")).validate(altered(said, path, value))
 
 
 def test_csv_is_a_line_a_nucleus(model: DisplayModel, tmp_path: Path) -> None:

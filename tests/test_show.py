@@ -17,7 +17,8 @@ from lutgen.colorimetry import xy_to_uv
 from lutgen.display import default_display
 from lutgen.display.modes import luminance_law
 from lutgen.report import spaced
-from lutgen.report.plots import DPI, PAGE, plot_display
+from lutgen.report.picture import DPI
+from lutgen.report.plots import PAGE, plot_display
 from lutgen.report.show import cct_and_duv, toward
 
 if TYPE_CHECKING:

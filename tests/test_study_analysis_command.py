@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-from copy import deepcopy
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,9 +25,9 @@ from lutgen.study.begin import begin_reading
 from lutgen.study.protocol import write_protocol
 from lutgen.study.schema import NAMES, schema
 from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, paper_trials, simulate
+from tests.altered import altered
 from tests.command import Done, in_process
-from tests.planned_study import planned
-from tests.studies import Clock, make_study, read_on
+from tests.studies import CONDITIONS, Clock, make_study, read_on, small_protocol
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -42,12 +41,15 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 COUNTS, SUMMARY = str(EXAMPLES / "paper-study-counts.csv"), str(EXAMPLES / "paper-study-summary.csv")
 DIFFERENCE = ("--difference", "chroma@18000=5.1")
 
+#: Read un-aged and aged by turns, then un-aged, by one reader.
+PLANNED = small_protocol(images=40, practice=0, readers=1, conditions=CONDITIONS[:2])
+
 
 @pytest.fixture
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
     """Run `lutgen study` in this process, in a folder with a planned study."""
     monkeypatch.chdir(tmp_path)
-    write_protocol(tmp_path / "planned", planned(40))
+    write_protocol(tmp_path / "planned", PLANNED)
     return in_process(monkeypatch, capsys, "study")
 
 
@@ -179,13 +181,9 @@ def test_json_is_as_its_schema_says(name: str, found: dict[str, Analysis], capsy
 def test_the_schema_refuses_what_is_wrong(
     path: tuple[str | int, ...], value: object, found: dict[str, Analysis], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    content = deepcopy(strict(found["paper"], capsys))
-    place = content
-    for key in path[:-1]:
-        place = place[key]
-    place[path[-1]] = value
+    content = strict(found["paper"], capsys)
     with pytest.raises(ValidationError):
-        Draft202012Validator(schema("analyse")).validate(content)
+        Draft202012Validator(schema("analyse")).validate(altered(content, path, value))
 
 
 def test_schemas_are_schemas_and_unknown_ones_are_refused() -> None:
@@ -235,9 +233,8 @@ def test_simulated_answers_are_those_of_the_library_and_of_the_seed(run: Callabl
         assert "80 SIMULATED answers" in done.out
     one, same, other = (Path(name).read_text(encoding="utf-8") for name in ("a.csv", "b.csv", "c.csv"))
     assert one == same != other
-    protocol = planned(40)
-    differences = {(image.name, "chroma@18000"): 5.1 for image in protocol.images}
-    expected = simulate(protocol.trials, differences, SimulatedReader(seed=1))
+    differences = {(image.name, "chroma@18000"): 5.1 for image in PLANNED.images}
+    expected = simulate(PLANNED.trials, differences, SimulatedReader(seed=1))
     assert read_answer_table("a.csv")[1] == expected
 
 

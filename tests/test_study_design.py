@@ -221,23 +221,34 @@ def test_a_table_without_readers_and_positions_is_for_all_in_orders_drawn(tmp_pa
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "is empty. A design has a line session,image,condition"),
-        ("session,image,condition\n", "has no row below its head"),
-        ("session,image\n1,a\n", "line 1: column condition is missing"),
-        ("session,image,condition,hour\n", "line 1: unknown column 'hour'. Pick one of: session, image,"),
-        ("session,image,condition,image\n", "line 1: column image stands there twice"),
-        ("session,image,condition\n1,a\n", "line 2: has 2 cells where the head has 3"),
-        ("session,image,condition\n1,z,none\n", r"line 2: no image called 'z' was given. Given were: a, b, c\."),
-        ("session,image,condition\n\n# so\n1,a,blue@3\n", "line 4: unknown condition 'blue@3'"),
-        ("session,image,condition\n0,a,none\n", "line 2: session '0' is no whole number from 1"),
-        ("session,image,condition\n1.5,a,none\n", "line 2: session '1.5' is no whole number"),
+        ("", "no rows. The table needs the header session,image,condition and a line for each row"),
+        ("session,image,condition\n", "no rows. The table needs"),
+        (
+            "session,image\n1,a\n",
+            r"line 1: the header is session,image; it must be session,image,condition, and may have reader,position\.",
+        ),
+        ("session,image,condition,hour\n", "line 1: the header is session,image,condition,hour; it must be"),
+        ("session,image,condition,image\n", "line 1: the header is session,image,condition,image; it must be"),
+        ("session,image,condition\n1,a\n", "line 2: 2 cells for 3 columns"),
+        (
+            "session,image,condition\n1,z,none\n",
+            r"line 2, column image: 'z' is no image that was given. Given were: a, b, c\.",
+        ),
+        ("session,image,condition\n\n# so\n1,a,blue@3\n", "line 4, column condition: unknown condition 'blue@3'"),
+        ("session,image,condition\n0,a,none\n", r"line 2, column session: '0' is no whole number in 1\.\.1000"),
+        ("session,image,condition\n1.5,a,none\n", "line 2, column session: '1.5' is no whole number"),
         ("session,image,condition\n1,a,none\n1,a,chroma@5\n", r"line 3: image a is in session 1 already \(line 2\)"),
         ("session,image,condition\n2,a,none\n", "reader 1 reads nothing in session 1"),
         ("session,image,condition,reader\n1,a,none,1\n2,a,none,1\n1,a,none,2\n", "reader 2 reads nothing in session 2"),
-        ("session,image,condition,reader\n1,a,none,\n", "line 2: reader '' is no whole number"),
+        ("session,image,condition,reader\n1,a,none,\n", "line 2, column reader: '' is no whole number"),
         ("session,image,condition,position\n1,a,none,1\n1,b,none,1\n", "line 3: position 1 where 2 is next"),
         ("session,image,condition,position\n1,a,none,2\n", "line 2: position 2 where 1 is next for reader 1"),
-        ('session,image,condition\n1,"a,none\n', "is no table of comma-separated UTF-8 text"),
+        ('session,image,condition\n1,"a,none\n', "line 2: is no CSV"),
+        ("session,image,condition,reader,reader\n1,a,none,1,1\n", "line 1: the header is .*; it must be"),
+        (
+            "session,image,condition,position\n1,a,none,4\n",
+            r"line 2, column position: '4' is no whole number in 1\.\.3",
+        ),
     ],
 )
 def test_a_bad_table_is_refused_with_the_line(tmp_path: Path, text: str, message: str) -> None:
@@ -246,10 +257,10 @@ def test_a_bad_table_is_refused_with_the_line(tmp_path: Path, text: str, message
 
 
 def test_a_table_that_is_not_there_or_no_text_and_readers_said_twice_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(LutgenError, match="cannot read the design: no such file"):
+    with pytest.raises(LutgenError, match=r"cannot read the table: no such file.* Give a \.csv with session,"):
         read_design(tmp_path / "gone.csv", ["a"], readers=None, seed=1)
     (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(LutgenError, match="is no table of comma-separated UTF-8 text"):
+    with pytest.raises(LutgenError, match="is no text in UTF-8"):
         read_design(tmp_path / "binary.csv", ["a"], readers=None, seed=1)
     text = "session,image,condition,reader\n1,a,none,1\n1,a,none,2\n"
     assert table(tmp_path, text, readers=2).readers == 2

@@ -364,7 +364,7 @@ def test_bad_input_ends_with_2_and_a_sentence(study: Path, lutgen: Callable[...,
         ((*run, "A", "--session", "2"), "no reader 'A' has read session 1"),
         ((*run, "A", "--session", "1", "--override", ""), "give a reason"),
         ((*run, "A", "--session", "1", "--port", "70000"), "--port 70000: give 1 to 65535"),
-        (("status", str(tmp_path)), "protocol.json: no such file"),
+        (("status", str(tmp_path)), "protocol.json: cannot read the protocol: no such file"),
         (("status", str(study), "--json", str(tmp_path / "file")), "exists already"),
     ]:
         done = lutgen(*arguments)

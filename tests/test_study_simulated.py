@@ -22,7 +22,8 @@ from lutgen.study.analysis.table_2 import samples, table_2
 from lutgen.study.nuclear_difference import measured_differences, nuclear_difference
 from lutgen.study.protocol import Category, Trial
 from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, paper_trials, simulate
-from tests.planned_study import planned
+from tests.studies import CONDITIONS as PLANNED
+from tests.studies import small_protocol
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -277,7 +278,7 @@ def test_the_difference_is_that_of_the_pixels_of_nuclei(tmp_path: Path) -> None:
 
 
 def test_a_study_is_measured_image_by_image(tmp_path: Path) -> None:
-    protocol = planned(4)
+    protocol = small_protocol(images=4, practice=0, readers=1, conditions=PLANNED[:2])
     row, column = np.mgrid[:96, :96]
     nuclei = (np.hypot(row % 24 - 12, column % 24 - 12) <= 6)[..., np.newaxis]
     with pytest.raises(LutgenError, match="images"):
@@ -288,10 +289,10 @@ def test_a_study_is_measured_image_by_image(tmp_path: Path) -> None:
         picture = np.where(nuclei, (70 + aged, 40, 110 - aged), (240, 220, 235)).astype(np.uint8)
         imsave(tmp_path / render.file, picture, check_contrast=False)
     never = replace(protocol, renders=tuple(each for each in protocol.renders if each.condition != "none"))
-    with pytest.raises(LutgenError, match="image-2: is not shown un-aged"):
+    with pytest.raises(LutgenError, match="case-002: is not shown un-aged"):
         measured_differences(tmp_path, never)
     seen: list[tuple[int, int]] = []
     found = measured_differences(tmp_path, protocol, lambda done, total: seen.append((done, total)))
-    assert set(found) == {("image-2", "chroma@18000"), ("image-4", "chroma@18000")}
+    assert set(found) == {("case-002", "chroma@18000"), ("case-004", "chroma@18000")}
     assert min(found.values()) > 3
     assert seen == [(1, 4), (2, 4), (3, 4), (4, 4)]

@@ -15,11 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.appearance.apply import SOURCES
-from lutgen.appearance.area_means import AreaMeans
+from lutgen.appearance.area_means import Grid, light_means, whole_factor
 from lutgen.appearance.blocks import open_blocks
 from lutgen.appearance.curve import Curve, curves_of
 from lutgen.appearance.distinct import count_colours
-from lutgen.appearance.encoding import LINEAR, Decoder
 from lutgen.appearance.lifetime import MODES
 from lutgen.colorimetry import linear_to_code
 from lutgen.errors import LutgenError, pick_one
@@ -27,8 +26,6 @@ from lutgen.errors import LutgenError, pick_one
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from lutgen.appearance.encoding import Storage, Stored
-    from lutgen.colorimetry import Array
     from lutgen.display import DisplayModel
 
 Pixels = NDArray[np.uint8]
@@ -137,30 +134,18 @@ def aged_series(
         model.at(mode, hour)
     colours = count_colours(path, source, lambda done, total: progress(400 * done // total, 1000))
     with open_blocks(path, source) as blocks:
-        means = AreaMeans(blocks.height, blocks.width, 3, longest)
-        for place, stored in blocks.read(lambda done, total: progress(400 + 400 * done // total, 1000)):
-            means.add(place, *_light(stored, blocks.storage))
-    light = means.means()
+        factor = whole_factor(blocks.height, blocks.width, longest)
+        grid = Grid.squares(blocks.height, blocks.width, factor)
+        light = light_means(blocks, grid, lambda done, total: progress(400 + 400 * done // total, 1000))
     code = np.where(np.isfinite(light), linear_to_code(np.nan_to_num(light)), GREY / 255.0)
     return AgedSeries(
         file=str(image),
         model=model,
         source=np.rint(255.0 * code).astype(np.uint8),
-        factor=means.factor,
+        factor=factor,
         pixels=colours.pixels,
         colours=len(colours),
         curves=curves_of(
             colours, model, modes, chosen, lambda done, total: progress(800 + 200 * done // max(total, 1), 1000)
         ),
     )
-
-
-def _light(stored: Stored, storage: Storage) -> tuple[Array, Array]:
-    """Linear light of a block, (rows, columns, 3), and where it counts: alpha is not 0, (rows, columns)."""
-    flat = stored.reshape(-1, storage.channels)
-    seen = flat[:, 3] != 0 if storage.alpha else np.ones(len(flat), bool)
-    light = np.zeros((len(flat), 3))
-    if seen.any():
-        planes, _ = Decoder(storage, LINEAR)(flat[seen])
-        light[seen] = planes.T
-    return light.reshape(*stored.shape[:2], 3), seen.astype(np.float64).reshape(stored.shape[:2])

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.appearance.apply import SOURCES
-from lutgen.appearance.area_means import AreaMeans
+from lutgen.appearance.area_means import AreaMeans, Grid, whole_factor
 from lutgen.appearance.blocks import open_blocks
 from lutgen.appearance.curve import statistics
 from lutgen.appearance.difference import differences
@@ -182,7 +182,8 @@ def difference_map(
         find: Callable[[Stored], Singles] = partial(_computed, unaged, aged, blocks.storage)
         if blocks.storage.dtype == np.uint8 and not blocks.storage.associated:
             find = partial(_looked_up, _table_of(colours, values))
-        means = AreaMeans(blocks.height, blocks.width, 1, LONGEST)
+        factor = whole_factor(blocks.height, blocks.width, LONGEST)
+        means = AreaMeans(Grid.squares(blocks.height, blocks.width, factor), 1)
         with ExitStack() as stack:
             writers = [stack.enter_context(_floats(file, blocks)) for file in files]
             for place, stored in blocks.read(lambda done, total: progress(500 + 500 * done // total, 1000)):
@@ -205,7 +206,7 @@ def difference_map(
         p99=p99,
         largest=largest,
         shown=means.means()[..., 0],
-        factor=means.factor,
+        factor=factor,
         values=values,
         counts=colours.counts,
     )

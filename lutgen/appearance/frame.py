@@ -7,22 +7,20 @@ streaming pass; a small one is taken as it is. Aged frames are then computed fro
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lutgen.appearance.area_means import Grid, light_means
 from lutgen.appearance.blocks import open_blocks
 from lutgen.appearance.difference import differences
-from lutgen.appearance.encoding import LINEAR, Decoder
 from lutgen.colorimetry import linear_to_code
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from lutgen.appearance.blocks import Blocks, Place
-    from lutgen.appearance.encoding import Stored
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay
 
@@ -96,15 +94,12 @@ def read_frame(
     """
     with open_blocks(path, source) as opened:
         high, wide = fitting(opened.height, opened.width, pixels, width)
-        shrunk = _Shrunk(opened, high, wide)
-        for place, stored in opened.read(progress):
-            shrunk.add(place, stored)
-    linear = shrunk.light / np.maximum(shrunk.area, 1e-9)
-    code = np.rint(linear_to_code(np.clip(linear, 0.0, 1.0)) * 255.0).astype(np.uint8)
-    code, visible = turned(np.moveaxis(code, 0, -1), opened.orientation), turned(shrunk.area > 0, opened.orientation)
+        linear = light_means(opened, Grid.of(opened.height, opened.width, high=high, wide=wide), progress)
+    linear = turned(linear, opened.orientation)
+    code = np.rint(linear_to_code(np.clip(np.nan_to_num(linear), 0.0, 1.0)) * 255.0).astype(np.uint8)
     colours, places = np.unique(code.reshape(-1, 3), axis=0, return_inverse=True)
     size = (opened.height, opened.width) if opened.orientation < 5 else (opened.width, opened.height)
-    return Frame(colours, places.reshape(code.shape[:2]), visible, size[1], size[0])
+    return Frame(colours, places.reshape(code.shape[:2]), np.isfinite(linear[..., 0]), size[1], size[0])
 
 
 def fitting(height: int, width: int, pixels: int, most: int) -> tuple[int, int]:
@@ -121,48 +116,3 @@ def turned(frame: Any, orientation: int) -> Any:
     if orientation in (3, 4, 7, 8):
         frame = frame[::-1]
     return frame[:, ::-1] if orientation in (2, 3, 6, 7) else frame
-
-
-class _Shrunk:
-    """Adds up light and visible area for each pixel of a frame, block by block."""
-
-    def __init__(self, opened: Blocks, height: int, width: int) -> None:
-        self._storage, self._decoder = opened.storage, Decoder(opened.storage, LINEAR)
-        self._rows = np.linspace(0.0, opened.height, height + 1)
-        self._columns = np.linspace(0.0, opened.width, width + 1)
-        self.light, self.area = np.zeros((3, height, width)), np.zeros((height, width))
-
-    def add(self, block: Place, stored: Stored) -> None:
-        """Add pixels (rows, columns, channels)."""
-        top, bottom, left, right = block
-        shape = (bottom - top, right - left)
-        flat = np.where(np.isfinite(stored), stored, 0).astype(stored.dtype).reshape(-1, self._storage.channels)
-        visible = flat[:, 3] != 0 if self._storage.alpha else np.ones(len(flat), dtype=bool)
-        planes, _ = self._decoder(flat)
-        rows, columns = _within(self._rows, top, bottom), _within(self._columns, left, right)
-        place = (slice(rows.first, rows.last), slice(columns.first, columns.last))
-        for total, plane in ((self.area, visible.astype(np.float64)), *zip(self.light, planes * visible, strict=True)):
-            total[place] += _cut(_cut(plane.reshape(shape), rows.edges, 0), columns.edges, 1)
-
-
-class _Cells(NamedTuple):
-    """Cells ``first`` to ``last`` of a frame, and their edges in pixels of a block."""
-
-    first: int
-    last: int
-    edges: Array
-
-
-def _within(edges: Array, start: int, stop: int) -> _Cells:
-    first = int(np.searchsorted(edges, start, side="right")) - 1
-    last = int(np.searchsorted(edges, stop, side="left"))
-    return _Cells(first, last, np.asarray(np.clip(edges[first : last + 1], start, stop) - start))
-
-
-def _cut(values: Array, edges: Array, axis: int) -> Array:
-    """Add up values between consecutive edges along an axis; what straddles an edge is shared."""
-    values = np.moveaxis(values, axis, 0)
-    below = np.concatenate([np.zeros_like(values[:1]), np.cumsum(values, axis=0)])
-    whole = np.minimum(edges.astype(np.intp), len(values) - 1)
-    at_edges = below[whole] + (edges - whole)[:, np.newaxis] * values[whole]
-    return np.moveaxis(np.diff(at_edges, axis=0), 0, axis)

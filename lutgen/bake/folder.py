@@ -6,9 +6,9 @@ import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from lutgen.bake.manifest import JOURNAL, MANIFEST, Manifest, Recipe, planned, read_manifest, sha256, without_ways
+from lutgen.bake.manifest import JOURNAL, MANIFEST, Manifest, Recipe, planned, read_manifest, without_ways
 from lutgen.errors import LutgenError
-from lutgen.files import PARTIAL, write_atomically
+from lutgen.files import PARTIAL, file_sha256, write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -98,7 +98,7 @@ def _refuse_other_build(path: Path, manifest: Manifest | None, journal: Manifest
     if manifest and not journal:
         for record in manifest.files:
             file = path / record.path
-            if file.exists() and sha256(file.read_bytes()) != record.sha256:
+            if file.exists() and file_sha256(file) != record.sha256:
                 message = (
                     f"{file}: was altered since lutgen wrote it. Add --force to replace it, or choose another folder "
                     f"with -o."

@@ -54,6 +54,10 @@ class Lut:
         """Points along one edge."""
         return int(self.table.shape[0])
 
+    def in_steps(self, largest: int) -> Lut:
+        """Return the table as a file holds it whose numbers are whole, 0..``largest``."""
+        return Lut(self.space, np.rint(self.table * largest) / largest)
+
     def apply(self, code: Array) -> Array:
         """Send code values (n, 3) through the table by tetrahedral interpolation in double precision."""
         return self.mix(*tetrahedra(code, self.space, self.size))
@@ -90,6 +94,15 @@ def table_of(lut: Lut | MatrixLut) -> Array:
         message = "this format holds a table, not a matrix"
         raise TypeError(message)
     return lut.table
+
+
+def shaper(lut: Lut | MatrixLut, points: int) -> tuple[Array, Array]:
+    """Return the curve before a table: code values, and their places along the table's edge.
+
+    Of so many points where it bends, of two where the table is indexed in code values.
+    """
+    code = np.linspace(0.0, 1.0, 2 if lut.space == "code" else points)
+    return code, SPACES[lut.space].index(code)
 
 
 def tetrahedra(code: Array, space: str, size: int) -> tuple[NDArray[np.intp], Array]:
@@ -134,10 +147,18 @@ class Sampler:
             raise LutgenError(message)
         return Lut(space, values.reshape(size, size, size, 3))
 
-    def in_steps(self, aged: AgedDisplay, size: int, space: str, *, clip: bool, largest: int) -> Lut:
-        """As :meth:`lut`, for a file that holds whole numbers 0..``largest``."""
-        lut = self.lut(aged, size, space, clip=clip)
-        return Lut(space, np.rint(lut.table * largest) / largest)
+    def candidates(
+        self, aged: AgedDisplay, size: int, *spaces: str, clip: bool, largest: int | None = None
+    ) -> list[Lut | MatrixLut]:
+        """Bake the tables that the most faithful is chosen from: one in each space; as :meth:`lut`.
+
+        A display with stairs in its curves is baked without them too: a coarse table of stairs can err more than none.
+        ``largest`` is for files that hold whole numbers, 0..``largest``.
+        """
+        smooth = without_steps(aged)
+        displays = [aged, smooth] if smooth else [aged]
+        luts = [self.lut(each, size, space, clip=clip) for each in displays for space in spaces]
+        return [lut.in_steps(largest) if largest else lut for lut in luts]
 
 
 def lattice(size: int, space: str) -> Array:
@@ -172,9 +193,3 @@ def is_tetrahedral(aged: AgedDisplay) -> bool:
     table = Lut("linear", aged.code_to_linear(corners).reshape(2, 2, 2, 3))
     away = table.mix_in_space(*tetrahedra(code, "linear", 2)) - aged.code_to_linear(code)
     return bool(np.abs(away).max() <= EXACT)
-
-
-def with_and_without_steps(aged: AgedDisplay) -> list[AgedDisplay]:
-    """Return the display, and one without the stairs in its curves: a coarse table of stairs can err more than none."""
-    smooth = without_steps(aged)
-    return [aged, smooth] if smooth else [aged]

@@ -22,6 +22,7 @@ from lutgen.display.modes import law_of_table, luminance_law
 from lutgen.display.native import NativeDisplay
 from lutgen.display.origin import found_by, record_of
 from lutgen.errors import LutgenError
+from lutgen.files import bytes_at_most
 from lutgen.measurements.table import TIP_DRIVES, Measurements
 
 if TYPE_CHECKING:
@@ -30,6 +31,9 @@ if TYPE_CHECKING:
 MANIFEST = "manifest.json"
 JOURNAL = ".lutgen-build.json"
 SCHEMA = 1
+
+#: A LUT's record takes some two thousand bytes: this is a hundred thousand LUTs.
+MAX_BYTES = 256_000_000
 
 
 @dataclass(frozen=True)
@@ -214,12 +218,15 @@ def _refinements_from_json(content: Mapping[str, Any], folder: Path) -> dict[str
 
 def read_manifest(path: Path) -> Manifest | None:
     """Read a manifest or a journal; None where there is none. Raises LutgenError when it cannot be understood."""
+    advice = "Was it edited? Build into another folder."
     try:
-        content = json.loads(path.read_bytes())
+        content = json.loads(bytes_at_most(path, MAX_BYTES, none="manifest", advice=advice))
     except FileNotFoundError:
         return None
+    except LutgenError:  # a ValueError too
+        raise
     except (OSError, ValueError, RecursionError) as error:
-        message = f"{path}: cannot be read as a lutgen manifest ({error}). Was it edited? Build into another folder."
+        message = f"{path}: cannot be read as a lutgen manifest ({error}). {advice}"
         raise LutgenError(message) from None
     if not isinstance(content, dict) or content.get("schema") != SCHEMA:
         message = f"{path}: not a manifest of this version of lutgen (schema {SCHEMA}). Build into another folder."

@@ -22,7 +22,7 @@ from lutgen.bake.merge_files import NewFolder, copy_files, folder_of_luts, moved
 from lutgen.bake.merge_proof import ROUNDING, aged_difference, compare_parts
 from lutgen.bake.merge_spaces import AgedNames, add_aged, add_source_signal, check_source
 from lutgen.bake.merge_text import inserted, with_search_path
-from lutgen.bindings import ocio, ocio_errors
+from lutgen.bindings import ocio, ocio_errors, refuse_unlikely
 from lutgen.display import hour_name
 from lutgen.errors import LutgenError, pick_one
 
@@ -230,6 +230,7 @@ def _load(lib: Any, path: Path) -> Any:
     if not path.is_file():
         message = f"{path}: there is no such file. Give an OpenColorIO config (config.ocio)."
         raise LutgenError(message)
+    refuse_unlikely(path)
     try:
         config = lib.Config.CreateFromFile(str(path))
         config.validate()

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lutgen.cli.outputs import STANDARD_OUTPUT, check_new_file
 from lutgen.cli.shared import SELECTIONS
 from lutgen.errors import LutgenError
 
@@ -166,13 +165,6 @@ def _again(data: str, files: tuple[str, ...], expressions: tuple[str, ...], **na
     pairs = [(name, value) for name, value in named.items() if value]
     pairs += [("effects", file) for file in files] + [("add-expr", text) for text in expressions]
     return " ".join([shlex.quote(data), *(f"--{name} {shlex.quote(value)}" for name, value in pairs)])
-
-
-def check_json(json_to: str | None, *, force: bool) -> bool:
-    """Refuse a file that JSON cannot be written to; say whether standard output belongs to JSON alone."""
-    if json_to and json_to != STANDARD_OUTPUT:
-        check_new_file(json_to, force=force)
-    return json_to == STANDARD_OUTPUT
 
 
 def split_all(_context: click.Context, _option: click.Parameter, texts: tuple[str, ...]) -> tuple[str, ...]:

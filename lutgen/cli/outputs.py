@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,7 @@ from lutgen.errors import LutgenError
 from lutgen.files import write_atomically
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from rich.console import RenderableType
 
@@ -47,6 +48,13 @@ def check_new_file(path: str, *, force: bool, suffixes: Sequence[str] = ()) -> P
         raise LutgenError(message)
     _check_writable(file)
     return file
+
+
+def check_json(json_to: str | None, *, force: bool) -> bool:
+    """Refuse a file that JSON cannot be written to; say whether standard output belongs to JSON alone."""
+    if json_to and json_to != STANDARD_OUTPUT:
+        check_new_file(json_to, force=force)
+    return json_to == STANDARD_OUTPUT
 
 
 def check_pictures(folder: str, names: Iterable[str], *, force: bool) -> Path:
@@ -94,3 +102,50 @@ def print_page(page: Iterable[RenderableType]) -> None:
     console = Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH)
     for part in page:
         console.print(part, soft_wrap=isinstance(part, str) or hasattr(part, "plain"), markup=False)
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """Where a command leaves what it found: on a page, and where --json, --csv and --plots say.
+
+    ``pictures`` names the files of --plots; it is asked where there is a folder for them.
+    """
+
+    json_to: str | None
+    csv_to: str | None = None
+    plots: str | None = None
+    pictures: Callable[[], Iterable[str]] = tuple
+    force: bool = False
+
+    def __post_init__(self) -> None:
+        """Raise LutgenError, before any work is done for them, for places that cannot be written to."""
+        check_json(self.json_to, force=self.force)
+        if self.csv_to:
+            check_new_file(self.csv_to, force=self.force)
+        if self.plots:
+            check_pictures(self.plots, self.pictures(), force=self.force)
+
+    @property
+    def alone(self) -> bool:
+        """Whether standard output belongs to JSON alone."""
+        return self.json_to == STANDARD_OUTPUT
+
+    def write(
+        self,
+        page: Iterable[RenderableType],
+        as_json: Callable[[], Any],
+        *,
+        as_csv: Callable[[], str] = str,
+        plot: Callable[[str], Sequence[Path]] = lambda _folder: (),
+    ) -> None:
+        """Print the page, and write the table, the pictures and the JSON that were asked for, in this order."""
+        if not self.alone:
+            print_page(page)
+        if self.csv_to:
+            write_atomically(Path(self.csv_to), as_csv().encode())
+        if self.plots:
+            pictures = plot(self.plots)
+            if not self.alone:
+                print_page([f"Pictures: {', '.join(map(str, pictures))}"])
+        if self.json_to:
+            write_json(as_json(), self.json_to)

@@ -24,7 +24,7 @@ from lutgen.display.native import CHANNELS, NativeDisplay
 from lutgen.display.origin import found_by, record_of
 from lutgen.display.toml import document, table_lines
 from lutgen.errors import LutgenError
-from lutgen.files import write_atomically
+from lutgen.files import read_at_most, write_atomically
 from lutgen.measurements import read_measurements
 
 if TYPE_CHECKING:
@@ -35,6 +35,9 @@ if TYPE_CHECKING:
     from lutgen.measurements import Measurements
 
 SCHEMA = 1
+
+#: A model with every effect and a tip an hour stays far below.
+MAX_BYTES = 16_000_000
 
 HEAD = "# A lutgen display model: lutgen build --model THIS_FILE bakes it. Made by lutgen refine; edit with care."
 
@@ -144,17 +147,15 @@ def load_model(path: str | Path, effects: Mapping[str, Effect] | None = None) ->
     Raises
     ------
     LutgenError
-        Unreadable, not TOML, a key or value that is not allowed, an effect that is not there any more, or readings that
-        are not those that the model was made from.
+        Unreadable, far too large, or not TOML; a key or value that is not allowed, an effect that is not there any
+        more, or readings that are not those that the model was made from.
 
     """
     path = Path(path)
+    data = read_at_most(path, MAX_BYTES, what="the model", none="model")
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        message = f"{path}: cannot read the model: {(error.strerror or str(error)).lower()}."
-        raise LutgenError(message) from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        content = tomllib.loads(data.decode("utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         message = f"{path}: not a model file (TOML): {error}."
         raise LutgenError(message) from None
     if content.get("schema") != SCHEMA:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.errors import LutgenError, pick_one
+from lutgen.files import read_at_most
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -26,6 +27,9 @@ MODES = {
 PAPER_LAW = ((0.0, 1.0), (10_000.0, 0.67), (18_000.0, 0.40))
 
 LAWS = ("paper", "measured")
+
+#: A luminance table has a row of some bytes an hour.
+MAX_BYTES = 4_000_000
 
 
 @dataclass(frozen=True)
@@ -90,12 +94,11 @@ def law_of_table(name: str, table: tuple[tuple[float, float], ...], *, where: st
 
 
 def _read_table(path: Path) -> tuple[tuple[float, float], ...]:
+    data = read_at_most(path, MAX_BYTES, what="the luminance table", none="luminance table")
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        reason = (getattr(error, "strerror", None) or str(error)).lower()
-        message = f"{path}: cannot read the luminance table: {reason}."
-        raise LutgenError(message) from None
+        lines = data.decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError as error:
+        raise LutgenError(f"{path}: cannot read the luminance table: {error}.") from None
     rows = [row for row in csv.reader(lines) if row and not row[0].startswith("#")]
     if rows and [cell.strip() for cell in rows[0]] == ["hour", "factor"]:
         rows = rows[1:]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError, pick_one
+from lutgen.files import bytes_at_most
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -81,8 +82,10 @@ def _chosen(name: str, effects: Mapping[str, Effect]) -> Effect:
 
 
 def _sha256(file: Path, name: str) -> str:
+    from lutgen.effects.own import MAX_BYTES
+
     try:
-        return hashlib.sha256(file.read_bytes()).hexdigest()
+        return hashlib.sha256(bytes_at_most(file, MAX_BYTES, none="file of effects")).hexdigest()
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         message = f"effect {name!r}: cannot read its file {file}: {reason}. Put it back there."

@@ -25,6 +25,7 @@ from lutgen.effects import catalogue
 from lutgen.effects.child import LIMIT_S, ask, what_was_raised
 from lutgen.effects.declare import CODE, Effect, chain_order
 from lutgen.errors import LutgenError, pick_one
+from lutgen.files import read_at_most
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -33,6 +34,9 @@ if TYPE_CHECKING:
 
 #: Entry points of this group are modules that declare effects, or effects.
 GROUP = "lutgen.effects"
+
+#: A file of effects is text that a person wrote.
+MAX_BYTES = 4_000_000
 
 #: Modules of users' files begin with this, and end in the hash of path and content.
 _PRIVATE = "lutgen_own_"
@@ -170,12 +174,9 @@ def _module_name(path: str | Path) -> str:
     if Path(path).suffix != ".py":
         message = f"{path}: effects are read from Python files. Give a name that ends in .py."
         raise LutgenError(message)
+    data = read_at_most(Path(path), MAX_BYTES, what="the effects", none="file of effects")
     try:
-        data = Path(path).read_bytes()
         ast.parse(data, str(path))
-    except OSError as error:
-        message = f"{path}: cannot read the effects: {(error.strerror or str(error)).lower()}."
-        raise LutgenError(message) from None
     except SyntaxError as error:
         message = f"{path}: line {error.lineno}: not Python: {error.msg}."
         raise LutgenError(message) from None

@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import code_to_linear
-
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.effects.spectra import SpectralDisplay
@@ -81,10 +79,6 @@ class Scene:
     def mean_drive(self) -> Array:
         """Mean code value of the whole screen, patch and surround."""
         return np.asarray(self.window * self.code.mean(axis=-1, keepdims=True) + (1.0 - self.window) * self.surround)
-
-    def screen_xyz(self, xyz: Array) -> Array:
-        """Mean XYZ of the whole screen that shows ``xyz`` in the patch, (..., n, 3)."""
-        return self.window * xyz + (1.0 - self.window) * code_to_linear(self.surround) * self.white
 
 
 def growth(tau: Array, *, new: float, grown: float, power: float, saturation: float = 0.0) -> Array:

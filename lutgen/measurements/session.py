@@ -60,12 +60,10 @@ class Session:
     calibration
         The curves that were loaded in the graphics card while it was read, (k, 4): input, red, green and blue, 0..1;
         None: the file has none.
-    created, created_text
-        When it was made, or None where the text cannot be believed; and that text.
+    created
+        When it was made; None where the file does not say, or cannot be believed.
     instrument, display
         Their names; "" where the file does not say.
-    refresh
-        Whether the display was read as one that flickers; None: not said.
     remarks
         What reading the file had to decide or could not believe, in sentences.
     metadata
@@ -86,10 +84,8 @@ class Session:
     wavelengths: Array | None = None
     calibration: Array | None = None
     created: datetime | None = None
-    created_text: str = ""
     instrument: str = ""
     display: str = ""
-    refresh: bool | None = None
     remarks: tuple[str, ...] = ()
     metadata: Mapping[str, str] = field(default_factory=dict)
     file: str = "<memory>"

@@ -12,8 +12,9 @@ import numpy as np
 
 from lutgen.effects.clauses import reacts_to
 from lutgen.effects.scene import LIFE_H
-from lutgen.report import METADATA, new_png, spaced
-from lutgen.report.plots import DPI, PAGE, TIP_COLOURS
+from lutgen.report import spaced
+from lutgen.report.picture import new_figure
+from lutgen.report.plots import PAGE, TIP_COLOURS
 from lutgen.report.signature import CONDITIONS, Signature
 
 if TYPE_CHECKING:
@@ -71,15 +72,8 @@ def plot_effect(effect: Effect, path: str | Path, *, force: bool = False) -> Non
         ``path`` is no .png, cannot be written, or exists and ``force`` is not given.
 
     """
-    from matplotlib import style
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    with style.context("default"), new_png(path, force=force) as partial:
-        figure = Figure(figsize=PAGE, dpi=DPI)
-        FigureCanvasAgg(figure)
+    with new_figure(path, PAGE, force=force) as figure:
         _draw_page(figure, Signature.of(effect))
-        figure.savefig(partial, format="png", metadata=METADATA)
 
 
 def _draw_page(figure: Figure, signature: Signature) -> None:

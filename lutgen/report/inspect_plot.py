@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import SRGB_XY, code_to_linear, xy_to_uv, xyz_to_xyY
-from lutgen.errors import LutgenError
 from lutgen.report.inspect_page import origin
-from lutgen.report.picture import BAND, BLACK, GREY, RED, picture, tidy
+from lutgen.report.picture import BAND, BLACK, GREY, RED, named_once, picture, tidy
 from lutgen.report.plots import TIP_COLOURS, chromaticity_diagram
 from lutgen.sessions.patches import CHANNELS
 from lutgen.sessions.primaries import GAMUTS
@@ -36,12 +35,7 @@ _REMARK_LETTERS, _REMARK_LINES = 63, 12
 
 def picture_names(files: Sequence[str]) -> list[str]:
     """Name the picture of each session. Raises LutgenError where two would have the same name."""
-    names = [f"inspect-{Path(file).stem}.png" for file in files]
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice:
-        message = f"{twice}: two sessions would be drawn into this file. Draw them one after the other, or rename one."
-        raise LutgenError(message)
-    return names
+    return named_once([f"inspect-{Path(file).stem}.png" for file in files], "sessions")
 
 
 def plot_inspection(found: Inspection, path: Path, *, force: bool = False) -> None:

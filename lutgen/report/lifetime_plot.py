@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.errors import LutgenError
 from lutgen.report import provenance, spaced
 from lutgen.report.lifetime_page import COLUMNS, counted
-from lutgen.report.picture import BLACK, BLUE, GREY, RED, picture, tidy
+from lutgen.report.picture import BLACK, BLUE, GREY, RED, named_once, picture, tidy
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,12 +31,7 @@ _HEADROOM = 1.12
 
 def picture_names(images: Sequence[str]) -> list[str]:
     """Name the picture of each image. Raises LutgenError where two would have the same name."""
-    names = [f"lifetime-{Path(image).stem}.png" for image in images]
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice:
-        message = f"{twice}: two images would be drawn into this file. Draw them one after the other, or rename one."
-        raise LutgenError(message)
-    return names
+    return named_once([f"lifetime-{Path(image).stem}.png" for image in images], "images")
 
 
 def plot_lifetimes(found: Lifetimes, folder: str | Path, *, force: bool = False) -> list[Path]:

@@ -6,6 +6,7 @@ import textwrap
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from lutgen.errors import LutgenError
 from lutgen.report import METADATA, new_png
 
 if TYPE_CHECKING:
@@ -30,6 +31,27 @@ _LINES = {"title": 0.30, "second": 0.22, "foot": 0.19}
 
 
 @contextmanager
+def new_figure(path: str | Path, size: tuple[float, float], *, force: bool) -> Iterator[Figure]:
+    """Give an empty figure of ``size`` inches; on success it becomes a PNG, the same bytes on every run.
+
+    Raises
+    ------
+    LutgenError
+        ``path`` is no .png, cannot be written, or exists and ``force`` is not given.
+
+    """
+    from matplotlib import style
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with style.context("default"), new_png(path, force=force) as partial:
+        figure = Figure(figsize=size, dpi=DPI)
+        FigureCanvasAgg(figure)
+        yield figure
+        figure.savefig(partial, format="png", metadata=METADATA)
+
+
+@contextmanager
 def picture(
     path: Path, title: str, *, second: str = "", foot: str = "", height: float = 9.0, force: bool
 ) -> Iterator[tuple[Figure, float, float]]:
@@ -41,13 +63,7 @@ def picture(
         ``path`` cannot be written, or exists and ``force`` is not given.
 
     """
-    from matplotlib import style
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    with style.context("default"), new_png(path, force=force) as partial:
-        figure = Figure(figsize=(WIDTH, height), dpi=DPI)
-        FigureCanvasAgg(figure)
+    with new_figure(path, (WIDTH, height), force=force) as figure:
         top = height - 0.2
         for text, letters, kind, look in (
             (title, _TITLE, "title", {"fontsize": 16, "weight": "bold"}),
@@ -60,7 +76,15 @@ def picture(
         lines = textwrap.wrap(foot, _FOOT, max_lines=3, placeholder=" …", break_on_hyphens=False)
         figure.text(0.04, 0.12 / height, "\n".join(lines), fontsize=10, va="bottom", color="#444444")
         yield figure, (0.12 + len(lines) * _LINES["foot"]) / height, top / height
-        figure.savefig(partial, format="png", metadata=METADATA)
+
+
+def named_once(names: list[str], what: str) -> list[str]:
+    """Return names of pictures of several sessions, images, … Raises LutgenError where two are the same."""
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice:
+        message = f"{twice}: two {what} would be drawn into this file. Draw them one after the other, or rename one."
+        raise LutgenError(message)
+    return names
 
 
 def tidy(axes: Axes) -> None:

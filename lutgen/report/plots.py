@@ -14,7 +14,8 @@ import numpy as np
 from lutgen.colorimetry import linear_to_code, xy_to_uv, xyY_to_xyz, xyz_to_linear
 from lutgen.display.modes import luminance_law
 from lutgen.measurements import TIP_NAMES
-from lutgen.report import METADATA, new_png, spaced
+from lutgen.report import spaced
+from lutgen.report.picture import new_figure
 from lutgen.report.show import show
 
 if TYPE_CHECKING:
@@ -28,8 +29,8 @@ if TYPE_CHECKING:
     from lutgen.display import DisplayModel
     from lutgen.report.show import Shown
 
-#: Inches and dots an inch: 1500 × 900 pixels, which a laptop shows whole.
-PAGE, DPI = (15.0, 9.0), 100
+#: Inches: 1500 × 900 pixels, which a laptop shows whole.
+PAGE = (15.0, 9.0)
 
 #: Letters that fit in a line of the footer, of which there are at most two.
 FOOTER = 180
@@ -50,15 +51,8 @@ def plot_display(model: DisplayModel, path: str | Path, *, force: bool = False) 
         ``path`` is no .png, cannot be written, or exists and ``force`` is not given.
 
     """
-    from matplotlib import style
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    with style.context("default"), new_png(path, force=force) as partial:
-        figure = Figure(figsize=PAGE, dpi=DPI)
-        FigureCanvasAgg(figure)
+    with new_figure(path, PAGE, force=force) as figure:
         _draw_page(figure, show(model), model)
-        figure.savefig(partial, format="png", metadata=METADATA)
 
 
 def _draw_page(figure: Figure, shown: Shown, model: DisplayModel) -> None:

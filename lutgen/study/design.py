@@ -31,9 +31,9 @@ if TYPE_CHECKING:
 #: The un-aged display: the same picture, untouched.
 UNAGED = Condition("none", "stable", 0.0)
 
-#: The paper's conditions of session 1, images under each, sessions, and days between them.
+#: The paper's conditions of session 1, images under each, and sessions.
 PAPER_CONDITIONS = "none,chroma@18000,chroma-luma@18000"
-PAPER_PER_CONDITION, PAPER_SESSIONS, PAPER_WASHOUT_DAYS = 40, 2, 24.0
+PAPER_PER_CONDITION, PAPER_SESSIONS = 40, 2
 
 #: The stream that the design itself is drawn from; readers and sessions count from 1.
 _DESIGN = (0, 0)

@@ -12,6 +12,7 @@ import numpy as np
 
 from lutgen.appearance.images import FORMATS, open_source
 from lutgen.errors import LutgenError
+from lutgen.files import file_sha256, files_below
 from lutgen.study.protocol import StudyImage
 
 if TYPE_CHECKING:
@@ -79,18 +80,9 @@ def find_images(given: Iterable[str | Path]) -> list[Path]:
 
 
 def _images_of(given: Path) -> list[Path]:
-    try:
-        if not given.is_dir():
-            return [given]
-        found = sorted(
-            path
-            for path in given.rglob("*")
-            if path.suffix.lower() in SUFFIXES
-            and path.is_file()
-            and not any(part.startswith(".") for part in path.relative_to(given).parts)
-        )
-    except OSError as error:
-        raise LutgenError(f"{given}: cannot look for images: {(error.strerror or str(error)).lower()}.") from None
+    found = files_below(given, SUFFIXES)
+    if found is None:
+        return [given]
     if not found:
         raise LutgenError(f"{given}: no image in this folder or below. Looked for {', '.join(SUFFIXES)}.")
     return found
@@ -146,15 +138,6 @@ def _picture(name: str, path: Path) -> Picture:
     with open_source(path) as source:
         rounded = source.storage.dtype == np.uint16
     return Picture(name, path, file_sha256(path), shown.hexdigest(), pixels.shape[1], pixels.shape[0], rounded)
-
-
-def file_sha256(path: Path) -> str:
-    """Return the hash of a file's bytes. Raises LutgenError when it cannot be read."""
-    try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError as error:
-        raise LutgenError(f"{path}: cannot read: {(error.strerror or str(error)).lower()}.") from None
 
 
 def shown_pixels(path: Path) -> Pixels:

@@ -17,9 +17,9 @@ from lutgen import __version__
 from lutgen.bake.manifest import model_as_json, without_ways
 from lutgen.display import what_luts_carry
 from lutgen.errors import LutgenError
-from lutgen.files import PARTIAL
+from lutgen.files import PARTIAL, file_sha256
 from lutgen.study.design import UNAGED
-from lutgen.study.pictures import file_sha256, find_images, look_at
+from lutgen.study.pictures import find_images, look_at
 from lutgen.study.power import MOST, study_power
 from lutgen.study.protocol import ANSWERS, IMAGES, PROTOCOL, Protocol, write_protocol
 from lutgen.study.render import bake_conditions, render_images

@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import LutgenError
-from lutgen.files import write_atomically
+from lutgen.files import read_at_most, write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -26,6 +26,9 @@ IMAGES = "images"
 ANSWERS = "answers"
 
 SCHEMA = 1
+
+#: A trial takes some hundred bytes: this is two million of them.
+MAX_BYTES = 256_000_000
 
 
 @dataclass(frozen=True)
@@ -154,19 +157,18 @@ def read_protocol(study: Path) -> Protocol:
     Raises
     ------
     LutgenError
-        There is none, it is none of ours, or it was altered after it was frozen.
+        There is none, it is none of ours or too large for one, or it was altered after it was frozen.
 
     """
     path = study / PROTOCOL
+    advice = "Give the folder that lutgen study plan made."
+    data = read_at_most(path, MAX_BYTES, what="the protocol", none="protocol", advice=advice)
     try:
-        content = json.loads(path.read_bytes())
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise LutgenError(f"{path}: {reason}. Give the folder that lutgen study plan made.") from None
-    except ValueError:
+        content = json.loads(data)
+    except (ValueError, RecursionError):
         raise LutgenError(f"{path}: is no JSON, or cut off. Restore it, or plan the study again.") from None
     if not isinstance(content, dict) or content.get("schema") != SCHEMA:
-        raise LutgenError(f"{path}: is no protocol of schema {SCHEMA}. Give the folder that lutgen study plan made.")
+        raise LutgenError(f"{path}: is no protocol of schema {SCHEMA}. {advice}")
     claimed = content.pop("sha256", None)
     if claimed != _hash(content):
         message = f"{path}: was altered after it was frozen (its hash does not fit). Restore it, or plan a new study."

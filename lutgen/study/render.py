@@ -16,10 +16,9 @@ from typing import TYPE_CHECKING, Any
 from lutgen.appearance.apply import apply_to_images
 from lutgen.appearance.png import plain_png
 from lutgen.bake.build import Plan, build
-from lutgen.errors import LutgenError
 from lutgen.study.design import UNAGED
-from lutgen.study.pictures import file_sha256, shown_pixels
-from lutgen.study.protocol import IMAGES, Condition, Protocol, Render
+from lutgen.study.pictures import shown_pixels
+from lutgen.study.protocol import IMAGES, Condition, Render
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -125,19 +124,3 @@ def render_images(
             renders.append(Render(picture.name, condition, file, hashlib.sha256(data).hexdigest()))
             progress(len(renders))
     return tuple(renders)
-
-
-def check_renders(study: Path, protocol: Protocol) -> None:
-    """Look whether every picture that readers are shown is the one that was planned.
-
-    Raises
-    ------
-    LutgenError
-        One is missing or was changed, by its file.
-
-    """
-    for render in protocol.renders:
-        file = study / render.file
-        if file_sha256(file) != render.sha256:
-            message = f"{file}: was changed after the study was planned. Restore it, or plan a new study."
-            raise LutgenError(message)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from lutgen.appearance import slides
 from lutgen.appearance.images import FORMATS
 from lutgen.errors import LutgenError
+from lutgen.files import files_below, read_at_most
 
 if TYPE_CHECKING:
     import os
@@ -20,6 +21,9 @@ SUFFIXES = tuple(suffix for kind in FORMATS for suffix in kind.suffixes) + slide
 
 #: A list of slides ends in this.
 LIST = ".txt"
+
+#: A path of some hundred bytes for each of a hundred thousand slides.
+MAX_BYTES = 64_000_000
 
 #: Slides that are an index beside a folder of the same name, which holds the pixels.
 _WITH_FOLDER = ".mrxs"
@@ -70,35 +74,24 @@ def find_slides(given: Sequence[str | Path]) -> tuple[Slide, ...]:
 
 
 def _named(given: Path) -> Iterable[Path]:
-    if given.is_dir():
-        return _in_folder(given)
-    return _in_list(given) if given.suffix.lower() == LIST else [given]
-
-
-def _in_folder(folder: Path) -> list[Path]:
-    found = sorted(
-        path
-        for path in folder.rglob("*")
-        if path.suffix.lower() in SUFFIXES
-        and path.is_file()
-        and not any(part.startswith(".") for part in path.relative_to(folder).parts)
-    )
+    found = files_below(given, SUFFIXES)
+    if found is None:
+        return _in_list(given) if given.suffix.lower() == LIST else [given]
     if not found:
-        message = f"{folder}: no slide in this folder or below. Looked for {', '.join(SUFFIXES)}."
-        raise LutgenError(message)
+        raise LutgenError(f"{given}: no slide in this folder or below. Looked for {', '.join(SUFFIXES)}.")
     return found
 
 
 def _in_list(file: Path) -> list[Path]:
+    advice = "A list holds the path of a slide a line."
+    data = read_at_most(file, MAX_BYTES, what="the list of slides", none="list of slides", advice=advice)
     try:
-        lines = [line.strip() for line in file.read_text(encoding="utf-8-sig").splitlines()]
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror or str(error) if isinstance(error, OSError) else "it is not UTF-8 text"
-        message = f"{file}: cannot read the list of slides: {reason.lower()}. A list holds the path of a slide a line."
-        raise LutgenError(message) from None
+        lines = [line.strip() for line in data.decode("utf-8-sig").splitlines()]
+    except UnicodeDecodeError:
+        raise LutgenError(f"{file}: cannot read the list of slides: it is not utf-8 text. {advice}") from None
     found = [file.parent / line for line in lines if line and not line.startswith("#")]
     if not found:
-        raise LutgenError(f"{file}: names no slide. A list holds the path of a slide a line.")
+        raise LutgenError(f"{file}: names no slide. {advice}")
     return found
 
 

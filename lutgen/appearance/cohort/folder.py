@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.display.model_file import model_text
 from lutgen.errors import LutgenError
-from lutgen.files import PARTIAL, write_atomically
+from lutgen.files import PARTIAL, bytes_at_most, write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -25,6 +25,9 @@ OPTIONS = "cohort.json"
 
 #: The folder of results.
 SLIDES = "slides"
+
+#: A result has some numbers for each hour and mode.
+MAX_BYTES = 64_000_000
 
 
 @dataclass(frozen=True)
@@ -61,7 +64,7 @@ class RunFolder:
         if self.other:
             return None
         try:
-            content = json.loads(self._file(slide).read_bytes())
+            content = json.loads(bytes_at_most(self._file(slide), MAX_BYTES, none="result"))
             same = content["schema"] == SCHEMA and content["slide"] | {"name": slide.name} == asdict(slide)
             found: dict[str, Any] | None = content["image"] if same else None
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
@@ -123,8 +126,9 @@ def recipe_of(asked: Asked, path: Path) -> dict[str, Any]:
 
 def _read(path: Path) -> dict[str, Any] | None:
     """Return what a run asked; None for a folder that is empty or not there."""
+    advice = "Was it edited? Choose another folder with -o."
     try:
-        content = json.loads((path / OPTIONS).read_bytes())
+        content = json.loads(bytes_at_most(path / OPTIONS, MAX_BYTES, none="run", advice=advice))
     except FileNotFoundError:
         stranger = min((each.name for each in path.iterdir()), default="") if path.is_dir() else ""
         if not stranger or stranger.endswith(PARTIAL):
@@ -134,8 +138,10 @@ def _read(path: Path) -> dict[str, Any] | None:
             "with -o."
         )
         raise LutgenError(message) from None
+    except LutgenError:  # a ValueError too
+        raise
     except (OSError, ValueError, RecursionError) as error:
-        message = f"{path / OPTIONS}: cannot be read ({error}). Was it edited? Choose another folder with -o."
+        message = f"{path / OPTIONS}: cannot be read ({error}). {advice}"
         raise LutgenError(message) from None
     if not isinstance(content, dict) or "tolerances" not in content:
         message = f"{path / OPTIONS}: says nothing of a cohort. Choose another folder with -o."

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.bake.formats import Format, Provenance
-from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of, with_and_without_steps
+from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
@@ -23,8 +23,8 @@ LARGEST, LARGEST_PLACE = 4095, 1023
 
 def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
     """Give the table indexed in code values, clipped to sRGB and rounded to 12 bit."""
-    luts = [sampler.in_steps(each, size, "code", clip=True, largest=LARGEST) for each in with_and_without_steps(aged)]
-    brightest = luts[0].table.max() * LARGEST
+    luts = sampler.candidates(aged, size, "code", clip=True, largest=LARGEST)
+    brightest = table_of(luts[0]).max() * LARGEST
     if brightest <= LARGEST // 2:
         message = (
             f"{aged.mode} at {aged.hours:g} h: a .3dl cannot hold a display whose brightest code value is "
@@ -32,7 +32,7 @@ def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut
             f"the format 3dl out, or that hour."
         )
         raise LutgenError(message)
-    return [*luts]
+    return luts
 
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:

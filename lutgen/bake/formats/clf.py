@@ -16,7 +16,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from lutgen.bake.digits import rows_of_text
 from lutgen.bake.formats import Format, Provenance
-from lutgen.bake.lut import Lut, MatrixLut, Sampler, as_matrix, is_tetrahedral, with_and_without_steps
+from lutgen.bake.lut import Lut, MatrixLut, Sampler, as_matrix, is_tetrahedral
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -30,8 +30,7 @@ def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut
         return [matrix]
     if is_tetrahedral(aged):
         return [sampler.lut(aged, 2, "linear", clip=False)]
-    displays = with_and_without_steps(aged)
-    return [sampler.lut(each, size, space, clip=False) for each in displays for space in ("code", "linear")]
+    return sampler.candidates(aged, size, "code", "linear", clip=False)
 
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:

@@ -11,8 +11,7 @@ import numpy as np
 
 from lutgen.bake.digits import rows_of_text
 from lutgen.bake.formats import Format, Provenance
-from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of, with_and_without_steps
-from lutgen.bake.spaces import SPACES
+from lutgen.bake.lut import Lut, MatrixLut, Sampler, shaper, table_of
 
 if TYPE_CHECKING:
     from lutgen.display import AgedDisplay
@@ -23,20 +22,18 @@ CURVE_POINTS = 257
 
 def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
     """Give tables indexed in code values and behind the prelut, not clipped."""
-    displays = with_and_without_steps(aged)
-    return [sampler.lut(each, size, space, clip=False) for each in displays for space in ("code", "shaped")]
+    return sampler.candidates(aged, size, "code", "shaped", clip=False)
 
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     """Return the file's bytes."""
     table = table_of(lut)
-    points = CURVE_POINTS if lut.space == "shaped" else 2
-    code = np.linspace(0.0, 1.0, points)
-    curve = rows_of_text(np.stack([code, SPACES[lut.space].index(code)]))
+    code, place = shaper(lut, CURVE_POINTS)
+    curve = rows_of_text(np.stack([code, place]))
     # A line that says END METADATA alone would end it.
     about = "\n".join(f"# {line}" for line in (provenance.title, *provenance.lines))
     head = f"CSPLUTV100\n3D\n\nBEGIN METADATA\n{about}\nEND METADATA\n\n".encode("ascii", errors="replace")
-    prelut = b"%d\n%s" % (points, bytes(curve)) * 3
+    prelut = b"%d\n%s" % (len(code), bytes(curve)) * 3
     size = b"\n%d %d %d\n" % ((lut.size,) * 3)
     return b"".join((head, prelut, size, rows_of_text(table.reshape(-1, 3))))
 

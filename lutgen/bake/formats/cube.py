@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from lutgen.bake.digits import rows_of_text
 from lutgen.bake.formats import Format, Provenance
-from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of, with_and_without_steps
+from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of
 
 if TYPE_CHECKING:
     from lutgen.display import AgedDisplay
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
     """Give the table indexed in code values, as viewers expect, clipped to sRGB."""
-    return [sampler.lut(each, size, "code", clip=True) for each in with_and_without_steps(aged)]
+    return sampler.candidates(aged, size, "code", clip=True)
 
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from lutgen.bake import icc_profile as icc
 from lutgen.bake.formats import Format, Provenance, Reader
 from lutgen.bake.littlecms import table_of_profile, through_profile
-from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of, with_and_without_steps
+from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of
 
 if TYPE_CHECKING:
     from lutgen.display import AgedDisplay
@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 
 def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
     """Give the table indexed in code values, clipped to sRGB."""
-    displays = with_and_without_steps(aged)
-    return [sampler.in_steps(each, size, "code", clip=True, largest=icc.LARGEST) for each in displays]
+    return sampler.candidates(aged, size, "code", clip=True, largest=icc.LARGEST)
 
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.bake.formats import Format, Provenance, Reader
-from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of, with_and_without_steps
+from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of
 from lutgen.bindings import oiio
 from lutgen.errors import LutgenError
 
@@ -32,8 +32,7 @@ LEVELS = range(2, 13)
 def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
     """Give the table indexed in code values, clipped to sRGB; 16, 36 or 64 points, squares as Hald asks."""
     points = round(size**0.5) ** 2
-    displays = with_and_without_steps(aged)
-    return [sampler.in_steps(each, points, "code", clip=True, largest=LARGEST) for each in displays]
+    return sampler.candidates(aged, points, "code", clip=True, largest=LARGEST)
 
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:

@@ -19,7 +19,7 @@ import numpy as np
 from lutgen.bake import icc_profile as icc
 from lutgen.bake.formats import Format, Provenance, Reader
 from lutgen.bake.littlecms import table_of_profile, through_profile
-from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of, with_and_without_steps
+from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of
 from lutgen.bake.spaces import lab_held_to_xyz_d50
 
 if TYPE_CHECKING:
@@ -28,8 +28,7 @@ if TYPE_CHECKING:
 
 def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
     """Give the table of L*a*b* under D50, indexed in code values and not clipped."""
-    displays = with_and_without_steps(aged)
-    return [sampler.in_steps(each, size, "lab", clip=False, largest=icc.LARGEST) for each in displays]
+    return sampler.candidates(aged, size, "lab", clip=False, largest=icc.LARGEST)
 
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:

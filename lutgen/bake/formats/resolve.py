@@ -13,8 +13,7 @@ import numpy as np
 
 from lutgen.bake.digits import rows_of_text
 from lutgen.bake.formats import Format, Provenance
-from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of, with_and_without_steps
-from lutgen.bake.spaces import SPACES
+from lutgen.bake.lut import Lut, MatrixLut, Sampler, shaper, table_of
 
 if TYPE_CHECKING:
     from lutgen.display import AgedDisplay
@@ -25,18 +24,16 @@ CURVE_POINTS = 4096
 
 def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
     """Give tables indexed in code values and behind the shaper, clipped to sRGB."""
-    displays = with_and_without_steps(aged)
-    return [sampler.lut(each, size, space, clip=True) for each in displays for space in ("code", "shaped")]
+    return sampler.candidates(aged, size, "code", "shaped", clip=True)
 
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     """Return the file's bytes."""
     table = table_of(lut)
-    points = CURVE_POINTS if lut.space == "shaped" else 2
-    curve = SPACES[lut.space].index(np.linspace(0.0, 1.0, points))
+    _, curve = shaper(lut, CURVE_POINTS)
     header = [
         *(f"# {line}" for line in (provenance.title, *provenance.lines)),
-        f"LUT_1D_SIZE {points}",
+        f"LUT_1D_SIZE {len(curve)}",
         "LUT_1D_INPUT_RANGE 0.0 1.0",
         f"LUT_3D_SIZE {lut.size}",
         "LUT_3D_INPUT_RANGE 0.0 1.0",

@@ -12,7 +12,7 @@ import numpy as np
 
 from lutgen.bake.digits import rows_of_text
 from lutgen.bake.formats import Format, Provenance
-from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of, with_and_without_steps
+from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of
 
 if TYPE_CHECKING:
     from lutgen.display import AgedDisplay
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
     """Give the table indexed in code values, not clipped."""
-    return [sampler.lut(each, size, "code", clip=False) for each in with_and_without_steps(aged)]
+    return sampler.candidates(aged, size, "code", clip=False)
 
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:

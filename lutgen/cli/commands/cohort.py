@@ -7,8 +7,7 @@ from typing import Any
 
 import click
 
-from lutgen.cli.data_options import check_json
-from lutgen.cli.outputs import check_new_file, print_page, write_json
+from lutgen.cli.outputs import Outputs
 from lutgen.cli.picture_options import hours_option, json_option, source_option, tolerance_option
 from lutgen.cli.shared import model_from, model_options, numbers, progress_bar
 
@@ -54,8 +53,6 @@ def command(
       lutgen cohort slides/ -o run/
       lutgen cohort slides/a.tif slides/b.tif --tissue --tolerance 1,3 -o run-tissue/ --csv cohort.csv
     """
-    from pathlib import Path
-
     from lutgen.appearance.cohort import cohort
     from lutgen.display.hours import parse_hours
     from lutgen.report.cohort_page import cohort_page
@@ -63,12 +60,10 @@ def command(
     if jobs and scheduler:
         message = "--jobs are processes of this machine, and --scheduler has its own. Leave one of them out."
         raise click.UsageError(message)
-    alone = check_json(json_to, force=force)
-    if csv_to:
-        check_new_file(csv_to, force=force)
+    outputs = Outputs(json_to, csv_to, force=force)
     model = model_from(**options)
     try:
-        with progress_bar("slides", quiet=alone) as progress:
+        with progress_bar("slides", quiet=outputs.alone) as progress:
             found = cohort(
                 slides,
                 model,
@@ -85,13 +80,6 @@ def command(
     except KeyboardInterrupt:
         click.echo(f"Interrupted. {output} keeps the finished slides; the same command goes on from there.", err=True)
         raise
-    if not alone:
-        print_page(cohort_page(found))
-    if csv_to:
-        from lutgen.files import write_atomically
-
-        write_atomically(Path(csv_to), found.as_csv().encode())
-    if json_to:
-        write_json(found.as_json(), json_to)
+    outputs.write(cohort_page(found), found.as_json, as_csv=found.as_csv)
     if found.broken:
         sys.exit(1)

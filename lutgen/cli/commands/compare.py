@@ -6,8 +6,8 @@ from typing import Any
 
 import click
 
-from lutgen.cli.data_options import check_json, data_options, question_from
-from lutgen.cli.outputs import check_pictures, print_page, write_json
+from lutgen.cli.data_options import data_options, question_from
+from lutgen.cli.outputs import Outputs
 
 
 @click.command()
@@ -30,19 +30,13 @@ def command(*, json_to: str | None, plots: str | None, force: bool, **options: A
     from lutgen.criticism.compare import compare_problem
     from lutgen.criticism.problem import Problem
     from lutgen.report.compare_page import compare_page
+    from lutgen.report.criticism_plots import OF_COMPARE, plot_comparison
 
-    alone = check_json(json_to, force=force)
-    if plots:
-        from lutgen.report.criticism_plots import OF_COMPARE, plot_comparison
-
-        check_pictures(plots, OF_COMPARE, force=force)
+    outputs = Outputs(json_to, plots=plots, pictures=lambda: OF_COMPARE, force=force)
     question = question_from(**options)
     comparison = compare_problem(Problem.of(question.readings, **question.asked), question.terms)
-    if not alone:
-        print_page(compare_page(comparison, question.again))
-    if plots:
-        pictures = plot_comparison(comparison, plots, force=force)
-        if not alone:
-            print_page([f"Pictures: {', '.join(map(str, pictures))}"])
-    if json_to:
-        write_json(comparison.as_json(), json_to)
+    outputs.write(
+        compare_page(comparison, question.again),
+        comparison.as_json,
+        plot=lambda folder: plot_comparison(comparison, folder, force=force),
+    )

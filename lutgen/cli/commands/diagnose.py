@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lutgen.cli.data_options import check_json, data_options, question_from, split_all
-from lutgen.cli.outputs import check_new_file, check_pictures, print_page, write_json
+from lutgen.cli.data_options import data_options, question_from, split_all
+from lutgen.cli.outputs import Outputs, check_new_file
 from lutgen.cli.shared import progress_bar
 
 if TYPE_CHECKING:
@@ -41,17 +41,14 @@ def command(
       lutgen diagnose examples/display-a.csv --without black-level --plots plots/diagnose --json diagnosis.json
     """
     from lutgen.criticism.diagnose import diagnose
+    from lutgen.report.criticism_plots import OF_DIAGNOSE, plot_diagnosis
     from lutgen.report.diagnose_page import diagnose_page
 
-    alone = check_json(json_to, force=force)
+    outputs = Outputs(json_to, plots=plots, pictures=lambda: OF_DIAGNOSE, force=force)
     if stub:
         check_new_file(stub, force=force, suffixes=(".py",))
-    if plots:
-        from lutgen.report.criticism_plots import OF_DIAGNOSE
-
-        check_pictures(plots, OF_DIAGNOSE, force=force)
     question = question_from(**options)
-    with progress_bar("trying effects", quiet=alone) as progress:
+    with progress_bar("trying effects", quiet=outputs.alone) as progress:
         diagnosis = diagnose(
             question.readings,
             **question.asked,
@@ -61,16 +58,11 @@ def command(
             progress=progress,
         )
     written = _write_stub(diagnosis, stub)
-    if not alone:
-        print_page(diagnose_page(diagnosis, question.effects, question.again, written))
-    if plots:
-        from lutgen.report.criticism_plots import plot_diagnosis
-
-        pictures = plot_diagnosis(diagnosis, question.effects, plots, force=force)
-        if not alone:
-            print_page([f"Pictures: {', '.join(map(str, pictures))}"])
-    if json_to:
-        write_json(diagnosis.as_json(), json_to)
+    outputs.write(
+        diagnose_page(diagnosis, question.effects, question.again, written),
+        diagnosis.as_json,
+        plot=lambda folder: plot_diagnosis(diagnosis, question.effects, folder, force=force),
+    )
 
 
 def _write_stub(diagnosis: Diagnosis, to: str | None) -> str | None:

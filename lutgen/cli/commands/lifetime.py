@@ -6,8 +6,7 @@ from typing import Any
 
 import click
 
-from lutgen.cli.data_options import check_json
-from lutgen.cli.outputs import check_new_file, check_pictures, print_page, write_json
+from lutgen.cli.outputs import Outputs
 from lutgen.cli.picture_options import hours_option, json_option, source_option, tolerance_option
 from lutgen.cli.shared import model_from, model_options, numbers, progress_bar
 
@@ -49,35 +48,22 @@ def command(
       lutgen lifetime slide.png
       lutgen lifetime a.tif b.tif --tolerance 1,3 --tissue --json lifetimes.json --plots plots/lifetime
     """
-    from pathlib import Path
-
     from lutgen.appearance.lifetime import check_tolerances, lifetime
     from lutgen.display.hours import parse_hours
     from lutgen.report.lifetime_page import lifetime_page
+    from lutgen.report.lifetime_plot import picture_names, plot_lifetimes
 
     tolerances = check_tolerances(numbers("--tolerance", tolerance))
-    alone = check_json(json_to, force=force)
-    if csv_to:
-        check_new_file(csv_to, force=force)
-    if plots:
-        from lutgen.report.lifetime_plot import picture_names, plot_lifetimes
-
-        check_pictures(plots, picture_names(images), force=force)
+    outputs = Outputs(json_to, csv_to, plots, lambda: picture_names(images), force=force)
     model = model_from(**options)
     chosen = parse_hours(hours, model.tips) if hours else None
-    with progress_bar("aging colours", quiet=alone) as progress:
+    with progress_bar("aging colours", quiet=outputs.alone) as progress:
         found = lifetime(
             images, model, tolerances=tolerances, hours=chosen, tissue=tissue, source=source, progress=progress
         )
-    if not alone:
-        print_page(lifetime_page(found))
-    if csv_to:
-        from lutgen.files import write_atomically
-
-        write_atomically(Path(csv_to), found.as_csv().encode())
-    if plots:
-        pictures = plot_lifetimes(found, plots, force=force)
-        if not alone:
-            print_page([f"Pictures: {', '.join(map(str, pictures))}"])
-    if json_to:
-        write_json(found.as_json(), json_to)
+    outputs.write(
+        lifetime_page(found),
+        found.as_json,
+        as_csv=found.as_csv,
+        plot=lambda folder: plot_lifetimes(found, folder, force=force),
+    )

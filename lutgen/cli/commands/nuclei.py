@@ -6,8 +6,7 @@ from typing import Any
 
 import click
 
-from lutgen.cli.data_options import check_json
-from lutgen.cli.outputs import check_new_file, check_pictures, print_page, write_json
+from lutgen.cli.outputs import Outputs
 from lutgen.cli.picture_options import hours_option, json_option, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
 
@@ -61,22 +60,15 @@ def command(
       lutgen nuclei slide.png
       lutgen nuclei slide.png --stain hdab --hours 0,10000,18000 --csv each.csv --plots plots/nuclei
     """
-    from pathlib import Path
-
     from lutgen.appearance.conspicuity import nuclei
     from lutgen.display.hours import parse_hours
     from lutgen.report.nuclei_page import nuclei_page
+    from lutgen.report.nuclei_plot import picture_names, plot_nuclei
 
-    alone = check_json(json_to, force=force)
-    if csv_to:
-        check_new_file(csv_to, force=force)
-    if plots:
-        from lutgen.report.nuclei_plot import picture_names, plot_nuclei
-
-        check_pictures(plots, picture_names(image), force=force)
+    outputs = Outputs(json_to, csv_to, plots, lambda: picture_names(image), force=force)
     model = model_from(**options)
     chosen = parse_hours(hours, model.tips) if hours else None
-    with progress_bar("aging nuclei", quiet=alone) as progress:
+    with progress_bar("aging nuclei", quiet=outputs.alone) as progress:
         found = nuclei(
             image,
             model,
@@ -88,15 +80,9 @@ def command(
             source=source,
             progress=progress,
         )
-    if not alone:
-        print_page(nuclei_page(found))
-    if csv_to:
-        from lutgen.files import write_atomically
-
-        write_atomically(Path(csv_to), found.as_csv().encode())
-    if plots:
-        pictures = plot_nuclei(found, plots, force=force)
-        if not alone:
-            print_page([f"Pictures: {', '.join(map(str, pictures))}"])
-    if json_to:
-        write_json(found.as_json(), json_to)
+    outputs.write(
+        nuclei_page(found),
+        found.as_json,
+        as_csv=found.as_csv,
+        plot=lambda folder: plot_nuclei(found, folder, force=force),
+    )

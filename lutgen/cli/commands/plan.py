@@ -7,8 +7,8 @@ from typing import Any
 
 import click
 
-from lutgen.cli.data_options import check_json, data_options, question_from
-from lutgen.cli.outputs import check_new_file, print_page, write_json
+from lutgen.cli.data_options import data_options, question_from
+from lutgen.cli.outputs import check_json, check_new_file, print_page, write_json
 
 
 @click.command()

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lutgen.cli.data_options import check_json, data_options, question_from, split_all
-from lutgen.cli.outputs import check_new_file, check_pictures, print_page, write_json
+from lutgen.cli.data_options import data_options, question_from, split_all
+from lutgen.cli.outputs import Outputs, check_new_file
 from lutgen.cli.shared import progress_bar
 
 if TYPE_CHECKING:
@@ -47,17 +47,14 @@ def command(
         raise click.UsageError("Say what to add: --add NAME, --add-expr TEXT or --auto.")
     from lutgen.criticism.refine import refine
     from lutgen.display import save_model
+    from lutgen.report.criticism_plots import OF_REFINE, plot_refinement
     from lutgen.report.refine_page import refine_page
 
-    alone = check_json(json_to, force=force)
+    outputs = Outputs(json_to, plots=plots, pictures=lambda: OF_REFINE, force=force)
     if output:
         check_new_file(output, force=force, suffixes=(".toml",))
-    if plots:
-        from lutgen.report.criticism_plots import OF_REFINE
-
-        check_pictures(plots, OF_REFINE, force=force)
     question = question_from(**options)
-    with progress_bar("trying effects", quiet=alone) as progress:
+    with progress_bar("trying effects", quiet=outputs.alone) as progress:
         refinement = refine(
             question.readings,
             (*add, *question.own),
@@ -70,16 +67,11 @@ def command(
     refinement = _as_saved(refinement, question)
     if output:
         save_model(refinement.model, output, force=force)
-    if not alone:
-        print_page(refine_page(refinement, question.effects, question.data, output))
-    if plots:
-        from lutgen.report.criticism_plots import plot_refinement
-
-        pictures = plot_refinement(refinement, question.effects, plots, force=force)
-        if not alone:
-            print_page([f"Pictures: {', '.join(map(str, pictures))}"])
-    if json_to:
-        write_json(refinement.as_json(output), json_to)
+    outputs.write(
+        refine_page(refinement, question.effects, question.data, output),
+        lambda: refinement.as_json(output),
+        plot=lambda folder: plot_refinement(refinement, question.effects, folder, force=force),
+    )
 
 
 def _as_saved(refinement: Refinement, question: Question) -> Refinement:

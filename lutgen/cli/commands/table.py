@@ -6,8 +6,7 @@ from typing import Any
 
 import click
 
-from lutgen.cli.data_options import check_json
-from lutgen.cli.outputs import check_new_file, print_page, write_json
+from lutgen.cli.outputs import check_json, check_new_file, print_page, write_json
 from lutgen.cli.picture_options import json_option, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
 

@@ -93,7 +93,6 @@ def read(source: Source) -> Session:
         lines=np.array(lines, dtype=np.int64),
         form=NAME,
         created=created,
-        created_text=metadata.get("date", ""),
         instrument=metadata.get("instrument", ""),
         display=metadata.get("display", ""),
         remarks=tuple(remarks),

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen import __version__
-from lutgen.bake.manifest import MANIFEST, Manifest, model_as_json, read_manifest, same_model, sha256
+from lutgen.bake.manifest import MANIFEST, Manifest, model_as_json, read_manifest, same_model
 from lutgen.bake.summary import summarise
 from lutgen.bindings import oiio
 from lutgen.errors import LutgenError
+from lutgen.files import file_sha256
 from lutgen.report import provenance, spaced
 from lutgen.report.html.markup import table
 from lutgen.report.show import show
@@ -65,7 +66,7 @@ def read_build(folder: str) -> Built:
     manifest = read_manifest(path)
     if manifest is None:
         raise LutgenError(f"{folder}: holds no {MANIFEST}. Give a folder that lutgen build has made.")
-    return Built(folder, manifest, sha256(path.read_bytes()))
+    return Built(folder, manifest, file_sha256(path))
 
 
 def certificates_section(built: Built, model: DisplayModel) -> str:
@@ -129,9 +130,9 @@ def label(model: DisplayModel) -> str:
 def provenance_section(image: Path, model: DisplayModel, built: Built | None, data: tuple[str, str] | None) -> str:
     """Write files with their SHA-256, the model's choices and the versions; ``data`` is a file and its hash."""
     readings = model.measurements
-    files = [("picture", str(image), sha256(image.read_bytes())), ("display", readings.file, readings.sha256)]
+    files = [("picture", str(image), file_sha256(image)), ("display", readings.file, readings.sha256)]
     if model.file:
-        files.append(("model", model.file, sha256(Path(model.file).read_bytes())))
+        files.append(("model", model.file, file_sha256(Path(model.file))))
     if data:
         files.append(("readings", *data))
     if built:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError
 from lutgen.study.analysis.agreement import UNAGED
-from lutgen.study.analysis.csv_rows import Row, read_rows
 from lutgen.study.answer import Answer
+from lutgen.study.csv_rows import Row, read_rows
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -28,7 +28,7 @@ def read_answer_table(file: str | Path) -> tuple[str, tuple[Answer, ...]]:
     Raises
     ------
     LutgenError
-        As :func:`lutgen.study.analysis.csv_rows.read_rows`; a cell out of range; an image twice in a reader's session;
+        As :func:`lutgen.study.csv_rows.read_rows`; a cell out of range; an image twice in a reader's session;
         a category that is positive in one line and negative in another.
 
     """

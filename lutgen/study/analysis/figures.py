@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import pick_one
 from lutgen.study.analysis.agreement import Counts
-from lutgen.study.analysis.csv_rows import Row, read_rows
 from lutgen.study.analysis.intervals import half_width
 from lutgen.study.analysis.sample import MEASURES, Sample
+from lutgen.study.csv_rows import Row, read_rows
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,7 +24,7 @@ def read_counts(file: str | Path) -> tuple[str, tuple[Counts, ...]]:
     Raises
     ------
     LutgenError
-        As :func:`lutgen.study.analysis.csv_rows.read_rows`; a cell that is no count, a condition twice or without
+        As :func:`lutgen.study.csv_rows.read_rows`; a cell that is no count, a condition twice or without
         any pair.
 
     """
@@ -56,8 +56,7 @@ def read_summary(file: str | Path, *, ci: str = "normal") -> tuple[str, tuple[Sa
     for row in rows:
         measure = row.text("measure")
         if measure not in MEASURES:
-            choices = pick_one("measure", measure, MEASURES)
-            raise LutgenError(f"{row.file}, line {row.line}, column measure: {choices}")
+            raise row.refused("measure", pick_one("measure", measure, MEASURES))
         n = row.whole("n", low=2)
         mean = row.number("mean", low=0.0)
         sd = row.number("ci95", low=0.0) / half_width(n, ci)

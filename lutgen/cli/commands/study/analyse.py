@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lutgen.cli.data_options import check_json
-from lutgen.cli.outputs import check_new_file, check_pictures, print_page, write_json
+from lutgen.cli.outputs import check_json, check_new_file, check_pictures, print_page, write_json
 from lutgen.cli.picture_options import json_option
 from lutgen.cli.shared import progress_bar
 

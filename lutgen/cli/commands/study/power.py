@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import click
 
-from lutgen.cli.data_options import check_json
-from lutgen.cli.outputs import check_pictures, print_page, write_json
+from lutgen.cli.outputs import check_json, check_pictures, print_page, write_json
 from lutgen.cli.picture_options import json_option
 
 

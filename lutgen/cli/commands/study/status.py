@@ -6,8 +6,7 @@ from pathlib import Path
 
 import click
 
-from lutgen.cli.data_options import check_json
-from lutgen.cli.outputs import print_page, write_json
+from lutgen.cli.outputs import check_json, print_page, write_json
 from lutgen.cli.picture_options import json_option
 
 

@@ -9,9 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError
+from lutgen.files import read_at_most
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+#: A row is some tens of bytes, and nobody reads a million images.
+MAX_BYTES = 64_000_000
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
@@ -28,8 +32,12 @@ class Row:
     cells: dict[str, str]
 
     def error(self, column: str, what: str) -> LutgenError:
-        """Return the error of a cell."""
-        return LutgenError(f"{self.file}, line {self.line}, column {column}: {self.cells[column]!r} {what}")
+        """Return the error of a cell, which it quotes."""
+        return self.refused(column, f"{self.cells[column]!r} {what}")
+
+    def refused(self, column: str, why: object) -> LutgenError:
+        """Return the error of a cell in words that name it already."""
+        return LutgenError(f"{self.file}, line {self.line}, column {column}: {why}")
 
     def text(self, column: str) -> str:
         """Return a word. Raises LutgenError for an empty cell, or one that cannot be printed."""
@@ -64,8 +72,8 @@ class Row:
         return found
 
 
-def read_rows(file: str | Path, columns: Sequence[str]) -> tuple[str, tuple[Row, ...]]:
-    """Read a table that has exactly these columns, in any order.
+def read_rows(file: str | Path, columns: Sequence[str], *, optional: Sequence[str] = ()) -> tuple[str, tuple[Row, ...]]:
+    """Read a table that has exactly these columns, and any of the optional ones, in any order.
 
     Returns
     -------
@@ -77,17 +85,16 @@ def read_rows(file: str | Path, columns: Sequence[str]) -> tuple[str, tuple[Row,
     Raises
     ------
     LutgenError
-        The file cannot be read, is no UTF-8, has other columns, or no rows; a line has more or fewer cells.
+        The file cannot be read, is too large or no UTF-8, has other columns, or no rows; a line has more or fewer
+        cells.
 
     """
+    advice = f"Give a .csv with {','.join(columns)}."
+    data = read_at_most(Path(file), MAX_BYTES, what="the table", none="such table", advice=advice)
     try:
-        text = Path(file).read_bytes().decode("utf-8-sig")
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise LutgenError(f"{file}: cannot read: {reason}. Give a .csv with {','.join(columns)}.") from None
+        lines = data.decode("utf-8-sig").splitlines()
     except UnicodeDecodeError:
         raise LutgenError(f"{file}: is no text in UTF-8. Save the table as CSV in UTF-8.") from None
-    lines = text.splitlines()
     remark = lines[0].removeprefix("#").strip() if lines and lines[0].startswith("#") else ""
     header: list[str] = []
     rows = []
@@ -96,7 +103,8 @@ def read_rows(file: str | Path, columns: Sequence[str]) -> tuple[str, tuple[Row,
             continue
         cells = _split(file, number, line)
         if not header:
-            header = _header(file, number, cells, columns)
+            header = cells
+            _check_header(file, number, header, columns, optional)
         elif len(cells) != len(header):
             message = f"{file}, line {number}: {len(cells)} cells for {len(header)} columns. Write decimals as 41.0."
             raise LutgenError(message)
@@ -114,8 +122,11 @@ def _split(file: str | Path, number: int, line: str) -> list[str]:
         raise LutgenError(f"{file}, line {number}: is no CSV: {error}. Check its quotes.") from None
 
 
-def _header(file: str | Path, number: int, cells: list[str], columns: Sequence[str]) -> list[str]:
-    if sorted(cells) != sorted(columns):
-        given = ",".join(cells)[:200]
-        raise LutgenError(f"{file}, line {number}: the header is {given}; it must be {','.join(columns)}.")
-    return cells
+def _check_header(
+    file: str | Path, number: int, header: Sequence[str], columns: Sequence[str], optional: Sequence[str]
+) -> None:
+    needed = [column for column in header if column not in optional]
+    if sorted(needed) != sorted(columns) or len(set(header)) < len(header):
+        given = ",".join(header)[:200]
+        may = f", and may have {','.join(optional)}" if optional else ""
+        raise LutgenError(f"{file}, line {number}: the header is {given}; it must be {','.join(columns)}{may}.")
