@@ -25,6 +25,9 @@ LARGEST_LUT = 100_000_000
 #: Points along an edge of a table, and of a curve, that OpenColorIO takes.
 MOST_POINTS, MOST_CURVE_POINTS = 129, 1_048_576
 
+#: How a .csp opens, and the lines between which its metadata stand.
+_CSP, _METADATA = re.compile(rb"(?i)\s*CSPLUTV100"), re.compile(rb"(?im)^[ \t]*(BEGIN|END) METADATA")
+
 #: The sizes that a .cube claims; OpenColorIO 2.1 would ask for the memory before it counts the rows.
 _CLAIMED = re.compile(rb"(?im)^[ \t]*LUT_([13])D_SIZE[ \t]+([0-9]+)")
 
@@ -82,6 +85,9 @@ def lut_processor(path: Path) -> Any:
             claimed = digits[:12].decode()
             message = f"{path}: claims {claimed} points in {dimensions.decode()}D; OpenColorIO takes at most {most}."
             raise LutgenError(f"{message} Ask its maker for a smaller one.")
+    if line := unclosed_metadata(path):
+        message = f"{path}:{line}: opens its metadata and never closes them. Write END METADATA behind them."
+        raise LutgenError(message)
     # Caches key on the path: a rewritten file would otherwise be answered from memory.
     lib.ClearAllCaches()
     # The name as it is given, not where a link leads: OpenColorIO chooses the reader by its suffix.
@@ -91,6 +97,23 @@ def lut_processor(path: Path) -> Any:
     except ocio_errors() as error:
         message = f"{path}: OpenColorIO {lib.__version__} cannot read it: {' '.join(str(error).split())}"
         raise LutgenError(message) from None
+
+
+def unclosed_metadata(path: Path) -> int:
+    """Return the line on which a .csp, of whatever suffix, opens metadata that it never closes; 0 where none does.
+
+    OpenColorIO, 2.1 and 2.6 alike, reads on for their end for ever and fills the memory. It tries all formats on a file
+    whose suffix does not fit.
+    """
+    with path.open("rb") as file:
+        if not _CSP.match(file.read(65_536)):
+            return 0
+        file.seek(0)
+        data = file.read(LARGEST_LUT)
+    marks = list(_METADATA.finditer(data))
+    if not marks or any(mark[1].upper() == b"END" for mark in marks[1:]):
+        return 0
+    return data.count(b"\n", 0, marks[0].start()) + 1
 
 
 def refuse_unlikely(path: Path) -> None:

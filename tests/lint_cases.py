@@ -110,6 +110,7 @@ BAD: dict[str, tuple[str, bytes]] = {
     "a row too many": ("cube-rows", lines(SIZE, *R, "0.5 0.5 0.5")),
     "a row of two": ("cube-rows", lines(SIZE, *R[:10], "0.1 0.2", *R[11:])),
     "a row of four": ("cube-rows", lines(SIZE, *R[:10], f"{R[10]} 1.0", *R[11:])),
+    "exponents of Fortran": ("cube-rows", lines(SIZE, *R[:5], "1.0D-1 0.2 0.3", *R[6:])),
     "NUL": ("cube-rows", lines(SIZE, *R[:5], "\0", *R[5:])),
     "text among rows": ("cube-keyword", lines(SIZE, *R[:5], "hello world foo", *R[5:])),
     "two sizes": ("cube-size", lines(SIZE, "LUT_3D_SIZE 5", *R)),

@@ -265,6 +265,19 @@ def test_an_archive_without_its_two_files_is_a_clear_error(names: tuple[str, ...
 
 # Lies
 
+CONTENT = b"".join(b"%d " % number for number in range(500))
+PACKED = zlib.compress(CONTENT)[2:-4]
+
+
+def archive() -> bytes:
+    """An archive of the two files that ours hold."""
+    data = BytesIO()
+    with zipfile.ZipFile(data, "w", zipfile.ZIP_DEFLATED) as file:
+        for name in ("config.ocio", "lut.clf"):
+            file.writestr(name, CONTENT)
+    return data.getvalue()
+
+
 #: A file's name, its content, and what the error says.
 LIES = {
     "empty.cube": (b"", "is empty"),
@@ -290,6 +303,8 @@ OF_OTHERS = {
     "empty.icc": (b"", "is empty"),
     "empty.ocioz": (b"", "is empty"),
     "none.ocioz": (b"PK\x03\x04 and no more", "is no archive"),
+    "damaged.ocioz": (archive().replace(PACKED[:20], b"\xff" * 20), "is no archive"),
+    "elsewhere.ocioz": (archive()[:-6] + (10_000).to_bytes(4, "little") + b"\0\0", "is no archive"),
 }
 
 

@@ -195,12 +195,23 @@ def hald(level: int) -> np.ndarray:
     return np.rint(np.stack([red, 0.8 * green, blue], axis=-1)).reshape(level**3, level**3, 3)
 
 
+def chunk(name: bytes, content: bytes) -> bytes:
+    return struct.pack(">I", len(content)) + name + content + struct.pack(">I", zlib.crc32(name + content))
+
+
 def with_chunk(data: bytes, name: bytes, content: bytes) -> bytes:
-    chunk = struct.pack(">I", len(content)) + name + content + struct.pack(">I", zlib.crc32(name + content))
-    return data[:33] + chunk + data[33:]
+    return data[:33] + chunk(name, content) + data[33:]
+
+
+def with_pixels(data: bytes, packed: bytes) -> bytes:
+    """The same header in front of other pixels, in two chunks that are whole."""
+    half = len(packed) // 2
+    return data[:33] + chunk(b"IDAT", packed[:half]) + chunk(b"IDAT", packed[half:]) + chunk(b"IEND", b"")
 
 
 PLAIN = png(hald(4))
+#: Rows of level 4, each behind the byte that says how it is packed.
+ROWS = b"".join(b"\0" + row.astype(np.uint8).tobytes() for row in hald(4))
 
 #: The picture, what becomes of it, and what is said.
 HALDS = {
@@ -217,6 +228,9 @@ HALDS = {
     "a pixel": (png(hald(4)[:1, :1]), REFUSES, "1 × 1 pixels: no Hald image"),
     "rows more": (png(np.vstack([hald(4), hald(4)])), WRONG, "64 × 128 pixels, and a Hald image is square"),
     "cut off": (HALD[: len(HALD) // 2], WRONG, "is cut off"),
+    "all pixels in two chunks": (with_pixels(PLAIN, zlib.compress(ROWS)), READS, "has 8 bits"),
+    "half of its pixels": (with_pixels(PLAIN, zlib.compress(ROWS[: len(ROWS) // 2])), WRONG, "pixels fewer than"),
+    "pixels that are no stream": (with_pixels(PLAIN, ROWS), WRONG, "12352 bytes of pixels fewer than 64 × 64"),
     "no PNG": (b"GIF89a" + bytes(100), REFUSES, "is no PNG"),
     "empty": (b"", REFUSES, "is empty"),
     "a long chunk": (PLAIN[:33] + b"\xff\xff\xff\xff" + PLAIN[37:], WRONG, "is cut off"),

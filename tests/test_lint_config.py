@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
 
 from lutgen.bake.lint import lint
-from lutgen.bake.lint.finding import OCIO_21, OCIO_26, READS, REFUSES, WRONG
-from lutgen.bake.lint.programs import Refusal
+from lutgen.bake.lint.finding import FFMPEG, OCIO_21, OCIO_26, OCIOCHECK, READS, REFUSES, WRONG, Linted, Trial
+from lutgen.bake.lint.programs import Absent, Refusal, ffmpeg, opencolorio
 from lutgen.bake.lint.programs.opencolorio import apply, reader
 from lutgen.bake.lint.trial import probe_colours
-
-if TYPE_CHECKING:
-    from lutgen.bake.lint.finding import Linted
+from lutgen.bake.readback import apply_lut
+from lutgen.errors import LutgenError
 
 ROOT = Path(__file__).parents[1]
 OURS = ROOT / "configs/default/chroma/10000h"
@@ -113,7 +112,14 @@ SPI3D = "SPILUT 1.0\n3 3\n2 2 2\n" + "".join(
 CSP = "CSPLUTV100\n3D\n\n" + "2\n0 1\n0 1\n" * 3 + "\n2 2 2\n" + "".join(
     f"{r * 0.9} {g * 0.8} {b * 0.7}\n" for b in INDEX for g in INDEX for r in INDEX
 )  # fmt: skip
-MESH = "".join(f"{r} {g} {b}\n" for r in (0, 2048, 4095) for g in (0, 2048, 4095) for b in (0, 2048, 4095))
+PLACES = " ".join(str(min(64 * place, 1023)) for place in range(17))
+
+
+def mesh(points: int = 17, largest: int = 4095) -> str:
+    """The rows of a .3dl, in which no channel is as it was sent."""
+    axis = np.linspace(0, largest, points)
+    return "".join(f"{r:.0f} {g * 0.9:.0f} {b * 0.8:.0f}\n" for r in axis for g in axis for b in axis)
+
 
 #: Suffix, content, whether readers do what is meant, and a rule that speaks of it.
 TABLES: dict[str, tuple[str, str, str, str]] = {
@@ -122,6 +128,8 @@ TABLES: dict[str, tuple[str, str, str, str]] = {
     "clf of version 4": (".clf", clf('id="a" compCLFversion="4"'), REFUSES, "loads"),
     "clf too short": (".clf", clf(values=ROWS[:-9]), REFUSES, "loads"),
     "clf with NaN": (".clf", clf(values=ROWS.replace("0.8", "nan", 1)), REFUSES, "loads"),
+    "clf of an unknown encoding": (".clf", f'<?xml version="1.0" encoding="none"?>{clf()}', REFUSES, "clf-form"),
+    "clf of an encoding of pairs": (".clf", f'<?xml version="1.0" encoding="gb2312"?>{clf()}', REFUSES, "clf-form"),
     "clf cut off": (".clf", clf()[:-20], REFUSES, "clf-form"),
     "clf of floats said to be integers": (".clf", clf(node='outBitDepth="10i"'), WRONG, "clf-form"),
     "clf of integers": (".clf", clf(node='outBitDepth="10i"', values=ROWS.replace("1.0", "1023.0")), READS, ""),
@@ -134,9 +142,17 @@ TABLES: dict[str, tuple[str, str, str, str]] = {
     "csp": (".csp", CSP, READS, ""),
     "csp too short": (".csp", CSP.rsplit("\n", 2)[0], REFUSES, "loads"),
     "csp too long": (".csp", f"{CSP}0 0 0\n", WRONG, "table-numbers"),
+    "csp of curves of three points": (".csp", CSP.replace("2\n0 1\n0 1\n", "3\n0 1 2\n0 1 2\n"), READS, ""),
+    "csp without curves": (".csp", CSP.replace("2\n0 1\n0 1\n", "0\n"), READS, ""),
+    "csp of one dimension": (
+        ".csp",
+        CSP.partition("\n\n2 2 2")[0].replace("3D", "1D") + "\n2\n0 0 0\n1 1 1\n",
+        READS,
+        "",
+    ),
     "csp with NaN": (".csp", CSP.replace("0.9", "nan", 1), WRONG, "table-numbers"),
-    "3dl": (".3dl", MESH, READS, ""),
-    "3dl too short": (".3dl", MESH.rsplit("\n", 2)[0], REFUSES, "loads"),
+    "3dl": (".3dl", f"{PLACES}\n{mesh()}", READS, ""),
+    "3dl too short": (".3dl", mesh(3).rsplit("\n", 2)[0], REFUSES, "loads"),
     "empty 3dl": (".3dl", "", REFUSES, "loads"),
 }
 
@@ -160,6 +176,44 @@ def test_what_is_said_of_clf_and_tables_is_what_opencolorio_does(name: str, tmp_
         assert outcome != REFUSES
 
 
+#: A .3dl, and what becomes of it in OpenColorIO and in ffmpeg.
+MESHES = {
+    "17 points": (f"{PLACES}\n{mesh()}", READS, READS),
+    "comments": (f"# a\n\n{PLACES}\n{mesh()}", READS, READS),
+    "CRLF": (f"{PLACES}\n{mesh()}".replace("\n", "\r\n"), READS, READS),
+    "CR": (f"{PLACES}\n{mesh()}".replace("\n", "\r"), WRONG, REFUSES),
+    "ours, of 33 points": (f"{PLACES}\n{mesh(33)}", READS, WRONG),
+    "9 points": (f"{PLACES}\n{mesh(9)}", READS, REFUSES),
+    "10 bits": (f"{PLACES}\n{mesh(largest=1023)}", READS, WRONG),
+    "16 bits": (f"{PLACES}\n{mesh(largest=65535)}", READS, WRONG),
+    "no places": (mesh(), READS, REFUSES),
+    "no places, 33 points": (mesh(33), READS, WRONG),
+    "Lustre's": (f"3DMESH\nMesh 4 12\n{PLACES}\n{mesh()}\nLUT8\ngamma 1.0\n", READS, REFUSES),
+}
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_what_is_said_of_a_3dl_is_what_opencolorio_and_ffmpeg_do(name: str, tmp_path: Path) -> None:
+    text, *outcomes = MESHES[name]
+    path = tmp_path / "lut.3dl"
+    path.write_text(text, newline="")
+    found = lint(path)
+    assert [found.fate(each)[0].outcome for each in (reader(), FFMPEG)] == outcomes
+    assert found.clean == (outcomes == [READS, READS])
+    code = probe_colours()
+    for program, outcome in ((opencolorio, outcomes[0]), (ffmpeg, outcomes[1])):
+        try:
+            program.PROGRAM.version()
+            shown = program.apply(path, code)
+        except Absent:
+            continue
+        except Refusal:
+            assert outcome == REFUSES
+        else:
+            # ffmpeg divides by 4096.
+            assert (np.abs(shown - code / 255 * [1, 0.9, 0.8]).max() < 5e-4) == (outcome == READS)
+
+
 def test_a_clf_of_smpte_without_id_is_read_by_new_versions_alone(tmp_path: Path) -> None:
     path = tmp_path / "lut.clf"
     path.write_text(clf(SMPTE))
@@ -178,3 +232,43 @@ def test_entities_are_not_expanded(tmp_path: Path) -> None:
     bomb = "".join(f'<!ENTITY a{n} "{f"&a{n - 1};" * 10 if n else "x"}">' for n in range(12))
     (tmp_path / "a.clf").write_text(f"<!DOCTYPE a [{bomb}]>{clf(values='&a11;')}")
     assert "declares entities" in said(lint(tmp_path / "a.clf"))["clf-form"]
+
+
+@pytest.mark.skipif(shutil.which(OCIOCHECK) is None, reason="ociocheck is not installed (Debian: opencolorio-tools)")
+@pytest.mark.parametrize(
+    ("old", "new", "outcome"),
+    [
+        ("", "", READS),
+        ("ocio_profile_version: 2.1", "ocio_profile_version: 2.9", REFUSES),
+        ("roles:", "roles: {", REFUSES),
+    ],
+    ids=["as it is", "of a version to come", "broken"],
+)
+def test_ociocheck_refuses_what_the_rules_say_that_its_opencolorio_does(
+    old: str, new: str, outcome: str, tmp_path: Path
+) -> None:
+    changed(tmp_path, old, new)
+    found = lint(tmp_path / "config.ocio", ask_readers=True)
+    assert [(trial.reader, trial.outcome) for trial in found.trials] == [(OCIOCHECK, outcome)]
+    assert found.disagreements() == ()
+
+
+def test_what_ociocheck_alone_refuses_is_told() -> None:
+    trial = Trial(OCIOCHECK, "2.1.2", REFUSES, "")
+    assert Linted(Path("a"), "config", (), (), (trial,)).disagreements() == (trial,)
+
+
+def test_metadata_that_never_end_are_told_and_never_given_to_opencolorio(tmp_path: Path) -> None:
+    """It reads on for ever, with each suffix: this test would hang."""
+    content = CSP.replace("3D\n\n", "3D\n\n  BEGIN METADATA\nfrom a shop\n")
+    for name in ("lut.csp", "lut.spi3d", "lut.3dl"):
+        (tmp_path / name).write_text(content)
+        assert said(lint(tmp_path / name))["table-metadata"].endswith("4: opens its metadata and never closes them")
+    with pytest.raises(LutgenError, match=r"lut\.csp:4: opens its metadata and never closes them"):
+        apply_lut(tmp_path / "lut.csp", np.zeros((1, 3)))
+    (tmp_path / "lut.cube").write_text(content)
+    assert {trial.outcome for trial in lint(tmp_path / "lut.cube", ask_readers=True).trials} <= {REFUSES, ""}
+    found = changed(tmp_path, "aged.clf", "lut.csp")
+    assert "lut.csp opens its metadata and never closes them" in said(found)["config-parts"]
+    (tmp_path / "lut.csp").write_text(content.replace("shop\n", "shop\nEND METADATA\n"))
+    assert lint(tmp_path / "lut.csp").clean

@@ -177,6 +177,84 @@ def test_names_that_are_taken_are_refused_and_another_prefix_helps(built: Path, 
     assert "Worn chroma 10000h" in twice.read_text()
 
 
+#: A config of version 2 whose names may be taken in more ways.
+SECOND = """\
+ocio_profile_version: 2
+search_path: luts
+strictparsing: true
+roles: {default: sRGB, scene_linear: linear}
+displays:
+  sRGB:
+    - !<View> {name: Film, colorspace: sRGB}
+    - !<View> {name: Raw, colorspace: linear}
+active_displays: []
+active_views: [Film, Raw]
+colorspaces:
+  - !<ColorSpace> {name: linear}
+  - !<ColorSpace>  # theirs
+    name: sRGB
+    to_scene_reference: !<ExponentTransform> {value: 2.2}
+"""
+NAMED = f"named_transforms:\n  - !<NamedTransform> {{name: {VIEW}, transform: !<ExponentTransform> {{value: 2}}}}\n"
+SHARED = f"\nshared_views:\n  - !<View> {{name: {VIEW}, colorspace: sRGB}}\n"
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("{name: linear}", f"{{name: linear, aliases: [{VIEW}]}}"),
+        ("colorspaces:", f"{NAMED}colorspaces:"),
+        ("roles: {", f"roles: {{{VIEW}: sRGB, "),
+        ("\ndisplays:\n", f"{SHARED}displays:\n  Wide: [!<Views> [{VIEW}]]\n"),
+    ],
+    ids=["an alias", "a named transform", "a role", "a shared view"],
+)
+def test_a_name_that_is_taken_by_something_else_is_refused_too(
+    old: str, new: str, built: Path, first: Path, tmp_path: Path
+) -> None:
+    first.write_text(SECOND.replace(old, new))
+    wanted = Merging(WANTED, source_space="sRGB", onto=["Wide" if "Wide" in new else "sRGB"])
+    with pytest.raises(LutgenError, match=rf"{VIEW}.*Choose another --prefix\."):
+        merge(built, first, tmp_path / "merged", wanted)
+    assert not (tmp_path / "merged").exists()
+
+
+@pytest.mark.parametrize("prefix", ["", " Aged", "Aged, old", "Aged\nold"])
+def test_a_prefix_that_would_hide_the_views_is_refused(prefix: str, built: Path, first: Path, tmp_path: Path) -> None:
+    with pytest.raises(LutgenError, match="give a word that new names begin with"):
+        merge(built, first, tmp_path / "merged", Merging(WANTED, prefix, "sRGB"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("", ""), ("value: 2.2}\n", "value: 2.2}\n...\n"), ("[Film, Raw]", "[ Film, Raw, ]"), ("\n", "\r\n")],
+    ids=["plain", "an end of the document", "a last comma", "CRLF"],
+)
+def test_all_that_was_added_is_there_and_lines_end_as_they_did(
+    old: str, new: str, built: Path, first: Path, tmp_path: Path
+) -> None:
+    text = SECOND.replace(old, new) if old else SECOND
+    first.write_text(text, newline="")
+    merged = merge(built, first, tmp_path / "merged", Merging(WANTED, source_space="sRGB"))
+    config = ocio().Config.CreateFromFile(str(merged.config))
+    assert list(config.getLookNames()) == [f"{VIEW} look"]
+    assert list(config.getNamedTransformNames()) == [f"{VIEW} transform"]
+    assert list(config.getViews("sRGB")) == ["Film", "Raw", VIEW]
+    assert "null" not in str(config.getActiveViews())
+    written = merged.config.read_bytes()
+    assert written.count(b"\n") == (written.count(b"\r\n") or written.count(b"\n"))
+    assert (b"\r" in written) == ("\r" in new)
+    # Only what stands behind the end of a document cannot be put into the text.
+    assert (b"# theirs" in written) == ("..." not in new)
+    assert any("without comments: keep" in remark for remark in merged.remarks) == ("..." in new)
+
+
+def test_a_lut_of_theirs_that_nobody_comes_back_from_is_refused(built: Path, first: Path, tmp_path: Path) -> None:
+    (first.parent / "luts/curve.spi1d").write_text("CSPLUTV100\n3D\nBEGIN METADATA\n")
+    with pytest.raises(LutgenError, match=r"curve\.spi1d, which opens its metadata and never closes them"):
+        merge(built, first, tmp_path / "merged", Merging(WANTED, source_space="sRGB"))
+
+
 def test_a_folder_that_is_there_is_left_alone_without_force(built: Path, first: Path) -> None:
     wanted = Merging(WANTED, source_space="sRGB")
     with pytest.raises(LutgenError, match="exists already"):

@@ -18,8 +18,15 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.bake.check_config import warnings_logged
 from lutgen.bake.manifest import MANIFEST, FileRecord, read_manifest
-from lutgen.bake.merge_files import NewFolder, copy_files, folder_of_luts, moved_search_path, search_path
-from lutgen.bake.merge_proof import ROUNDING, aged_difference, compare_parts
+from lutgen.bake.merge_files import (
+    NewFolder,
+    copy_files,
+    endless_file,
+    folder_of_luts,
+    moved_search_path,
+    search_path,
+)
+from lutgen.bake.merge_proof import ROUNDING, aged_difference, compare_parts, missing_parts
 from lutgen.bake.merge_spaces import AgedNames, add_aged, add_source_signal, check_source
 from lutgen.bake.merge_text import inserted, with_search_path
 from lutgen.bindings import ocio, ocio_errors, refuse_unlikely
@@ -42,7 +49,7 @@ class Merging:
     displays
         The modes and hours, of those in the build.
     prefix
-        What all new names begin with.
+        What all new names begin with; without commas, since OpenColorIO lists the active views between them.
     source_space
         The user's colour space whose code values are sent to the display; None where interchange roles will do.
     onto
@@ -107,6 +114,7 @@ def merge(build: str | Path, into: str | Path, output: str | Path, wanted: Mergi
     """
     lib = ocio()
     build, into, output = Path(build), Path(into), Path(output)
+    _check_prefix(wanted.prefix)
     if output.exists() and not (force and output.is_dir()):
         message = f"{output}: exists already. Add --force to replace its files, or choose another folder."
         raise LutgenError(message)
@@ -127,10 +135,8 @@ def merge(build: str | Path, into: str | Path, output: str | Path, wanted: Mergi
         )
         partial.finish()
     if change is not None:
-        remarks.append(
-            "the config is as OpenColorIO writes it, without comments; its digits change pixels by up to "
-            f"{change:.1g}: keep the original beside it"
-        )
+        digits = f"; its digits change pixels by up to {change:.1g}" if change else ""
+        remarks.append(f"the config is as OpenColorIO writes it, without comments{digits}: keep the original beside it")
     return Merged(
         config=output / CONFIG,
         views=tuple((display, names.view) for names in plan.names.values() for display in plan.onto),
@@ -155,14 +161,18 @@ class _Plan:
 def _planned(lib: Any, into: Path, wanted: Merging, luts: Mapping[tuple[str, float], FileRecord]) -> _Plan:
     config = _load(lib, into)
     onto = _displays(config, wanted.onto)
-    source = wanted.source_space
-    if source is None:
-        source = f"{wanted.prefix} source signal"
-        add_source_signal(config, source)
-    check_source(config, source)
+    source = f"{wanted.prefix} source signal" if wanted.source_space is None else wanted.source_space
     names = {which: AgedNames.of(wanted.prefix, *which) for which in luts}
-    for which, lut in luts.items():
-        add_aged(config, names[which], source=source, onto=onto, lut=_place(which, lut).as_posix())
+    try:
+        if wanted.source_space is None:
+            add_source_signal(config, source)
+        check_source(config, source)
+        for which, lut in luts.items():
+            add_aged(config, names[which], source=source, onto=onto, lut=_place(which, lut).as_posix())
+    except ocio_errors() as error:
+        # Roles, aliases, shared views: each version of OpenColorIO knows more places where a name may be taken.
+        message = f"{into}: {' '.join(str(error).split())} Choose another --prefix."
+        raise LutgenError(message) from None
     without = "a config of version 1 has no named transforms: views, looks and colour spaces alone were added"
     return _Plan(config, names, source, onto, [without] if config.getMajorVersion() < 2 else [])
 
@@ -185,23 +195,26 @@ def _written(plan: _Plan, before: Any, into: Path, output: Path, folder: Path) -
     except ocio_errors() as error:
         message = f"{into}: OpenColorIO {lib.__version__} does not write it: {' '.join(str(error).split())}"
         raise LutgenError(message) from None
-    own = into.read_text(encoding="utf-8", errors="surrogateescape")
+    own = into.read_bytes().decode("utf-8", errors="surrogateescape")
+    ends = "\r\n" if "\r\n" in own else "\n"
     added = [plan.source, *(name for names in plan.names.values() for name in names)]
     known = {name for name in added if before.getColorSpace(name) is not None}
     views = [(display, names) for names in plan.names.values() for display in plan.onto]
-    text = inserted(own, serialised, [name for name in added if name not in known], views)
+    text = inserted(own.replace("\r\n", "\n"), serialised, [name for name in added if name not in known], views)
     if text is not None and search_path(before) != search_path(plan.config):
         text = None if search_path(before) else with_search_path(text)
     for attempt, exact in ((text, True), (serialised, False)):
         if attempt is None:
             continue
-        (folder / CONFIG).write_text(attempt, encoding="utf-8", errors="surrogateescape")
+        (folder / CONFIG).write_text(attempt, encoding="utf-8", errors="surrogateescape", newline=ends)
         try:
             merged = _load(lib, folder / CONFIG)
         except LutgenError:
             if exact:
                 continue
             raise
+        if exact and missing_parts(plan.config, merged):
+            continue
         proof = compare_parts(before, merged)
         if not proof.changed:
             return merged, proof.compared, None if exact else 0.0
@@ -209,6 +222,12 @@ def _written(plan: _Plan, before: Any, into: Path, output: Path, folder: Path) -
             return merged, proof.compared, proof.largest
     message = f"{into}: merging would change {', '.join(proof.changed[:3])}. Nothing was written."
     raise LutgenError(message)
+
+
+def _check_prefix(prefix: str) -> None:
+    if not prefix or prefix != prefix.strip() or "," in prefix or not prefix.isprintable():
+        message = f"--prefix {prefix!r}: give a word that new names begin with, without commas and blanks around it."
+        raise LutgenError(message)
 
 
 def _lut(build: Path, mode: str, hours: float) -> FileRecord:
@@ -237,6 +256,10 @@ def _load(lib: Any, path: Path) -> Any:
     except ocio_errors() as error:
         message = f"{path}: OpenColorIO {lib.__version__} does not load it: {' '.join(str(error).split())}"
         raise LutgenError(message) from None
+    endless = endless_file(config)
+    if endless:
+        message = f"{path}: names {endless}, which opens its metadata and never closes them. Mend or remove that first."
+        raise LutgenError(message)
     return config
 
 

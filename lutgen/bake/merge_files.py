@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
-from lutgen.bindings import ocio
+from lutgen.bindings import ocio, ocio_errors, unclosed_metadata
 from lutgen.errors import LutgenError
 from lutgen.files import PARTIAL
 
@@ -25,6 +25,18 @@ def file_transforms(config: Any) -> Iterator[Any]:
     lib = ocio()
     for transform in _transforms(lib, config):
         yield from _files_in(lib, transform)
+
+
+def endless_file(config: Any) -> Path | None:
+    """Return a file that a config names and OpenColorIO would never come back from; None where there is none."""
+    for source in sources(config):
+        try:
+            path = Path(config.getCurrentContext().resolveFileLocation(source))
+        except ocio_errors():
+            continue
+        if path.is_file() and unclosed_metadata(path):
+            return path
+    return None
 
 
 def _transforms(lib: Any, config: Any) -> Iterator[Any]:

@@ -53,6 +53,20 @@ def compare_parts(before: Any, after: Any) -> Proof:
     return Proof(compared, changed, largest)
 
 
+def missing_parts(planned: Any, merged: Any) -> list[str]:
+    """Name what a config as it was planned has and the written one has not, which no pixel of another part tells."""
+    return [part for part in _named_parts(planned) if part not in set(_named_parts(merged))]
+
+
+def _named_parts(config: Any) -> Iterator[str]:
+    for display in config.getDisplaysAll():
+        yield from (f"view {view} of {display}" for view in config.getViews(display))
+    yield from (f"look {name}" for name in config.getLookNames())
+    yield from (f"named transform {name}" for name in config.getNamedTransformNames())
+    yield f"active views {config.getActiveViews()}"
+    yield f"inactive colour spaces {config.getInactiveColorSpaces()}"
+
+
 def all_parts(config: Any) -> Iterator[tuple[str, Any]]:
     """Name each view, colour space and look, and how to get there from a colour space that holds colours."""
     lib, start = ocio(), first_space(config)

@@ -20,9 +20,9 @@ SECTIONS = ("looks", "colorspaces", "named_transforms")
 
 def inserted(text: str, written: str, names: Sequence[str], views: Sequence[tuple[str, AgedNames]]) -> str | None:
     """Return ``text`` with the parts ``names`` of ``written``, and views, as (display, names); None where it cannot."""
-    lines = text.splitlines()
+    lines = _lines(text)
     for section in SECTIONS:
-        parts = [part for part in _parts(written.splitlines(), section) if _name(part) in names]
+        parts = [part for part in _parts(_lines(written), section) if _name(part) in names]
         if parts:
             lines = _with_parts(lines, section, parts)
     for display, aged in views:
@@ -36,9 +36,14 @@ def inserted(text: str, written: str, names: Sequence[str], views: Sequence[tupl
 
 def with_search_path(text: str) -> str | None:
     """Return the text with the search path ``.`` where it has none; None where its line is not found."""
-    lines = [line for line in text.splitlines() if not re.fullmatch(r"search_path:\s*(\"\"|'')?", line)]
+    lines = [line for line in _lines(text) if not re.fullmatch(r"search_path:\s*(\"\"|'')?", line)]
     place = next((place for place, line in enumerate(lines) if line.startswith("ocio_profile_version")), None)
     return None if place is None else "\n".join([*lines[: place + 1], "", "search_path: .", *lines[place + 1 :]]) + "\n"
+
+
+def _lines(text: str) -> list[str]:
+    """The lines as YAML counts them: a separator of lines within a sentence is none."""
+    return text.removesuffix("\n").split("\n")
 
 
 def _section(lines: Sequence[str], key: str, indent: int = 0) -> tuple[int, int] | None:
@@ -113,5 +118,5 @@ def _with_active(lines: Sequence[str], views: Sequence[str]) -> list[str] | None
                 return None
             inside = head.partition("[")[2].strip()
             if inside:
-                found[place] = f"{head}, {', '.join(views)}]{rest}"
+                found[place] = f"{head.rstrip(', ')}, {', '.join(views)}]{rest}"
     return found

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import tempfile
 import zipfile
+import zlib
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
@@ -95,7 +96,15 @@ def _unpacked(path: Path) -> Iterator[Path]:
                     )
                 for name in (CONFIG, TABLE):
                     archive.extract(name, folder)
-        except (zipfile.BadZipFile, KeyError, EOFError, NotImplementedError, RuntimeError) as error:
+        except (
+            zipfile.BadZipFile,
+            zlib.error,
+            KeyError,
+            EOFError,
+            NotImplementedError,
+            RuntimeError,
+            OSError,
+        ) as error:
             message = f"{path}: is no archive with {CONFIG} and {TABLE}: {error}."
             raise LutgenError(message) from None
         yield Path(folder)

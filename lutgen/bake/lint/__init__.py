@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 #: What a suffix says of a file.
 KINDS = {
-    ".cube": "cube", ".clf": "clf", ".ctf": "clf", ".3dl": "lut", ".spi3d": "lut", ".csp": "lut", ".ocio": "config",
+    ".cube": "cube", ".clf": "clf", ".ctf": "clf", ".3dl": "3dl", ".spi3d": "lut", ".csp": "lut", ".ocio": "config",
     ".ocioz": "archive", ".icc": "profile", ".icm": "profile", ".png": "hald",
 }  # fmt: skip
 
@@ -48,8 +48,8 @@ def lint(path: str | Path, *, ask_readers: bool = False) -> Linted:
         message = f"{path}: ends in none of {', '.join(KINDS)}. Rename it to what it is."
         raise LutgenError(message)
     readers = {
-        "cube": _cube, "clf": _clf, "lut": _table, "config": _config, "archive": _archive, "profile": _profile,
-        "hald": _hald,
+        "cube": _cube, "clf": _clf, "lut": _table, "3dl": _table, "config": _config, "archive": _archive,
+        "profile": _profile, "hald": _hald,
     }  # fmt: skip
     return readers[kind](path, ask_readers)
 
@@ -81,7 +81,8 @@ def _table(path: Path, _ask_readers: bool) -> Linted:
 
     scan = scan_table(path)
     size = " × ".join(map(str, scan.size)) + f" points, {scan.rows} rows, " if scan.size else ""
-    return Linted(path, "lut", (f"{size}{scan.bytes} bytes",), tuple(findings("lut", scan)))
+    kind = KINDS[path.suffix.lower()]
+    return Linted(path, kind, (f"{size}{scan.bytes} bytes",), tuple(findings(kind, scan)))
 
 
 def _config(path: Path, ask_readers: bool) -> Linted:
@@ -134,7 +135,7 @@ def _archive(path: Path, _ask_readers: bool) -> Linted:
 
 
 #: What an archive's config may name, and lint reads.
-_IN_ARCHIVES = tuple(suffix for suffix, kind in KINDS.items() if kind in {"cube", "clf", "lut"})
+_IN_ARCHIVES = tuple(suffix for suffix, kind in KINDS.items() if kind in {"cube", "clf", "lut", "3dl"})
 
 
 #: Rules that tell of a LUT whose header asks for more than OpenColorIO is given.

@@ -65,6 +65,8 @@ def scan_clf(path: Path) -> ClfScan:
         raise LutgenError(message) from None
     except expat.ExpatError as error:
         broken, line = expat.ErrorString(error.code), error.lineno
+    except (LookupError, ValueError) as error:
+        broken, line = f"its encoding is none that XML readers know: {error}", 1
     except _EntityError:
         broken, line = "it declares entities, which can fill any memory", reader.parser.CurrentLineNumber
     size = path.stat().st_size

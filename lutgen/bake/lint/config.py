@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from lutgen.bake.check_config import warnings_logged
-from lutgen.bake.merge_files import file_transforms
+from lutgen.bake.merge_files import endless_file, file_transforms
 from lutgen.bake.merge_proof import all_parts
 from lutgen.bindings import ocio, ocio_errors
 from lutgen.errors import LutgenError
@@ -95,6 +95,9 @@ def scan_config(path: Path) -> ConfigScan:
 
 
 def _broken(config: Any) -> list[tuple[str, str]]:
+    endless = endless_file(config)
+    if endless:
+        return [("whatever reads it", f"{endless.name} opens its metadata and never closes them: no reader comes back")]
     works, fails = set(), {}
     try:
         for name, transform in all_parts(config):

@@ -1,8 +1,12 @@
-"""Reading anybody's Hald PNG: the chunks' names and lengths, the header, and whether all of it is there."""
+"""Reading anybody's Hald PNG: the chunks' names and lengths, the header, and whether all of it is there.
+
+Pixels are unpacked and counted, and none is kept.
+"""
 
 from __future__ import annotations
 
 import struct
+import zlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -16,6 +20,15 @@ SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
 #: Chunks that are looked at; PNG writers make pieces of 8 kB at least, so the rest is the same.
 MOST_CHUNKS = 100_000
+
+#: The widest Hald image that is read, of level 16, as ffmpeg takes it; pixels of others are not unpacked.
+WIDEST = 16**3
+
+#: Bytes of packed pixels that are unpacked at a time, and of pixels that come of them.
+BLOCK = 1 << 20
+
+#: Numbers of a pixel by colour type of PNG: greys, RGB, a palette, greys with alpha, RGB with alpha.
+_NUMBERS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
 
 #: Colour types of PNG that have red, green and blue in full.
 COLOURS = {2: "RGB", 6: "RGB and alpha"}
@@ -33,6 +46,8 @@ class HaldScan:
         Names of the chunks that say how its numbers are to be seen: gAMA, cHRM, iCCP, sRGB, cICP.
     whole
         Whether it is a PNG that ends in its last chunk.
+    missing
+        Bytes of pixels that its header asks for and its data do not hold; 0 where it holds all, or they were not read.
 
     """
 
@@ -44,6 +59,7 @@ class HaldScan:
     colour: int
     chunks: tuple[str, ...]
     whole: bool
+    missing: int
 
     @property
     def level(self) -> int:
@@ -56,33 +72,63 @@ _TELL = (b"gAMA", b"cHRM", b"iCCP", b"sRGB", b"cICP")
 
 
 def scan_hald(path: Path) -> HaldScan:
-    """Read the chunks' heads; pixels are not read. Raises LutgenError where the file cannot be read."""
+    """Read the chunks, and count the pixels of what may be a table. Raises LutgenError where it cannot be read."""
     try:
+        size = path.stat().st_size
         with path.open("rb") as file:
-            header, chunks, whole = _chunks(file, path.stat().st_size)
-            size = path.stat().st_size
+            chunks = _Chunks(file)
+            whole = file.read(8) == SIGNATURE and chunks.read() and file.tell() <= size
     except OSError as error:
         message = f"{path}: cannot be read: {(error.strerror or str(error)).lower()}. Give the name of a PNG."
         raise LutgenError(message) from None
-    return HaldScan(path, size, *header, chunks, whole)
+    return HaldScan(path, size, *chunks.header[:4], tuple(chunks.told), whole, chunks.missing)
 
 
-def _chunks(file: BinaryIO, size: int) -> tuple[tuple[int, int, int, int], tuple[str, ...], bool]:
-    header = (0, 0, 0, 0)
-    told: list[str] = []
-    if file.read(8) != SIGNATURE:
-        return header, (), False
-    for _ in range(MOST_CHUNKS):
-        head = file.read(8)
-        if len(head) < 8:
-            return header, tuple(told), False
-        length, name = struct.unpack(">I4s", head)
-        if name == b"IHDR" and length == 13:
-            header = struct.unpack(">IIBB", file.read(10).ljust(10, b"\0"))
-            file.seek(-10, 1)
-        elif name in _TELL and name.decode() not in told:
-            told.append(name.decode())
-        elif name == b"IEND":
-            return header, tuple(told), file.tell() + 4 <= size
-        file.seek(length + 4, 1)
-    return header, tuple(told), True
+class _Chunks:
+    """Goes through the chunks of a PNG, behind its signature."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self.file = file
+        #: Width, height, bits, colour type, and whether it is interlaced.
+        self.header = (0, 0, 0, 0, 0)
+        self.told: list[str] = []
+        self.missing = 0
+        self._unpacker = zlib.decompressobj()
+
+    def read(self) -> bool:
+        """Read them, and return whether the last one is there."""
+        for _ in range(MOST_CHUNKS):
+            head = self.file.read(8)
+            if len(head) < 8:
+                return False
+            length, name = struct.unpack(">I4s", head)
+            end = self.file.tell() + length + 4
+            if name == b"IHDR" and length == 13:
+                self.header = struct.unpack(">IIBBxxB", self.file.read(13).ljust(13, b"\0"))
+                self.missing = self._wanted()
+            elif name == b"IDAT":
+                self._unpack(length)
+            elif name in _TELL and name.decode() not in self.told:
+                self.told.append(name.decode())
+            self.file.seek(end)
+            if name == b"IEND":
+                return True
+        return True
+
+    def _wanted(self) -> int:
+        """Bytes of pixels, with the one that begins a row; 0 where they are not counted."""
+        width, height, depth, colour, interlaced = self.header
+        if interlaced or colour not in _NUMBERS or max(width, height) > WIDEST:
+            return 0
+        return height * (1 + (width * _NUMBERS[colour] * depth + 7) // 8)
+
+    def _unpack(self, length: int) -> None:
+        while self.missing and length:
+            packed = self.file.read(min(length, BLOCK))
+            length = length - len(packed) if packed else 0
+            try:
+                while packed and self.missing:
+                    self.missing = max(self.missing - len(self._unpacker.decompress(packed, BLOCK)), 0)
+                    packed = self._unpacker.unconsumed_tail
+            except zlib.error:
+                return

@@ -6,7 +6,7 @@ import shutil
 import subprocess
 from typing import TYPE_CHECKING
 
-from lutgen.bake.lint.finding import READS, REFUSES, Trial
+from lutgen.bake.lint.finding import OCIOCHECK, READS, REFUSES, Trial
 from lutgen.bake.lint.programs import TIMEOUT
 
 if TYPE_CHECKING:
@@ -16,20 +16,20 @@ if TYPE_CHECKING:
 
 def try_config(path: Path) -> Iterator[Trial]:
     """Run ``ociocheck``, which loads and validates, and looks at no LUT file."""
-    found = shutil.which("ociocheck")
+    found = shutil.which(OCIOCHECK)
     if found is None:
-        yield Trial("ociocheck", "", "", "ociocheck is not on the PATH (Debian: apt install opencolorio-tools)")
+        yield Trial(OCIOCHECK, "", "", "ociocheck is not on the PATH (Debian: apt install opencolorio-tools)")
         return
     try:
         done = subprocess.run(  # noqa: S603 - no shell
             [found, "--iconfig", str(path)], capture_output=True, check=False, timeout=TIMEOUT
         )
     except subprocess.TimeoutExpired:
-        yield Trial("ociocheck", "", REFUSES, f"gives no answer in {TIMEOUT} s")
+        yield Trial(OCIOCHECK, "", REFUSES, f"gives no answer in {TIMEOUT} s")
         return
     said = [line for line in done.stdout.decode(errors="replace").splitlines() if line.strip()]
     version = next((line.split(":")[1].strip() for line in said if line.startswith("OpenColorIO Library Version")), "")
     failed = bool(done.returncode)
     yield Trial(
-        "ociocheck", version, REFUSES if failed else READS, said[-1] if failed and said else "loads and validates"
+        OCIOCHECK, version, REFUSES if failed else READS, said[-1] if failed and said else "loads and validates"
     )

@@ -10,7 +10,7 @@ from lutgen.cli.shared import MODES, numbers
 
 @click.command()
 @click.argument("build", metavar="BUILD_DIR")
-@click.option("--into", required=True, metavar="CONFIG", help="Your config; it is not changed.")
+@click.option("--into", required=True, metavar="CONFIG", help="Your config; not changed, unless -o is its own folder.")
 @click.option("-o", "--output", required=True, metavar="DIR", help="Folder for the merged config and its LUT files.")
 @click.option("--mode", type=click.Choice(MODES), default="chroma", show_default=True, help="The aging mode.")
 @click.option("--hours", required=True, metavar="LIST", help="Hours in a list, of those in the build.")

@@ -9,7 +9,7 @@ import numpy as np
 from lutgen.bake.check_config import warnings_logged
 from lutgen.bake.lint.finding import OCIO_21, OCIO_26
 from lutgen.bake.lint.programs import Program, Refusal
-from lutgen.bindings import ocio, ocio_errors
+from lutgen.bindings import ocio, ocio_errors, unclosed_metadata
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -32,6 +32,9 @@ def version() -> str:
 def apply(path: Path, code: NDArray[np.uint8]) -> Array:
     """Apply a file in float32."""
     lib = ocio()
+    if unclosed_metadata(path):
+        message = "was not asked: it would read on for the end of the metadata for ever"
+        raise Refusal(message)
     # Caches key on the path: a rewritten file would otherwise be answered from memory.
     lib.ClearAllCaches()
     transform = lib.FileTransform(src=str(path), interpolation=lib.INTERP_LINEAR)

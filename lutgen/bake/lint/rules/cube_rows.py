@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 from lutgen.bake.lint.finding import COLOUR, FFMPEG, OCIO, OCIO_21, OCIO_26, PILLOW, Finding, refused, wrong
@@ -12,6 +13,9 @@ if TYPE_CHECKING:
     from lutgen.bake.lint.cube import CubeScan
 
 KINDS = ("cube",)
+
+#: Three words that begin as numbers do.
+_NUMBERS = re.compile(r"(?:[-+]?\.?[0-9]\S*\s*){3}$")
 
 _REMEDY = "It was cut off or edited by hand; export it again."
 
@@ -39,6 +43,8 @@ def check(scan: CubeScan) -> Iterator[Finding]:
     if "text" in scan.oddities:
         odd = scan.oddities["text"]
         fates = refused(*OCIO, FFMPEG, PILLOW, COLOUR, how="finds no number")
+        if _NUMBERS.match(odd.sample):
+            fates |= wrong(*OCIO, how="reads each word as far as it is a number: 1.0D-2 is 1")
         yield Finding(f"has a row that is no numbers: {odd.sample}", _REMEDY, odd.line, fates)
     if "NUL" in scan.oddities:
         odd = scan.oddities["NUL"]

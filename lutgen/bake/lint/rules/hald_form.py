@@ -37,6 +37,10 @@ def check(scan: HaldScan) -> Iterator[Finding]:
     if not scan.whole:
         fates = wrong(HALDCLUT, how="reads what is missing as black, or nothing")
         yield Finding("is cut off: its last chunk is missing", "Copy or export it again.", 0, fates)
+    elif scan.missing:
+        fates = wrong(HALDCLUT, how="reads what is missing as black, or nothing")
+        what = f"holds {scan.missing} bytes of pixels fewer than {sides.removeprefix('has ')} of {scan.depth} bits"
+        yield Finding(what, "Copy or export it again.", 0, fates)
     if scan.colour not in COLOURS:
         fates = wrong(HALDCLUT, how="shows the few colours that it has")
         yield Finding("is a picture of greys or of a palette", "Save it as RGB.", 0, fates, in_the_file=True)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from lutgen.bake.lint.table import TableScan
 
-KINDS = ("clf", "lut")
+KINDS = ("clf", "lut", "3dl")
 
 
 def check(scan: ClfScan | TableScan) -> Iterator[Finding]:
@@ -24,6 +24,6 @@ def check(scan: ClfScan | TableScan) -> Iterator[Finding]:
         without_id = isinstance(scan, ClfScan) and in_smptes_namespace(scan) and "id" not in scan.root
         fates = refused(*([OCIO_21] if without_id else OCIO), how=how)
         yield Finding(f"is not read: {scan.refusal}", "Export it again.", 0, fates)
-    elif scan.refusal is None and not (isinstance(scan, ClfScan) and scan.broken):
+    elif scan.refusal is None and not (scan.broken if isinstance(scan, ClfScan) else scan.unclosed):
         fates = refused(*OCIO, how="takes 129 points an axis at most")
         yield Finding("is too large to be given to OpenColorIO", "Resample it to 65 or 33.", 0, fates)

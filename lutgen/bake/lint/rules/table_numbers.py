@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from lutgen.bake.lint.table import TableScan
 
-KINDS = ("lut",)
+KINDS = ("lut", "3dl")
 
 
 def check(scan: TableScan) -> Iterator[Finding]:
