@@ -7,13 +7,16 @@ import re
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
 from lutgen import LutgenError
 from lutgen.measurements.campaign import Campaign, Entry, read_campaign
+from lutgen.measurements.session import Session
 from lutgen.measurements.sessions import read_session
+from lutgen.sessions.calibration import full_light_ratio
 from lutgen.sessions.causes import causes
 from lutgen.sessions.evidence import covariance, fit
 from lutgen.sessions.five import COLOURS, PARAMETERS, Five, changed
@@ -23,7 +26,10 @@ from lutgen.sessions.verdicts import KINDS, Verdict
 from tests.virtual_sessions import __main__ as scoring
 from tests.virtual_sessions.campaigns import life, write
 from tests.virtual_sessions.causes import SIZES, case
-from tests.virtual_sessions.display import State, chart, panel
+from tests.virtual_sessions.display import State, chart, csv_text, panel, read
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
 
 pytestmark = pytest.mark.numbers
 
@@ -34,6 +40,9 @@ FIVE = Five(
     np.array([0.095, 0.1, 0.13]),
     has_black=True,
 )
+
+#: Levels of a ramp.
+LEVELS = np.linspace(0.0, 1.0, 33)[1:]
 
 
 def verdict(folder: Path, cause: str, size: float, seed: int) -> tuple[Verdict, str]:
@@ -142,6 +151,105 @@ def test_a_loss_over_many_sessions_is_aging_and_light_that_comes_back_is_not(tmp
     assert found[1].names == ("brightness",)
     assert any("came back" in each for each in found[1].evidence)
     assert [found[place].names for place in (0, 2, 3)] == [("aging",)] * 3
+
+
+@pytest.mark.parametrize(("days", "left", "rival"), [(400, 0.8, True), (30, 0.8, False), (400, 0.4, False)])
+def test_light_that_fell_alike_is_a_setting_or_age_unless_it_fell_too_fast(
+    days: int, left: float, rival: bool, tmp_path: Path
+) -> None:
+    for number, state in enumerate([State(brightness=left), State(aged=np.full(3, left))]):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        campaign = read_campaign(write(folder, life([State(), state]), [0, days]))
+        (found,) = separate(campaign).verdicts
+        assert found.names == (("brightness", "aging") if rival else ("brightness",))
+        assert found.display == ("cannot tell" if rival else "unchanged")
+        one, other = (replace(entry, settings=said) for entry, said in zip(campaign.entries, ("50", "40"), strict=True))
+        (told,) = separate(replace(campaign, entries=(one, other))).verdicts
+        assert told.names == ("brightness",)
+
+
+def test_room_light_is_certain_where_the_rest_is_a_setting_or_age(tmp_path: Path) -> None:
+    state = State(brightness=0.8, ambient=np.array([1.1, 1.0, 0.4]))
+    (found,) = separate(read_campaign(write(tmp_path, life([State(), state]), [0, 400]))).verdicts
+    assert (found.kind, found.names, found.sure) == ("one-of", ("ambient", "brightness", "aging"), ("ambient",))
+
+
+def test_light_that_fell_after_years_without_loss_was_turned_down(tmp_path: Path) -> None:
+    states = [State(), State(), State(), State(brightness=0.75)]
+    found = separate(read_campaign(write(tmp_path, life(states), [0, 500, 1000, 1300]))).verdicts
+    assert [each.names for each in found] == [(), (), ("brightness",)]
+    assert any("until 300 days before" in each for each in found[2].evidence)
+
+
+def test_light_lost_alike_and_steadily_over_many_sessions_is_aging(tmp_path: Path) -> None:
+    days = [0, 300, 600, 900, 1200]
+    states = [State(aged=np.full(3, np.exp(-0.06 * day / 300.0))) for day in days]
+    steady = separate(read_campaign(write(tmp_path, life(states), days)))
+    assert {each.names for each in steady.verdicts} == {("aging",)}
+
+
+@pytest.mark.parametrize("seed", range(6, 12))
+def test_a_noisy_instrument_and_no_repeats_are_no_cause(seed: int, tmp_path: Path) -> None:
+    rng = np.random.default_rng(seed)
+    made = panel(rng)
+    code = np.vstack([np.ones(3), np.zeros(3), np.eye(3), np.repeat(np.linspace(0.1, 0.9, 9)[:, np.newaxis], 3, 1)])
+    texts = [csv_text(code, read(made, State(), code, rng, noise=0.005, floor=0.002)) for _ in range(2)]
+    (found,) = separate(read_campaign(write(tmp_path, texts, [0, 10]))).verdicts
+    assert (found.kind, found.names) == ("same", ())
+
+
+def test_dimming_between_five_patches_is_a_rival_of_hdr(tmp_path: Path) -> None:
+    rng = np.random.default_rng(5)
+    made, code = panel(rng), np.vstack([np.ones(3), np.eye(3), np.zeros(3)])
+    still, dimmed = (read(made, State(), code, rng, noise=0.001, floor=0.002) for _ in range(2))
+    dimmed[2:] *= 0.88
+    texts = [csv_text(code, xyz) for xyz in (still, dimmed)]
+    (found,) = separate(read_campaign(write(tmp_path, texts, [0, 10]))).verdicts
+    assert (found.kind, found.names) == ("one-of", ("hdr", "drift"))
+
+
+def test_curves_that_only_the_files_bend_are_a_calibration(tmp_path: Path) -> None:
+    rng = np.random.default_rng(6)
+    made, code, inputs = panel(rng), chart(9, 3), np.linspace(0.0, 1.0, 33)
+    campaign = read_campaign(write(tmp_path, life([State(), State()]), [0, 10]))
+    entries = [
+        replace(
+            entry,
+            session=replace(
+                entry.session,
+                drive=code,
+                xyz=read(made, State(curve=curve), code, rng, noise=0.001, floor=0.002),
+                calibration=np.column_stack([inputs, *[inputs**curve] * 3]),
+            ),
+        )
+        for entry, curve in zip(campaign.entries, (1.0, 1.1), strict=True)
+    ]
+    (found,) = separate(replace(campaign, entries=tuple(entries))).verdicts
+    assert (found.kind, found.names, found.display) == ("named", ("calibration",), "unchanged")
+    assert any("with the calibrations in the files" in each for each in found.evidence)
+
+
+@pytest.mark.parametrize("ends", [(0.8, 1.0), (1.0, 0.8)])
+def test_what_a_calibration_takes_is_read_off_a_curve_that_is_no_power(ends: tuple[float, float]) -> None:
+    def native(drive: Array) -> Array:
+        return np.asarray(np.expm1(4.0 * drive) / np.expm1(4.0))
+
+    drive = np.vstack([np.ones(3), np.zeros(3), *(level * each for each in np.eye(3) for level in LEVELS)])
+    sessions = [
+        Session(
+            drive=drive,
+            xyz=native(drive * end) @ FIVE.channels,
+            absolute=True,
+            names=("",) * len(drive),
+            lines=np.arange(len(drive)),
+            form="",
+            calibration=np.array([[0.0, 0.0, 0.0, 0.0], [1.0, end, end, end]]),
+        )
+        for end in ends
+    ]
+    expected = native(np.array(ends[1])) / native(np.array(ends[0]))
+    np.testing.assert_allclose(full_light_ratio(*sessions), expected, rtol=0.005)
 
 
 def test_sessions_of_one_day_are_never_called_aging(tmp_path: Path) -> None:

@@ -253,6 +253,13 @@ BAD: dict[str, tuple[str | bytes, str]] = {
     "a CSV row cut off": ("R,G,B,X,Y,Z\n1,1,1,190,200,218\n0,0,0,0.1,0.1", "5 fields for 6 columns"),
     "a CSV without light": ("R,G,B,a,b,c\n1,1,1,190,200,218\n", "neither X, Y, Z nor x, y, Y"),
     "a CSV of hours": ("hour,R,G,B,X,Y,Z\n0,1,1,1,190,200,218\n9,1,1,1,190,200,218\n", "readings of several hours"),
+    "a CSV of fractions called percent": (
+        "# drive: percent\nR,G,B,X_cdm2,Y_cdm2,Z_cdm2\n1,1,1,190,200,218\n0,0,0,0.1,0.1,0.1\n", "reaches only 1"
+    ),
+    "a CSV with a dark white": (
+        "R,G,B,X_cdm2,Y_cdm2,Z_cdm2\n255,255,255,0,0,0\n255,0,0,41,21,2\n", "white has Y = 0: no light"
+    ),
+    "XYZ called Lab": (ti3(names=LAB), "no light has this Lab"),
     "a CSV without rows": ("R,G,B,X,Y,Z\n", "holds no readings"),
     "a level that is none": ("position,row,col,level_index,X,Y,Z\n0,0,0,7,1,1,1\n", "level_index is 0"),
     "empty": ("  \n", "the file is empty"),

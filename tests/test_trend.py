@@ -11,6 +11,7 @@ from scipy.optimize import curve_fit
 from lutgen import LutgenError
 from lutgen.cli.commands.trend import SETS as NAMED
 from lutgen.measurements.campaign import read_campaign
+from lutgen.report.trend_page import headline
 from lutgen.sessions.decay import LAWS, fit_laws
 from lutgen.sessions.limits import SETS, Limit, limits_of, parse_limit
 from lutgen.sessions.trend import FEWEST, trend
@@ -99,6 +100,12 @@ def test_a_limit_passed_is_passed_at_the_session_that_shows_it(tmp_path: Path) -
     # exp(-800 / 3000) is 0.77, exp(-500 / 3000) 0.85.
     assert (found.passings[0].status, found.passings[0].time) == ("passed", 800.0)
     assert (found.passings[1].status, found.passings[1].extrapolated) == ("kept", False)
+
+
+def test_too_few_sessions_promise_nothing(tmp_path: Path) -> None:
+    found = trend(fading(tmp_path, 3000.0, days=[0, 250]), [parse_limit("white>=50%")])
+    assert found.passings[0].status == "cannot-tell"
+    assert headline(found).endswith("when one will be cannot be told from these sessions.")
 
 
 def test_a_session_of_another_setting_is_left_out_unless_asked_for(tmp_path: Path) -> None:

@@ -54,6 +54,8 @@ def headline(found: Trend) -> str:
     if passed:
         return f"{name}: passed {' and '.join(each.limit.text for each in passed)} already."
     ahead = [each for each in found.passings if each.status == "ahead" and each.time is not None]
+    if not ahead and any(each.status == "cannot-tell" for each in found.passings):
+        return f"{name}: no limit is seen passed, and when one will be cannot be told from these sessions."
     if not ahead:
         return f"{name}: no limit is passed, and none is in sight."
     soonest = min(ahead, key=lambda each: each.time or np.inf)

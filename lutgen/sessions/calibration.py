@@ -98,6 +98,31 @@ def native_gamma(session: Session, channel: str) -> float | None:
     return float(np.polyfit(np.log(drive[kept]), np.log(xyz[kept, 1]), 1)[0])
 
 
+def full_light_ratio(before: Session, after: Session) -> Array:
+    """By what the later calibration multiplies each channel's full light, (3,): 1 where a session has no curves."""
+    loops = calibration(before), calibration(after)
+    if loops[0] is None or loops[1] is None or min(loops[0].ends.min(), loops[1].ends.min()) <= 0:
+        return np.ones(3)
+    ratios = []
+    for name, one, other in zip(CHANNELS, loops[0].ends, loops[1].ends, strict=True):
+        kept = _light_kept(before if one >= other else after, name, float(min(one, other) / max(one, other)))
+        ratios.append(kept if one >= other else 1.0 / kept)
+    return np.array(ratios)
+
+
+def _light_kept(session: Session, channel: str, share: float) -> float:
+    """Light that a channel keeps at a share of its session's highest drive, by its native ramp, else by its γ.
+
+    Levels are joined by powers: no curve of a display, DICOM's neither, is one power from black to white.
+    """
+    drive, xyz = native_ramp(session, channel)
+    lit = (drive > 0) & (xyz[:, 1] > 0)
+    drive, light = drive[lit], xyz[lit, 1]
+    if drive.size and drive[0] <= share * drive[-1] and (np.diff(drive) > 0).all():
+        return float(np.exp(np.interp(np.log(share * drive[-1]), np.log(drive), np.log(light))) / light[-1])
+    return float(share ** (native_gamma(session, channel) or USUAL_GAMMA))
+
+
 def _cost(session: Session, ends: Array) -> float | None:
     tips, black = [tip(session, name) for name in CHANNELS], mean_xyz(session, "black")
     found = [each for each in tips if each is not None]

@@ -11,11 +11,11 @@ import numpy as np
 from lutgen.colorimetry import xy_to_uv, xyz_to_xyY
 from lutgen.errors import LutgenError
 from lutgen.sessions.bend import bend
-from lutgen.sessions.calibration import USUAL_GAMMA, calibration, native_gamma
-from lutgen.sessions.course import Course, course, course_beside
+from lutgen.sessions.calibration import full_light_ratio
+from lutgen.sessions.course import FEWEST, Course, course, course_beside, shared
 from lutgen.sessions.five import five
 from lutgen.sessions.lines import line_shift
-from lutgen.sessions.patches import CHANNELS, mean_xyz
+from lutgen.sessions.patches import mean_xyz
 from lutgen.sessions.steadiness import steadiness
 
 if TYPE_CHECKING:
@@ -63,11 +63,7 @@ class Pair:
     @cached_property
     def held_back(self) -> Array:
         """By what the calibration curves multiply each channel's full light, (3,): 1 where one file has none."""
-        loops = [calibration(each.session) for each in (self.before, self.after)]
-        if loops[0] is None or loops[1] is None or min(loops[0].ends.min(), loops[1].ends.min()) <= 0:
-            return np.ones(3)
-        gammas = np.array([native_gamma(self.before.session, name) or USUAL_GAMMA for name in CHANNELS])
-        return np.asarray((loops[1].ends / loops[0].ends) ** gammas)
+        return full_light_ratio(self.before.session, self.after.session)
 
     @property
     def curves_known(self) -> bool:
@@ -80,6 +76,11 @@ class Pair:
         return bend(self.before.session, self.after.session, native=self.curves_known)
 
     @cached_property
+    def bend_as_seen(self) -> float | None:
+        """Change of the transfer curves with what the calibrations do, in L*; None: too few levels."""
+        return bend(self.before.session, self.after.session, native=False)
+
+    @cached_property
     def drifts(self) -> tuple[Course, Course]:
         """Drift within the reference, and within the session."""
         own = [course(each.session) for each in (self.before, self.after)]
@@ -87,6 +88,13 @@ class Pair:
             beside = course_beside(self.after.session, self.before.session)
             own[1] = beside or own[1]
         return own[0], own[1]
+
+    @cached_property
+    def unwatched(self) -> bool:
+        """Whether light may have run away unseen: a session read no bright patch twice, and they share few."""
+        sessions = self.before.session, self.after.session
+        few = shared(sessions[1], sessions[0])[0].size < FEWEST
+        return few and any(steadiness(each) is None for each in sessions)
 
     @cached_property
     def noise(self) -> float:

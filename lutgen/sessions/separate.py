@@ -108,15 +108,17 @@ def explanations(pair: Pair) -> tuple[Explained, ...]:
         return ()
     before, after = pair.seen
     known = [cause for cause in causes().values() if cause.ways]
+    # Nothing may be as loose as any cause, lest one be named for its looseness alone.
+    loosest = max(cause.loose for cause in known)
     found: list[Explained] = []
     for together in ((), *combinations(known, 1), *combinations(known, 2)):
         best: Explained | None = None
         prior = sum(cause.prior(pair) for cause in together) - SECOND * max(len(together) - 1, 0)
-        for ways in product(*(cause.ways for cause in together)):
+        looseness = (max(cause.loose for cause in together),) if together else (0.0, loosest)
+        for ways, loose in product(product(*(cause.ways for cause in together)), looseness):
             free = [name for way in ways for name in way]
             if len(set(free)) < len(free):
                 continue
-            loose = max((cause.loose for cause in together), default=0.0)
             found_fit = fit(before, after.xyz(), free, noise=pair.noise, loose=loose)
             if not all(
                 cause.sound({name: found_fit.values[name] for name in way}, pair)

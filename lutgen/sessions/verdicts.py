@@ -9,8 +9,8 @@ import numpy as np
 
 from lutgen.sessions.bend import DARKEST
 from lutgen.sessions.causes import causes
-from lutgen.sessions.causes.aging import LONG
-from lutgen.sessions.causes.hdr import NOT_ADDITIVE
+from lutgen.sessions.causes.aging import LONG, may_have_dimmed
+from lutgen.sessions.causes.hdr import NOT_ADDITIVE, hdr_signs
 from lutgen.sessions.patches import CHANNELS
 
 if TYPE_CHECKING:
@@ -45,6 +45,9 @@ LEAP = 0.15
 
 #: Δu'v' by which aging moves a primary at most: twice that of the paper's display.
 AGING_COLOUR = 0.01
+
+#: Change of white over the sum of the primaries that is worth telling.
+SUM_MOVED = 0.02
 
 #: What a calibration made anew may move and be no news: a channel's light, as a share.
 RECALIBRATED = 0.04
@@ -111,8 +114,8 @@ def _seen_beside(pair: Pair, seen: Mapping[str, str]) -> Verdict | None:
     if "hdr" in seen:
         additive = abs(pair.additivity[1] - pair.additivity[0]) < NOT_ADDITIVE
         other = "another-display" in seen and additive and not _named_alike(pair)
-        names = ("hdr", "another-display") if other else ("hdr",)
-        return _made("one-of" if other else "named", names, (seen["hdr"], *_records(pair)))
+        names = ("hdr", *(["another-display"] if other else []), *(["drift"] if _may_have_drifted(pair) else []))
+        return _made("one-of" if len(names) > 1 else "named", names, (seen["hdr"], *_records(pair)))
     if "instrument" in seen:
         return _made("named", ("instrument",), (seen["instrument"], *_facts(pair)))
     return None
@@ -124,6 +127,8 @@ def _weighed(pair: Pair, found: Sequence[Explained], seen: Mapping[str, str]) ->
     simplest = min(len(each.names) for each in near)
     rivals = [each for each in near if len(each.names) == simplest]
     names = tuple(dict.fromkeys(name for each in rivals for name in each.names))
+    if _dimmed_or_aged(pair, rivals):
+        names = (*names, "aging")
     curves, facts = _curves(pair), (*_facts(pair), *_records(pair))
     if simplest and rivals[0].fit.chi2 > MISFIT:
         names = ("another-display", "instrument") if "another-display" in seen else ()
@@ -158,10 +163,24 @@ def _at_once(pair: Pair, rivals: Sequence[Explained], names: tuple[str, ...], fa
         return _made("one-of", (*names, *({"aging"} - {*names})), facts)
     if "instrument" in names and not _named_alike(pair):
         return _made("one-of", (*names, "another-display"), facts)
-    if len(rivals) == 1:
+    doubtful = {"brightness"} if _dimmed_or_aged(pair, rivals) else set()
+    if len(rivals) == 1 and not doubtful:
         return _made("several", names, facts)
-    sure = tuple(name for name in names if all(name in each.names for each in rivals))
+    sure = tuple(name for name in names if name not in doubtful and all(name in each.names for each in rivals))
     return _made("one-of", (*sure, *(name for name in names if name not in sure)), facts, sure)
+
+
+def _dimmed_or_aged(pair: Pair, rivals: Sequence[Explained]) -> bool:
+    """Whether all light fell by one factor as a turned setting makes it, and as a backlight's age does as well."""
+    dimmed = [each.fit.values for each in rivals if "brightness" in each.names]
+    if not dimmed or pair.other_settings or any("aging" in each.names for each in rivals):
+        return False
+    return all("gains" not in values and may_have_dimmed(float(values["scale"][0]), pair) for values in dimmed)
+
+
+def _may_have_drifted(pair: Pair) -> bool:
+    """Whether a sum of the primaries that is off may come of light that ran away unseen between their readings."""
+    return len(hdr_signs(pair)) == 1 and pair.unwatched
 
 
 def _joined(names: tuple[str, ...], curves: tuple[str, ...], facts: tuple[str, ...]) -> Verdict:
@@ -181,10 +200,19 @@ def _curves(pair: Pair) -> tuple[str, ...]:
     """Name what bends curves, or loads other ones, without touching the five colours more than they show."""
     if pair.curves_known and float(np.abs(pair.held_back - 1.0).max()) >= RECALIBRATED:
         return ("calibration",)
+    if _curves_of_files(pair):
+        return ("calibration",)
     if pair.bend is None or abs(pair.bend) < BENT:
         return ()
     other = ("hdr",) if abs(pair.bend) >= STRONGLY_BENT else ()
     return ("brightness", *other) if pair.curves_known else ("calibration", "brightness", *other)
+
+
+def _curves_of_files(pair: Pair) -> bool:
+    """Whether curves moved as they are seen, and the display's own, behind the files' calibrations, did not."""
+    if not pair.curves_known or pair.bend is None or pair.bend_as_seen is None:
+        return False
+    return abs(pair.bend_as_seen) >= BENT > abs(pair.bend)
 
 
 def _may_age(pair: Pair) -> bool:
@@ -237,7 +265,12 @@ def _facts(pair: Pair) -> tuple[str, ...]:
     if before.has_black and after.has_black:
         facts.append(f"black {before.leak[1]:.3g} → {after.leak[1]:.3g} cd/m²")
     if pair.bend is not None:
-        facts.append(f"curves within ΔL* {abs(pair.bend):.1f} above L* {DARKEST:g}")
+        whose = "the display's own curves" if pair.curves_known else "curves"
+        facts.append(f"{whose} within ΔL* {abs(pair.bend):.1f} above L* {DARKEST:g}")
+    if _curves_of_files(pair):
+        facts.append(f"with the calibrations in the files, which differ, curves moved by ΔL* {pair.bend_as_seen:+.1f}")
+    if abs(pair.additivity[1] - pair.additivity[0]) >= SUM_MOVED:
+        facts.append(f"white over red + green + blue {pair.additivity[0]:.3f} → {pair.additivity[1]:.3f}")
     if pair.curves_known and np.abs(pair.held_back - 1.0).max() >= 0.002:
         held = ", ".join(f"{name} ×{value:.3f}" for name, value in zip(CHANNELS, pair.held_back, strict=True))
         facts.append(f"the calibration curves in the files differ ({held}); what they do is taken off")

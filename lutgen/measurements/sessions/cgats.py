@@ -40,6 +40,9 @@ _NAMES = ("SAMPLE_LOC", "SAMPLE_NAME", "SAMPLE_ID", "SAMPLEID", "STRING")
 #: Whites of Lab that files name, relative with Y = 1: D50 as ICC.1:2022 7.2.16 prints it, and sRGB's D65.
 _LAB_WHITES = {"D50": np.array([0.9642, 1.0, 0.8249]), "D65": D65}
 
+#: X, Y and Z that Lab may mean, relative to white: below 0 no more than rounding and the noise of black make.
+_LEAST_RATIO = -0.02
+
 #: White of a file that is normalised to 100 may drift within the session; beyond this it was not normalised so.
 _NORMALISED = (50.0, 200.0)
 
@@ -190,6 +193,13 @@ def _from_lab(source: Source, table: Table, *, argyll: bool) -> _Light:
     middle = (lab[:, 0] + 16.0) / 116.0
     f = np.column_stack([middle + lab[:, 1] / 500.0, middle, middle - lab[:, 2] / 200.0])
     ratio = np.where(f > 6.0 / 29.0, f**3, 3.0 * (6.0 / 29.0) ** 2 * (f - 4.0 / 29.0))
+    dark = ratio.min(axis=1) < _LEAST_RATIO
+    if dark.any():
+        line = table.lines[int(np.argmax(dark))]
+        message = (
+            f"{source.at(line)}: no light has this Lab: X or Z would be negative. Are the columns XYZ? Name them so."
+        )
+        raise LutgenError(message)
     remark = f"Its colours are Lab under {name}: relative to white, with no luminance in cd/m²."
     return _Light(ratio * _LAB_WHITES[name], absolute=False, remarks=(remark,))
 

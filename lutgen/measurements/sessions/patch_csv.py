@@ -75,7 +75,7 @@ def read(source: Source) -> Session:
     places = whites(drive)
     white = float(np.median(xyz[places, 1])) if places.size else float(xyz[:, 1].max())
     relative = not absolute and (white < _LEAST_WHITE or white in _RELATIVE_WHITES)
-    if relative and white <= 0:
+    if (relative or places.size) and white <= 0:
         message = f"{source.file}: white has Y = {white:g}: no light. Correct the row of R = G = B = full drive."
         raise LutgenError(message)
     label = next((n for n, name in enumerate(columns) if name.lower() in _NAMES), None)
@@ -170,6 +170,10 @@ def _declared(source: Source, metadata: dict[str, str], drive: Array) -> float:
     known = {name: full for full, name in FULL_DRIVE.items()}
     if said not in known:
         raise pick_one(f"{source.file}: drive", said, known)
+    top = float(drive.max(initial=0.0))
+    if 0.0 < top <= 1.0 < known[said]:
+        message = f"{source.file}: drive is said to be {said}, but reaches only {top:g}. Write # drive: 0..1."
+        raise LutgenError(message)
     return known[said]
 
 

@@ -23,6 +23,19 @@ _SUDDEN, _FASTEST = 0.1, 1.2
 _TOGETHER = 0.15
 
 
+#: Loss per year, in nepers, up to which a display that dims without changing colour is as likely to age as to be turned
+#: down: half in 10 000 hours, on day and night.
+_USUAL = 0.6
+
+
+def may_have_dimmed(change: float, pair: Pair) -> bool:
+    """Whether a change of all light by one factor, its natural logarithm, may be age: slow, and over months."""
+    if pair.days is None:
+        return change < 0
+    lost = -change if pair.days > 0 else change
+    return abs(pair.days) >= LONG and 0 < lost <= _USUAL * abs(pair.days) / 365.25
+
+
 def _prior(pair: Pair) -> float:
     if pair.days is None:
         return -1.0

@@ -19,9 +19,8 @@ _BEND, _ADDITIVITY, _COLOUR, _CONTRAST = 3.0, 0.04, 0.01, 1.8
 NOT_ADDITIVE = 0.06
 
 
-def _seen(pair: Pair) -> str:
-    if pair.seen is None:
-        return ""
+def hdr_signs(pair: Pair) -> list[str]:
+    """Say what changed of the sum of the primaries or the curve, and what else did where one of them has."""
     before, after = pair.additivity
     signs = []
     if abs(after - before) >= _ADDITIVITY and max(abs(after - 1.0), abs(before - 1.0)) >= _ADDITIVITY:
@@ -29,12 +28,20 @@ def _seen(pair: Pair) -> str:
     if pair.bend is not None and abs(pair.bend) >= _BEND:
         signs.append(f"the transfer curve moved by ΔL* {pair.bend:+.1f}")
     if not signs:
-        return ""
+        return []
     moved = float(np.hypot(*pair.shift[:3].T).max())
     if moved >= _COLOUR:
         signs.append(f"a primary moved by Δu'v' {moved:.3f}")
     if pair.contrast and abs(np.log(pair.contrast[1] / pair.contrast[0])) >= np.log(_CONTRAST):
         signs.append(f"contrast went from {pair.contrast[0]:.0f} to {pair.contrast[1]:.0f}")
+    return signs
+
+
+def _seen(pair: Pair) -> str:
+    if pair.seen is None:
+        return ""
+    signs = hdr_signs(pair)
+    before, after = pair.additivity
     return ", ".join(signs) if len(signs) > 1 or abs(after - before) >= NOT_ADDITIVE else ""
 
 
