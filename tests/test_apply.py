@@ -441,7 +441,7 @@ def test_names_repeated_for_quick_help_are_the_librarys() -> None:
     assert apply_command.SOURCES == SOURCES
 
 
-@pytest.mark.parametrize("name", ["IN.PNG", "misnamed.jpg", "odd?x=1.png", "bare"])
+@pytest.mark.parametrize("name", ["IN.PNG", "misnamed.jpg", "odd?x=1.png", "bare", "no-utf-8-\udcff.png"])
 def test_the_kind_of_a_file_is_read_from_the_file(name: str, tissue: Pixels, aged: AgedDisplay, tmp_path: Path) -> None:
     source = write(tmp_path / "in.png", tissue[:64]).rename(tmp_path / name)
     apply_to_image(source, tmp_path / "out.png", aged)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from itertools import product
 from math import comb, isnan, pi, sqrt
@@ -244,6 +245,10 @@ def test_means_once_more_are_scipy_s() -> None:
     interval = stats.ttest_ind(values[1], values[0], equal_var=False).confidence_interval(0.95)
     assert found.difference_ci95 == pytest.approx(tuple(interval))
     assert found.rank_p == pytest.approx(stats.mannwhitneyu(*values).pvalue)
+    few = [[3.1, 4.2, 5.9, 2.0], [7.0, 6.5, 9.4, 8.8]]
+    (of_few,) = further_means([sample_of("time", name, each) for name, each in zip("ab", few, strict=True)])
+    # By hand: of the 70 ways to share 8 ranks, 2 put all of one sample above the other.
+    assert of_few.rank_p == pytest.approx(2 / 70)
     assert mean_interval(first, "t") == pytest.approx(stats.t.interval(0.95, 29, first.mean, first.sd / sqrt(30)))
 
 
@@ -368,10 +373,40 @@ def test_an_analysis_of_answers_says_what_its_design_cannot_show() -> None:
     several = [replace(each, reader=name) for name in "AB" for each in paper_like]
     crossed = [answer(f"i{n}", name, session=s) for n in range(4) for s, name in ((1, "none"), (2, "chroma"))]
     crossed += [answer(f"i{n}", name, session=s) for n in range(4, 8) for s, name in ((2, "none"), (1, "chroma"))]
-    assert "2 readers" in " ".join(analyse_answers(several).limits)
+    said = " ".join(analyse_answers(several).limits)
+    for part in ("2 readers", "each image was read under one condition"):
+        assert part in said
+    moved_on = {"none": "chroma", "chroma": "none"}
+    square = [replace(each, reader="B", condition=moved_on[each.condition]) for each in paper_like[:20]]
+    said = " ".join(analyse_answers([*paper_like, *square]).limits)
+    assert "each reader read an image under one condition, and other readers read it under others" in said
+    assert "each image was read" not in said
     said = " ".join(analyse_answers(crossed).limits)
     assert "the same images under several conditions" in said
     assert "always read" not in said
+
+
+@pytest.mark.parametrize(
+    ("counts_", "said"),
+    [
+        ((20, 0), "With 20 pairs a condition, a fall of agreement from 100% by less than about 20 percentage points"),
+        ((27, 12), "With 39 pairs a condition, a fall of agreement from 69% by less than about 28 percentage points"),
+        ((2, 2), "With 4 pairs a condition, no fall of agreement is found four times in five by the one-tailed test."),
+        ((1, 0), ""),
+        ((0, 9), ""),
+    ],
+)
+def test_the_smallest_fall_that_is_found_is_that_of_simulated_studies(counts_: tuple[int, int], said: str) -> None:
+    rows = [Counts("none", *counts_), Counts("chroma", *counts_)]
+    sentences = [each for each in analyse_figures(rows, ()).limits if "pairs a condition" in each]
+    assert [each.startswith(said) for each in sentences] == [True] * bool(said)
+    if found := re.search(r"about (\d+) perc", said):
+        n, share = sum(counts_), counts_[0] / sum(counts_)
+        random = np.random.default_rng(1)
+        first, second = (random.binomial(n, chance, 20_000) for chance in (share, share - int(found[1]) / 100))
+        error = np.sqrt((first * (n - first) + second * (n - second)) / n / (2 * n - 2) * 2 / n)
+        seen = (first - second) / n > np.maximum(stats.t.isf(0.05, 2 * n - 2) * error, 0)
+        assert np.mean(seen) == pytest.approx(0.8, abs=0.03)
 
 
 # Tables that users bring ----------------------------------------------------------------------------------------------
@@ -425,6 +460,7 @@ def test_bad_answers_are_refused_by_line_and_column(text: str, said: str, tmp_pa
         ("condition,agreed,disagreed\nnone,0,0\n", "nothing was compared"),
         ("condition,agreed,disagreed\nnone,1,2\nnone,1,2\n", "line 3, column condition: 'none' appears twice. Keep"),
         ("condition,agreed,disagreed\nnone,99999999999,2\n", "is no whole number"),
+        ("condition,agreed,disagreed\nnone,10000,10001\n", "column disagreed: '10001' is no whole number in 0..10000"),
     ],
 )
 def test_bad_counts_are_refused(text: str, said: str, tmp_path: Path) -> None:

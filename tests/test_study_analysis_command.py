@@ -15,9 +15,10 @@ from skimage.io import imread
 from lutgen import LutgenError
 from lutgen.cli.commands.study.analyse import INTERVALS
 from lutgen.report.study_page import between, figure, p_value, signed
-from lutgen.report.study_plot import PICTURE, abreast, changes, title
+from lutgen.report.study_plot import PICTURE, _draw_agreement, abreast, changes, title
 from lutgen.study.analysis import analyse_answers, analyse_figures
-from lutgen.study.analysis.answer_table import read_answer_table
+from lutgen.study.analysis.agreement import Counts
+from lutgen.study.analysis.answer_table import answer_table, read_answer_table
 from lutgen.study.analysis.figures import read_counts, read_summary
 from lutgen.study.analysis.intervals import KINDS
 from lutgen.study.analysis.tables_csv import FILES
@@ -284,6 +285,35 @@ def test_the_title_of_the_picture_says_the_finding(found: dict[str, Analysis]) -
     assert "agreement −2" not in title(found["figures"])
 
 
+@pytest.mark.parametrize("conditions", [3, 4, 6])
+def test_shares_of_all_are_written_inside_the_picture_and_apart(conditions: int) -> None:
+    from itertools import pairwise
+
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    page = Figure(figsize=(15, 7.5), dpi=100)
+    FigureCanvasAgg(page)
+    # As wide and high as the last of three panels.
+    axes = page.add_axes((0.68, 0.2, 0.258, 0.55))
+    rows = [Counts(f"chroma-luma@{hours}000", 20, 0) for hours in range(10, 10 + conditions)]
+    _draw_agreement(axes, analyse_figures(rows, ()))
+    page.draw_without_rendering()
+    shares = [text.get_window_extent() for text in axes.texts]
+    names = [label.get_window_extent() for label in axes.get_xticklabels()]
+    for row in (shares, names):
+        assert len(row) == conditions
+        assert all(left.x1 <= right.x0 for left, right in pairwise(row))
+    assert max(share.y1 for share in shares) <= axes.title.get_window_extent().y0 + 3
+    assert not any(share.overlaps(axes._left_title.get_window_extent()) for share in shares)  # type: ignore[attr-defined]
+
+
+def test_one_answer_has_a_dash_for_its_interval(run: Callable[..., Done], tmp_path: Path) -> None:
+    (tmp_path / "one.csv").write_text(answer_table(paper_like()[:1], remark="SIMULATED"))
+    done = run("analyse", "--answers", "one.csv")
+    assert (done.code, "nan" in done.out, "± –" in done.out) == (0, False, True)
+
+
 def test_what_is_not_significant_is_said_in_the_title() -> None:
     found = analyse_figures(read_counts(COUNTS)[1][1:], ())
     assert title(found) == "chroma-luma against chroma: agreement −2.5 points (not significant)"
@@ -303,6 +333,7 @@ def test_answers_of_one_height_lie_side_by_side() -> None:
         (p_value(0.05402), "0.0540"),
         (p_value(2.5506e-7), "2.6e-07"),
         (p_value(1.0), "1.00"),
+        (p_value(0.0), "< 1e-300"),
         (p_value(float("nan")), "–"),
         (figure(-1.25, 1), "−1.2"),
         (figure(float("inf"), 1), "∞"),

@@ -162,6 +162,11 @@ def edited(read: Path, tmp_path: Path, statement: str) -> Path:
         ("DELETE FROM log WHERE row = 1", r"row 1 is missing"),
         ("UPDATE log SET row = -6 WHERE row = 6", r"row 1 is missing before row -6"),
         ("DELETE FROM log", "all its rows are missing"),
+        (
+            "DELETE FROM log WHERE row = (SELECT max(row) FROM log)",
+            r"row \d+ is missing, after row \d+ \(answered, ses",
+        ),
+        ("DELETE FROM log WHERE row > 6", r"row 7 is missing, after row 6 \(answered, session 1\)"),
         ("DROP TABLE log", "no such table"),
         ("INSERT INTO log VALUES (99, '', 1, 'answered', '{}', '')", r"is missing before row 99"),
         (

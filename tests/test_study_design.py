@@ -182,6 +182,10 @@ def test_without_unaged_images_in_session_1_the_later_sessions_bring_their_condi
         ({"per_condition": 0}, "--per-condition 0: give 1 or more"),
         ({"readers": 0, "per_condition": 1}, "--readers 0: give 1 to 1000"),
         ({"sessions": 1001, "per_condition": 1}, "--sessions 1001: give 1 to 1000"),
+        (
+            {"sessions": 1000, "readers": 1000, "per_condition": 1},
+            "3 images × 1000 readers × 1000 sessions are 3000000 readings; a study has at most 200000",
+        ),
     ],
 )
 def test_numbers_that_make_no_study_are_refused(options: dict[str, int], message: str) -> None:

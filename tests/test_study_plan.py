@@ -201,6 +201,13 @@ def test_a_table_gives_any_other_design(run: Callable[..., Done], tmp_path: Path
     assert content["left_out"] == ["s0", "s3", "s4", "s5", "s6"]
 
 
+def test_the_page_tells_of_a_session_what_all_its_readers_read(run: Callable[..., Done], tmp_path: Path) -> None:
+    rows = ["1,s1,chroma@9000,1", "1,s2,none,2", "1,s3,stable@0,2"]
+    (tmp_path / "design.csv").write_text("\n".join(["session,image,condition,reader", *rows]))
+    done = run("in", "--design", "design.csv", "-o", "study")
+    assert "Session 1: 1 to 2 images under chroma@9000, none, stable@0." in words(done.out)
+
+
 # The images -----------------------------------------------------------------------------------------------------------
 
 
@@ -224,6 +231,11 @@ def broken(folder: Path, kind: str) -> None:
         (folder / "new.png").write_text("chroma")
     elif kind == "copied":
         shutil.copyfile(folder / "s1.png", folder / "new.png")
+    elif kind == "named in bytes":
+        plain.save(folder / "new.png")
+        (folder / "new.png").rename(folder / "new\udcff.png")
+    elif kind == "named in two lines":
+        plain.save(folder / "new\n.png")
     elif kind == "stored again":
         Image.open(folder / "s1.png").save(folder / "new.tif")
 
@@ -236,6 +248,8 @@ def broken(folder: Path, kind: str) -> None:
         ("grey", "new.png: has 1 channel"),
         ("cut off", "new.png: the image is truncated or damaged"),
         ("text", "new.png: not an image that lutgen reads"),
+        ("named in bytes", r"'in/new\udcff.png': has letters in its name that cannot be seen"),
+        ("named in two lines", r"'in/new\n.png': has letters in its name that cannot be seen"),
         ("copied", "in/new.png and in/s1.png: are the same file, byte for byte"),
         ("stored again", "in/new.tif and in/s1.png: show the same pixels"),
     ],
@@ -287,6 +301,9 @@ def test_a_float_image_is_refused(tmp_path: Path) -> None:
         (("in", *SMALL, "--conditions", "none,chroma@99999"), "hour 99999 is outside the measured span 0..18000 h"),
         (("in", *SMALL, "--conditions", "none,blue@5"), "unknown condition 'blue@5'. Write none (un-aged), or a mode"),
         (("in", *SMALL, "--conditions", ","), "unknown condition ''"),
+        (("in", "--per-condition", "1", "--conditions", ""), "unknown condition ''"),
+        (("in", *SMALL, "--title", "a\udcff"), r"--title 'a\udcff': give one line of letters that can all be seen"),
+        (("in", *SMALL, "--title", "a\nb"), r"--title 'a\nb': give one line"),
         (("in", *SMALL, "--washout-days", "-1"), "--washout-days -1: give days from 0 to 3650"),
         (("in", *SMALL, "--washout-days", "nan"), "--washout-days nan: give days from 0 to 3650"),
         (("in", "--per-condition", "1", "--seed", "-1"), "--seed -1: give a whole number from 0 on"),

@@ -193,8 +193,9 @@ def open_source(path: Path, source: str = "auto") -> Iterator[Source]:
     kind = _sniff(path)
     if kind.name in ("png", "tiff") and not is_whole(path):
         raise _damaged(path)
-    # OpenImageIO chooses the reader by the suffix and reads options behind a question mark.
-    if path.suffix.lower() in kind.suffixes and "?" not in str(path):
+    # OpenImageIO chooses the reader by the suffix, reads options behind a question mark, and takes UTF-8 alone.
+    unspoilt = str(path).encode(errors="replace").decode() == str(path) and "?" not in str(path)
+    if path.suffix.lower() in kind.suffixes and unspoilt:
         with _opened(path, path, kind, source) as opened:
             yield opened
     else:

@@ -75,7 +75,7 @@ def _table_2(found: Analysis) -> Table:
             cells += [
                 cell
                 for mean in here
-                for cell in (str(mean.n), f"{mean.mean:.{digits}f} ± {mean.ci95[1] - mean.mean:.{digits}f}")
+                for cell in (str(mean.n), f"{mean.mean:.{digits}f} ± {figure(mean.ci95[1] - mean.mean, digits)}")
             ] or ["–", "–"]
         made.add_row(condition, *cells)
     return made
@@ -189,6 +189,8 @@ def p_value(p: float) -> str:
     """Write p with three figures; a dash where there is no test."""
     if not isfinite(p):
         return "–"
+    if p < 1e-300:
+        return "< 1e-300"
     return f"{p:.1e}" if p < 0.0001 else f"{p:#.3g}".rstrip(".")
 
 

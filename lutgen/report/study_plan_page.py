@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING
 
 from rich.text import Text
@@ -85,13 +86,15 @@ def _true_to(lut: dict[str, float]) -> str:
 def _sessions(planned: Planned) -> Iterator[str]:
     protocol = planned.protocol
     for number in range(1, protocol.sessions + 1):
-        trials = protocol.session(1, number)
+        trials = [trial for trial in protocol.trials if trial.session == number]
+        images = sorted(Counter(trial.reader for trial in trials).values())
+        count = _counted(images[-1], "image") if images[0] == images[-1] else f"{images[0]} to {images[-1]} images"
         shown = ", ".join(dict.fromkeys(each.name for each in protocol.conditions
                                         if each.name in {trial.condition for trial in trials}))  # fmt: skip
         begins = (
             "" if number == 1 else f", from {protocol.washout_days:g} days after a reader's session {number - 1} on"
         )
-        yield f"Session {number}: {_counted(len(trials), 'image')} under {shown}{begins}."
+        yield f"Session {number}: {count} under {shown}{begins}."
 
 
 def _counted(count: int, what: str) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.report.picture import BLACK, BLUE, GREEN, GREY, RED, YELLOW, picture, tidy
+from lutgen.report.picture import BLACK, BLUE, GREEN, GREY, RED, picture, tidy
 from lutgen.report.study_page import figure, p_value, signed
 from lutgen.study.analysis.sample import MEASURES
 
@@ -31,7 +31,10 @@ _UNITS = {"time": (1, " s"), "ease": (1, ""), "agreement": (1, " points")}
 _BINS = 45
 
 #: Colours of conditions, the un-aged one first.
-_COLOURS = (BLUE, RED, GREEN, YELLOW)
+_COLOURS = (BLUE, RED, GREEN, BLACK)
+
+#: Letters of a condition's name that fit below it; a longer one is broken before its hour.
+_LETTERS = 12
 
 
 def plot_study(found: Analysis, folder: str | Path, *, force: bool = False) -> Path:
@@ -39,10 +42,11 @@ def plot_study(found: Analysis, folder: str | Path, *, force: bool = False) -> P
     path = Path(folder) / PICTURE
     measured = [measure for measure in MEASURES if any(mean.measure == measure for mean in found.table2.means)]
     panels = [*measured, *(["agreement"] if found.table3 else [])]
+    several = f"; not corrected for there being {len(found.holm)}" if len(found.holm) > 1 else ""
     foot = (
         f"{'Small dots: single answers. ' if any(each.values for each in found.samples) else ''}Large: mean or share, "
         "with 95 % intervals (agreement: Wilson). Below: change against the first condition and p as in the paper: "
-        f"two-sided t-tests, one-tailed for agreement; not corrected for there being {len(found.holm)}."
+        f"two-sided t-tests, one-tailed for agreement{several}."
     )
     second = " ".join(found.sources)
     with picture(path, title(found), second=second, foot=foot, height=7.5, force=force) as (page, low, high):
@@ -90,7 +94,7 @@ def _draw_means(axes: Axes, found: Analysis, measure: str) -> None:
     for place, mean in enumerate(means):
         values = np.array(samples[mean.condition])
         axes.plot(place + abreast(values, span), values, "o", color=GREY, alpha=0.45, markersize=4, zorder=1)
-        _point(axes, place, mean.mean, mean.ci95, figure(mean.mean, 1))
+        _point(axes, place, mean.mean, mean.ci95, figure(mean.mean, 1), letters=_points(12.0, len(means)))
     if measure == "time":
         axes.set_ylim(bottom=0.0)
     else:
@@ -103,30 +107,40 @@ def _draw_means(axes: Axes, found: Analysis, measure: str) -> None:
 
 def _draw_agreement(axes: Axes, found: Analysis) -> None:
     for place, row in enumerate(found.table3):
-        _point(axes, place, row.percent, row.ci95, f"{row.percent:.1f} %\n{row.agreed} of {row.agreed + row.disagreed}")
-    axes.set_ylim(0, 100)
+        text = f"{row.percent:.1f} %\n{row.agreed} of {row.agreed + row.disagreed}"
+        _point(axes, place, row.percent, row.ci95, text, letters=_points(12.0, len(found.table3)))
+    # Room above for the mark and the figures of those who all agreed.
+    axes.set_ylim(0, 107)
+    axes.set_yticks(range(0, 101, 20))
     axes.set_title("agreement with the un-aged reading, %", fontsize=13, weight="bold", loc="left")
     _name(axes, [row.condition for row in found.table3], found, "agreement")
 
 
-def _point(axes: Axes, place: int, value: float, ends: tuple[float, float], text: str) -> None:
+def _point(axes: Axes, place: int, value: float, ends: tuple[float, float], text: str, *, letters: float) -> None:
     colour = _COLOURS[place % len(_COLOURS)]
     axes.vlines(place, *ends, color=colour, linewidth=4, zorder=3)
     axes.plot(place, value, "o", color=colour, markeredgecolor="white", markersize=13, zorder=4)
     beside = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}
-    axes.annotate(text, (place, value), (12, 0), textcoords="offset points", va="center", fontsize=12, weight="bold",
-                  color=BLACK, bbox=beside, zorder=5)  # fmt: skip
+    axes.annotate(text, (place, value), (12, 0), textcoords="offset points", va="center", fontsize=letters,
+                  weight="bold", color=BLACK, bbox=beside, zorder=5)  # fmt: skip
 
 
 def _name(axes: Axes, conditions: Sequence[str], found: Analysis, what: str) -> None:
     digits, unit = _UNITS[what]
     against, names = changes(found, what), []
+    long = any(len(condition) > _LETTERS for condition in conditions)
     for condition in conditions:
         change, p = against.get(condition, (float("nan"), float("nan")))
         below = f"{signed(change, digits)}{unit}\np = {p_value(p)}" if isfinite(change) else ""
-        names.append(f"{condition}\n{below}")
-    axes.set_xticks(range(len(conditions)), names, fontsize=11)
+        name = condition.replace("@", "\n@") if long else condition
+        names.append(f"{name}\n{below}")
+    axes.set_xticks(range(len(conditions)), names, fontsize=_points(11.0, len(conditions)))
     axes.set_xlim(-0.5, len(conditions) - 0.3)
+
+
+def _points(most: float, conditions: int) -> float:
+    """Size of letters that leaves neighbours apart: 12 of them, or a mark and 8, have to fit beside each other."""
+    return min(most, 35.0 / conditions)
 
 
 def abreast(values: Array, span: float) -> Array:

@@ -44,5 +44,5 @@ def _when(time: datetime | None) -> str:
 def _remarks(session: SessionProgress, begin: datetime | None) -> str:
     found = [f"may begin {_when(begin)} UTC"] if begin else []
     found += [f"resumed {session.resumed} ×"] if session.resumed else []
-    found += [f"overridden: {reason}" for reason in session.overrides]
+    found += [f"overridden: {reason}" for reason in dict.fromkeys(session.overrides)]
     return "; ".join(found)

@@ -1,8 +1,9 @@
 """A reader's file: SQLite that only grows, each row carrying a hash of itself and of the row before.
 
-What the chain shows: a row that was changed, moved, put in or taken out by hand is found and named. What it cannot
-show, since it has no key: somebody who computes every hash after it anew; and rows cut off at the end, except that the
-row which ends a session says how many answers it has.
+What the chain shows: a row that was changed, moved, put in or taken out by hand is found and named. Rows cut off at
+the end are found by SQLite's own count of the rows ever written (AUTOINCREMENT), and by the row which ends a session,
+which says how many answers it has. What none of this can show, since there is no key: somebody who computes every hash
+anew or sets that count back; and an older copy of the file in its place.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ SCHEMA = 1
 OPENED = "opened"
 
 _TABLE = """
-CREATE TABLE log (row INTEGER PRIMARY KEY, at TEXT NOT NULL, session INTEGER NOT NULL, kind TEXT NOT NULL,
+CREATE TABLE log (row INTEGER PRIMARY KEY AUTOINCREMENT, at TEXT NOT NULL, session INTEGER NOT NULL, kind TEXT NOT NULL,
                   content TEXT NOT NULL, hash TEXT NOT NULL);
 CREATE TRIGGER never_changed BEFORE UPDATE ON log BEGIN SELECT RAISE(ABORT, 'rows are never changed'); END;
 CREATE TRIGGER never_removed BEFORE DELETE ON log BEGIN SELECT RAISE(ABORT, 'rows are never removed'); END;
@@ -217,6 +218,7 @@ def _verified(connection: sqlite3.Connection, path: Path, anchor: str) -> list[E
         if sound != "ok":
             raise sqlite3.DatabaseError(sound)
         rows = connection.execute("SELECT row, at, session, kind, content, hash FROM log ORDER BY row").fetchall()
+        (written,) = connection.execute("SELECT max(seq) FROM sqlite_sequence WHERE name = 'log'").fetchone()
     if not rows:
         raise LutgenError(f"{path}: was altered: all its rows are missing. Restore the file from a copy.")
     found: list[Entry] = []
@@ -231,6 +233,9 @@ def _verified(connection: sqlite3.Connection, path: Path, anchor: str) -> list[E
             raise LutgenError(f"{path}: {what} {why} (its hash does not fit). Restore the file from a copy.")
         found.append(Entry(row, at, session, kind, json.loads(content), claimed))
         before = claimed
+    if written != len(found):
+        message = f"{path}: was altered: row {len(found) + 1} is missing, after {what}. Restore the file from a copy."
+        raise LutgenError(message)
     return found
 
 

@@ -44,6 +44,9 @@ _HOUR = re.compile(r"\d{1,9}(\.\d{1,6})?", re.ASCII)
 #: More readers, or sessions, than these is a slip of the keyboard.
 MOST = 1000
 
+#: Readings in all, of every reader and session: a protocol of more takes minutes and gigabytes.
+MOST_READINGS = 200_000
+
 
 @dataclass(frozen=True)
 class Design:
@@ -131,7 +134,7 @@ def balanced_design(
     Raises
     ------
     LutgenError
-        Fewer images than are needed, or numbers that make no study.
+        Fewer images than are needed, numbers that make no study, or more readings than one can hold.
 
     """
     _check_counts(per_condition=per_condition, readers=readers, sessions=sessions)
@@ -141,6 +144,13 @@ def balanced_design(
             f"{len(images)} images are fewer than the design needs: {len(conditions)} conditions × {per_condition} "
             f"images each are {needed}. Give {needed - len(images)} more, or ask for at most "
             f"--per-condition {len(images) // len(conditions)}."
+        )
+        raise LutgenError(message)
+    readings = needed * readers * sessions
+    if readings > MOST_READINGS:
+        message = (
+            f"{needed} images × {readers} readers × {sessions} sessions are {readings} readings; a study has at most "
+            f"{MOST_READINGS}. Ask for fewer."
         )
         raise LutgenError(message)
     drawn = [images[place] for place in stream(seed, *_DESIGN).permutation(len(images))[:needed]]

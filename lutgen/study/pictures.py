@@ -114,6 +114,8 @@ def _names(paths: Sequence[Path]) -> list[str]:
     names = [path.stem if stems[path.stem] == 1 else path.name for path in paths]
     first: dict[str, Path] = {}
     for name, path in zip(names, paths, strict=True):
+        if not name.isprintable():
+            raise LutgenError(f"{str(path)!a}: has letters in its name that cannot be seen. Rename the image.")
         if name in first:
             raise LutgenError(f"{first[name]} and {path}: both would be called {name} in the study. Rename one.")
         first[name] = path

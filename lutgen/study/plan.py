@@ -164,7 +164,7 @@ def plan_study(
     """
     study = Path(study)
     check_new_study(study, force=force)
-    _check(washout_days, seed)
+    _check(washout_days, seed, title)
     pictures, practised = _pictures(images, practice, progress)
     design = design_of([picture.name for picture in pictures])
     for condition in design.conditions:
@@ -221,11 +221,13 @@ def check_new_study(study: Path, *, force: bool) -> None:
         raise LutgenError(message)
 
 
-def _check(washout_days: float, seed: int) -> None:
+def _check(washout_days: float, seed: int, title: str) -> None:
     if not (math.isfinite(washout_days) and 0 <= washout_days <= MAX_WASHOUT_DAYS):
         raise LutgenError(f"--washout-days {washout_days:g}: give days from 0 to {MAX_WASHOUT_DAYS:g}.")
     if seed < 0:
         raise LutgenError(f"--seed {seed}: give a whole number from 0 on.")
+    if not title.isprintable():
+        raise LutgenError(f"--title {title[:80]!a}: give one line of letters that can all be seen.")
 
 
 def _pictures(

@@ -247,16 +247,18 @@ def _detectable(answers: int) -> list[Detectable]:
     found = []
     for measure in TABLE_2:
         sd = standard_deviation(measure, tuple(ANSWERS))
-        found += [Detectable(measure, test, sd, None, _smallest(test, sd, None, answers)) for test in TESTS[measure]]
+        found += [_smallest(measure, test, sd, None, answers) for test in TESTS[measure]]
     base = AGREED["none"] / ANSWERS["none"]
-    found += [
-        Detectable("agreement", test, None, base, _smallest(test, None, base, answers)) for test in TESTS["agreement"]
-    ]
+    found += [_smallest("agreement", test, None, base, answers) for test in TESTS["agreement"]]
     return found
 
 
-def _smallest(test: str, sd: float | None, base: float | None, answers: int) -> float | None:
-    """The difference, or fall from ``base``, that is found with ``TARGET`` power."""
+def _smallest(measure: str, test: str, sd: float | None, base: float | None, answers: int) -> Detectable:
+    return Detectable(measure, test, sd, base, smallest_difference(test, sd, base, answers))
+
+
+def smallest_difference(test: str, sd: float | None, base: float | None, answers: int) -> float | None:
+    """The smallest difference, or fall from the share ``base``, that is found with ``TARGET`` power; None: none is."""
     from scipy.optimize import brentq
 
     before = base or 0.0

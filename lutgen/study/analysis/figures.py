@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 COUNTS = ("condition", "agreed", "disagreed")
 SUMMARY = ("condition", "measure", "n", "mean", "ci95")
 
+#: Most that is counted of a kind: with ten times as many the exact tests take minutes.
+MOST = 10_000
+
 
 def read_counts(file: str | Path) -> tuple[str, tuple[Counts, ...]]:
     """Read ``condition,agreed,disagreed``: the remark in the first line, and the rows.
@@ -31,7 +34,8 @@ def read_counts(file: str | Path) -> tuple[str, tuple[Counts, ...]]:
     remark, rows = read_rows(file, COUNTS)
     made = []
     for row in rows:
-        found = Counts(row.text("condition"), row.whole("agreed", low=0), row.whole("disagreed", low=0))
+        agreed, disagreed = (row.whole(column, low=0, high=MOST) for column in COUNTS[1:])
+        found = Counts(row.text("condition"), agreed, disagreed)
         if not found.n:
             raise row.error("agreed", "and no disagreed either: nothing was compared. Leave the condition out.")
         made.append(found)

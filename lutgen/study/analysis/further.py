@@ -124,7 +124,8 @@ def _rank_p(first: Sample, second: Sample) -> float:
         return nan
     from scipy.stats import mannwhitneyu
 
-    return float(mannwhitneyu(first.values, second.values, alternative="two-sided", method="asymptotic").pvalue)
+    # Exact where a sample is of 8 or fewer and no two values are alike, else asymptotic.
+    return float(mannwhitneyu(first.values, second.values, alternative="two-sided", method="auto").pvalue)
 
 
 def further_agreement(rows: Sequence[Counts], found: Sequence[Pair] = ()) -> tuple[FurtherAgreement, ...]:

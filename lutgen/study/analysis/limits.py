@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from math import isfinite, sqrt
-from statistics import NormalDist
+from math import isfinite
 from typing import TYPE_CHECKING
 
 from lutgen.study.analysis.agreement import UNAGED, mixed_sessions
+from lutgen.study.power import LEAST, MOST, ONE_TAILED, smallest_difference
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -20,9 +20,6 @@ if TYPE_CHECKING:
 
 #: The level of the paper's tests.
 ALPHA = 0.05
-
-#: Power that a difference is said to be found with.
-POWER = 0.80
 
 
 def design_limits(conditions: Sequence[str], answers: Sequence[Answer], found: Sequence[Pair]) -> Iterator[str]:
@@ -58,7 +55,15 @@ def _images(conditions: Sequence[str], answers: Sequence[Answer]) -> Iterator[st
     there = [seen[condition] for condition in conditions if seen[condition]]
     if len(there) < 2:
         return
-    if len(set.union(*there)) == sum(map(len, there)):
+    images = [{image for _, image in readings} for readings in there]
+    once = len(set.union(*there)) == sum(map(len, there))
+    if once and len(set.union(*images)) < sum(map(len, images)):
+        yield (
+            "In the sessions with aged images each reader read an image under one condition, and other readers read "
+            "it under others: no paired test of agreement is possible. Differences between images are noise in the "
+            "tables as in the paper, and part of a difference where not every image was read under every condition."
+        )
+    elif once:
         yield (
             "In the sessions with aged images each image was read under one condition: differences between images are "
             "part of every difference between conditions, and no paired test of agreement is possible."
@@ -91,8 +96,9 @@ def figure_limits(
     corrected: Sequence[Corrected],
 ) -> Iterator[str]:
     """Say what follows from the figures: how wide, how many tests, and which findings hang on the choice of test."""
-    if len(rows) > 1:
-        yield _width(rows)
+    least = min((row.n for row in rows), default=0)
+    if len(rows) > 1 and LEAST <= least <= MOST and rows[0].agreed:
+        yield _width(rows[0].share, least)
     if len(corrected) > 1:
         alone = sum(test.p < ALPHA for test in corrected)
         after = sum(test.p_holm < ALPHA for test in corrected)
@@ -104,14 +110,14 @@ def figure_limits(
     yield from _hanging(table_4, further)
 
 
-def _width(rows: Sequence[Counts]) -> str:
-    first, least = rows[0], min(row.n for row in rows)
-    spread = sqrt(2 * max(first.share * (1 - first.share), 1 / (4 * least)) / least)
-    quantile = NormalDist().inv_cdf
-    shown = 100 * (quantile(1 - ALPHA) + quantile(POWER)) * spread
+def _width(share: float, pairs: int) -> str:
+    fall = smallest_difference(ONE_TAILED, None, share, pairs)
+    with_pairs = f"With {pairs} pairs a condition"
+    if fall is None:
+        return f"{with_pairs}, no fall of agreement is found four times in five by the one-tailed test."
     return (
-        f"With {least} pairs a condition, a fall of agreement smaller than about {shown:.0f} percentage points is "
-        f"missed more often than once in five, by the one-tailed test."
+        f"{with_pairs}, a fall of agreement from {share:.0%} by less than about {100 * fall:.0f} percentage points is "
+        "missed more often than once in five, by the one-tailed test."
     )
 
 

@@ -124,7 +124,7 @@ def _design(
             message = "--design says it all: leave --conditions, --per-condition and --sessions out."
             raise click.UsageError(message)
         return lambda names: read_design(Path(table), names, readers=readers, seed=seed)
-    compared = design.conditions_of((conditions or design.PAPER_CONDITIONS).split(","))
+    compared = design.conditions_of((design.PAPER_CONDITIONS if conditions is None else conditions).split(","))
     return lambda names: design.balanced_design(
         names,
         compared,
