@@ -5,6 +5,7 @@ Nothing newer than OpenColorIO 2.1 may be assumed: what it lacks is asked for by
 
 from __future__ import annotations
 
+import os
 import re
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -130,6 +131,8 @@ def refuse_unlikely(path: Path) -> None:
         raise LutgenError(
             f"{path}: has {size / 1e6:.0f} MB, and a LUT has at most {LARGEST_LUT / 1e6:.0f} MB. Is it the right file?"
         )
+    if not os.access(path, os.R_OK):
+        raise LutgenError(f"{path}: cannot be read: permission denied.")
 
 
 def _binding(module: str) -> Any:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import os
+import shutil
 import tempfile
 from contextlib import contextmanager, suppress
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -118,12 +120,29 @@ def replacing(path: Path) -> Iterator[Path]:
         partial.replace(path)
     except OSError as error:
         _discard(partial)
-        reason = (error.strerror or str(error)).lower()
-        message = f"{path}: cannot write: {reason}. Make room, or choose another place to write to."
-        raise LutgenError(message) from None
+        raise cannot_write(path, error) from None
     except BaseException:
         _discard(partial)
         raise
+
+
+def room(folder: Path) -> float:
+    """Bytes that may still be written into ``folder``; infinite where its file system does not say."""
+    usage = shutil.disk_usage(folder)
+    return usage.free if usage.total else inf
+
+
+def is_file(path: Path) -> bool:
+    """Whether ``path`` leads to a file; not, where a folder above it is closed, which pathlib raises an error for."""
+    with suppress(PermissionError):
+        return path.is_file()
+    return False
+
+
+def cannot_write(path: Path, error: OSError) -> LutgenError:
+    """Return the sentence for a place that cannot be written to."""
+    reason = (error.strerror or str(error)).lower()
+    return LutgenError(f"{path}: cannot write: {reason}. Make room, or choose another place to write to.")
 
 
 def _discard(partial: Path) -> None:

@@ -22,9 +22,10 @@ from lutgen.cli import main
 from lutgen.cli.commands import apply as apply_command
 from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.display import default_display
+from tests.disk import mounted
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from numpy.typing import NDArray
 
@@ -660,6 +661,26 @@ def test_bad_output_is_one_sentence_and_nothing_written(
     (line,) = capfd.readouterr().err.splitlines()
     assert says in line
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir() if path.is_file()} == before
+
+
+@pytest.fixture
+def tiny_disk(tmp_path: Path) -> Iterator[Path]:
+    """A file system of 200 kB."""
+    yield from mounted(tmp_path / "disk", "size=200k")
+
+
+@pytest.mark.parametrize("suffix", [".png", ".jpg", ".tif", ".exr"])
+def test_a_full_disk_is_one_sentence_and_leaves_nothing(
+    suffix: str, tissue: Pixels, tmp_path: Path, tiny_disk: Path
+) -> None:
+    """In a process of its own: libjpeg ends the process that it cannot write for."""
+    source, out = write(tmp_path / "in.tif", tissue), tiny_disk / f"out{suffix}"
+    command = [sys.executable, "-m", "lutgen", "apply", source, "--mode", MODE, "--hours", HOURS, "-o", out]
+    done = subprocess.run([str(part) for part in command], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    (line,) = done.stderr.splitlines()
+    assert f"{out}: cannot write: no space left on device" in line
+    assert list(tiny_disk.iterdir()) == []
 
 
 def test_force_replaces_an_output(tissue: Pixels, tmp_path: Path) -> None:

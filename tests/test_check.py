@@ -84,6 +84,26 @@ def another_hours_lut(folder: Path) -> None:
     shutil.copyfile(folder / "chroma/0h/aged.cube", folder / CUBE)
 
 
+def forgotten(start: str) -> Callable[[Path], None]:
+    """A fault: the manifest lists no file whose path begins so."""
+
+    def fault(folder: Path) -> None:
+        manifest = json.loads((folder / "manifest.json").read_text())
+        manifest["files"] = [record for record in manifest["files"] if not record["path"].startswith(start)]
+        (folder / "manifest.json").write_text(json.dumps(manifest))
+
+    return fault
+
+
+def another_folder(folder: Path) -> None:
+    shutil.copytree(folder / "chroma/0h", folder / "chroma/5h")
+
+
+def a_folder_instead(folder: Path) -> None:
+    (folder / CUBE).unlink()
+    (folder / CUBE).mkdir()
+
+
 def interrupted(folder: Path) -> None:
     (folder / ".lutgen-build.json").write_text("{}")
 
@@ -132,6 +152,14 @@ FAULTS: list[tuple[str, Callable[[Path], None], str, str]] = [
         "manifest.json",
         "hours",
     ),
+    ("a file that the manifest forgot", forgotten(CUBE), CUBE, "does not list it"),
+    ("a manifest without files", forgotten(""), CONFIG, "does not list it"),
+    ("a LUT that nobody asked for", another_folder, "chroma/5h/aged.cube", "not in the manifest"),
+    ("a folder for a LUT", a_folder_instead, CUBE, "no file any more"),
+    ("an unknown mode", edit("manifest.json", r'"mode": "chroma"', '"mode": "sepia"'), "config.ocio", "sepia"),
+    ("an unknown format", edit("manifest.json", r'"format": "cube"', '"format": "jpg"'), CONFIG, "'jpg'"),
+    ("an hour beyond the model", edit("manifest.json", r'"hours": 10000.0', '"hours": 1e9'), CUBE, "outside"),
+    ("no options", edit("manifest.json", r'"options"', '"choices"'), "manifest.json", "options"),
     ("an interrupted build", interrupted, ".lutgen-build.json", "interrupted"),
 ]
 
@@ -159,6 +187,20 @@ def test_the_budget_decides(built: Path) -> None:
     failed = check(built, budget=Budget(max_delta_e=0.01))
     assert {finding.path for finding in failed.findings} == {CUBE, "chroma-luma/10000h/aged.cube"}
     assert all("--max-delta-e" in finding.problem for finding in failed.findings)
+
+
+@pytest.mark.parametrize("limit", ["nan", "inf", "-1"])
+@pytest.mark.parametrize("option", ["--max-delta-e", "--p99"])
+def test_a_budget_that_decides_nothing_is_bad_input(option: str, limit: str, built: Path) -> None:
+    done = run(built, option, limit)
+    assert done.returncode == 2
+    assert f"{option} {limit}" in done.stderr
+
+
+def test_files_of_the_users_own_are_no_fault(built: Path) -> None:
+    (built / "notes.txt").write_text("mine")
+    (built / "chroma/10000h/view.png").write_text("mine")
+    assert check(built).passed
 
 
 def test_measurements_that_are_gone_are_remarked_on_and_their_copy_used(built: Path) -> None:

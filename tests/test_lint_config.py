@@ -44,7 +44,7 @@ def test_our_own_configs_are_clean(config: str) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "rule", "words"),
     [
-        ("src: aged.clf", "src: gone.clf", "config-parts", "error: 52: view Aged of sRGB"),
+        ("src: aged.clf", "src: gone.clf", "config-parts", "error: 53: view Aged of sRGB"),
         ("  data: Raw\n", "", "config-roles", "note: 11: has no role data"),
         ("default: Source signal", "default: Raw", "config-roles", "note: "),
         ("search_path: .", "search_path: ../luts:.", "config-files", "note: 5: searches ../luts, outside"),

@@ -479,6 +479,7 @@ def test_the_papers_law_is_not_extrapolated(aging: Measurements) -> None:
         ("0,1\n100,-0.5\n", "above 0"),
         ("0,1\n100,nan\n", "above 0"),
         ("0,1\n100,inf\n", "above 0"),
+        ("0,100\n100,67\n", "at most 10"),
         ("0,1\n100,half\n", "two numbers"),
         ("0,1\n100,0,5\n", "two numbers"),
         ("0;1\n100;0,5\n", "two numbers"),
@@ -490,6 +491,14 @@ def test_a_bad_luminance_table_is_refused(text: str, says: str, tmp_path: Path) 
     with pytest.raises(LutgenError, match=says) as error:
         luminance_law(str(path))
     assert "law.csv" in str(error.value)
+
+
+def test_a_file_without_an_end_is_not_read_to_it(tmp_path: Path) -> None:
+    for name, read in (("law.csv", luminance_law), ("display.csv", read_measurements), ("model.toml", load_model)):
+        endless = tmp_path / name
+        endless.symlink_to("/dev/zero")
+        with pytest.raises(LutgenError, match="larger than"):
+            read(str(endless))
 
 
 @pytest.mark.parametrize("name", ["papers", "", "mine.txt"])

@@ -20,6 +20,7 @@ from lutgen.colorimetry import XYZ_TO_LINEAR, linear_to_code, transform
 from lutgen.display.chain import outside_gamut
 from lutgen.display.paper import TIE, Matrices, Selection, paper_links
 from lutgen.errors import LutgenError, pick_one
+from lutgen.files import is_file
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -169,6 +170,6 @@ def _bits(flags: Sequence[NDArray[np.bool_]], *, first: int) -> NDArray[np.uint8
 def _processor(path: Path) -> Any:
     if path.suffix.lower() not in LUT_SUFFIXES:
         raise pick_one("kind of LUT", path.name, (f"a {suffix} file" for suffix in LUT_SUFFIXES))
-    if not path.is_file():
+    if not is_file(path):
         raise LutgenError(f"{path}: there is no such LUT. Give the path of one that lutgen build wrote.")
     return lut_processor(path).getDefaultCPUProcessor()

@@ -6,8 +6,10 @@ alpha, metadata, ICC profile, tiles and (lossless) compression, as far as the fo
 
 from __future__ import annotations
 
+import os
 from contextlib import contextmanager
 from dataclasses import dataclass
+from errno import ENOSPC
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +19,7 @@ from lutgen.appearance.integrity import is_whole
 from lutgen.bindings import oiio
 from lutgen.colorimetry import SRGB_XY
 from lutgen.errors import LutgenError, pick_one
-from lutgen.files import under_its_name
+from lutgen.files import room, under_its_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -97,6 +99,9 @@ BAND = 1_500_000
 
 #: Rows of a TIFF's strip; higher ones (often the whole image) are read row by row and not kept.
 MAX_STRIP = 512
+
+#: Bytes for what an image file holds beside pixels, such as its ICC profile.
+_SPARE = 1 << 20
 
 #: JPEG: quality of what is written, and colour at full resolution.
 JPEG_QUALITY, JPEG_SUBSAMPLING = 95, "4:4:4"
@@ -264,6 +269,8 @@ class Target:
         """Create the file ``partial``; its suffix does not matter. Raises OSError when that cannot be done."""
         # Python's own attempt says why a file cannot be made, in words.
         partial.touch()
+        self._folder = partial.parent
+        self._check_room(0)
         self._image = self._lib.ImageOutput.create(self.format.name)
         self._check(self._image.open(str(partial), self.spec))
         try:
@@ -273,10 +280,13 @@ class Target:
             self._image.geterror()
             raise
         self._check(self._image.close())
+        # libpng says nothing when the disk is full.
+        self._check(self.format.name != "png" or is_whole(partial))
 
     def write(self, first: int, last: int, pixels: Stored) -> None:
         """Write rows ``first`` to ``last`` (exclusive), shape (rows, width, channels)."""
         spec = self.spec
+        self._check_room(pixels.nbytes)
         rows = (spec.y + first, spec.y + last)
         if spec.tile_width:
             columns = (spec.x, spec.x + spec.width)
@@ -287,7 +297,15 @@ class Target:
     def _check(self, done: bool) -> None:
         if not done:
             self._image.geterror()
-            raise OSError(f"OpenImageIO cannot finish the {self.format.suffixes[0]} file")
+            if room(self._folder) < _SPARE:
+                raise OSError(ENOSPC, os.strerror(ENOSPC))
+            raise OSError(f"the {self.format.suffixes[0]} file cannot be finished")
+
+    def _check_room(self, size: int) -> None:
+        """Raise OSError when ``size`` bytes of pixels may not fit: libjpeg ends the process when the disk is full."""
+        # No band of a JPEG takes twice the bytes of its pixels.
+        if self.format.name == "jpeg" and room(self._folder) < 2 * size + _SPARE:
+            raise OSError(ENOSPC, os.strerror(ENOSPC))
 
 
 def format_of_suffix(path: Path) -> Format:

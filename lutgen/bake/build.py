@@ -18,6 +18,7 @@ from lutgen.bake.parallel import in_parallel
 from lutgen.bake.plan import Plan
 from lutgen.bake.provenance import config_of_all, config_of_display, provenance_of
 from lutgen.bake.readback import TableKind
+from lutgen.bake.sole import sole_builder
 from lutgen.bindings import ocio
 from lutgen.errors import LutgenError
 from lutgen.files import replacing, under_its_name, write_atomically
@@ -71,7 +72,8 @@ def build(
     Raises
     ------
     LutgenError
-        Bad options or hours, a folder that cannot be used, or a tolerance that no size keeps.
+        Bad options or hours, a folder that cannot be used, or a tolerance that no size keeps. Of a first build
+        nothing is left then.
 
     """
     ocio()
@@ -80,28 +82,46 @@ def build(
     output = Path(output)
     for mode, hours, _ in plan.folders():
         plan.display(model, mode, hours)
+    with sole_builder(output):
+        return _build(model, plan, output, jobs=jobs, force=force, progress=progress)
+
+
+def _build(
+    model: DisplayModel,
+    plan: Plan,
+    output: Path,
+    *,
+    jobs: int | None,
+    force: bool,
+    progress: Callable[[int, int], None],
+) -> Built:
     recipe = Recipe(model_as_json(model, output), plan.as_json())
-    paths = _paths(plan)
+    paths = paths_of(plan)
     folder = claim(output, recipe, paths, force=force)
     work = [_Work(model, plan, output, part) for part in _parts(plan)]
     sizes = [None] * len(work) if plan.tolerance is None else list(in_parallel(_smallest_sizes, work, jobs))
     work = [replace(part, sizes=chosen) for part, chosen in zip(work, sizes, strict=True)]
-    folder.begin(recipe, paths)
     _prepare(plan.display(model, plan.modes[-1], plan.hours[-1]), plan)
-    records: list[FileRecord] = []
-    for made in in_parallel(_bake, work, jobs):
-        records.extend(made)
-        progress(len({(record.mode, record.hours) for record in records}), len(plan.modes) * len(plan.hours))
-    form = config_format(plan)
-    if form:
-        records.append(_write_common_config(plan, output, form))
-    order = {path: place for place, path in enumerate(paths)}
-    manifest = Manifest(recipe.as_json(), tuple(sorted(records, key=lambda record: order[record.path])))
-    folder.finish(manifest)
+    try:
+        folder.begin(recipe, paths)
+        records: list[FileRecord] = []
+        for made in in_parallel(_bake, work, jobs):
+            records.extend(made)
+            progress(len({(record.mode, record.hours) for record in records}), len(plan.modes) * len(plan.hours))
+        form = config_format(plan)
+        if form:
+            records.append(_write_common_config(plan, output, form))
+        order = {path: place for place, path in enumerate(paths)}
+        manifest = Manifest(recipe.as_json(), tuple(sorted(records, key=lambda record: order[record.path])))
+        folder.finish(manifest)
+    except LutgenError:
+        folder.abandon(paths)
+        raise
     return Built(manifest, folder.unfinished)
 
 
-def _paths(plan: Plan) -> list[str]:
+def paths_of(plan: Plan) -> list[str]:
+    """Return the paths of all files of a build but its manifest, relative to its folder."""
     configs = [CONFIG] if config_format(plan) else []
     names = [format_named(name).file_in(plan.direction) for name in plan.formats] + configs
     return configs + [f"{folder}/{name}" for _, _, folder in plan.folders() for name in names]

@@ -17,6 +17,7 @@ from lutgen.bake.fidelity import Certificate, Judge
 from lutgen.bake.formats import format_named
 from lutgen.bake.gpu import TOLERANCE as GPU_TOLERANCE
 from lutgen.bake.gpu import GpuRun, check_renderer, gpu_run
+from lutgen.bake.inventory import altered, unlisted
 from lutgen.bake.manifest import (
     JOURNAL,
     MANIFEST,
@@ -26,7 +27,6 @@ from lutgen.bake.manifest import (
     model_from_json,
     read_manifest,
     same_model,
-    sha256,
 )
 from lutgen.bake.parallel import in_parallel
 from lutgen.bake.plan import direction_of, display_to_bake
@@ -57,6 +57,12 @@ class Budget:
 
     max_delta_e: float | None = None
     p99: float | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what no file could fail, or pass."""
+        for option, limit in (("--max-delta-e", self.max_delta_e), ("--p99", self.p99)):
+            if limit is not None and not 0 <= limit < inf:
+                raise LutgenError(f"{option} {limit:g}: a colour difference ΔE2000 from 0 on, such as 0.1.")
 
     def limits(self, record: FileRecord | None) -> tuple[float, float]:
         """Return both for a file."""
@@ -161,6 +167,10 @@ def check(
         return Checked(1, (*findings, Finding(MANIFEST, f"its model cannot be used: {error}")))
     if model is not None:
         model = replace(model, conditions=built_from.conditions)
+    try:
+        findings += [Finding(*each) for each in unlisted(folder, manifest)]
+    except LutgenError as error:
+        return Checked(1, (*findings, Finding(MANIFEST, str(error))))
     stale, remarks = _stale(folder, manifest, model)
     findings += stale
     work = [_Work(folder, manifest, model or built_from, part, budget or Budget(), gpu) for part in _parts(manifest)]
@@ -239,7 +249,10 @@ def _stale_readings(folder: Path, manifest: Manifest, model: DisplayModel | None
         except LutgenError as error:
             return [Finding(MANIFEST, f"stale: the measurements have changed and cannot be read: {error}")], []
     if current != display["sha256"]:
-        return [Finding(MANIFEST, f"stale: the measurements {name} have changed since the build; build again")], []
+        why = f"the measurements {name} have changed since the build"
+        if model is not None:
+            why = f"built from other measurements ({display['file']}) than {name}"
+        return [Finding(MANIFEST, f"stale: {why}; build again")], []
     return [], []
 
 
@@ -272,23 +285,26 @@ def _check_part(work: _Work) -> Checked:
     shaders: dict[str, GpuRun] = {}
     for record in sorted(work.records, key=lambda record: record.kind == "config"):
         path = work.folder / record.path
-        problem = _altered(path, record)
+        problem, readable = altered(path, record)
         if problem:
             findings.append(Finding(record.path, problem))
-        if not path.is_file():
+        if not readable:
             continue
-        if record.kind == "config":
-            problems = _config_problems(path, record, work)
-            findings += [Finding(record.path, text) for text in problems]
-            if work.gpu and record.mode is not None and not problems:
-                shaders[record.path] = gpu_run(path, _JUDGE.code)
-                findings += _shader_findings(record.path, shaders[record.path])
-        else:
-            aged = _claimed(work, record)
-            found, certificate = _check_lut(path, record.path, aged, record, work.budget)
-            findings += found
-            if certificate:
-                certificates[record.path] = certificate
+        try:
+            if record.kind == "config":
+                problems = _config_problems(path, record, work)
+                findings += [Finding(record.path, text) for text in problems]
+                if work.gpu and record.mode is not None and not problems:
+                    shaders[record.path] = gpu_run(path, _JUDGE.code)
+                    findings += _shader_findings(record.path, shaders[record.path])
+            else:
+                aged = _claimed(work, record)
+                found, certificate = _check_lut(path, record.path, aged, record, work.budget)
+                findings += found
+                if certificate:
+                    certificates[record.path] = certificate
+        except LutgenError as error:  # what the manifest says of the file is no build's
+            findings.append(Finding(record.path, f"{MANIFEST}: {error}"))
     return Checked(len(work.records), tuple(findings), certificates, gpu=shaders)
 
 
@@ -320,19 +336,6 @@ def _config_problems(path: Path, record: FileRecord, work: _Work) -> list[str]:
     except LutgenError as error:
         return [str(error)]
     return check_config(path, work.folder, record, work.manifest)
-
-
-def _altered(path: Path, record: FileRecord) -> str | None:
-    try:
-        # A file of another size is not even read: it may be huge.
-        same = path.stat().st_size == record.bytes and sha256(path.read_bytes()) == record.sha256
-    except FileNotFoundError:
-        return "missing"
-    except OSError as error:
-        return f"cannot be read: {(error.strerror or '').lower()}"
-    if not same:
-        return "altered: its bytes are not those that lutgen wrote"
-    return None
 
 
 def _check_lut(

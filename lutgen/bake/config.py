@@ -84,9 +84,10 @@ CORRECTION = Words(
 #: By the direction of a build.
 WORDS = {"simulate": SIMULATION, "compensate": CORRECTION}
 
-#: Roles that Blender, Nuke and later OpenColorIO versions ask for.
+#: Roles that Blender, Nuke and later OpenColorIO versions ask for; ociocheck warns where ``reference`` is not defined.
 ROLES = {
     "default": SOURCE,
+    "reference": LINEAR,
     "scene_linear": LINEAR,
     "rendering": LINEAR,
     "compositing_linear": LINEAR,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -20,23 +21,29 @@ class Folder:
     """An output folder that was found fit to build into.
 
     ``unfinished`` says how many of an interrupted build's files were missing; None when it was not interrupted.
+    ``fresh``: nothing of lutgen's was there before.
     """
 
     path: Path
     stale: tuple[Path, ...]
     unfinished: tuple[int, int] | None
+    fresh: bool
 
     def begin(self, recipe: Recipe, paths: list[str]) -> None:
         """Note what is about to be made, and clear what a killed build half wrote."""
-        existed = self.path.exists()
-        try:
-            write_atomically(self.path / JOURNAL, Manifest(recipe.as_json(), planned(paths)).as_bytes())
-        except LutgenError:
-            if not existed and self.path.is_dir():
-                self.path.rmdir()
-            raise
+        write_atomically(self.path / JOURNAL, Manifest(recipe.as_json(), planned(paths)).as_bytes())
         for partial in self.path.rglob(f".*{PARTIAL}"):
             partial.unlink()
+
+    def abandon(self, paths: list[str]) -> None:
+        """Take back what a build that failed wrote into a fresh folder; another is left for the next build."""
+        if not self.fresh:
+            return
+        for path in (*(self.path / path for path in paths), self.path / JOURNAL):
+            with suppress(OSError):  # what the disk does not let go
+                path.unlink(missing_ok=True)
+                if path.parent.is_dir():
+                    _remove_empty(path.parent, self.path)
 
     def finish(self, manifest: Manifest) -> None:
         """Write the manifest, then remove what the last build made and this one does not."""
@@ -55,24 +62,27 @@ def claim(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Folde
     Raises
     ------
     LutgenError
-        Not a folder, unreadable, someone else's files, files of ours that were altered, or another build of ours
-        without ``force``.
+        Unreadable, someone else's files, files of ours that were altered, or another build of ours without ``force``.
 
     """
-    in_the_way = next((place for place in (path, *path.parents) if place.exists()), path)
-    if in_the_way.exists() and not in_the_way.is_dir():
-        message = f"{in_the_way}: is a file, and the output is a folder. Choose another with -o."
-        raise LutgenError(message)
     try:
-        manifest, journal = read_manifest(path / MANIFEST), read_manifest(path / JOURNAL)
-        present = {file for file in path.rglob("*") if not file.is_dir()} if path.is_dir() else set()
-    except PermissionError as error:
-        message = f"{path}: cannot be read: {(error.strerror or '').lower()}. Choose another folder with -o."
+        return _claimed(path, recipe, paths, force=force)
+    except OSError as error:
+        where = error.filename or path
+        message = f"{where}: cannot be read: {(error.strerror or str(error)).lower()}. Choose another folder with -o."
         raise LutgenError(message) from None
+
+
+def _claimed(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Folder:
+    manifest, journal = read_manifest(path / MANIFEST), read_manifest(path / JOURNAL)
+    # A link to a folder is somebody's, like a file: what lies behind it is not lutgen's.
+    present = {file for file in path.rglob("*") if file.is_symlink() or not file.is_dir()}
     ours = {path / record.path for build in (manifest, journal) if build for record in build.files}
     housekeeping = {path / MANIFEST, path / JOURNAL}
     foreign = {file for file in present - ours - housekeeping if not file.name.endswith(PARTIAL)}
-    collisions = foreign & {path / planned_path for planned_path in paths}
+    places = {path / planned_path for planned_path in paths}
+    on_the_way = {folder for place in places for folder in place.parents if path in folder.parents}
+    collisions = foreign & (places | on_the_way) | {place for place in places if place.is_dir()}
     if collisions or (foreign and not (manifest or journal)):
         name = min(collisions or foreign)
         message = (
@@ -84,7 +94,7 @@ def claim(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Folde
         _refuse_other_build(path, manifest, journal, recipe)
     missing = sum(not (path / record.path).exists() for record in journal.files) if journal else 0
     unfinished = (missing, len(journal.files)) if journal else None
-    return Folder(path, tuple(sorted(ours & present)), unfinished)
+    return Folder(path, tuple(sorted(ours & present)), unfinished, fresh=not (manifest or journal))
 
 
 def _refuse_other_build(path: Path, manifest: Manifest | None, journal: Manifest | None, recipe: Recipe) -> None:

@@ -225,7 +225,9 @@ def read_manifest(path: Path) -> Manifest | None:
         return None
     except LutgenError:  # a ValueError too
         raise
-    except (OSError, ValueError, RecursionError) as error:
+    except OSError as error:
+        raise LutgenError(f"{path}: cannot be read: {(error.strerror or str(error)).lower()}.") from None
+    except (ValueError, RecursionError) as error:
         message = f"{path}: cannot be read as a lutgen manifest ({error}). {advice}"
         raise LutgenError(message) from None
     if not isinstance(content, dict) or content.get("schema") != SCHEMA:

@@ -45,14 +45,15 @@ def parse_hours(text: str, tips: Tips) -> list[float]:
     tips.check_span(float(first))
     tips.check_span(float(last))
     if colon:
-        return _checked(_steps(first, last, _number(step, text), text), tips)
+        return _checked(_steps(first, last, step, text), tips)
     measured = {Decimal(repr(float(hour))) for hour in tips.hours if first <= hour <= last}
     return _checked(measured | {first, last}, tips)
 
 
-def _steps(first: Decimal, last: Decimal, step: Decimal, text: str) -> set[Decimal]:
+def _steps(first: Decimal, last: Decimal, given: str, text: str) -> set[Decimal]:
+    step = _number(given, text)
     if step <= 0:
-        message = f"--hours {text}: a step of {step} never arrives. Give a step above 0, such as 500."
+        message = f"--hours {text}: a step of {given} never arrives. Give one from 0.000001 on, such as 500."
         raise LutgenError(message)
     count = int((last - first) / step) + 1
     if count > MAX_HOURS:

@@ -31,6 +31,9 @@ LAWS = ("paper", "measured")
 #: A luminance table has a row of some bytes an hour.
 MAX_BYTES = 4_000_000
 
+#: No display is ten times as bright as when it was new: larger factors are percent.
+_MAX_FACTOR = 10
+
 
 @dataclass(frozen=True)
 class LuminanceLaw:
@@ -49,8 +52,8 @@ class LuminanceLaw:
         times, factors = np.array(self.table).T
         if not times[0] <= hours <= times[-1]:
             message = (
-                f"hour {hours:g} is outside the span {times[0]:g}..{times[-1]:g} h of the luminance law {self.name!r}. "
-                f"Use --luminance measured, or a table that reaches further."
+                f"hour {hours:.12g} is outside the span {times[0]:g}..{times[-1]:.12g} h of the luminance law "
+                f"{self.name!r}. Use --luminance measured, or a table that reaches further."
             )
             raise LutgenError(message)
         return float(np.interp(hours, times, factors))
@@ -62,7 +65,7 @@ def luminance_law(name: str) -> LuminanceLaw:
     Raises
     ------
     LutgenError
-        Unknown name, or a table that is not increasing from hour 0, finite and above 0.
+        Unknown name, or a table whose hours do not increase from 0, or whose factors are not above 0 and at most 10.
 
     """
     if name == "paper":
@@ -83,11 +86,12 @@ def law_of_table(name: str, table: tuple[tuple[float, float], ...], *, where: st
         and numbers[0, 0] == 0
         and (np.diff(numbers[:, 0]) > 0).all()
         and (numbers[:, 1] > 0).all()
+        and (numbers[:, 1] <= _MAX_FACTOR).all()
     )
     if not good:
         message = (
             f"{where}: a luminance table needs at least two rows hour,factor: hours increasing from 0, factors above 0 "
-            f"(1 is the un-aged luminance)."
+            f"and at most {_MAX_FACTOR} (1 is the un-aged luminance, not 100)."
         )
         raise LutgenError(message)
     return LuminanceLaw(name, tuple((float(hour), float(factor)) for hour, factor in numbers))

@@ -70,7 +70,7 @@ class Tips:
         first, last = self.hours[0], self.hours[-1]
         if not first <= hours <= last:
             message = (
-                f"hour {hours:g} is outside the measured span {first:g}..{last:g} h of {self.source}. "
+                f"hour {hours:.12g} is outside the measured span {first:.12g}..{last:.12g} h of {self.source}. "
                 f"Choose hours inside it: nothing is extrapolated."
             )
             raise LutgenError(message)

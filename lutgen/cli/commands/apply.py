@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -112,16 +113,18 @@ def _built_lut(folder: Path, mode: str, hours: float) -> Path:
     from lutgen.bake.formats import format_named, format_names
     from lutgen.display import hour_name
     from lutgen.errors import LutgenError
+    from lutgen.files import is_file
 
     # The most exact first; pictures go through what OpenColorIO reads.
     for name in ("clf", "cube", *format_names()):
         form = format_named(name)
         path = folder / mode / hour_name(hours) / form.file
-        if form.reader is None and path.is_file():
+        if form.reader is None and is_file(path):
             return path
-    built = {made.parent.name for made in folder.glob(f"{mode}/*h/aged.*")}
+    hour = re.compile(r"[0-9]+(\.[0-9]+)?h")
+    built = {made.parent.name for made in folder.glob(f"{mode}/*h/aged.*") if hour.fullmatch(made.parent.name)}
     has = ", ".join(sorted(built, key=lambda name: float(name[:-1]))) or "nothing"
-    message = f"{folder}: no LUT for {mode} at {hours:g} h; it has {has}. Build it, or leave --build out."
+    message = f"{folder}: no LUT for {mode} at {hour_name(hours)[:-1]} h; it has {has}. Build it, or leave --build out."
     raise LutgenError(message)
 
 
