@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 import re
 import shlex
+from functools import partial
 from typing import TYPE_CHECKING
 
 import pytest
 
 from lutgen.cli import data_options
+from lutgen.criticism.compare import Slice
+from lutgen.criticism.direction import placed
 from lutgen.criticism.problem import BASELINES
 from lutgen.criticism.separate import POOL, Separation
 from lutgen.display import load_model
@@ -400,3 +403,9 @@ def test_a_number_is_readable(value: float, text: str) -> None:
 )
 def test_a_share_is_readable(share: float | None, text: str) -> None:
     assert percent(share) == text
+
+
+def test_black_is_a_level_and_the_others_are_spans_of_levels() -> None:
+    of = partial(Slice, "level", n=5, delta_e_mean=1.0, rms_sigma=9.0, mean_residual_xyz=(0.1, 0.1, 0.1))
+    assert placed(of("0", floor_delta_e_mean=0.1, floor_rms_sigma=1.0)) == "at level 0"
+    assert placed(of("0–0.1", floor_delta_e_mean=0.1, floor_rms_sigma=1.0)) == "at levels 0–0.1"

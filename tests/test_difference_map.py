@@ -19,7 +19,16 @@ from lutgen.appearance.blocks import Place
 from lutgen.appearance.difference_map import BIN, difference_map
 from lutgen.bindings import oiio
 from lutgen.colorimetry import LINEAR_TO_XYZ
-from lutgen.report.map_picture import MAGENTA, RANGE, check_range, draw_histogram, draw_map, plot_map, told_above
+from lutgen.report.map_picture import (
+    MAGENTA,
+    RANGE,
+    check_range,
+    draw_histogram,
+    draw_map,
+    plot_map,
+    scale_of,
+    told_above,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -317,3 +326,8 @@ def test_the_picture_shows_the_maps_colours(found: DifferenceMap, tmp_path: Path
 def test_a_scale_that_is_none_is_refused(ends: tuple[float, float], sentence: str) -> None:
     with pytest.raises(LutgenError, match=sentence):
         check_range(*ends)
+
+
+def test_the_colour_below_a_scale_is_told_where_there_is_one() -> None:
+    assert "ΔE2000 1 to 8, as in the paper; magenta: above it; black: below it." in scale_of((1.0, 8.0))
+    assert "black" not in scale_of(RANGE)

@@ -15,6 +15,7 @@ from lutgen import DisplayModel, lifetime, read_measurements
 from lutgen.appearance.lifetime import TOLERANCES
 from lutgen.cli.commands import lifetime as lifetime_command
 from lutgen.display import default_display
+from lutgen.report import pixels_of_colours
 from lutgen.report.lifetime_page import hours_or_never, lifetime_page
 from lutgen.report.lifetime_plot import draw_curve, draw_lives, plot_lifetimes, title_of
 from tests.command import Done, in_process
@@ -240,3 +241,8 @@ def test_the_title_is_the_finding_and_the_page_names_what_is_never_reached(found
     assert title.startswith(words(f"The mean ΔE2000 reaches 3: chroma at {hours_or_never(life)} h"))
     sentences = [part for part in lifetime_page(found) if isinstance(part, str)]
     assert any("not within" in sentence for sentence in sentences)
+
+
+def test_one_pixel_is_counted_in_the_singular() -> None:
+    assert pixels_of_colours(1, 1) == "1 pixel of 1 colour"
+    assert pixels_of_colours(255_792, 1).replace("\xa0", " ") == "255 792 pixels of 1 colour"

@@ -166,6 +166,12 @@ print(json.dumps([lutgen.__file__, importlib.metadata.version("lutgen"), first_l
     assert typed
 
 
+def test_help_gives_every_command_its_whole_first_sentence(tmp_path: Path) -> None:
+    said = " ".join(run(sys.executable, "-m", "lutgen", "--help", cwd=tmp_path).partition("Commands:")[2].split())
+    assert "Say what each program will do with a LUT or config, of whoever's making; exit 1 when one" in said
+    assert "..." not in said
+
+
 def test_help_imports_nothing_slow(tmp_path: Path) -> None:
     script = """
 import sys

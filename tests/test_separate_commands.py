@@ -69,6 +69,7 @@ def test_trend_prints_draws_and_writes_the_same_every_time(lutgen: Callable[...,
     assert (done.code, done.err) == (0, "")
     assert done.lines[0].startswith("Simulated, not measured")
     assert "Left out: 2022-01.ti3, which differs by brightness" in done.out
+    assert "white>=60%: as given by --limit." in done.lines
     content = json.loads(Path("a.json").read_text())
     Draft202012Validator.check_schema(schema("trend"))
     Draft202012Validator(schema("trend")).validate(content)
@@ -104,3 +105,10 @@ def test_bad_input_ends_with_2_and_leaves_nothing(
     assert said in done.err
     assert "Traceback" not in done.err
     assert sorted(path.name for path in Path().iterdir()) == ["there.json"]
+
+
+def test_a_table_of_readings_is_no_campaign_and_the_way_to_one_is_told(lutgen: Callable[..., Done]) -> None:
+    done = lutgen("trend", str(Path(CAMPAIGN).parent.parent / "display-a.csv"), "--limit", "white>=60%")
+    assert done.code == 2
+    assert "is no TOML" in done.err
+    assert "lutgen sessions init" in done.err

@@ -240,7 +240,8 @@ def _lut(build: Path, mode: str, hours: float) -> FileRecord:
     for lut in luts:
         if (lut.mode, lut.hours) == (mode, hours):
             return lut
-    there = dict.fromkeys(f"{each.mode} at {hour_name(each.hours or 0.0)}" for each in luts)
+    of_the_mode = [each for each in luts if each.mode == mode] or luts
+    there = dict.fromkeys(f"{each.mode} at {hour_name(each.hours or 0.0)}" for each in of_the_mode)
     raise pick_one("display", f"{mode} at {hour_name(hours)}", there)
 
 

@@ -8,6 +8,9 @@ from typing import Any
 
 import click
 
+#: Letters that no first sentence has.
+LONGEST = 1000
+
 
 class CommandFolder(click.Group):
     """Commands are the modules and packages of a folder; each has ``command``."""
@@ -27,6 +30,12 @@ class CommandFolder(click.Group):
             return None
         command: click.Command = import_module(f"{self._folder}.{cmd_name}").command
         return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands, each with its whole first sentence: click would cut it off at the end of the line."""
+        commands = ((name, self.get_command(ctx, name)) for name in self.list_commands(ctx))
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, command.get_short_help_str(LONGEST)) for name, command in commands if command])
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]

@@ -96,12 +96,16 @@ def _plain(content: Any) -> Any:
 
 
 def print_page(page: Iterable[RenderableType]) -> None:
-    """Print sentences, which the terminal wraps, and tables."""
+    """Print sentences, which the terminal wraps, and tables, of which nothing is cut off."""
     from rich.console import Console
+    from rich.table import Table
+
+    from lutgen.cli.narrow import fitted
 
     console = Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH)
     for part in page:
-        console.print(part, soft_wrap=isinstance(part, str) or hasattr(part, "plain"), markup=False)
+        wide_enough = fitted(part, console) if isinstance(part, Table) else console
+        wide_enough.print(part, soft_wrap=isinstance(part, str) or hasattr(part, "plain"), markup=False)
 
 
 @dataclass(frozen=True)

@@ -52,6 +52,13 @@ class Direction:
         return f"It is worst {self.where}, where the display is {words}{kind}." if self.where else ""
 
 
+def placed(worst: Slice) -> str:
+    """Say where a slice lies."""
+    said = CALLED[worst.by].format(worst.slice)
+    # Black is a level of its own among spans of levels.
+    return said.replace("levels", "level") if worst.slice == "0" else said
+
+
 def _words(lab: tuple[float, float, float]) -> list[str]:
     names = (("lighter", "darker", "L*"), ("redder", "greener", "a*"), ("yellower", "bluer", "b*"))
     return [
@@ -72,7 +79,7 @@ def direction(problem: Problem, predicted: Array, judged: NDArray[np.bool_], whe
     white = problem.measured_tips[0, 0]
     lab = (xyz_to_lab(problem.xyz[here], white) - xyz_to_lab(predicted[here], white)).mean(axis=0)
     signed = (float(lab[0]), float(lab[1]), float(lab[2]))
-    return Direction(CALLED[worst.by].format(worst.slice), signed, _kind(problem, predicted, judged))
+    return Direction(placed(worst), signed, _kind(problem, predicted, judged))
 
 
 def _kind(problem: Problem, predicted: Array, judged: NDArray[np.bool_]) -> str:

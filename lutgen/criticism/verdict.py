@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.criticism.anchored import is_anchor
 from lutgen.criticism.families import condition_of, family_of
 from lutgen.criticism.leftover import is_noise
 from lutgen.criticism.probes import Probed, nameless, probe
@@ -38,6 +39,9 @@ MOST_OF_IT = 0.95
 NO_PROBES = Probed()
 
 AGREES = "Nothing is above the noise: the model agrees with these readings."
+
+#: With tips alone the model cannot fail, and has not been tried.
+NOTHING_COMPARED = "Nothing was compared: these readings hold nothing but the tips, which any model agrees with."
 
 #: A confusable effect whose share is below this part of the other's is its shadow.
 SHADOW = 0.12
@@ -132,7 +136,8 @@ def _nothing_named(
         return Verdict("measurement-problem", sentence, remarks=remarks)
     probed = probe(explanation.base, error)
     if is_noise(explanation.base, error) and not probed.names:
-        return Verdict("consistent", AGREES, remarks=remarks)
+        compared = not is_anchor(explanation.base.problem).all()
+        return Verdict("consistent", AGREES if compared else NOTHING_COMPARED, remarks=remarks)
     return _unexplained(explanation, remarks, probed)
 
 

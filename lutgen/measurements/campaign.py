@@ -209,7 +209,8 @@ def parse_campaign(text: str, *, file: str) -> Campaign:
     try:
         content = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise LutgenError(f"{file}: is no TOML: {error}.") from None
+        message = f"{file}: is no TOML: {error}. Draft a campaign of session files with lutgen sessions init."
+        raise LutgenError(message) from None
     except RecursionError:
         raise LutgenError(f"{file}: is nested too deeply for a campaign.") from None
     _check_keys(content, tuple(_TOP), file)

@@ -55,6 +55,13 @@ def provenance(measurements: Measurements) -> str:
     return f"Readings: {file}. Source: {source}."
 
 
+def pixels_of_colours(pixels: int, colours: int) -> str:
+    """Count pixels and their distinct colours: 345 600 pixels of 50 304 colours, 1 pixel of 1 colour."""
+    return (
+        f"{spaced(pixels)} pixel{'' if pixels == 1 else 's'} of {spaced(colours)} colour{'' if colours == 1 else 's'}"
+    )
+
+
 def spaced(hours: float) -> str:
     """Write hours as people read them: 18 000, 562.5."""
     return f"{round(hours, 6):,}".removesuffix(".0").replace(",", "\N{NO-BREAK SPACE}")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from lutgen.report import provenance, spaced
+from lutgen.report import pixels_of_colours, provenance, spaced
 from lutgen.report.compare_page import table
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def lifetime_page(found: Lifetimes) -> Iterator[RenderableType]:
 
 def counted(image: ImageLifetime) -> str:
     """Say in one sentence what was counted."""
-    said = f"{image.file}: {spaced(image.pixels)} pixels of {spaced(image.colours)} colours"
+    said = f"{image.file}: {pixels_of_colours(image.pixels, image.colours)}"
     if image.binning_error:
         said += f" ({image.bits} bits a channel: ΔE2000 of a pixel to ± {image.binning_error:.1g})"
     if image.tissue is None:

@@ -15,7 +15,7 @@ import numpy as np
 from lutgen.appearance.difference_map import BIN
 from lutgen.appearance.published import MAP_RANGE
 from lutgen.errors import LutgenError
-from lutgen.report import provenance, spaced
+from lutgen.report import pixels_of_colours, provenance, spaced
 from lutgen.report.picture import BLACK, DPI, WIDTH, picture, tidy
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ def title_of(found: DifferenceMap) -> str:
 
 def counted(found: DifferenceMap) -> str:
     """Say in one sentence what was looked at."""
-    said = f"{Path(found.file).name}: {spaced(found.pixels)} pixels of {spaced(found.colours)} colours"
+    said = f"{Path(found.file).name}: {pixels_of_colours(found.pixels, found.colours)}"
     if found.binning_error:
         said += f" (statistics to ± {found.binning_error:.1g}, since colours were counted in bins)"
     if found.factor > 1:
@@ -106,11 +106,7 @@ def _draw(maps: Sequence[DifferenceMap], path: Path, title: str, ends: tuple[flo
     first = maps[0]
     high, wide = first.shown.shape
     inches = min(_WIDE / wide, _TALL / len(maps) / high)
-    kind = {RANGE: "the usual one, so that maps compare", MAP_RANGE: "as in the paper"}.get(ends, "as asked for")
-    foot = (
-        f"Scale: ΔE2000 {ends[0]:g} to {ends[1]:g}, {kind}; magenta: above it. At the right: how many pixels have "
-        f"which ΔE2000, in bins of {BIN:g}; largest: of all pixels. {provenance(first.model.measurements)}"
-    )
+    foot = f"{scale_of(ends)} {provenance(first.model.measurements)}"
     each = max(high * inches, _LEAST)
     height = len(maps) * (each + 0.75) + 1.6
     with picture(path, title, second=counted(first), foot=foot, height=height, force=force) as (figure, low, top):
@@ -133,6 +129,16 @@ def _draw(maps: Sequence[DifferenceMap], path: Path, title: str, ends: tuple[flo
                 beside.set_title(told_above(found, ends), fontsize=11, loc="left", color=MAGENTA, weight="bold")
             if row == 0:
                 beside.set_xlabel(f"% of the pixels in a bin of {BIN:g}", fontsize=11)
+
+
+def scale_of(ends: tuple[float, float]) -> str:
+    """Say what the colours and the histogram mean."""
+    kind = {RANGE: "the usual one, so that maps compare", MAP_RANGE: "as in the paper"}.get(ends, "as asked for")
+    below = "; black: below it" if ends[0] > 0 else ""
+    return (
+        f"Scale: ΔE2000 {ends[0]:g} to {ends[1]:g}, {kind}; magenta: above it{below}. At the right: how many pixels "
+        f"have which ΔE2000, in bins of {BIN:g}; largest: of all pixels."
+    )
 
 
 def _axes(figure: Figure, inches: tuple[float, float, float, float], height: float) -> Axes:

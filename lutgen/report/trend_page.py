@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
     from rich.table import Table
 
+    from lutgen.sessions.limits import Limit
     from lutgen.sessions.trend import Passing, Trend
 
 #: Digits of each quantity.
@@ -43,7 +44,12 @@ def trend_page(found: Trend) -> Iterator[RenderableType]:
     if kept < FEWEST:
         yield f"{kept} sessions: a law of decay cannot be told from fewer than {FEWEST}."
     yield limits(found)
-    yield from (f"{each.limit.text}: {each.limit.source}." for each in found.passings)
+    yield from (f"{each.limit.text}: {source(each.limit)}." for each in found.passings)
+
+
+def source(limit: Limit) -> str:
+    """Say who set a limit."""
+    return "as given by --limit" if limit.source == "user" else limit.source
 
 
 def headline(found: Trend) -> str:

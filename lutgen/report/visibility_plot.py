@@ -74,8 +74,9 @@ def _bars(axes: Axes, order: Sequence[Visibility], sizes: Mapping[str, float | N
         else:
             axes.barh(row, size - low, 0.62, left=low, color=BLUE if size <= 1 else RED)
             unit = "" if each.unit == "1" else f" {each.unit}"
-            said = f"  {each.parameter} from {readable(each.smallest_detectable or 0.0, 3)}{unit}"
-            axes.text(size, row, said, va="center", fontsize=10, color=BLACK)
+            said = f"{each.parameter} from {readable(each.smallest_detectable or 0.0, 3)}{unit}"
+            box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
+            axes.text(size * 1.06, row, said, va="center", fontsize=10, color=BLACK, bbox=box)
     axes.axvline(1.0, color=BLACK, linewidth=1.2, linestyle="--")
     axes.text(1.0, -0.75, "typical size", ha="center", va="bottom", fontsize=10)
     axes.set_yticks(range(len(order)), [each.effect for each in order], fontsize=11)

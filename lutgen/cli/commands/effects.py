@@ -103,15 +103,16 @@ def _list(effects: Mapping[str, Effect]) -> None:
     own = sum(effect.origin != "built-in" for effect in effects.values())
     also = f", {own} of them not built in" if own else ""
     console.print(f"{len(effects)} effects{also}, in the order of the light's way:\n", markup=False)
-    table = _table("effect", "stage", "what happens", "baseline", "needs", "origin")
+    heads = ("effect", "stage", "what happens", "baseline", "needs", *(["origin"] if own else []))
+    table = _table(*heads)
     stage = ""
     for effect in effects.values():
         if stage and stage != effect.stage:
             table.add_section()
         row = (effect.summary, effect.baseline, ", ".join(effect.needs) or "–", effect.origin)
-        table.add_row(*_plain(effect.name, effect.stage if stage != effect.stage else "", *row))
+        table.add_row(*_plain(effect.name, effect.stage if stage != effect.stage else "", *row)[: len(heads)])
         stage = effect.stage
-    console.print(table)
+    _print_table(console, table)
     console.print(
         "\nbaseline: tips are seen beside white and primaries measured again at every hour, fresh only from hour 0.\n"
         "`lutgen effects NAME` explains one.",
@@ -145,7 +146,7 @@ def _explain(effect: Effect, plot: str | None, limit_s: float, *, force: bool, a
     lines.add_row(*_plain("baseline", _BASELINES[effect.baseline]))
     lines.add_row(*_plain("needs", ", ".join(effect.needs) or "no column of conditions"))
     lines.add_row(*_plain("source", effect.source or "not given"))
-    console.print(lines)
+    _print_table(console, lines)
     console.print()
     _print_parameters(console, effect)
     for other, separates in (effect.confused_with or {}).items():
@@ -181,7 +182,7 @@ def _print_parameters(console: Console, effect: Effect) -> None:
         bounds = f"{each.bounds[0]:g} to {each.bounds[1]:g}"
         neutral = f"{effect.neutral[name]:g}" if name in effect.neutral else "–"
         table.add_row(*_plain(name, f"{each.value:g}", bounds, each.unit, neutral, each.meaning))
-    console.print(table)
+    _print_table(console, table)
     console.print("\nFits free these, the simplest first:", markup=False)
     for index, form in enumerate(effect.forms):
         console.print(f"  {', '.join(form)}{'  (refined)' if index >= effect.refined else ''}", markup=False)
@@ -212,7 +213,7 @@ def _report(report: Report) -> None:
     table = _table("clause", "kept", "")
     for clause in report.clauses:
         table.add_row(*_plain(clause.clause, "yes" if clause.passed else "NO", clause.sentence))
-    console.print(table)
+    _print_table(console, table)
 
 
 def _rehearse(file: str, data: str, reports: tuple[Report, ...]) -> dict[str, Any]:
@@ -256,7 +257,7 @@ def _print_rehearsal(rehearsal: Any) -> None:
     likeness = ", ".join(f"{name} {share:.2f}" for name, share in rehearsal.likeness)
     table.add_row(*_plain("likeness to others", likeness or "none"))
     table.add_row(*_plain("hidden in these readings and found again", "yes" if rehearsal.recovered else "NO"))
-    console.print(table)
+    _print_table(console, table)
 
 
 def _console() -> Console:
@@ -274,6 +275,12 @@ def _table(*heads: str | None) -> Table:
     for head in heads:
         table.add_column(head or "", vertical="top")
     return table
+
+
+def _print_table(console: Console, table: Table) -> None:
+    from lutgen.cli.narrow import fitted
+
+    fitted(table, console).print(table)
 
 
 def _plain(*cells: str) -> list[Any]:

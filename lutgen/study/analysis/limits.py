@@ -112,7 +112,7 @@ def figure_limits(
 
 def _width(share: float, pairs: int) -> str:
     fall = smallest_difference(ONE_TAILED, None, share, pairs)
-    with_pairs = f"With {pairs} pairs a condition"
+    with_pairs = f"With {pairs} pair{'' if pairs == 1 else 's'} a condition"
     if fall is None:
         return f"{with_pairs}, no fall of agreement is found four times in five by the one-tailed test."
     return (
