@@ -18,6 +18,7 @@ from lutgen.measurements.session import Session
 from lutgen.measurements.sessions import read_session
 from lutgen.sessions.calibration import full_light_ratio
 from lutgen.sessions.causes import causes
+from lutgen.sessions.course import course
 from lutgen.sessions.evidence import covariance, fit
 from lutgen.sessions.five import COLOURS, PARAMETERS, Five, changed
 from lutgen.sessions.lines import line_shift
@@ -29,6 +30,8 @@ from tests.virtual_sessions.causes import SIZES, case
 from tests.virtual_sessions.display import State, chart, csv_text, panel, read
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from lutgen.colorimetry import Array
 
 pytestmark = pytest.mark.numbers
@@ -197,6 +200,32 @@ def test_a_noisy_instrument_and_no_repeats_are_no_cause(seed: int, tmp_path: Pat
     texts = [csv_text(code, read(made, State(), code, rng, noise=0.005, floor=0.002)) for _ in range(2)]
     (found,) = separate(read_campaign(write(tmp_path, texts, [0, 10]))).verdicts
     assert (found.kind, found.names) == ("same", ())
+
+
+@pytest.mark.parametrize("readings", [6, 12, 20])
+@pytest.mark.parametrize(
+    ("noise", "moved", "share"),
+    [
+        (0.003, lambda _place: 0.0, (0.0, 0.01)),
+        (0.008, lambda _place: 0.0, (0.0, 0.12)),
+        (0.003, lambda place: 0.04 * place, (0.95, 1.0)),
+        (0.003, lambda place: 0.04 * (1 - np.exp(-4 * place)), (0.95, 1.0)),
+        (0.008, lambda place: -0.1 * (place > 0.5), (0.90, 1.0)),
+    ],
+    ids=["good meter", "noisy meter", "steady course", "warm-up", "noisy meter, jump"],
+)
+def test_what_scatters_is_told_from_what_drifts(
+    readings: int, noise: float, moved: Callable[[Array], Array], share: tuple[float, float], tmp_path: Path
+) -> None:
+    """Share of 300 sessions, with white read so many times, in which a drift is seen."""
+    random = np.random.default_rng(20261122)
+    white = np.array([95.04, 100.0, 108.9])
+    (tmp_path / "s.csv").write_text(csv_text(np.ones((readings, 3)), np.tile(white, (readings, 1))))
+    session = read_session(tmp_path / "s.csv")
+    light = (1.0 + moved(np.linspace(0.0, 1.0, readings))) * (1.0 + noise * random.standard_normal((300, readings)))
+    drifts = [course(replace(session, xyz=np.outer(each, white))) for each in light]
+    low, high = share
+    assert low <= sum(each.ran_away for each in drifts) / 300 <= high
 
 
 def test_dimming_between_five_patches_is_a_rival_of_hdr(tmp_path: Path) -> None:

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.measurements.session import Session
 
-#: Change of luminance within a session that is called a drift, and how many of its standard errors it must be.
+#: Change of luminance within a session that is called a drift, and how many of its standard errors it must be, or how
+#: many times what repeated patches scatter by.
 RAN_AWAY, CLEAR = 0.02, 5.0
 
 #: Fewest patches that two sessions must share for their ratio to be asked.
@@ -39,22 +40,25 @@ class Course:
         Largest change of luminance within the session, as a share, with its sign.
     by
         "repeats", or "order" where patches shared with another session say it.
+    scatter
+        What readings scatter by without any drift, 1 σ, as a share.
 
     """
 
     change: float
     by: str
+    scatter: float = 0.0
 
     @property
     def ran_away(self) -> bool:
-        """Whether it is a drift and not the noise of a good session."""
-        return abs(self.change) >= RAN_AWAY
+        """Whether it is a drift, and neither the noise of a good session nor a noisy one's scatter."""
+        return abs(self.change) >= max(RAN_AWAY, CLEAR * self.scatter)
 
 
 def course(session: Session) -> Course:
     """Return the drift that the session's own repeated patches show; 0 where none was repeated."""
     found = steadiness(session)
-    return Course(found.drift if found else 0.0, "repeats")
+    return Course(found.drift, "repeats", found.scatter) if found else Course(0.0, "repeats")
 
 
 def course_beside(session: Session, other: Session) -> Course | None:

@@ -17,6 +17,12 @@ if TYPE_CHECKING:
 #: A patch counts as bright from this share of the brightest on: there a meter's noise is a share of the light.
 BRIGHT = 0.05
 
+#: Fewest readings whose steps tell scatter from a course.
+FEWEST = 6
+
+#: Median of |x| where x is normal with standard deviation 1.
+_MEDIAN_OF_NORMAL = 0.6745
+
 
 @dataclass(frozen=True)
 class Steadiness:
@@ -50,6 +56,19 @@ class Steadiness:
     def drift(self) -> float:
         """Largest change of Y against the first reading of a bright patch, with its sign, as a share."""
         return float(self.ratio[np.argmax(np.abs(self.ratio - 1.0))] - 1.0)
+
+    @property
+    def scatter(self) -> float:
+        """Standard deviation of Y of a bright patch, as a share, with next to no drift in it; 0 of few readings.
+
+        By the median step from one reading to the next, which a jump does not move, or by that of the steps' own steps,
+        which a steady course does not move: the smaller.
+        """
+        if self.readings < FEWEST:
+            return 0.0
+        steps = np.diff(self.ratio)
+        noise = [np.median(np.abs(steps)) / np.sqrt(2.0), np.median(np.abs(np.diff(steps))) / np.sqrt(6.0)]
+        return float(min(noise) / _MEDIAN_OF_NORMAL)
 
 
 def steadiness(session: Session) -> Steadiness | None:
