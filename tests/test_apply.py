@@ -645,6 +645,7 @@ def unwritable(tmp_path: Path) -> Path:
         ("in.png", lambda folder: folder / "in.png", "image itself"),
         ("in.png", lambda folder: folder / "link.png", "image itself"),
         ("in.png", lambda folder: folder / "there.png", "exists already"),
+        ("in.png", lambda folder: folder / "z\udcff.png", "no name in UTF-8"),
         ("in.png", lambda folder: folder / "out.jpg", "alpha"),
     ],
 )

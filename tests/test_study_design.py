@@ -212,6 +212,12 @@ def test_a_table_with_positions_is_taken_as_it_is(tmp_path: Path) -> None:
     assert design.left_out == ("c",)
 
 
+def test_a_table_for_more_readers_than_can_be_is_refused(tmp_path: Path) -> None:
+    rows = "".join(f"{session},a,none\n" for session in range(1, 202))
+    with pytest.raises(LutgenError, match=r"201 rows × 1000 readers are 201000 readings; a study has at most 200000"):
+        table(tmp_path, f"session,image,condition\n{rows}", 1000)
+
+
 def test_a_table_without_readers_and_positions_is_for_all_in_orders_drawn(tmp_path: Path) -> None:
     text = "session,image,condition\n1,a,none\n1,b,chroma@5\n1,c,none\n2,c,none\n"
     design = table(tmp_path, text, readers=8)

@@ -19,7 +19,7 @@ import numpy as np
 
 from lutgen.appearance.encoding import LINEAR, SIGNAL, NotFiniteError
 from lutgen.appearance.engines import Unaged, engine_for
-from lutgen.appearance.images import Target, format_of_suffix, open_source
+from lutgen.appearance.images import Target, check_name, format_of_suffix, open_source
 from lutgen.appearance.shading import Shader, TableShader, shader_for
 from lutgen.errors import LutgenError, pick_one
 from lutgen.files import replacing
@@ -239,6 +239,7 @@ class _Work:
 
 def _check_output(image: Path, output: Path, *, force: bool) -> None:
     format_of_suffix(output)
+    check_name(output)
     if not output.parent.is_dir():
         message = f"{output}: there is no folder {output.parent}. Make it first, or choose another with -o."
         raise LutgenError(message)

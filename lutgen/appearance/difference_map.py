@@ -24,6 +24,7 @@ from lutgen.appearance.curve import statistics
 from lutgen.appearance.difference import differences
 from lutgen.appearance.distinct import count_colours
 from lutgen.appearance.encoding import SIGNAL, Decoder
+from lutgen.appearance.images import check_name
 from lutgen.appearance.lifetime import MODES, binning_error
 from lutgen.appearance.schema import seen_on
 from lutgen.bindings import oiio
@@ -248,6 +249,7 @@ def _of_block(find: Callable[[Stored], Singles], stored: Stored, storage: Storag
 def _check_floats(path: Path, image: Path, *, force: bool) -> Path:
     if path.suffix.lower() not in SUFFIXES:
         raise pick_one("suffix of a map in numbers", path.suffix or path.name, SUFFIXES)
+    check_name(path)
     if path.is_dir():
         raise LutgenError(f"{path}: is a folder. Choose the name of a file.")
     if path.exists() and image.exists() and path.samefile(image):

@@ -78,6 +78,13 @@ class Design:
         return max(trial.session for trial in self.trials)
 
 
+def check_readings(readings: int, asked: str) -> None:
+    """Raise LutgenError for more readings, of what was ``asked`` for, than a study has."""
+    if readings > MOST_READINGS:
+        message = f"{asked} are {readings} readings; a study has at most {MOST_READINGS}. Ask for fewer."
+        raise LutgenError(message)
+
+
 def condition_of(text: str) -> Condition:
     """Return the condition that ``none`` or ``mode@hour`` names. Raises LutgenError that lists what is allowed."""
     text = text.strip()
@@ -146,13 +153,7 @@ def balanced_design(
             f"--per-condition {len(images) // len(conditions)}."
         )
         raise LutgenError(message)
-    readings = needed * readers * sessions
-    if readings > MOST_READINGS:
-        message = (
-            f"{needed} images × {readers} readers × {sessions} sessions are {readings} readings; a study has at most "
-            f"{MOST_READINGS}. Ask for fewer."
-        )
-        raise LutgenError(message)
+    check_readings(needed * readers * sessions, f"{needed} images × {readers} readers × {sessions} sessions")
     drawn = [images[place] for place in stream(seed, *_DESIGN).permutation(len(images))[:needed]]
     trials: list[Trial] = []
     for reader in range(1, readers + 1):

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from lutgen.errors import LutgenError
 from lutgen.study.csv_rows import Row, read_rows
-from lutgen.study.design import MOST, Design, condition_of, ordered
+from lutgen.study.design import MOST, Design, check_readings, condition_of, ordered
 from lutgen.study.protocol import Condition, Trial
 
 if TYPE_CHECKING:
@@ -53,6 +53,8 @@ def read_design(path: Path, images: Sequence[str], *, readers: int | None, seed:
         raise LutgenError(message)
     count = max(named, default=readers or 1)
     sessions = max(row.session for row in rows)
+    if not named:
+        check_readings(len(rows) * count, f"{path}: {len(rows)} rows × {count} readers")
     trials: list[Trial] = []
     for reader in range(1, count + 1):
         for session in range(1, sessions + 1):
