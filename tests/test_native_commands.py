@@ -44,6 +44,7 @@ def test_compare_says_what_both_fresh_displays_miss(run: Callable[..., Done]) ->
         assert "First session: the paper's fresh display misses 33 readings" in " ".join(said.split())
     assert "Start from its own: --baseline native." in " ".join(usual.out.split())
     assert "Start from its own" not in native.out
+    assert "Start from its own: --baseline native." in " ".join(run("diagnose", "panel.csv").out.split())
     assert "baseline native" in native.out
 
 

@@ -53,7 +53,7 @@ def compare_page(comparison: Comparison, again: str = "") -> Iterator[Renderable
     """Yield what ``lutgen compare`` prints; ``again`` are the words after ``lutgen diagnose`` to go on with."""
     yield comparison.sentence()
     yield data_line(comparison.problem)
-    yield from _fresh_lines(comparison)
+    yield from fresh_lines(comparison)
     if not comparison.where:
         return
     yield ""
@@ -73,7 +73,7 @@ def compare_page(comparison: Comparison, again: str = "") -> Iterator[Renderable
         yield f"Which effect is missing:  lutgen diagnose {again}"
 
 
-def _fresh_lines(comparison: Comparison) -> Iterator[str]:
+def fresh_lines(comparison: Comparison) -> Iterator[str]:
     """Say how near the paper's fresh display and the native one are to the first session."""
     first, native = comparison.first_session, comparison.problem.native
     if first:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from rich.text import Text
 
 from lutgen.criticism.diagnose import parameters_of
-from lutgen.report.compare_page import data_line, table
+from lutgen.report.compare_page import data_line, fresh_lines, table
 from lutgen.report.numbers import percent, readable, with_error
 from lutgen.report.stub import STUB_FILE, STUB_NAME, stub
 
@@ -43,6 +43,9 @@ def diagnose_page(
     verdict = diagnosis.verdict
     yield diagnosis.comparison.sentence()
     yield data_line(diagnosis.problem)
+    first = diagnosis.comparison.first_session
+    if first and first.is_another:
+        yield from fresh_lines(diagnosis.comparison)
     yield ""
     yield "What these data can see (an effect of the size given is found in nine of ten campaigns like this):"
     yield visibility_table(diagnosis.visibility, effects)
