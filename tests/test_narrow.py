@@ -82,3 +82,9 @@ def test_commands_keep_the_figures_of_a_session_at_80_letters(
     (green,) = [line.split() for line in lines if line.startswith("green")]
     assert green == ["green", "0.3390", "0.6019", "204.4", "0.018", "0.045", "0.089", "2.11", "1.000"]
     assert all(len(line.rstrip()) <= 80 for line in lines if line.startswith(("channel", "red", "green", "blue")))
+
+
+def test_a_sentence_is_printed_as_it_is(capsys: pytest.CaptureFixture[str]) -> None:
+    path = "in /data/:bomb:/[red]a.png, " + 20 * "and so on "
+    outputs.print_page([path])
+    assert capsys.readouterr().out == f"{path}\n"

@@ -97,15 +97,23 @@ def _plain(content: Any) -> Any:
 
 def print_page(page: Iterable[RenderableType]) -> None:
     """Print sentences, which the terminal wraps, and tables, of which nothing is cut off."""
+    for part in page:
+        if isinstance(part, str):
+            # As it is: rich would look for emoji in paths, and takes its time to be imported.
+            click.echo(part)
+        else:
+            _print(part)
+
+
+def _print(part: RenderableType) -> None:
     from rich.console import Console
     from rich.table import Table
 
     from lutgen.cli.narrow import fitted
 
     console = Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH)
-    for part in page:
-        wide_enough = fitted(part, console) if isinstance(part, Table) else console
-        wide_enough.print(part, soft_wrap=isinstance(part, str) or hasattr(part, "plain"), markup=False)
+    wide_enough = fitted(part, console) if isinstance(part, Table) else console
+    wide_enough.print(part, soft_wrap=hasattr(part, "plain"), markup=False)
 
 
 @dataclass(frozen=True)

@@ -120,8 +120,6 @@ def command(
 
 def _report(built: Built, plan: Plan, output: str) -> None:
     from lutgen.bake.summary import summarise
-    from lutgen.cli.outputs import print_page
-    from lutgen.report.build_page import certificates, compensation, shaders, simulation
 
     if built.unfinished:
         missing, planned = built.unfinished
@@ -130,6 +128,12 @@ def _report(built: Built, plan: Plan, output: str) -> None:
     configs = len(built.manifest.files) - len(luts)
     click.echo(f"{len(luts)} LUTs and {configs} configs in {output}")
     rows = summarise(luts)
+    if not (rows or plan.gpu):
+        return
+    # Tables take their time to be imported.
+    from lutgen.cli.outputs import print_page
+    from lutgen.report.build_page import certificates, compensation, shaders, simulation
+
     if rows:
         print_page(certificates(rows))
         print_page(compensation(luts, plan.unreachable) if plan.direction == "compensate" else simulation(luts))
