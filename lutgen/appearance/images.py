@@ -318,9 +318,7 @@ def format_of_suffix(path: Path) -> Format:
 def check_name(path: Path) -> None:
     """Raise LutgenError for the name of an output that OpenImageIO cannot take."""
     if not _is_unicode(path):
-        raise LutgenError(
-            f"{str(path)!r}: is no name in UTF-8, as images need it. Choose another with -o."
-        )
+        raise LutgenError(f"{str(path)!r}: is no name in UTF-8, as images need it. Choose another with -o.")
 
 
 def _is_unicode(path: Path) -> bool:
