@@ -139,6 +139,17 @@ def is_file(path: Path) -> bool:
     return False
 
 
+def check_name(path: Path) -> None:
+    """Raise LutgenError for the name of an output that OpenImageIO cannot take."""
+    if not is_unicode(path):
+        raise LutgenError(f"{str(path)!r}: is no name in UTF-8, as images need it. Choose another with -o.")
+
+
+def is_unicode(path: Path) -> bool:
+    """Whether a name is text: bytes of one that is none become surrogates, which cannot be encoded again."""
+    return str(path).encode(errors="replace").decode() == str(path)
+
+
 def cannot_write(path: Path, error: OSError) -> LutgenError:
     """Return the sentence for a place that cannot be written to."""
     reason = (error.strerror or str(error)).lower()

@@ -19,10 +19,10 @@ import numpy as np
 
 from lutgen.appearance.encoding import LINEAR, SIGNAL, NotFiniteError
 from lutgen.appearance.engines import Unaged, engine_for
-from lutgen.appearance.images import Target, check_name, format_of_suffix, open_source
+from lutgen.appearance.images import Target, format_of_suffix, open_source
 from lutgen.appearance.shading import Shader, TableShader, shader_for
 from lutgen.errors import LutgenError, pick_one
-from lutgen.files import replacing
+from lutgen.files import check_name, replacing
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

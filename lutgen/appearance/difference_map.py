@@ -24,13 +24,12 @@ from lutgen.appearance.curve import statistics
 from lutgen.appearance.difference import differences
 from lutgen.appearance.distinct import count_colours
 from lutgen.appearance.encoding import SIGNAL, Decoder
-from lutgen.appearance.images import check_name
 from lutgen.appearance.lifetime import MODES, binning_error
 from lutgen.appearance.schema import seen_on
 from lutgen.bindings import oiio
 from lutgen.display import what_pictures_carry
 from lutgen.errors import LutgenError, pick_one
-from lutgen.files import replacing
+from lutgen.files import check_name, replacing
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

@@ -19,7 +19,7 @@ from lutgen.appearance.integrity import is_whole
 from lutgen.bindings import oiio
 from lutgen.colorimetry import SRGB_XY
 from lutgen.errors import LutgenError, pick_one
-from lutgen.files import room, under_its_name
+from lutgen.files import is_unicode, room, under_its_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -199,7 +199,7 @@ def open_source(path: Path, source: str = "auto") -> Iterator[Source]:
     if kind.name in ("png", "tiff") and not is_whole(path):
         raise _damaged(path)
     # OpenImageIO chooses the reader by the suffix, reads options behind a question mark, and takes UTF-8 alone.
-    if path.suffix.lower() in kind.suffixes and "?" not in str(path) and _is_unicode(path):
+    if path.suffix.lower() in kind.suffixes and "?" not in str(path) and is_unicode(path):
         with _opened(path, path, kind, source) as opened:
             yield opened
     else:
@@ -313,17 +313,6 @@ def format_of_suffix(path: Path) -> Format:
         if path.suffix.lower() in kind.suffixes:
             return kind
     raise pick_one("output suffix", path.suffix or path.name, (suffix for kind in FORMATS for suffix in kind.suffixes))
-
-
-def check_name(path: Path) -> None:
-    """Raise LutgenError for the name of an output that OpenImageIO cannot take."""
-    if not _is_unicode(path):
-        raise LutgenError(f"{str(path)!r}: is no name in UTF-8, as images need it. Choose another with -o.")
-
-
-def _is_unicode(path: Path) -> bool:
-    # Bytes of a name that are none become surrogates, which cannot be encoded again.
-    return str(path).isascii() or str(path).encode(errors="replace").decode() == str(path)
 
 
 def _sniff(path: Path) -> Format:
