@@ -42,8 +42,8 @@ _HOME = {
     "plan": "lutgen.criticism.plan",
     "read_session": "lutgen.measurements.sessions",
     "inspect_session": "lutgen.sessions.inspect",
-    "lint": "lutgen.bake.lint",
-    "merge": "lutgen.bake.merge",
+    "lint": "lutgen.lint",
+    "merge": "lutgen.merge",
     "plan_study": "lutgen.study.plan",
     "read_answers": "lutgen.study.answers",
     "analyse_answers": "lutgen.study.analysis",
@@ -87,8 +87,6 @@ if TYPE_CHECKING:
     from lutgen.appearance.lifetime import lifetime
     from lutgen.bake.build import build
     from lutgen.bake.check import check
-    from lutgen.bake.lint import lint
-    from lutgen.bake.merge import merge
     from lutgen.bake.plan import Plan
     from lutgen.criticism.compare import compare
     from lutgen.criticism.diagnose import diagnose
@@ -96,8 +94,10 @@ if TYPE_CHECKING:
     from lutgen.criticism.refine import refine
     from lutgen.display import AppliedEffect, DisplayModel, default_display, load_model, save_model
     from lutgen.errors import LutgenError
+    from lutgen.lint import lint
     from lutgen.measurements import Measurements, read_measurements
     from lutgen.measurements.sessions import read_session
+    from lutgen.merge import merge
     from lutgen.report.show import show
     from lutgen.sessions.inspect import inspect_session
     from lutgen.study.analysis import analyse_answers

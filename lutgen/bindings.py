@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import os
 import re
+from contextlib import contextmanager
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
 _SOURCES = {
@@ -46,6 +48,18 @@ def ocio_errors() -> tuple[type[BaseException], ...]:
     """
     lib = ocio()
     return lib.Exception, lib.ExceptionMissingFile, UnicodeDecodeError
+
+
+@contextmanager
+def warnings_logged(lib: Any) -> Iterator[list[str]]:
+    """Collect what OpenColorIO logs, each message on one line, instead of printing it."""
+    messages: list[str] = []
+    lib.SetLoggingFunction(lambda message: messages.append(" ".join(str(message).split())))
+    try:
+        yield messages
+    finally:
+        # Left in place, a Python function would be called after Python has gone.
+        lib.ResetToDefaultLoggingFunction()
 
 
 def oiio() -> Any:

@@ -20,9 +20,11 @@ PACKAGE = ROOT / "lutgen"
 ROWS = (
     {"errors"},
     {"colorimetry", "bindings", "files", "icc_tags", "schemas"},
+    {"config_parts"},
     {"measurements", "effects"},
     {"display"},
     {"bake", "criticism", "appearance", "sessions"},
+    {"lint", "merge"},  # read a build's manifest and its profiles
     {"study"},  # shows images through baked LUTs: it needs both
     {"report"},
     {"cli"},

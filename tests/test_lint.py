@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,17 +16,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
-from lutgen.bake.lint import KINDS, lint
-from lutgen.bake.lint.cube import scan_cube
-from lutgen.bake.lint.finding import OCIO_21, READS, REFUSES, WRONG, Fate, Finding, Linted, Trial
-from lutgen.bake.lint.programs import programs
-from lutgen.bake.lint.reading import read_as_meant
-from lutgen.bake.lint.rules import rule_names
-from lutgen.bake.lint.schema import NAMES, schema
-from lutgen.bake.lint.statistics import Gatherer
-from lutgen.bake.lint.stream import blocks
+import lutgen
 from lutgen.bindings import ocio
 from lutgen.errors import LutgenError
+from lutgen.lint import KINDS, lint
+from lutgen.lint.cube.meaning import read_as_meant
+from lutgen.lint.cube.scan import scan_cube
+from lutgen.lint.cube.statistics import Gatherer
+from lutgen.lint.finding import OCIO_21, READS, REFUSES, WRONG, Fate, Finding, Linted, Trial
+from lutgen.lint.formats import formats, rule_names
+from lutgen.lint.programs import programs
+from lutgen.lint.schema import NAMES, schema
+from lutgen.lint.stream import blocks
+from lutgen.merge import Merging
 from tests.command import in_process
 from tests.lint_cases import BAD, GOOD, MARK, PLAIN, SIZE, N, R, curved, lines, rows
 
@@ -70,6 +74,26 @@ def test_every_rule_for_cubes_has_a_case() -> None:
     kinds = ("config-", "clf-", "table-", "archive-", "profile-", "hald-")
     others = {name for name in rule_names() if name.startswith(kinds)} | {"loads"}
     assert set(rule_names()) == told | silent | others
+
+
+def test_every_function_that_yields_findings_is_among_the_rules_of_its_format() -> None:
+    for form in formats():
+        module = import_module(form.lint.__module__)
+        written = {
+            name
+            for name, each in vars(module).items()
+            if inspect.isgeneratorfunction(each) and each.__module__ == module.__name__ and not name.startswith("_")
+        }
+        assert written == {rule.__name__ for rule in form.rules}
+
+
+def test_the_packages_can_be_called_like_the_functions_whose_names_they_have(tmp_path: Path) -> None:
+    (tmp_path / "lut.cube").write_bytes(PLAIN)
+    import_module("lutgen.lint.stream")
+    import_module("lutgen.merge.text")
+    assert lutgen.lint(tmp_path / "lut.cube").clean
+    with pytest.raises(LutgenError, match="prefix"):
+        lutgen.merge(tmp_path, tmp_path, tmp_path, Merging([], prefix=""))
 
 
 def test_a_trial_tells_a_reader_that_is_right_from_one_that_is_not(tmp_path: Path) -> None:
@@ -172,7 +196,7 @@ def test_statistics_do_not_depend_on_where_blocks_end(step: int) -> None:
 
 @pytest.mark.parametrize("ends", [b"\n", b"\r\n", b"\r"])
 def test_lines_are_whole_whatever_blocks_are(ends: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("lutgen.bake.lint.stream.BLOCK", 7)
+    monkeypatch.setattr("lutgen.lint.stream.BLOCK", 7)
     path = tmp_path / "text"
     path.write_bytes(ends.join([b"one", b"", b"a longer line", b"three"]))
     read = list(blocks(path))
@@ -211,7 +235,7 @@ def test_a_file_without_lines_is_not_read_into_memory(tmp_path: Path) -> None:
 #: Prints the peak of memory that a lint added, in MiB; 40 MB of rows are read in 0.7 s.
 MEASURED = """
 import resource, sys
-from lutgen.bake.lint import lint
+from lutgen.lint import lint
 lint(sys.argv[1])
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 found = lint(sys.argv[2], ask_readers=True)
@@ -347,7 +371,7 @@ def test_schemas_are_schemas(name: str) -> None:
 
 
 def test_an_unknown_schema_is_refused_by_name() -> None:
-    with pytest.raises(LutgenError, match=r"unknown schema 'map'\. Pick one of: lint, merge\."):
+    with pytest.raises(LutgenError, match=r"unknown schema 'map'\. Pick one of: lint\."):
         schema("map")
 
 

@@ -19,16 +19,17 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from lutgen.bake.formats import Provenance, format_named
-from lutgen.bake.lint import archive, lint
-from lutgen.bake.lint.finding import HALDCLUT, OCIO_26, READS, REFUSES, WRONG
 from lutgen.bake.lut import Sampler
 from lutgen.bindings import ocio, ocio_errors
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
+from lutgen.lint import lint
+from lutgen.lint.finding import HALDCLUT, OCIO_26, READS, REFUSES, WRONG
+from lutgen.lint.formats import archive
 from lutgen.measurements import read_measurements
 
 if TYPE_CHECKING:
-    from lutgen.bake.lint.finding import Linted
+    from lutgen.lint.finding import Linted
 
 ROOT = Path(__file__).parents[1]
 OURS = ROOT / "configs/default/chroma/10000h"
@@ -159,7 +160,7 @@ def test_a_file_that_unpacks_to_more_than_it_says_is_stopped(tmp_path: Path, mon
 #: Prints the peak of memory that a lint adds, in MiB, after one of a small file.
 MEASURED = """
 import resource, sys
-from lutgen.bake.lint import lint
+from lutgen.lint import lint
 lint(sys.argv[1])
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 lint(sys.argv[2])

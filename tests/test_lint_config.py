@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lutgen.bake.lint import lint
-from lutgen.bake.lint.finding import FFMPEG, OCIO_21, OCIO_26, OCIOCHECK, READS, REFUSES, WRONG, Linted, Trial
-from lutgen.bake.lint.programs import Absent, Refusal, ffmpeg, opencolorio
-from lutgen.bake.lint.programs.opencolorio import apply, reader
-from lutgen.bake.lint.trial import probe_colours
 from lutgen.bake.readback import apply_lut
 from lutgen.errors import LutgenError
+from lutgen.lint import lint
+from lutgen.lint.finding import FFMPEG, OCIO_21, OCIO_26, OCIOCHECK, READS, REFUSES, WRONG, Linted, Trial
+from lutgen.lint.programs import Absent, Refusal, ffmpeg, opencolorio, probe_colours
+from lutgen.lint.programs.opencolorio import apply, reader
 
 ROOT = Path(__file__).parents[1]
 OURS = ROOT / "configs/default/chroma/10000h"

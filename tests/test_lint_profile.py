@@ -16,11 +16,11 @@ from hypothesis import strategies as st
 from PIL import Image, ImageCms
 
 from lutgen.bake.formats import Provenance, format_named
-from lutgen.bake.lint import lint
-from lutgen.bake.lint.finding import ARGYLL, CHROMIUM, LCMS_8, LCMS_16, READS, REFUSES, WRONG
 from lutgen.bake.lut import Sampler
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
+from lutgen.lint import lint
+from lutgen.lint.finding import ARGYLL, CHROMIUM, LCMS_8, LCMS_16, READS, REFUSES, WRONG
 from lutgen.measurements import read_measurements
 from tests.browser import CHROMIUM as BROWSER
 from tests.browser import browser
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from lutgen.bake.lint.finding import Linted
+    from lutgen.lint.finding import Linted
 
 pytestmark = pytest.mark.numbers
 

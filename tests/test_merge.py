@@ -12,13 +12,13 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from lutgen.bake.build import Plan, build
-from lutgen.bake.lint.schema import schema
-from lutgen.bake.merge import Merging, merge
-from lutgen.bake.merge_files import file_transforms
 from lutgen.bindings import ocio
+from lutgen.config_parts import file_transforms
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
 from lutgen.measurements import read_measurements
+from lutgen.merge import Merging, merge
+from lutgen.merge.schema import schema
 from tests.command import in_process
 
 if TYPE_CHECKING:

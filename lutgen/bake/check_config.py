@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import copy
 import re
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +16,7 @@ from lutgen.bake.config import LINEAR, RAW_VIEW, SOURCE, VIEWERS, WORDS
 from lutgen.bake.formats import format_named
 from lutgen.bake.plan import direction_of
 from lutgen.bake.readback import apply_lut
-from lutgen.bindings import ocio, ocio_errors
+from lutgen.bindings import ocio, ocio_errors, warnings_logged
 from lutgen.colorimetry import code_to_linear, inverse, linear_to_code, linear_to_xyz, transform
 from lutgen.display import hour_name
 from lutgen.errors import LutgenError
@@ -155,18 +154,6 @@ def viewer_values(linear: Array, viewer: str) -> Array:
     if curve == "srgb":
         return linear_to_code(light)
     return np.asarray(np.maximum(light, 0.0) ** (1.0 / float(curve.removeprefix("power "))))
-
-
-@contextmanager
-def warnings_logged(lib: Any) -> Iterator[list[str]]:
-    """Collect what OpenColorIO logs."""
-    messages: list[str] = []
-    lib.SetLoggingFunction(lambda message: messages.append(_one_line(message)))
-    try:
-        yield messages
-    finally:
-        # Left in place, a Python function would be called after Python has gone.
-        lib.ResetToDefaultLoggingFunction()
 
 
 def _one_line(text: object) -> str:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from lutgen.bake.lint.finding import LEVELS, READS
+from lutgen.lint.finding import LEVELS, READS
 from lutgen.report.compare_page import table
 
 if TYPE_CHECKING:
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
     from rich.console import RenderableType
 
-    from lutgen.bake.lint.finding import Linted
-    from lutgen.bake.merge import Merged
+    from lutgen.lint.finding import Linted
+    from lutgen.merge import Merged
 
 
 def lint_page(found: Linted) -> Iterator[RenderableType]:

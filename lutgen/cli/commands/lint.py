@@ -33,7 +33,7 @@ def command(*, files: tuple[str, ...], ask_readers: bool, json_to: str | None, f
       lutgen lint theirs.cube theirs.clf --try
       lutgen lint aged/config.ocio --json -
     """
-    from lutgen.bake.lint import lint
+    from lutgen.lint import lint
     from lutgen.report.lint_page import lint_page
 
     if json_to and json_to != STANDARD_OUTPUT:

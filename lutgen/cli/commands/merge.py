@@ -46,7 +46,7 @@ def command(
     Example:
       lutgen merge aged/ --into my-config/config.ocio --mode chroma --hours 10000 -o merged/
     """
-    from lutgen.bake.merge import Merging, merge
+    from lutgen.merge import Merging, merge
     from lutgen.report.lint_page import merge_page
 
     if json_to and json_to != STANDARD_OUTPUT:

@@ -1,0 +1,331 @@
+"""Reading anybody's ``.cube``: the header as it stands, the rows as numbers, and whatever is odd about either.
+
+Nothing is refused here, and nothing is believed: a header that lies costs no memory.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from dataclasses import dataclass, field, replace
+from math import isfinite
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from lutgen.lint.cube.statistics import Gatherer, TableStatistics
+from lutgen.lint.stream import BYTE_ORDER_MARK, Block, blocks
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+
+#: Lines of the header that are kept; a file of nothing but keywords is told by the first ones.
+MAX_ENTRIES = 1000
+
+#: What rows of plain numbers are made of; anything else is read line by line.
+_PLAIN = b"0123456789.+-eE \t\n"
+
+#: Smallest number that float32 holds in full precision.
+SMALLEST_NORMAL = float(np.finfo(np.float32).tiny)
+LARGEST = float(np.finfo(np.float32).max)
+
+
+class Entry(NamedTuple):
+    """A line of the header: keyword as written, the words after it, and how many rows stood before it."""
+
+    line: int
+    keyword: str
+    words: tuple[str, ...]
+    text: str
+    rows_before: int
+
+    def numbers(self, count: int) -> tuple[float, ...] | None:
+        """The numbers behind the keyword; None where they are not ``count`` numbers."""
+        try:
+            numbers = tuple(float(word) for word in self.words)
+        except ValueError:
+            return None
+        return numbers if len(numbers) == count else None
+
+    @property
+    def domain(self) -> tuple[float, ...] | None:
+        """The three finite numbers of a DOMAIN line; None where they are not."""
+        numbers = self.numbers(3)
+        return numbers if numbers and all(map(isfinite, numbers)) else None
+
+
+@dataclass(frozen=True)
+class Oddity:
+    """Something odd about the rows: the first line it is on, what is there, and on how many lines it is."""
+
+    line: int
+    sample: str
+    count: int
+
+    @property
+    def rows(self) -> str:
+        """On how many rows it is, in words."""
+        return f"{self.count} row{'s' if self.count != 1 else ''}"
+
+
+@dataclass(frozen=True)
+class CubeScan:
+    """A ``.cube`` as it stands.
+
+    Attributes
+    ----------
+    size, size_1d
+        What the first LUT_3D_SIZE and LUT_1D_SIZE say, 0 where they say nothing that is a number.
+    marked
+        Whether it starts with a UTF-8 byte order mark.
+    ends
+        Its line ends, of "LF", "CRLF", "CR".
+    oddities
+        Kind → where: ``nan``, ``infinite``, ``overflow``, ``subnormal``, ``decimal comma``, ``comma``, ``comment``,
+        ``columns``, ``text``, ``NUL``, ``tab``, ``not UTF-8``.
+    shaper_rows, shaper
+        How many rows the 1D part has, and they themselves where the table is kept.
+    table
+        The rows of the 3D part.
+
+    """
+
+    path: Path
+    bytes: int
+    size: int
+    size_1d: int
+    marked: bool
+    ends: frozenset[str]
+    entries: tuple[Entry, ...]
+    oddities: Mapping[str, Oddity]
+    shaper_rows: int
+    shaper: Array
+    table: TableStatistics
+
+    def named(self, *keywords: str) -> tuple[Entry, ...]:
+        """The header's lines with one of these keywords, in any case."""
+        return tuple(entry for entry in self.entries if entry.keyword.upper() in keywords)
+
+    @property
+    def domain(self) -> tuple[Array, Array]:
+        """The input that the first and the last row stand for by DOMAIN_MIN and DOMAIN_MAX, each (3,)."""
+        ends = []
+        for keyword, assumed in (("DOMAIN_MIN", 0.0), ("DOMAIN_MAX", 1.0)):
+            stated = [each.domain for each in self.named(keyword) if each.domain is not None]
+            ends.append(np.array(stated[-1]) if stated else np.full(3, assumed))
+        return ends[0], ends[1]
+
+    @property
+    def size_line(self) -> int:
+        """The line of the first LUT_3D_SIZE, 0 without one."""
+        return next((entry.line for entry in self.named("LUT_3D_SIZE")), 0)
+
+
+def scan_cube(path: Path, *, keep: bool = False) -> CubeScan:
+    """Read a ``.cube`` in one pass; ``keep``: hold its rows too, for a trial.
+
+    Raises
+    ------
+    LutgenError
+        The file cannot be read, or is no text.
+
+    """
+    scanner = _Scanner(keep=keep)
+    for block in blocks(path):
+        scanner.take(block)
+    size = scanner.table.size
+    return CubeScan(
+        path=path,
+        bytes=path.stat().st_size,
+        size=size,
+        size_1d=scanner.size_1d,
+        marked=scanner.marked,
+        ends=frozenset(scanner.ends),
+        entries=tuple(scanner.entries),
+        oddities=scanner.oddities,
+        shaper_rows=scanner.shaper_rows,
+        shaper=np.concatenate(scanner.shaper) if scanner.shaper else np.empty((0, 3)),
+        table=scanner.table.gathered(),
+    )
+
+
+@dataclass
+class _Scanner:
+    """Goes through blocks: whole ones of plain rows at once, others line by line."""
+
+    keep: bool
+    marked: bool = False
+    size_1d: int = 0
+    ends: set[str] = field(default_factory=set)
+    entries: list[Entry] = field(default_factory=list)
+    oddities: dict[str, Oddity] = field(default_factory=dict)
+    shaper: list[Array] = field(default_factory=list)
+    shaper_rows: int = 0
+    table: Gatherer = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.table = Gatherer(0, keep=self.keep)
+
+    def take(self, block: Block) -> None:
+        """Take the next lines."""
+        data = block.data
+        self.ends |= block.ends
+        if block.first == 1 and data.startswith(BYTE_ORDER_MARK):
+            self.marked, data = True, data[len(BYTE_ORDER_MARK) :]
+        rows = None if data.translate(None, _PLAIN) else _plain_rows(data)
+        if rows is not None:
+            self._note_numbers(rows, np.arange(block.first, block.first + len(rows)))
+            if b"\t" in data:
+                place = data[: data.index(b"\t")].count(b"\n")
+                self._note("tab", block.first + place, data.split(b"\n", place + 1)[place], len(rows))
+            self._keep(rows)
+            return
+        pending: list[list[float]] = []
+        lines: list[int] = []
+        for number, line in enumerate(data.split(b"\n"), block.first):
+            row = self._line(number, line, len(pending))
+            if isinstance(row, Entry):
+                # A size changes how the rows after it are placed.
+                self._flush(pending, lines)
+                self._sizes(row)
+            elif row is not None:
+                pending.append(row)
+                lines.append(number)
+        self._flush(pending, lines)
+
+    def _line(self, number: int, line: bytes, pending: int) -> list[float] | Entry | None:
+        """Return a row's numbers, a line of the header, or nothing of a comment."""
+        words = line.split()
+        if not words or words[0].startswith(b"#"):
+            self._decodes(number, line)
+            return None
+        row = _numbers(words)
+        if row is None and words[0][:1].isalpha():
+            self._decodes(number, line)
+            return self._enter(number, line, pending)
+        if row is None and b"\0" in line:
+            self._note("NUL", number, line)
+            return None
+        if row is None:
+            row = self._repair(number, line)
+        elif len(row) != 3:
+            self._note("columns", number, line)
+        if b"\t" in line.strip():
+            self._note("tab", number, line)
+        return [*row, 0.0, 0.0, 0.0][:3]
+
+    def _decodes(self, number: int, line: bytes) -> None:
+        try:
+            line.decode("utf-8")
+        except UnicodeDecodeError:
+            self._note("not UTF-8", number, line)
+        if b"\0" in line:
+            self._note("NUL", number, line)
+
+    def _enter(self, number: int, line: bytes, pending: int) -> Entry:
+        text = line.decode("utf-8", errors="replace").strip()
+        keyword, *words = text.split()
+        before = self.table.rows + self.shaper_rows + pending
+        entry = Entry(number, keyword, tuple(words), text, before)
+        if len(self.entries) < MAX_ENTRIES:
+            self.entries.append(entry)
+        return entry
+
+    def _sizes(self, entry: Entry) -> None:
+        keyword, value = entry.keyword.upper(), _whole(entry.words[0] if entry.words else "")
+        if keyword == "LUT_3D_SIZE" and not self.table.size:
+            self.table.size = max(value, 0)
+        elif keyword == "LUT_1D_SIZE" and not self.size_1d:
+            self.size_1d = max(value, 0)
+
+    def _repair(self, number: int, line: bytes) -> list[float]:
+        """Note why a row is no row, and read it as it may have been meant."""
+        plain, _, comment = line.partition(b"#")
+        row = _numbers(plain.split())
+        if comment and row is not None:
+            self._note("comment", number, line)
+            return row
+        if re.search(rb"\d,\d", line):
+            self._note("decimal comma", number, line)
+            return _numbers(line.replace(b",", b".").split()) or [0.0]
+        if b"," in line:
+            self._note("comma", number, line)
+            return _numbers(line.replace(b",", b" ").split()) or [0.0]
+        self._note("text", number, line)
+        return [0.0]
+
+    def _flush(self, pending: list[list[float]], lines: list[int]) -> None:
+        if pending:
+            rows = np.array(pending)
+            self._note_numbers(rows, np.array(lines))
+            self._keep(rows)
+            pending.clear()
+            lines.clear()
+
+    def _keep(self, rows: Array) -> None:
+        part = min(max(self.size_1d - self.shaper_rows, 0), len(rows))
+        self.shaper_rows += part
+        if part and self.keep:
+            self.shaper.append(rows[:part])
+        if part < len(rows):
+            self.table.add(rows[part:])
+
+    def _note_numbers(self, rows: Array, lines: NDArray[np.intp]) -> None:
+        size = np.abs(rows)
+        for kind, odd in (
+            ("nan", np.isnan(rows)),
+            ("infinite", np.isinf(rows)),
+            ("overflow", (size > LARGEST) & np.isfinite(rows)),
+            ("subnormal", (size < SMALLEST_NORMAL) & (size > 0)),
+        ):
+            on = odd.any(axis=1)
+            if on.any():
+                first = int(np.argmax(on))
+                self._note(kind, int(lines[first]), " ".join(f"{x:g}" for x in rows[first]).encode(), int(on.sum()))
+
+    def _note(self, kind: str, line: int, sample: bytes, count: int = 1) -> None:
+        seen = self.oddities.get(kind)
+        if seen:
+            self.oddities[kind] = replace(seen, count=seen.count + count)
+        else:
+            text = sample[:60].decode("utf-8", errors="replace").strip()
+            self.oddities[kind] = Oddity(line, "".join(c if c.isprintable() else "\ufffd" for c in text), count)
+
+
+def _plain_rows(data: bytes) -> Array | None:
+    """All rows of a block, (n, 3), or None where a line is empty or has not three numbers."""
+    # By hand, since no parser of whole arrays says whether each line had its three.
+    space = np.frombuffer(data, dtype=np.uint8) <= 32
+    starts = ~space
+    starts[1:] &= space[:-1]
+    ends = np.flatnonzero(np.frombuffer(data, dtype=np.uint8) == 10)
+    words = np.add.reduceat(starts, np.concatenate([[0], ends[:-1] + 1]), dtype=np.intp)
+    if (words != 3).any():
+        return None
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DeprecationWarning)
+        try:
+            numbers = np.fromstring(data.decode("ascii"), sep=" ")
+        except (DeprecationWarning, ValueError):
+            return None
+    return numbers.reshape(-1, 3) if numbers.size == 3 * len(ends) else None
+
+
+def _numbers(words: list[bytes]) -> list[float] | None:
+    try:
+        # Python alone takes 1_000 for a number.
+        return None if any(b"_" in word for word in words) else [float(word) for word in words]
+    except ValueError:
+        return None
+
+
+def _whole(text: str) -> int:
+    try:
+        return int(float(text)) if abs(float(text)) < 1e9 else 0
+    except ValueError:
+        return 0

@@ -1,0 +1,63 @@
+"""The kinds of file that lint reads: one module each in this folder, found by being there.
+
+A module scans a file in one pass, believing nothing that a header claims. Rules read the scan and yield findings: which
+readers refuse the file or silently show something else. The module ends in ``FORMAT``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import TYPE_CHECKING, Any
+
+from lutgen.lint.finding import Finding, Linted
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from pathlib import Path
+
+#: Reads a scan and yields what it finds. Its name, with hyphens, is printed with each finding.
+Rule = Callable[[Any], Iterator[Finding]]
+
+
+@dataclass(frozen=True)
+class Format:
+    """A kind of file.
+
+    Attributes
+    ----------
+    suffixes
+        What its files end in, in small letters.
+    lint
+        Lints a file; with True it also asks the readers that are installed.
+    rules
+        All its rules.
+
+    """
+
+    suffixes: tuple[str, ...]
+    lint: Callable[[Path, bool], Linted]
+    rules: tuple[Rule, ...]
+
+
+def formats() -> list[Format]:
+    """Return all formats, by file name."""
+    return [import_module(f"{__name__}.{module.name}").FORMAT for module in iter_modules(__path__)]
+
+
+def rule_names() -> list[str]:
+    """Return the names of all rules, as they are printed."""
+    return sorted({_name(rule) for form in formats() for rule in form.rules})
+
+
+def findings(rules: Iterable[Rule], scan: object) -> Iterator[Finding]:
+    """Yield what rules find in a scan, in the order of the rules' names."""
+    for rule in sorted(rules, key=_name):
+        for finding in rule(scan):
+            yield replace(finding, rule=_name(rule))
+
+
+def _name(rule: Rule) -> str:
+    return str(getattr(rule, "__name__", "")).replace("_", "-")

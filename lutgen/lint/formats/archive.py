@@ -1,0 +1,198 @@
+"""``.ocioz``: the directory first, then what is safe to unpack, in a temporary folder, where each file is linted."""
+
+from __future__ import annotations
+
+import stat
+import zipfile
+import zlib
+from collections import Counter
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path, PureWindowsPath
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+from lutgen.errors import LutgenError
+from lutgen.lint.finding import OCIO_26, Finding, Linted, refused
+from lutgen.lint.formats import Format, clf, config, cube, findings, tables
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+#: Bytes of an archive and of what it unpacks to, its files, and bytes of its directory: the largest published config
+#: has 30 MB in 90 files.
+LARGEST, MOST_FILES, LARGEST_DIRECTORY = 200 << 20, 2000, 2 << 20
+
+CONFIG = "config.ocio"
+
+#: Where the directory of a ZIP is told (APPNOTE 4.3.16): signature, how far from the end it may begin.
+_END, _FARTHEST = b"PK\x05\x06", 22 + 65_535
+
+_BLOCK = 1 << 16
+
+#: What an archive's config may name, and lint reads.
+_LUTS = {suffix: each.FORMAT for each in (cube, clf, tables) for suffix in each.FORMAT.suffixes}
+
+#: Rules that tell of a LUT whose header asks for more than OpenColorIO is given.
+_LARGE = {"loads", "cube-size"}
+
+
+@dataclass(frozen=True)
+class ArchiveScan:
+    """An archive as it stands.
+
+    Attributes
+    ----------
+    broken
+        Why it cannot be unpacked; empty where it can.
+    names
+        Its files, as the directory has them.
+    unsafe
+        Names that lead out of the folder that it is unpacked to, links and encrypted files, each with the reason.
+
+    """
+
+    path: Path
+    bytes: int
+    broken: str
+    names: tuple[str, ...]
+    unsafe: tuple[tuple[str, str], ...]
+
+
+@contextmanager
+def scan_archive(path: Path) -> Iterator[tuple[ArchiveScan, Path]]:
+    """Read an archive's directory, unpack what is safe, and give the folder for as long as it is looked at.
+
+    Raises
+    ------
+    LutgenError
+        The file cannot be read.
+
+    """
+    with TemporaryDirectory(prefix="lutgen-") as folder:
+        try:
+            size = path.stat().st_size
+            broken = _too_much(path, size)
+            scan = ArchiveScan(path, size, broken, (), ()) if broken else _unpack(path, size, Path(folder))
+        except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, ValueError, RuntimeError) as error:
+            scan = ArchiveScan(path, size, f"is no archive that can be unpacked: {error}", (), ())
+        except OSError as error:
+            message = f"{path}: cannot be read: {(error.strerror or str(error)).lower()}. Give the name of an archive."
+            raise LutgenError(message) from None
+        yield scan, Path(folder)
+
+
+def _too_much(path: Path, size: int) -> str:
+    """Say why its directory is not even read; empty where it is."""
+    if size > LARGEST:
+        return f"has more than {LARGEST >> 20} MiB, and no config has"
+    with path.open("rb") as file:
+        file.seek(max(0, size - _FARTHEST))
+        tail = file.read()
+    place = tail.rfind(_END)
+    if place < 0 or len(tail) < place + 22:
+        return "is no archive: it does not end in a directory of files"
+    length = int.from_bytes(tail[place + 12 : place + 16], "little")
+    return f"has a directory of {length >> 20} MiB" if length > LARGEST_DIRECTORY else ""
+
+
+def _unpack(path: Path, size: int, folder: Path) -> ArchiveScan:
+    with zipfile.ZipFile(path) as archive:
+        entries = [entry for entry in archive.infolist() if not entry.is_dir()]
+        names = tuple(entry.filename for entry in entries)
+        told = sum(entry.file_size for entry in entries)
+        if len(entries) > MOST_FILES or told > LARGEST:
+            what = f"unpacks to {len(entries)} files of {told >> 20} MiB together, and no config does"
+            return ArchiveScan(path, size, what, names, ())
+        doubled = next((name for name, count in Counter(names).items() if count > 1), None)
+        if doubled:
+            return ArchiveScan(path, size, f"holds {doubled!r} twice", names, ())
+        unsafe, left = [], LARGEST
+        for entry in entries:
+            reason = _unsafe(entry)
+            if reason:
+                unsafe.append((entry.filename, reason))
+            else:
+                left -= _write(archive, entry, folder / entry.filename, left)
+    return ArchiveScan(path, size, "", names, tuple(unsafe))
+
+
+def _unsafe(entry: zipfile.ZipInfo) -> str:
+    windows = PureWindowsPath(entry.filename)
+    if windows.is_absolute() or windows.drive or entry.filename.startswith(("/", "\\")):
+        return "is an absolute path"
+    if ".." in windows.parts:
+        return "leads out of the folder"
+    if stat.S_ISLNK(entry.external_attr >> 16):
+        return "is a link"
+    return "is encrypted" if entry.flag_bits & 1 else ""
+
+
+def _write(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, target: Path, left: int) -> int:
+    """Unpack a file and return its size; the directory's word for that is not believed."""
+    written = 0
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with archive.open(entry) as source, target.open("xb") as file:
+            while block := source.read(_BLOCK):
+                written += len(block)
+                if written > left:
+                    message = f"it has more than {LARGEST >> 20} MiB"
+                    raise ValueError(message)
+                file.write(block)
+    except OSError as error:
+        message = f"{entry.filename!r}: {(error.strerror or str(error)).lower()}"
+        raise ValueError(message) from None
+    return written
+
+
+def archive_form(scan: ArchiveScan) -> Iterator[Finding]:
+    """An archive is unpacked by whoever opens it."""
+    fates = refused(OCIO_26, how="opens no such archive")
+    if scan.broken:
+        yield Finding(scan.broken, "Do not unpack it; make it again with ocioarchive.", 0, fates)
+        return
+    for name, reason in scan.unsafe[:3]:
+        what = f"holds {name!r}, which {reason}"
+        yield Finding(what, "Do not unpack it; make it again with ocioarchive.", 0, fates)
+    if CONFIG not in scan.names:
+        yield Finding(f"has no {CONFIG} at its root", "Make it again with ocioarchive.", 0, fates)
+    yield Finding("is not read by OpenColorIO 2.1, which knows no archives", "Unpack it for that.")
+
+
+RULES = (archive_form,)
+
+
+def lint_archive(path: Path, _ask_readers: bool) -> Linted:
+    """Lint one, its config and its LUTs; raises LutgenError where it cannot be read."""
+    with scan_archive(path) as (scan, folder):
+        of_luts = [
+            finding
+            for name in scan.names
+            if (form := _LUTS.get(Path(name).suffix.lower())) and (folder / name).is_file()
+            for finding in _inside(folder, name, form)
+        ]
+        found = [*findings(RULES, scan), *of_luts]
+        if any(each.rule in _LARGE for each in of_luts):
+            # Loading the config loads its LUTs, and one whose header lies would take all memory.
+            found.append(Finding(f"{CONFIG} was not loaded, since a LUT may be too large", "Mend that first."))
+        elif (folder / CONFIG).is_file():
+            found += _inside(folder, CONFIG, config.FORMAT)
+    return Linted(path, "archive", (f"{len(scan.names)} files, {scan.bytes} bytes",), tuple(found))
+
+
+def _inside(folder: Path, name: str, form: Format) -> list[Finding]:
+    """Lint a file of an archive: what is said of it names it."""
+    try:
+        found = form.lint(folder / name, False).findings  # noqa: FBT003 - no reader is asked
+    except LutgenError as error:
+        return [Finding(_named(str(error), folder), "Make it again.", rule="archive-form")]
+    return [replace(each, what=_named(f"{name}: {each.what}", folder)) for each in found]
+
+
+def _named(words: str, folder: Path) -> str:
+    """Leave the folder out, and what cannot be printed: names in an archive may hold anything."""
+    return "".join(letter if letter.isprintable() else " " for letter in words.replace(f"{folder}/", ""))
+
+
+FORMAT = Format((".ocioz",), lint_archive, RULES)

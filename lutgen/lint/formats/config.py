@@ -1,0 +1,282 @@
+"""OpenColorIO configs: loaded, every part of them instantiated, and what programs make of what they hold.
+
+``validate()`` passes when a LUT file is missing, so nothing less will do.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lutgen.bindings import ocio, ocio_errors, warnings_logged
+from lutgen.config_parts import all_parts, endless_file, file_transforms, leads_out, search_path
+from lutgen.errors import LutgenError
+from lutgen.lint.finding import BLENDER, DJV, NUKE, OCIO, OCIO_21, Finding, Linted, refused, wrong
+from lutgen.lint.formats import Format, findings
+from lutgen.lint.trial import try_config
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+#: What has a table to interpolate; a .spimtx and a .cc have none, and a CLF states its own.
+TABLES = (".cube", ".3dl", ".spi3d", ".csp", ".vf", ".lut", ".mga", ".m3d", ".itx")
+
+#: Views that fit into a menu.
+MANY = 10
+
+#: Role → who looks for it.
+WANTED = {
+    "scene_linear": "Blender and Nuke work in it",
+    "default": "files without a rule are read as it",
+    "color_picking": "Blender's colour picker uses it",
+    "texture_paint": "Nuke and Blender paint in it",
+    "compositing_log": "Nuke reads log files as it",
+    "data": "masks and normals are read as it",
+    "aces_interchange": "other configs are connected through it, and later OpenColorIO asks for it",
+    "cie_xyz_d65_interchange": "other configs are connected through it, and later OpenColorIO asks for it",
+}
+
+#: The largest published config has 0.5 MB.
+MAX_BYTES = 64 << 20
+
+
+@dataclass(frozen=True)
+class ConfigScan:
+    """A config as it stands.
+
+    Attributes
+    ----------
+    version
+        Its profile version, (0, 0) where it states none.
+    config
+        OpenColorIO's object, None where it does not load.
+    refusal
+        Why the installed OpenColorIO does not load or validate it; empty where it does.
+    warnings
+        What OpenColorIO logs while loading it.
+    broken
+        Part → why it cannot be instantiated.
+
+    """
+
+    path: Path
+    text: str
+    version: tuple[int, int]
+    config: Any
+    refusal: str
+    warnings: tuple[str, ...]
+    broken: tuple[tuple[str, str], ...]
+
+    def line_of(self, words: str) -> int:
+        """The first line that holds the words, 0 without one."""
+        place = self.text.find(words) if words else -1
+        return self.text.count("\n", 0, place) + 1 if place >= 0 else 0
+
+    @property
+    def file_transforms(self) -> list[Any]:
+        """Every FileTransform of the config."""
+        return list(file_transforms(self.config)) if self.config else []
+
+
+def scan_config(path: Path) -> ConfigScan:
+    """Load a config and instantiate its parts.
+
+    Raises
+    ------
+    LutgenError
+        The file cannot be read, or is far larger than any config.
+
+    """
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            message = f"{path}: has more than {MAX_BYTES >> 20} MiB, so it is no config."
+            raise LutgenError(message)
+        text = path.read_text(encoding="utf-8", errors="replace")
+    except OSError as error:
+        message = f"{path}: cannot be read: {(error.strerror or str(error)).lower()}. Give the name of a config."
+        raise LutgenError(message) from None
+    found = re.search(r"^ocio_profile_version:\s*[\"']?([0-9]+)(?:\.([0-9]+))?", text, re.MULTILINE)
+    version = (int(found[1][:6]), int((found[2] or "0")[:6])) if found else (0, 0)
+    lib = ocio()
+    lib.ClearAllCaches()
+    broken: list[tuple[str, str]] = []
+    config, refusal = None, ""
+    with warnings_logged(lib) as warnings:
+        try:
+            config = lib.Config.CreateFromFile(str(path))
+            config.validate()
+        except ocio_errors() as error:
+            refusal = " ".join(str(error).split())
+        if config is not None:
+            broken = _broken(config)
+    return ConfigScan(path, text, version, config, refusal, tuple(dict.fromkeys(warnings)), tuple(broken))
+
+
+def _broken(config: Any) -> list[tuple[str, str]]:
+    endless = endless_file(config)
+    if endless:
+        return [("whatever reads it", f"{endless.name} opens its metadata and never closes them: no reader comes back")]
+    works, fails = set(), {}
+    try:
+        for name, transform in all_parts(config):
+            try:
+                config.getProcessor(transform).getDefaultCPUProcessor()
+                works.add(name)
+            except ocio_errors() as error:
+                fails[name] = " ".join(str(error).split())
+    except LutgenError as error:
+        fails["the whole"] = str(error)
+    # A colour space that leads one way alone, as many for display do, is as it should be.
+    return [(name, why) for name, why in fails.items() if name not in works]
+
+
+def config_version(scan: ConfigScan) -> Iterator[Finding]:
+    """2.1 refuses 2.2 and later; what else the installed version says of it, all are taken to say."""
+    line = scan.line_of("ocio_profile_version")
+    installed = str(ocio().__version__)
+    if scan.version == (0, 0) and not scan.refusal:
+        fates = wrong(*OCIO, BLENDER, NUKE, DJV, how="takes it for an empty config")
+        yield Finding("states no ocio_profile_version: it is no config", "Export it again.", 0, fates)
+    elif scan.version > (2, 6):
+        fates = refused(*OCIO, BLENDER, NUKE, DJV, how="knows no version as new")
+        yield Finding(f"asks for profile version {_said(scan)}", "Write 2.1 where nothing newer is used.", line, fates)
+    elif scan.version > (2, 1):
+        fates = refused(OCIO_21, how="knows no version after 2.1")
+        yield Finding(f"asks for profile version {_said(scan)}", "Write 2.1 where nothing newer is used.", line, fates)
+    too_new = scan.version > (2, 6) or (scan.version > (2, 1) and installed.startswith("2.1."))
+    if scan.refusal and not too_new:
+        fates = refused(*OCIO, BLENDER, NUKE, DJV, how=f"OpenColorIO {installed} was asked")
+        yield Finding(
+            f"does not load: {scan.refusal[:300]}", "Correct it; `lutgen lint --try` asks ociocheck.", 0, fates
+        )
+
+
+def _said(scan: ConfigScan) -> str:
+    return ".".join(str(part) for part in scan.version)
+
+
+def config_parts(scan: ConfigScan) -> Iterator[Finding]:
+    """Whoever chooses such a part gets an error; Debian's oiiotool aborts."""
+    reasons: dict[str, list[str]] = {}
+    for part, reason in scan.broken:
+        reasons.setdefault(reason.partition(" The following attempts")[0], []).append(part)
+    for reason, parts in reasons.items():
+        missing = "could not be located" in reason
+        yield Finding(
+            f"{', '.join(parts[:3])}{f' and {len(parts) - 3} more' if len(parts) > 3 else ''} cannot be shown: "
+            f"{reason[:200]}",
+            "Put the file on the search path." if missing else "Correct it or take it out.",
+            scan.line_of(reason.split("'")[1]) if reason.count("'") > 1 else 0,
+            refused(*OCIO, BLENDER, NUKE, DJV, how="stops with an error when it is chosen"),
+        )
+
+
+def config_files(scan: ConfigScan) -> Iterator[Finding]:
+    """Notes: such a config works where it stands."""
+    if scan.config is None:
+        return
+    files = [transform.getSrc() for transform in scan.file_transforms]
+    absolute = [each for each in [*files, *search_path(scan.config)] if Path(each).is_absolute()]
+    if absolute:
+        what = f"names {absolute[0]} by an absolute path: it works on this machine alone"
+        yield Finding(what, "Name it relative to the config.", scan.line_of(absolute[0]))
+    outside = [each for each in search_path(scan.config) if leads_out(each)]
+    if outside:
+        what = f"searches {outside[0]}, outside its folder: moving the folder breaks it"
+        yield Finding(what, "Keep LUT files below the config.", scan.line_of(outside[0]))
+    unsaid = [
+        transform.getSrc()
+        for transform in scan.file_transforms
+        if transform.getSrc().lower().endswith(TABLES) and _says_nothing(transform)
+    ]
+    if unsaid:
+        yield Finding(
+            f"does not say how {unsaid[0]} is interpolated: trilinear, then, where cells of a 3D table split best "
+            "along the greys",
+            "Add interpolation: tetrahedral for 3D tables.",
+            scan.line_of(unsaid[0]),
+        )
+
+
+def _says_nothing(transform: object) -> bool:
+    # Its text, since OpenColorIO's object says the same of "default" and of nothing.
+    return "interpolation=default" in str(transform) or "interpolation" not in str(transform)
+
+
+def config_environment(scan: ConfigScan) -> Iterator[Finding]:
+    """A variable without a default is an error in every program that does not set it."""
+    if scan.config is None:
+        return
+    sources = [*(each.getSrc() for each in scan.file_transforms), *scan.config.getSearchPaths()]
+    used = {name: text for text in sources for name in re.findall(r"[$%]\{?(\w+)", text)}
+    without = [name for name in used if not scan.config.getEnvironmentVarDefault(name)]
+    if without:
+        what = f"chooses files by the variable {without[0]}, which has no default"
+        yield Finding(what, "Give it one under environment.", scan.line_of(used[without[0]]))
+    elif used:
+        what = f"chooses files by the variable {min(used)}: programs that cannot set it show its default"
+        yield Finding(what, "Give those programs a config of their own.", scan.line_of(used[min(used)]))
+
+
+def config_keys(scan: ConfigScan) -> Iterator[Finding]:
+    """A misspelt key is an unknown key."""
+    for warning in scan.warnings:
+        quoted = warning.split("'")[1] if warning.count("'") > 1 else ""
+        yield Finding(f"OpenColorIO warns: {warning[:200]}", "Correct the word, or take it out.", scan.line_of(quoted))
+
+
+def config_roles(scan: ConfigScan) -> Iterator[Finding]:
+    """Notes: whoever misses a role falls back on something."""
+    if scan.config is None:
+        return
+    wanted = {role: why for role, why in WANTED.items() if scan.version >= (2, 0) or "interchange" not in role}
+    missing = {role: why for role, why in wanted.items() if not scan.config.hasRole(role)}
+    if missing:
+        listed = "; ".join(f"{role} ({why})" for role, why in missing.items())
+        yield Finding(f"has no role {listed}", "Add them under roles.", scan.line_of("roles:"))
+    if scan.config.hasRole("default") and scan.config.getColorSpace("default").isData():
+        yield Finding(
+            "has a default colour space that holds data: files without a rule pass every view unchanged, silently",
+            "Make the role default a colour space with colours.",
+            scan.line_of("default:"),
+        )
+
+
+def config_views(scan: ConfigScan) -> Iterator[Finding]:
+    """DJV shows a view without its looks."""
+    if scan.config is None:
+        return
+    pairs = [(display, view) for display in scan.config.getDisplays() for view in scan.config.getViews(display)]
+    if len(pairs) > MANY:
+        yield Finding(
+            f"has {len(pairs)} views on its displays: Nuke lists every one",
+            "Keep ten or fewer active.",
+            scan.line_of("displays:"),
+        )
+    looks = [pair for pair in pairs if scan.config.getDisplayViewLooks(*pair)]
+    if looks:
+        display, view = looks[0]
+        yield Finding(
+            f"has looks in the view {view} of {display}",
+            "For DJV, build the look into a colour space or a view transform.",
+            scan.line_of("looks:"),
+            wrong(DJV, how="leaves looks out"),
+        )
+
+
+RULES = (
+    config_version, config_parts, config_files, config_environment, config_keys, config_roles, config_views
+)  # fmt: skip
+
+
+def lint_config(path: Path, ask_readers: bool) -> Linted:
+    """Lint one; raises LutgenError where it cannot be read, or is far larger than any config."""
+    scan = scan_config(path)
+    trials = tuple(try_config(path)) if ask_readers else ()
+    version = ".".join(map(str, scan.version))
+    return Linted(path, "config", (f"profile version {version}",), tuple(findings(RULES, scan)), trials)
+
+
+FORMAT = Format((".ocio",), lint_config, RULES)

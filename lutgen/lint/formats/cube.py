@@ -1,0 +1,393 @@
+"""``.cube``: what OpenColorIO, ffmpeg, pillow_lut and colour do with each way to write it.
+
+What a rule says of a reader was tried; the tests try it again with the readers that are installed.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.lint.cube.scan import scan_cube
+from lutgen.lint.finding import COLOUR, FFMPEG, OCIO, OCIO_21, OCIO_26, PILLOW, Fate, Finding, Linted, refused, wrong
+from lutgen.lint.formats import Format, findings
+from lutgen.lint.trial import try_cube
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from lutgen.lint.cube.scan import CubeScan, Entry
+
+EVERYONE = (*OCIO, FFMPEG, PILLOW, COLOUR)
+
+#: Points an axis, at most.
+LARGEST = {PILLOW: 65, **dict.fromkeys(OCIO, 129), FFMPEG: 256}
+
+#: Keywords and the values that readers assume without them.
+DOMAIN = {"DOMAIN_MIN": 0.0, "DOMAIN_MAX": 1.0}
+RANGES = ("LUT_3D_INPUT_RANGE", "LUT_1D_INPUT_RANGE")
+
+#: Keywords of Adobe's and Iridas' dialect, which OpenColorIO does not take together with DaVinci Resolve's.
+ADOBES = ("TITLE", *DOMAIN)
+KNOWN = {*ADOBES, *RANGES, "LUT_3D_SIZE", "LUT_1D_SIZE"}
+RANGE_FLAGS = {"LUT_IN_VIDEO_RANGE", "LUT_OUT_VIDEO_RANGE", "LUT_IN_FULL_RANGE", "LUT_OUT_FULL_RANGE"}
+
+#: How much better red must follow the slowest index than the fastest, and blue the other way round.
+MARGIN = 0.3
+
+#: A fall of the neutral axis that is more than rounding: one code of 10 bit.
+FALL = 1 / 1023
+
+#: Largest value that a table of 0..1 may reach with colours outside the gamut; beyond it, it holds integers.
+INTEGERS = 16.0
+
+#: Black and white of video's narrow range, 64 and 940 of 1023, and how near a table comes to them.
+NARROW, NEAR = (64 / 1023, 940 / 1023), 0.004
+
+#: Three words that begin as numbers do.
+_NUMBERS = re.compile(r"(?:[-+]?\.?[0-9]\S*\s*){3}$")
+_CUT = "It was cut off or edited by hand; export it again."
+_OWN_LINE = "Give the comment a line of its own, before LUT_3D_SIZE."
+
+
+def byte_order_mark(scan: CubeScan) -> Iterator[Finding]:
+    """A byte order mark joins the first word: no reader then finds LUT_3D_SIZE, most do not miss a TITLE."""
+    if scan.marked:
+        fates = refused(COLOUR, how="cannot read the marked line")
+        if scan.size_line == 1:
+            fates |= refused(FFMPEG, PILLOW, *OCIO, how="the mark hides LUT_3D_SIZE")
+        yield Finding("starts with a UTF-8 byte order mark", "Save it as ASCII, without the mark.", 1, fates)
+
+
+def cube_title(scan: CubeScan) -> Iterator[Finding]:
+    """pillow_lut looks for the quotes, and raises an IndexError without them."""
+    for entry in scan.named("TITLE"):
+        if '"' not in entry.text:
+            fates = refused(PILLOW, how="ends with an IndexError")
+            yield Finding(f"has a TITLE without quotes: {entry.text}", 'Write TITLE "…".', entry.line, fates)
+
+
+def cube_size(scan: CubeScan) -> Iterator[Finding]:
+    """LUT_3D_SIZE: missing, odd, given twice or too late, and the largest that each reader takes."""
+    sizes = scan.named("LUT_3D_SIZE")
+    if not sizes and not scan.named("LUT_1D_SIZE"):
+        what = "is empty" if not scan.bytes else "has no LUT_3D_SIZE"
+        yield Finding(what, "Export it again; no reader knows its size.", 0, refused(*EVERYONE, how="finds no size"))
+    for entry in sizes[:1]:
+        yield from _size(scan, entry)
+    for entry in sizes[1:]:
+        fates = refused(*EVERYONE, how="reads two sizes")
+        yield Finding(f"states its size twice: {entry.text}", "Leave one.", entry.line, fates)
+
+
+def _size(scan: CubeScan, entry: Entry) -> Iterator[Finding]:
+    word = entry.words[0] if entry.words else ""
+    if entry.rows_before:
+        fates = refused(FFMPEG, PILLOW, how="finds no rows behind the size")
+        yield Finding("states its size after its rows", "Put LUT_3D_SIZE before them.", entry.line, fates)
+    if scan.size < 1:
+        fates = refused(*EVERYONE, how="makes no table of that size")
+        yield Finding(f"has a size that is none: {entry.text}", "Export it again.", entry.line, fates)
+    elif scan.size == 1:
+        fates = refused(OCIO_26, FFMPEG, PILLOW, how="wants 2 or more")
+        yield Finding("has one colour for everything: size 1", "Export it again.", entry.line, fates)
+    elif not re.fullmatch(r"[0-9]+", word):
+        fates = refused(PILLOW, COLOUR, how="wants a whole number")
+        yield Finding(f"has a size that is no whole number: {entry.text}", f"Write {scan.size}.", entry.line, fates)
+    too_large = [refused(reader, how=f"takes {most} at most") for reader, most in LARGEST.items() if scan.size > most]
+    if too_large:
+        fates = {reader: fate for each in too_large for reader, fate in each.items()}
+        yield Finding(f"has {scan.size} points an axis", "Resample it to 65 or 33.", entry.line, fates)
+
+
+def cube_domain(scan: CubeScan) -> Iterator[Finding]:
+    """OpenColorIO and colour honour it, pillow_lut never, ffmpeg after LUT_3D_SIZE and then without the minimum."""
+    for entry in scan.named(*DOMAIN):
+        after_size = 0 < scan.size_line < entry.line
+        if entry.domain is None:
+            yield _malformed(entry, after_size=after_size)
+        elif any(value != DOMAIN[entry.keyword.upper()] for value in entry.domain):
+            yield _narrowed(entry, after_size=after_size)
+    low, high = scan.domain
+    if (low >= high).any():
+        line, fates = scan.named(*DOMAIN)[0].line, wrong(*EVERYONE, how="shows something")
+        yield Finding("has a domain that ends before it begins", "Export it again.", line, fates)
+
+
+def _malformed(entry: Entry, *, after_size: bool) -> Finding:
+    fates = refused(COLOUR, how="wants three numbers")
+    if after_size:
+        fates |= refused(*OCIO, how="wants three numbers")
+        if entry._replace(words=entry.words[:3]).domain is None:
+            fates |= refused(FFMPEG, how="wants three numbers")
+    what = f"has a {entry.keyword} that is not three numbers: {entry.text}"
+    return Finding(what, "Leave it out, or write three.", entry.line, fates)
+
+
+def _narrowed(entry: Entry, *, after_size: bool) -> Finding:
+    fates = wrong(PILLOW, how="ignores it: takes 0..1 for the domain")
+    if not after_size:
+        fates |= wrong(FFMPEG, how="ignores what stands before LUT_3D_SIZE")
+    elif entry.keyword.upper() == "DOMAIN_MIN":
+        fates |= wrong(FFMPEG, how="does not subtract the minimum")
+    remedy = "Resample it to 0..1 and leave DOMAIN out (`ociobakelut --format iridas_cube` writes none)."
+    return Finding(f"has a domain that is not 0..1: {entry.text}", remedy, entry.line, fates)
+
+
+def cube_input_range(scan: CubeScan) -> Iterator[Finding]:
+    """DaVinci Resolve's way to state a domain, which OpenColorIO does not take beside TITLE and DOMAIN."""
+    mixed = scan.named(*ADOBES)
+    for entry in scan.named(*RANGES):
+        ends = entry.numbers(2)
+        fates: dict[str, Fate] = {}
+        if ends is None:
+            fates |= refused(*OCIO, COLOUR, how="wants two numbers")
+        elif not ends[0] < ends[1]:
+            fates |= wrong(*EVERYONE, how="shows something for a range that ends before it begins")
+        elif ends != (0.0, 1.0):
+            fates |= wrong(PILLOW, how="ignores it: takes 0..1 for the range")
+            fates |= wrong(FFMPEG, how="ignores what stands before LUT_3D_SIZE")
+        if 0 < scan.size_line < entry.line:
+            fates |= refused(FFMPEG, how="takes it for a row")
+        if mixed:
+            fates |= refused(*OCIO, how=f"{mixed[0].keyword} belongs to another dialect")
+        what = f"states its input range as DaVinci Resolve does: {entry.text}"
+        yield Finding(what, "Leave it out where it says 0 1; else resample to 0..1.", entry.line, fates)
+
+
+def cube_shaper(scan: CubeScan) -> Iterator[Finding]:
+    """A 1D part, alone or before the 3D table: ffmpeg's lut3d takes its rows for the first ones of the table."""
+    for entry in scan.named("LUT_1D_SIZE")[:1]:
+        fates = refused(PILLOW, how="reads no 1D tables")
+        if not scan.size_line:
+            fates |= refused(FFMPEG, how="finds no LUT_3D_SIZE")
+            remedy = "Apply it with ffmpeg's lut1d, or bake it into a 3D table."
+            yield Finding(f"is a 1D table: {entry.text}", remedy, entry.line, fates)
+            continue
+        if entry.line > scan.size_line:
+            fates |= refused(FFMPEG, how="takes LUT_1D_SIZE for a row")
+            fates |= wrong(COLOUR, how="takes the 1D part's rows for the last ones")
+        else:
+            fates |= wrong(FFMPEG, how="takes the 1D part's rows for the first of the table")
+        if scan.named(*ADOBES):
+            fates |= refused(*OCIO, how="a 1D part belongs to the dialect without TITLE and DOMAIN")
+        remedy = "Bake both into one 3D table: `ociobakelut --lut FILE --format iridas_cube --cubesize 65 OUT`."
+        yield Finding(f"has a 1D part before its 3D table: {entry.text}", remedy, entry.line, fates)
+
+
+def cube_keyword(scan: CubeScan) -> Iterator[Finding]:
+    """Most readers skip an unknown word before the size; behind the size it stands where a row should."""
+    unknown = [entry for entry in scan.entries if entry.keyword.upper() not in KNOWN]
+    small = [entry for entry in scan.entries if entry.keyword != entry.keyword.upper() and entry not in unknown]
+    late = [entry for entry in scan.named(*KNOWN) if entry.rows_before and 0 < scan.size_line < entry.line]
+    if unknown:
+        yield _unknown(scan, unknown[0])
+    if small:
+        how = "knows keywords in capitals alone"
+        fates = refused(COLOUR, how=how)
+        if any(entry.keyword.upper() == "LUT_3D_SIZE" for entry in small):
+            fates |= refused(FFMPEG, PILLOW, how=how)
+        elif any(0 < scan.size_line < entry.line for entry in small):
+            fates |= refused(FFMPEG, how=how)
+        yield Finding(f"writes a keyword in small letters: {small[0].text}", "Write capitals.", small[0].line, fates)
+    if late:
+        fates = refused(OCIO_26, PILLOW, how="takes it for a row")
+        yield Finding(f"has a keyword among its rows: {late[0].text}", "Put it before them.", late[0].line, fates)
+
+
+def _unknown(scan: CubeScan, entry: Entry) -> Finding:
+    how = "takes it for a row"
+    fates = refused(COLOUR, how="knows no such word")
+    if 0 < scan.size_line < entry.line:
+        fates |= refused(*OCIO, how=how)
+        if entry.rows_before < scan.size**3:
+            fates |= refused(FFMPEG, how=how)
+    if entry.rows_before:
+        fates |= refused(PILLOW, how=how)
+    flag = entry.keyword.upper() in RANGE_FLAGS
+    what = "says which range it is for, which no reader heeds" if flag else "has a word that is no keyword"
+    remedy = "Leave it out" + (", and convert to full range." if flag else ".")
+    return Finding(f"{what}: {entry.text[:60]}", remedy, entry.line, fates)
+
+
+def encoding(scan: CubeScan) -> Iterator[Finding]:
+    """Readers written in Python decode comments and titles; the others take the bytes as they are."""
+    if odd := scan.oddities.get("not UTF-8"):
+        fates = refused(PILLOW, COLOUR, how="cannot decode it")
+        yield Finding("has text that is not UTF-8", "Write comments and TITLE in ASCII.", odd.line, fates)
+
+
+def line_ends(scan: CubeScan) -> Iterator[Finding]:
+    """CRLF is read by all; a lone CR ends no line for OpenColorIO and ffmpeg."""
+    if "CR" in scan.ends:
+        fates = refused(*OCIO, FFMPEG, how="takes it all for one line")
+        yield Finding("has line ends of a single CR", "Save it with LF line ends.", 1, fates)
+
+
+def tabs(scan: CubeScan) -> Iterator[Finding]:
+    """pillow_lut splits rows at spaces only."""
+    if odd := scan.oddities.get("tab"):
+        fates = refused(PILLOW, how="cuts rows at spaces alone")
+        yield Finding("has tabs between numbers", "Write spaces.", odd.line, fates)
+
+
+def trailing_comment(scan: CubeScan) -> Iterator[Finding]:
+    """Only ffmpeg stops reading after three numbers; in the header colour does too."""
+    if odd := scan.oddities.get("comment"):
+        fates = refused(*OCIO, PILLOW, COLOUR, how="wants three numbers and nothing else")
+        yield Finding(f"has a comment behind a row: {odd.sample}", _OWN_LINE, odd.line, fates)
+    for entry in scan.named("LUT_3D_SIZE", "LUT_1D_SIZE"):
+        if any(word.startswith("#") for word in entry.words):
+            fates = refused(*OCIO, PILLOW, how="wants a size and nothing else")
+            yield Finding(f"has a comment in its header: {entry.text}", _OWN_LINE, entry.line, fates)
+
+
+def comma(scan: CubeScan) -> Iterator[Finding]:
+    """OpenColorIO reads up to a decimal comma, and skips a comma after a number."""
+    others = refused(FFMPEG, PILLOW, COLOUR, how="finds no number")
+    if odd := scan.oddities.get("decimal comma"):
+        fates = wrong(*OCIO, how="reads up to the comma: 0,5 is 0") | others
+        yield Finding(f"has decimal commas: {odd.sample}", "Write decimal points.", odd.line, fates)
+    if odd := scan.oddities.get("comma"):
+        yield Finding(f"has commas between numbers: {odd.sample}", "Put spaces between them.", odd.line, others)
+
+
+def cube_rows(scan: CubeScan) -> Iterator[Finding]:
+    """Rows that are too few or too many, or are not three numbers. Only ffmpeg stops counting when it has enough."""
+    strict = refused(*OCIO, PILLOW, COLOUR, how="counts the rows")
+    rows, wanted = scan.table.rows, scan.size**3
+    if wanted and rows != wanted:
+        few = rows < wanted
+        fates = refused(FFMPEG, how="misses rows") if few else wrong(FFMPEG, how=f"reads the first {wanted} rows")
+        what = f"has {rows} rows where LUT_3D_SIZE {scan.size} asks for {wanted}"
+        yield Finding(what, _CUT, scan.size_line, strict | fates)
+    yield from _curve_rows(scan)
+    if odd := scan.oddities.get("columns"):
+        few = len(odd.sample.split()) < 3
+        surplus = wrong(FFMPEG, how="leaves what comes after three numbers out")
+        fates = strict | (refused(FFMPEG, how="misses a number") if few else surplus)
+        yield Finding(f"has rows of other than three numbers: {odd.sample}", _CUT, odd.line, fates)
+    if odd := scan.oddities.get("text"):
+        fates = refused(*EVERYONE, how="finds no number")
+        if _NUMBERS.match(odd.sample):
+            fates |= wrong(*OCIO, how="reads each word as far as it is a number: 1.0D-2 is 1")
+        yield Finding(f"has a row that is no numbers: {odd.sample}", _CUT, odd.line, fates)
+    if odd := scan.oddities.get("NUL"):
+        fates = refused(OCIO_21, PILLOW, COLOUR, how="finds no number")
+        fates |= wrong(OCIO_26, FFMPEG, how="takes the line for an empty one")
+        yield Finding("has NUL bytes, so it is no text", _CUT, odd.line, fates)
+
+
+def _curve_rows(scan: CubeScan) -> Iterator[Finding]:
+    """Rows of a 1D table that stands alone."""
+    rows = scan.shaper_rows + scan.table.rows
+    if scan.size_line or not scan.size_1d or rows == scan.size_1d:
+        return
+    how = "takes the rows that are there for all"
+    few = refused(*OCIO, how="counts the rows")
+    fates = wrong(COLOUR, how=how) | (few if rows < scan.size_1d else wrong(*OCIO, how=how))
+    line = scan.named("LUT_1D_SIZE")[0].line
+    yield Finding(f"has {rows} rows where LUT_1D_SIZE asks for {scan.size_1d}", _CUT, line, fates)
+
+
+def not_a_number(scan: CubeScan) -> Iterator[Finding]:
+    """NaN becomes 0 in OpenColorIO and ffmpeg; numbers of 3.4e38 and more are refused by OpenColorIO alone."""
+    anew, extremes = "Compute these rows anew.", "shows the largest or the smallest value there"
+    if odd := scan.oddities.get("nan"):
+        fates = wrong(*OCIO, FFMPEG, PILLOW, how="shows black or noise there") | wrong(COLOUR, how="gives NaN")
+        yield Finding(f"has NaN in {odd.rows}: {odd.sample}", anew, odd.line, fates)
+    if odd := scan.oddities.get("infinite"):
+        fates = wrong(*EVERYONE, how=extremes)
+        yield Finding(f"has infinity in {odd.rows}: {odd.sample}", anew, odd.line, fates)
+    if odd := scan.oddities.get("overflow"):
+        fates = refused(*OCIO, how="float32 cannot hold it") | wrong(FFMPEG, PILLOW, COLOUR, how=extremes)
+        what = f"has numbers beyond float32 in {odd.rows}: {odd.sample}"
+        yield Finding(what, "Scale to 0..1.", odd.line, fates)
+
+
+def subnormal(scan: CubeScan) -> Iterator[Finding]:
+    """Programs that compute curves write such numbers near black; OpenColorIO takes the row for no row at all."""
+    if odd := scan.oddities.get("subnormal"):
+        fates = refused(*OCIO, how="takes a number that small for none")
+        what = f"has numbers below 1.2e-38: {odd.sample}"
+        yield Finding(what, "Write them as 0; seven decimals do.", odd.line, fates)
+
+
+def channel_order(scan: CubeScan) -> Iterator[Finding]:
+    """Red follows the first index in every table for pictures, unless its author meant to swap channels.
+
+    CLF and .3dl are written blue fastest: a ``.cube`` written so swaps red and blue in every reader.
+    """
+    follows = scan.table.correlation
+    red, blue = follows[0, 2] - follows[0, 0], follows[2, 0] - follows[2, 2]
+    if red > MARGIN and blue > MARGIN:
+        what = (
+            "looks written blue fastest: red follows the slowest index "
+            f"(correlation {follows[0, 2]:.2f}, with the fastest {follows[0, 0]:.2f}), blue the fastest"
+        )
+        fates = wrong(*EVERYONE, how="swaps red and blue")
+        yield Finding(what, "Reorder the rows so that red changes fastest.", 0, fates, in_the_file=True)
+
+
+def grey_axis(scan: CubeScan) -> Iterator[Finding]:
+    """A note: an inversion is meant in some tables and a fault in others, and every reader shows it."""
+    falls = -np.diff(scan.table.greys, axis=0)
+    if not len(falls) or falls.max() < FALL:
+        return
+    where, channel = np.unravel_index(int(np.argmax(falls)), falls.shape)
+    name = ("red", "green", "blue")[int(channel)]
+    what = f"lets {name} fall by {falls.max():.4f} along the greys, between points {where} and {where + 1}"
+    yield Finding(what, "Look at a grey ramp through it.")
+
+
+def unfinished(scan: CubeScan) -> Iterator[Finding]:
+    """White is the last row: when it and its neighbours are black, the writer stopped before."""
+    table = scan.table
+    if scan.size < 2 or table.rows < scan.size**3:
+        return
+    if (table.low == table.high).all():
+        shown = " ".join(f"{value:g}" for value in table.low)
+        fates = wrong(*EVERYONE, how="shows one colour")
+        yield Finding(f"has the same colour in every row: {shown}", "Export it again.", 0, fates, in_the_file=True)
+    elif table.black_tail > 1:
+        what = f"ends in {table.black_tail} rows of 0 0 0, where white and its neighbours should be"
+        yield Finding(what, "Export it again.", 0, wrong(*EVERYONE, how="shows white as black"), in_the_file=True)
+
+
+def value_range(scan: CubeScan) -> Iterator[Finding]:
+    """Integer pictures clip at 0 and 1; float ones do not, so both may be meant."""
+    table = scan.table
+    low, high = float(table.low.min()), float(table.high.max())
+    if high >= INTEGERS and "overflow" not in scan.oddities and "infinite" not in scan.oddities:
+        what = f"has values up to {high:g}: integers, not 0..1"
+        fates = wrong(*EVERYONE, how="shows almost everything as white")
+        yield Finding(what, "Divide by the largest code.", 0, fates, in_the_file=True)
+    elif low < 0 or high > 1:
+        what = f"has values from {low:g} to {high:g}; readers clip them when they write integers"
+        yield Finding(what, "Keep float pictures.")
+    greys = table.greys
+    if 2 <= len(greys) == scan.size and all(abs(greys[end] - NARROW[end]).max() < NEAR for end in (0, -1)):
+        what = f"puts black at {greys[0].mean():.4f} and white at {greys[-1].mean():.4f}: video's narrow range"
+        yield Finding(what, "Use it only where the picture stays in narrow range behind it.")
+
+
+RULES = (
+    byte_order_mark, cube_title, cube_size, cube_domain, cube_input_range, cube_shaper, cube_keyword, encoding,
+    line_ends, tabs, trailing_comment, comma, cube_rows, not_a_number, subnormal, channel_order, grey_axis, unfinished,
+    value_range,
+)  # fmt: skip
+
+
+def lint_cube(path: Path, ask_readers: bool) -> Linted:
+    """Lint one; raises LutgenError where it cannot be read, or is no text."""
+    scan = scan_cube(path, keep=ask_readers)
+    trials = tuple(try_cube(scan)) if ask_readers else ()
+    part = f", a 1D part of {scan.size_1d}" if scan.size_1d else ""
+    facts = (f"{scan.size}³ points{part}, {scan.table.rows} rows, {scan.bytes} bytes",)
+    return Linted(path, "cube", facts, tuple(findings(RULES, scan)), trials)
+
+
+FORMAT = Format((".cube",), lint_cube, RULES)

@@ -1,0 +1,190 @@
+"""Hald images as PNG: the chunks' names and lengths, the header, whether all of it is there, and what ffmpeg does.
+
+Pixels are unpacked and counted, and none is kept.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lutgen.errors import LutgenError
+from lutgen.lint.finding import HALDCLUT, Finding, Linted, refused, wrong
+from lutgen.lint.formats import Format, findings
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+    from typing import BinaryIO
+
+SIGNATURE = b"\x89PNG\r\n\x1a\n"
+
+#: Chunks that are looked at; PNG writers make pieces of 8 kB at least, so the rest is the same.
+MOST_CHUNKS = 100_000
+
+#: The widest Hald image that is read, of level 16, as ffmpeg takes it; pixels of others are not unpacked.
+WIDEST = 16**3
+
+#: Bytes of packed pixels that are unpacked at a time, and of pixels that come of them.
+BLOCK = 1 << 20
+
+#: Numbers of a pixel by colour type of PNG: greys, RGB, a palette, greys with alpha, RGB with alpha.
+_NUMBERS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
+
+#: Levels that ffmpeg takes: a table of 4 to 256 points an edge.
+LEVELS = range(2, 17)
+
+#: Bits of a number without visible steps in a table.
+FINE = 16
+
+#: Colour types of PNG that have red, green and blue in full.
+COLOURS = {2: "RGB", 6: "RGB and alpha"}
+
+
+@dataclass(frozen=True)
+class HaldScan:
+    """A PNG as it stands.
+
+    Attributes
+    ----------
+    width, height, depth, colour
+        As its header has them, 0 without a header; ``colour`` is PNG's colour type.
+    chunks
+        Names of the chunks that say how its numbers are to be seen: gAMA, cHRM, iCCP, sRGB, cICP.
+    whole
+        Whether it is a PNG that ends in its last chunk.
+    missing
+        Bytes of pixels that its header asks for and its data do not hold; 0 where it holds all, or they were not read.
+
+    """
+
+    path: Path
+    bytes: int
+    width: int
+    height: int
+    depth: int
+    colour: int
+    chunks: tuple[str, ...]
+    whole: bool
+    missing: int
+
+    @property
+    def level(self) -> int:
+        """The Hald level: its cube is the width; 0 where there is none."""
+        level = round(self.width ** (1 / 3))
+        return level if level**3 == self.width else 0
+
+
+_TELL = (b"gAMA", b"cHRM", b"iCCP", b"sRGB", b"cICP")
+
+
+def scan_hald(path: Path) -> HaldScan:
+    """Read the chunks, and count the pixels of what may be a table. Raises LutgenError where it cannot be read."""
+    try:
+        size = path.stat().st_size
+        with path.open("rb") as file:
+            chunks = _Chunks(file)
+            whole = file.read(8) == SIGNATURE and chunks.read() and file.tell() <= size
+    except OSError as error:
+        message = f"{path}: cannot be read: {(error.strerror or str(error)).lower()}. Give the name of a PNG."
+        raise LutgenError(message) from None
+    return HaldScan(path, size, *chunks.header[:4], tuple(chunks.told), whole, chunks.missing)
+
+
+class _Chunks:
+    """Goes through the chunks of a PNG, behind its signature."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self.file = file
+        #: Width, height, bits, colour type, and whether it is interlaced.
+        self.header = (0, 0, 0, 0, 0)
+        self.told: list[str] = []
+        self.missing = 0
+        self._unpacker = zlib.decompressobj()
+
+    def read(self) -> bool:
+        """Read them, and return whether the last one is there."""
+        for _ in range(MOST_CHUNKS):
+            head = self.file.read(8)
+            if len(head) < 8:
+                return False
+            length, name = struct.unpack(">I4s", head)
+            end = self.file.tell() + length + 4
+            if name == b"IHDR" and length == 13:
+                self.header = struct.unpack(">IIBBxxB", self.file.read(13).ljust(13, b"\0"))
+                self.missing = self._wanted()
+            elif name == b"IDAT":
+                self._unpack(length)
+            elif name in _TELL and name.decode() not in self.told:
+                self.told.append(name.decode())
+            self.file.seek(end)
+            if name == b"IEND":
+                return True
+        return True
+
+    def _wanted(self) -> int:
+        """Bytes of pixels, with the one that begins a row; 0 where they are not counted."""
+        width, height, depth, colour, interlaced = self.header
+        if interlaced or colour not in _NUMBERS or max(width, height) > WIDEST:
+            return 0
+        return height * (1 + (width * _NUMBERS[colour] * depth + 7) // 8)
+
+    def _unpack(self, length: int) -> None:
+        while self.missing and length:
+            packed = self.file.read(min(length, BLOCK))
+            length = length - len(packed) if packed else 0
+            try:
+                while packed and self.missing:
+                    self.missing = max(self.missing - len(self._unpacker.decompress(packed, BLOCK)), 0)
+                    packed = self._unpacker.unconsumed_tail
+            except zlib.error:
+                return
+
+
+def hald_form(scan: HaldScan) -> Iterator[Finding]:
+    """A Hald image of level L has L³ pixels a side."""
+    if not scan.width:
+        fates = refused(HALDCLUT, how="reads no such picture")
+        yield Finding("is empty" if not scan.bytes else "is no PNG", "Export it again.", 0, fates)
+        return
+    sides = f"has {scan.width} × {scan.height} pixels"
+    if scan.level not in LEVELS or scan.height < scan.width:
+        fates = refused(HALDCLUT, how="wants a cube's number of pixels a side")
+        yield Finding(f"{sides}: no Hald image", "One of level 8 has 512 × 512.", 0, fates)
+    elif scan.height > scan.width:
+        fates = wrong(HALDCLUT, how="reads the upper square alone")
+        yield Finding(f"{sides}, and a Hald image is square", "Cut it to the square.", 0, fates)
+    if not scan.whole:
+        fates = wrong(HALDCLUT, how="reads what is missing as black, or nothing")
+        yield Finding("is cut off: its last chunk is missing", "Copy or export it again.", 0, fates)
+    elif scan.missing:
+        fates = wrong(HALDCLUT, how="reads what is missing as black, or nothing")
+        what = f"holds {scan.missing} bytes of pixels fewer than {sides.removeprefix('has ')} of {scan.depth} bits"
+        yield Finding(what, "Copy or export it again.", 0, fates)
+    if scan.colour not in COLOURS:
+        fates = wrong(HALDCLUT, how="shows the few colours that it has")
+        yield Finding("is a picture of greys or of a palette", "Save it as RGB.", 0, fates, in_the_file=True)
+    elif scan.depth < FINE:
+        yield Finding(f"has {scan.depth} bits: dark greys move in steps of half a code", "Save it with 16 bits.")
+    if scan.chunks:
+        yield Finding(
+            f"says how its numbers are to be seen ({', '.join(scan.chunks)}): ffmpeg ignores it, an editor that "
+            "manages colours may convert the table",
+            "Save it without a colour profile and gamma.",
+        )
+
+
+RULES = (hald_form,)
+
+
+def lint_hald(path: Path, _ask_readers: bool) -> Linted:
+    """Lint one; raises LutgenError where it cannot be read."""
+    scan = scan_hald(path)
+    level = f", level {scan.level}: {scan.level**2}³ points" if scan.level else ""
+    facts = (f"{scan.width} × {scan.height} pixels of {scan.depth} bits{level}, {scan.bytes} bytes",)
+    return Linted(path, "hald", facts, tuple(findings(RULES, scan)))
+
+
+FORMAT = Format((".png",), lint_hald, RULES)

@@ -1,0 +1,349 @@
+"""ICC profiles: header, tag table, the heads of its tables, LittleCMS's white, and what readers make of each fault."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from lutgen.bake.littlecms import through_profile
+from lutgen.bindings import LARGEST_LUT, littlecms
+from lutgen.errors import LutgenError
+from lutgen.icc_tags import HEADER, MOST_TAGS, SMALLEST_TAG, Tag, is_profile, tags_claimed
+from lutgen.lint.finding import ARGYLL, CHROMIUM, LCMS_8, LCMS_16, Fate, Finding, Linted, refused, wrong
+from lutgen.lint.formats import Format, findings
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from lutgen.colorimetry import Array
+
+#: Tags of a matrix with curves.
+MATRIX = ("rXYZ", "gXYZ", "bXYZ", "rTRC", "gTRC", "bTRC")
+
+#: What the standard asks of profiles besides (ICC.1:2001-04, 6.3); nobody who shows pictures looks for it.
+ASKED = {"profile": ("desc", "cprt", "wtpt"), "link": ("desc", "cprt", "pseq")}
+
+#: Classes that describe a device or a space, and those that do something else (ICC.1:2022, 7.2.7).
+DEVICES, OTHERS = ("mntr", "scnr", "prtr", "spac"), ("link", "abst", "nmcl")
+
+#: What Chromium does with every profile that it refuses.
+IGNORED = wrong(CHROMIUM, how="ignores the profile and shows the picture un-aged")
+
+#: The newest version that LittleCMS opens.
+NEWEST = (5, 0)
+
+#: Bytes that may follow a table: padding.
+PADDING = 3
+
+#: White that is so near to the screen's is meant to be the same: one code of 255.
+SAME = 1 / 255
+
+#: Tags of tables from the device's colours; a device link has the first alone.
+TABLES = ("A2B0", "A2B1", "A2B2")
+
+#: Bytes of an 8-bit and a 16-bit table before its curves (ICC.1:2022, 10.10 and 10.11), and bytes of a number.
+_HEADS = {b"mft1": (48, 1), b"mft2": (52, 2)}
+
+
+class TableHead(NamedTuple):
+    """What a table of type mft1 or mft2 says of itself, and the bytes that it would need for that."""
+
+    tag: Tag
+    inputs: int
+    outputs: int
+    points: int
+    needs: int
+
+
+@dataclass(frozen=True)
+class ProfileScan:
+    """A profile as it stands.
+
+    Attributes
+    ----------
+    length, head
+        Bytes that it has, and the first 128 of them.
+    count, tags
+        Tags that its table claims, and those that are read: ``MOST_TAGS`` at most.
+    tables
+        Its tables of the older types, as far as they lie in the file.
+    identifier
+        Whether the MD5 in its header is its own; None where it has none.
+    white
+        Code values on an sRGB screen of code 1, 1, 1, by LittleCMS in floating point; None where it gives none.
+    unasked
+        Why LittleCMS could not be asked; empty where it was.
+
+    """
+
+    path: Path
+    length: int
+    head: bytes
+    count: int
+    tags: tuple[Tag, ...]
+    tables: tuple[TableHead, ...]
+    identifier: bool | None
+    white: Array | None
+    unasked: str = ""
+
+    @property
+    def size(self) -> int:
+        """Bytes that it says it has."""
+        return int.from_bytes(self.head[:4], "big")
+
+    @property
+    def version(self) -> tuple[int, int]:
+        """Its version, as 2, 4."""
+        return (self.head[8], self.head[9] >> 4) if len(self.head) >= 10 else (0, 0)
+
+    def word(self, start: int) -> str:
+        """Four letters of the header."""
+        return self.head[start : start + 4].decode("latin-1")
+
+    @property
+    def link(self) -> bool:
+        """Whether it is a device link."""
+        return self.word(12) == "link"
+
+    def has(self, *names: str) -> bool:
+        """Whether all these tags are in the table and lie in the file."""
+        return set(names) <= {tag.name for tag in self.tags if tag.start + tag.size <= self.length}
+
+
+def scan_profile(path: Path) -> ProfileScan:
+    """Read header, table and the heads of tables; larger files than any profile no further.
+
+    Raises
+    ------
+    LutgenError
+        The file cannot be read.
+
+    """
+    try:
+        with path.open("rb") as file:
+            start = file.read(HEADER + 4 + 12 * MOST_TAGS)
+            size = path.stat().st_size
+            tags = tuple(tags_claimed(start))
+            heads = []
+            for tag in tags:
+                if tag.name in TABLES and tag.start < size:
+                    file.seek(tag.start)
+                    heads.append((tag, file.read(_HEADS[b"mft2"][0])))
+            whole = size <= LARGEST_LUT and is_profile(start)
+            file.seek(0)
+            identifier = _identifier(file.read()) if whole else None
+    except OSError as error:
+        message = f"{path}: cannot be read: {(error.strerror or str(error)).lower()}. Give the name of a profile."
+        raise LutgenError(message) from None
+    tables = tuple(found for tag, head in heads if (found := _table(tag, head)))
+    count = int.from_bytes(start[HEADER : HEADER + 4], "big")
+    white, unasked = _white(path) if whole and count <= MOST_TAGS else (None, "")
+    return ProfileScan(path, size, start[:HEADER], count, tags, tables, identifier, white, unasked)
+
+
+def _identifier(data: bytes) -> bool | None:
+    """Whether the MD5 is that of the profile with flags, intent and the MD5 left 0 (ICC.1:2022, 7.2.18)."""
+    if not any(data[84:100]):
+        return None
+    blank = b"".join((data[:44], bytes(4), data[48:64], bytes(4), data[68:84], bytes(16), data[100:]))
+    return hashlib.md5(blank, usedforsecurity=False).digest() == data[84:100]
+
+
+def _table(tag: Tag, head: bytes) -> TableHead | None:
+    if head[:4] not in _HEADS or len(head) < _HEADS[head[:4]][0]:
+        return None
+    start, width = _HEADS[head[:4]]
+    inputs, outputs, points = head[8:11]
+    curves = [256, 256] if width == 1 else [int.from_bytes(head[place : place + 2], "big") for place in (48, 50)]
+    numbers = inputs * curves[0] + points**inputs * outputs + outputs * curves[1]
+    return TableHead(tag, inputs, outputs, points, start + width * numbers)
+
+
+def _white(path: Path) -> tuple[Array | None, str]:
+    try:
+        littlecms()
+    except LutgenError as error:
+        return None, str(error)
+    try:
+        white: Array = through_profile(path, np.ones((1, 3)))[0]
+    except LutgenError:
+        return None, ""
+    return (white if np.isfinite(white).all() else None), ""
+
+
+def profile_header(scan: ProfileScan) -> Iterator[Finding]:
+    """A browser says nothing where it refuses a profile."""
+    everyone = refused(LCMS_8, LCMS_16, ARGYLL, how="opens no such profile") | IGNORED
+    if not is_profile(scan.head):
+        what = "is empty" if not scan.length else "is no ICC profile: the signature acsp is missing"
+        yield Finding(what, "Export it again.", 0, everyone)
+        return
+    kind, space = scan.word(12), scan.word(16)
+    if kind not in (*DEVICES, *OTHERS):
+        yield Finding(f"is of class {kind!r}, which does not exist", "Export it as a display profile.", 0, everyone)
+    elif kind in {"abst", "nmcl"}:
+        fates = refused(LCMS_8, LCMS_16, ARGYLL, how="cannot convert by it")
+        yield Finding(f"is of class {kind!r}, which no picture has", "Export it as a display profile.", 0, fates)
+    if space != "RGB ":
+        fates = refused(LCMS_8, LCMS_16, how="does not take it for RGB pictures") | IGNORED
+        yield Finding(f"is for colours of {space!r}, and displays are RGB", "Export it for RGB.", 0, fates)
+    if not scan.link and scan.word(20) not in {"XYZ ", "Lab "}:
+        what = f"connects through {scan.word(20).strip()!r}, and profiles do through XYZ or Lab"
+        yield Finding(what, "Export it again.", 0, everyone)
+
+
+def profile_size(scan: ProfileScan) -> Iterator[Finding]:
+    """Nobody minds a size that is too large, or bytes behind the end, as long as all tags are there."""
+    if scan.length > LARGEST_LUT:
+        what = f"has {scan.length >> 20} MiB, more than any profile"
+        yield Finding(what, "Is it the right file?")
+    if is_profile(scan.head) and scan.size != scan.length:
+        outside = [tag for tag in scan.tags if scan.size < tag.start + tag.size <= scan.length]
+        fates = refused(LCMS_8, LCMS_16, ARGYLL, how="leaves out tags behind that end") if outside else {}
+        what = f"says that it has {scan.size} bytes, and has {scan.length}"
+        yield Finding(what, "Copy or export it again.", 0, fates)
+
+
+def profile_version(scan: ProfileScan) -> Iterator[Finding]:
+    """Version 2 is everybody's; Argyll reads nothing newer, Chromium from 2 to 4."""
+    if not is_profile(scan.head):
+        return
+    major, minor = scan.version
+    fates: dict[str, Fate] = {}
+    if major >= 4:
+        fates |= refused(ARGYLL, how="reads version 2 alone")
+    if not 2 <= major <= 4:
+        fates |= IGNORED
+    if scan.version > NEWEST:
+        fates |= refused(LCMS_8, LCMS_16, how="knows no version as new")
+    if fates:
+        yield Finding(f"is of version {major}.{minor}", "Export it as version 2.", 0, fates)
+
+
+def profile_id(scan: ProfileScan) -> Iterator[Finding]:
+    """Nobody who shows pictures compares it, but it tells that bytes were changed."""
+    if scan.identifier is False:
+        yield Finding("has an ID that is not that of its bytes: it was changed after it was made", "Export it again.")
+
+
+def profile_tags(scan: ProfileScan) -> Iterator[Finding]:
+    """What is left without a tag that lies outside, ``profile-parts`` says."""
+    if not is_profile(scan.head):
+        return
+    room = max(0, scan.length - HEADER - 4) // 12
+    if scan.count > min(MOST_TAGS, room):
+        what = f"claims {scan.count} tags, and {min(MOST_TAGS, room)} are the most that a file of this size may have"
+        fates = refused(LCMS_8, LCMS_16, ARGYLL, how="opens no such profile") | (IGNORED if scan.count > room else {})
+        yield Finding(what, "It was cut off or damaged; export it again.", 0, fates)
+        return  # What stands behind the true ones is no row.
+    outside = [tag for tag in scan.tags if tag.start + tag.size > scan.length or tag.size < SMALLEST_TAG]
+    if outside:
+        what = f"has the tag {outside[0].name!r} outside the file"
+        fates = _left_out(scan, outside) | IGNORED
+        yield Finding(what, "It was cut off or damaged; export it again.", 0, fates)
+    names = [tag.name for tag in scan.tags]
+    doubled = next((name for name in names if names.count(name) > 1), None)
+    if doubled:
+        fates = refused(LCMS_8, LCMS_16, how="opens no such profile")
+        if len({tag for tag in scan.tags if tag.name == doubled}) > 1:
+            fates |= refused(ARGYLL, how="opens no such profile")
+        yield Finding(f"has the tag {doubled!r} twice", "Export it again.", 0, fates)
+    across = _across(scan.tags)
+    if across:
+        one, other = across
+        what = f"has the tags {one.name!r} and {other.name!r} across each other"
+        yield Finding(what, "It was edited by hand; export it again.")
+
+
+def _left_out(scan: ProfileScan, outside: list[Tag]) -> dict[str, Fate]:
+    """LittleCMS, and Argyll where a tag only ends outside, go on without it: by the matrix, where a table is lost."""
+    far = any(tag.start >= scan.length for tag in outside)
+    going_on = (LCMS_8, LCMS_16) if far else (LCMS_8, LCMS_16, ARGYLL)
+    by_the_matrix = any(tag.name == "A2B0" for tag in outside) and scan.has(*MATRIX)
+    fates = wrong(*going_on, how="goes by the matrix without a word") if by_the_matrix else {}
+    return fates | (refused(ARGYLL, how="opens no such file") if far else {})
+
+
+def _across(tags: tuple[Tag, ...]) -> tuple[Tag, Tag] | None:
+    """Find two tags that share some bytes, but not all: to share all is allowed, and common for curves."""
+    ordered = sorted({(tag.start, tag.size): tag for tag in tags}.values(), key=lambda tag: tag.start)
+    return next(((one, other) for one, other in pairwise(ordered) if other.start < one.start + one.size), None)
+
+
+def profile_parts(scan: ProfileScan) -> Iterator[Finding]:
+    """A table or a matrix with curves; a device link has a table."""
+    if scan.word(12) not in (*DEVICES, "link"):
+        return
+    needed = "a table (A2B0)" if scan.link else f"a table (A2B0) or all of {', '.join(MATRIX)}"
+    if not (scan.has("A2B0") or (not scan.link and scan.has(*MATRIX)) or scan.has("D2B0")):
+        fates = refused(LCMS_8, LCMS_16, ARGYLL, how="cannot convert by it") | IGNORED
+        yield Finding(f"lacks {needed}", "Export it again.", 0, fates)
+    missing = [name for name in ASKED["link" if scan.link else "profile"] if not scan.has(name)]
+    if missing:
+        yield Finding(f"lacks {', '.join(missing)}, which the standard asks for", "Export it again.")
+
+
+def profile_table(scan: ProfileScan) -> Iterator[Finding]:
+    """Where the number of points is too small for the bytes that are there, everybody shows nonsense."""
+    for table in scan.tables:
+        said = f"{table.tag.name} says that it has {table.points} points an edge from {table.inputs} colours"
+        lacks = table.needs > table.tag.size
+        if table.points < 2 or table.inputs != 3 or table.outputs != 3 or lacks:
+            what = f"{said} to {table.outputs}"
+            what += f", which is {table.needs} bytes, and it has {table.tag.size}" if lacks else ""
+            yield Finding(what, "Export it again.", 0, _unusable(scan, table))
+        elif table.needs + PADDING < table.tag.size:
+            fates = wrong(LCMS_8, LCMS_16, ARGYLL, CHROMIUM, how="reads the wrong numbers")
+            what = f"{said}, which is {table.needs} bytes, and it has {table.tag.size}"
+            yield Finding(what, "Export it again.", 0, fates)
+    if scan.tables and not scan.link and scan.word(20) == "XYZ ":
+        fates = wrong(CHROMIUM, how="shows it half as bright")
+        yield Finding("has a table of XYZ", "Export it with a table of L*a*b*.", 0, fates)
+    if scan.link:
+        yield Finding("is a device link: viewers and browsers take profiles, not links", "Use it to convert pictures.")
+
+
+def _unusable(scan: ProfileScan, table: TableHead) -> dict[str, Fate]:
+    """Who goes on by the matrix, where there is one; Argyll does not where the table has a single point."""
+    fates = refused(LCMS_8, LCMS_16, ARGYLL, how="cannot convert by it")
+    if table.points >= 2 and scan.has(*MATRIX):
+        fates |= wrong(ARGYLL, how="goes by the matrix without a word")
+    return fates | wrong(CHROMIUM, how="goes by the matrix, or shows the picture un-aged")
+
+
+def profile_white(scan: ProfileScan) -> Iterator[Finding]:
+    """Tables are resampled for whole numbers, a matrix for 16-bit ones; not so for the absolute intent."""
+    if scan.unasked:
+        yield Finding(f"was not asked for its white: {scan.unasked}", "Install it to know.")
+    if scan.white is None or np.abs(np.clip(scan.white, 0, 1) - 1).max() <= SAME:
+        return
+    shown = " ".join(f"{255 * value:.0f}" for value in np.clip(scan.white, 0, 1))
+    table = scan.has("A2B0")
+    fates = wrong(*([LCMS_8] if table else []), LCMS_16, how="shows code 255 as 255, but in absolute terms")
+    remedy = "Take a profile without a table for 8-bit pictures (icc-matrix), or the absolute intent."
+    if not table:
+        remedy = "Convert 16-bit pictures by the absolute intent."
+    yield Finding(f"shows pure white as {shown}, where the screen's is 255 255 255", remedy, 0, fates)
+
+
+RULES = (
+    profile_header, profile_size, profile_version, profile_id, profile_tags, profile_parts, profile_table,
+    profile_white,
+)  # fmt: skip
+
+
+def lint_profile(path: Path, _ask_readers: bool) -> Linted:
+    """Lint one; raises LutgenError where it cannot be read."""
+    scan = scan_profile(path)
+    version = ".".join(map(str, scan.version))
+    tables = "".join(f", {table.tag.name} of {table.points}³ points" for table in scan.tables)
+    facts = (f"version {version}, class {scan.word(12)!r}, {len(scan.tags)} tags{tables}, {scan.length} bytes",)
+    return Linted(path, "link" if scan.link else "profile", facts, tuple(findings(RULES, scan)))
+
+
+FORMAT = Format((".icc", ".icm"), lint_profile, RULES)

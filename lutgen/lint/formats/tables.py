@@ -1,0 +1,219 @@
+"""Reading anybody's ``.spi3d``, ``.csp`` and ``.3dl``: the header, the rows, and what OpenColorIO says of them."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from math import prod
+from typing import TYPE_CHECKING
+
+from lutgen.bindings import unclosed_metadata
+from lutgen.lint.cube.statistics import MAX_KEPT
+from lutgen.lint.finding import FFMPEG, OCIO, Finding, Linted, refused, wrong
+from lutgen.lint.formats import Format, findings
+from lutgen.lint.programs import MAX_BYTES
+from lutgen.lint.programs.opencolorio import loading, refusal
+from lutgen.lint.stream import blocks
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+_NAN = re.compile(rb"(?i)(?:^|\s)[-+]?(?:nan|inf(?:inity)?)(?=\s|$)")
+_COMMA = re.compile(rb"\d,\d")
+
+#: A row of each format, in which the table's size is not one: .spi3d rows begin with their three indices, and a .3dl
+#: says no size at all.
+_ROW = {
+    ".spi3d": re.compile(rb"\s*\d+\s+\d+\s+\d+\s+\S+\s+\S+\s+\S+\s*$"),
+    ".csp": re.compile(rb"\s*\S+\s+\S+\s+\S+\s*$"),
+    ".3dl": re.compile(rb"\s*(\d+)\s+(\d+)\s+(\d+)\s*$"),
+}
+_SIZE = re.compile(rb"\s*(\d+)\s+(\d+)\s+(\d+)\s*$")
+
+#: Letters of a first line that are kept.
+MAX_HEAD = 1000
+
+#: Rows of the only table that ffmpeg reads from a .3dl, of 17 points an axis.
+FFMPEG_ROWS = 17**3
+
+#: The largest numbers of .3dl files of 12 bits, as OpenColorIO guesses them.
+TWELVE_BITS = range(2048, 4096)
+
+
+@dataclass(frozen=True)
+class TableScan:
+    """Such a file as it stands.
+
+    Attributes
+    ----------
+    ends
+        Its line ends, of "LF", "CRLF", "CR".
+    size
+        Points along each axis as its header says, () where it says nothing.
+    rows
+        Rows behind the header.
+    head, largest
+        Of a .3dl, its first line that is no comment, and the largest number of its rows.
+    nan, comma, unclosed
+        The first line with NaN or infinity, with a decimal comma, and with metadata that never end; 0 without one.
+    refusal
+        Why the installed OpenColorIO does not read it; empty where it does, None where it was not asked.
+
+    """
+
+    path: Path
+    bytes: int
+    ends: frozenset[str]
+    size: tuple[int, ...]
+    rows: int
+    head: str
+    largest: int
+    nan: int
+    comma: int
+    unclosed: int
+    refusal: str | None
+
+    @property
+    def suffix(self) -> str:
+        """What its name ends in, in small letters."""
+        return self.path.suffix.lower()
+
+
+def scan_table(path: Path) -> TableScan:
+    """Read such a file in one pass, then ask the installed OpenColorIO, unless its header would take all memory.
+
+    Raises
+    ------
+    LutgenError
+        The file cannot be read, or is no text.
+
+    """
+    suffix = path.suffix.lower()
+    row, sized = _ROW[suffix], suffix != ".3dl"
+    # In a .spi3d, three numbers on a line are the size wherever they stand.
+    behind_curves = _BehindCurves() if suffix == ".csp" else bool
+    size: tuple[int, ...] = ()
+    head, rows, largest, nan, comma = "", 0, 0, 0, 0
+    ends: set[str] = set()
+    for block in blocks(path):
+        ends |= block.ends
+        for number, line in enumerate(block.data.splitlines(), block.first):
+            nan = nan or (number if _NAN.search(line) else 0)
+            comma = comma or (number if _COMMA.search(line) else 0)
+            if not head and line.strip() and not line.startswith(b"#"):
+                head = line[:MAX_HEAD].decode("ascii", errors="replace").strip()
+            header = _SIZE.match(line) if sized and not size and behind_curves(line) else None
+            if header:
+                size = tuple(int(word[:9]) for word in header.groups())
+            elif (size or not sized) and (found := row.match(line)):
+                rows += 1
+                largest = max(largest, 0, *(int(word[:9]) for word in found.groups()))
+    bytes_ = path.stat().st_size
+    asked = max(size, default=0) <= MAX_KEPT and bytes_ <= MAX_BYTES
+    unclosed = unclosed_metadata(path)
+    said = refusal(path) if asked and not unclosed else None
+    return TableScan(path, bytes_, frozenset(ends), size, rows, head, largest, nan, comma, unclosed, said)
+
+
+class _BehindCurves:
+    """Says of each line of a ``.csp`` whether it stands behind the three curves, where the table's size is.
+
+    A curve is its number of points, and from two on a line of inputs and one of outputs. Three points look like a
+    size, and so do the rows of a 1D file, which has none.
+    """
+
+    def __init__(self) -> None:
+        self._table, self._metadata, self._curves, self._lines = False, False, 0, 0
+
+    def __call__(self, line: bytes) -> bool:
+        """Take the next line."""
+        words = line.strip().upper()
+        if words.startswith((b"BEGIN METADATA", b"END METADATA")):
+            self._metadata = words.startswith(b"BEGIN")
+        elif self._metadata or not words:
+            return False
+        elif not self._table:
+            self._table = words == b"3D"
+        elif self._lines:
+            self._lines -= 1
+        elif self._curves < 3:
+            self._curves += 1
+            self._lines = 0 if words in {b"0", b"1"} else 2
+        else:
+            return True
+        return False
+
+
+def loads(scan: TableScan) -> Iterator[Finding]:
+    """Whether the installed OpenColorIO, which reads these formats strictly, reads the file at all."""
+    if not scan.unclosed:
+        yield from loading(scan.refusal, *OCIO)
+
+
+def line_ends(scan: TableScan) -> Iterator[Finding]:
+    """CRLF is read by all; a lone CR ends no line for OpenColorIO and ffmpeg."""
+    if scan.suffix == ".3dl" and "CR" in scan.ends:
+        fates = wrong(*OCIO, how="takes all numbers for one curve") | refused(FFMPEG, how="takes it all for one line")
+        yield Finding("has line ends of a single CR", "Save it with LF line ends.", 1, fates)
+
+
+def table_metadata(scan: TableScan) -> Iterator[Finding]:
+    """OpenColorIO does not look for the file's end there, so it is never given such a file."""
+    if scan.unclosed:
+        yield Finding(
+            "opens its metadata and never closes them",
+            "Write END METADATA behind them.",
+            scan.unclosed,
+            refused(*OCIO, how="reads on for ever, and fills the memory"),
+        )
+
+
+def table_numbers(scan: TableScan) -> Iterator[Finding]:
+    """NaN and what stands behind a decimal comma become 0 without a word."""
+    if scan.nan:
+        yield Finding("has NaN or infinity", "Compute these rows anew.", scan.nan, wrong(*OCIO, how="reads 0"))
+    if scan.comma:
+        fates = wrong(*OCIO, how="reads up to the comma: 0,5 is 0")
+        yield Finding("has decimal commas", "Write decimal points.", scan.comma, fates)
+    if scan.size and scan.rows > prod(scan.size):
+        yield Finding(
+            f"has {scan.rows} rows where its header asks for {prod(scan.size)}",
+            "It was edited by hand; export it again.",
+            0,
+            wrong(*OCIO, how="leaves the rest out"),
+        )
+
+
+def table_3dl(scan: TableScan) -> Iterator[Finding]:
+    """The lut3d of ffmpeg skips the first line, takes 17³ rows, and divides by 4096; the rest it never looks at."""
+    if scan.suffix != ".3dl":
+        return
+    places = len(scan.head.split()) > 3
+    behind = scan.rows - (not places and bool(scan.rows))
+    remedy = "Make a .cube for ffmpeg of it: `ociobakelut --lut FILE --format iridas_cube OUT`."
+    if scan.head.upper().startswith("3DMESH"):
+        yield Finding("begins with 3DMESH", remedy, 0, refused(FFMPEG, how="takes its second line for a row"))
+    elif behind < FFMPEG_ROWS:
+        fates = refused(FFMPEG, how=f"wants {FFMPEG_ROWS} rows behind the first line")
+        yield Finding(f"has {scan.rows} rows" + ("" if places else " and no line of places"), remedy, 0, fates)
+    elif behind > FFMPEG_ROWS:
+        fates = wrong(FFMPEG, how=f"takes the first {FFMPEG_ROWS} rows for a table of 17³")
+        yield Finding(f"has {scan.rows} rows, and ffmpeg reads tables of 17³ alone", remedy, 0, fates)
+    elif scan.largest not in TWELVE_BITS:
+        fates = wrong(FFMPEG, how="takes its numbers for 12 bits")
+        yield Finding(f"has numbers up to {scan.largest}, and ffmpeg divides by 4096", remedy, 0, fates)
+
+
+RULES = (loads, line_ends, table_metadata, table_numbers, table_3dl)
+
+
+def lint_table(path: Path, _ask_readers: bool) -> Linted:
+    """Lint one; raises LutgenError where it cannot be read, or is no text."""
+    scan = scan_table(path)
+    size = " × ".join(map(str, scan.size)) + f" points, {scan.rows} rows, " if scan.size else ""
+    kind = "3dl" if scan.suffix == ".3dl" else "lut"
+    return Linted(path, kind, (f"{size}{scan.bytes} bytes",), tuple(findings(RULES, scan)))
+
+
+FORMAT = Format((".3dl", ".csp", ".spi3d"), lint_table, RULES)

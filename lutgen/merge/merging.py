@@ -1,0 +1,273 @@
+"""``lutgen merge``: aged displays into a user's own OpenColorIO config, which stays as it is for everything else.
+
+The aged view of a display is the picture's code values for that display, through the aged display's LUT. What code
+values are sent to the display is a colour space of the user's, the *source space*; a config with the role
+``aces_interchange`` needs none: there the sRGB signal is defined through ACES2065-1 (:mod:`lutgen.merge.spaces`).
+
+It is done by hand on every version: OpenColorIO's own ``ConfigMerger`` (2.5) joins two configs, and would bring the
+build's displays, roles and colour spaces along. The parts are put into the config's own text, which keeps comments and
+digits (:mod:`lutgen.merge.text`); where that fails, OpenColorIO writes the whole, which keeps neither.
+"""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lutgen.bake.manifest import MANIFEST, FileRecord, read_manifest
+from lutgen.bindings import ocio, ocio_errors, refuse_unlikely, warnings_logged
+from lutgen.config_parts import endless_file, search_path
+from lutgen.display import hour_name
+from lutgen.errors import LutgenError, pick_one
+from lutgen.merge.files import NewFolder, copy_files, folder_of_luts, moved_search_path
+from lutgen.merge.proof import ROUNDING, aged_difference, compare_parts, missing_parts
+from lutgen.merge.spaces import AgedNames, add_aged, add_source_signal, check_source
+from lutgen.merge.text import inserted, with_search_path
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+#: The merged config's file, and the folder of the LUTs beside it.
+CONFIG, LUTS = "config.ocio", "lutgen-aged"
+
+
+@dataclass(frozen=True)
+class Merging:
+    """What is wanted.
+
+    Attributes
+    ----------
+    displays
+        The modes and hours, of those in the build.
+    prefix
+        What all new names begin with; without commas, since OpenColorIO lists the active views between them.
+    source_space
+        The user's colour space whose code values are sent to the display; None where interchange roles will do.
+    onto
+        The user's displays that get the views; none: those with sRGB in their name.
+
+    """
+
+    displays: Sequence[tuple[str, float]]
+    prefix: str = "Aged"
+    source_space: str | None = None
+    onto: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class Merged:
+    """What was written.
+
+    Attributes
+    ----------
+    views
+        The new views, by display.
+    source_space
+        The colour space whose code values they take.
+    compared
+        How many parts of the user's config give the same pixels as before.
+    difference
+        Largest difference of an aged view from the build's own, in code values.
+    remarks
+        What to know.
+
+    """
+
+    config: Path
+    views: tuple[tuple[str, str], ...]
+    source_space: str
+    compared: int
+    difference: float
+    remarks: tuple[str, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the result for a program to read; see ``schema/merge.json``."""
+        return {
+            "schema": 1,
+            "config": str(self.config),
+            "views": [{"display": display, "view": view} for display, view in self.views],
+            "source_space": self.source_space,
+            "parts_unchanged": self.compared,
+            "largest_difference": self.difference,
+            "remarks": list(self.remarks),
+        }
+
+
+def merge(build: str | Path, into: str | Path, output: str | Path, wanted: Merging, *, force: bool = False) -> Merged:
+    """Write a folder that holds the user's config with aged views, its LUT files and those of the aged displays.
+
+    Raises
+    ------
+    LutgenError
+        There is no such build or config, it lacks a display that is wanted, a name is taken, nothing says which code
+        values are sent to the display, the folder exists without ``force``, or the merged config fails its proof.
+
+    """
+    lib = ocio()
+    build, into, output = Path(build), Path(into), Path(output)
+    _check_prefix(wanted.prefix)
+    if output.exists() and not (force and output.is_dir()):
+        message = f"{output}: exists already. Add --force to replace its files, or choose another folder."
+        raise LutgenError(message)
+    luts = {which: _lut(build, *which) for which in wanted.displays}
+    with warnings_logged(lib), NewFolder(output) as partial:
+        before = _load(lib, into)
+        plan = _planned(lib, into, wanted, luts)
+        remarks = [*plan.remarks, *copy_files(before, into.parent, partial.path)]
+        for which, lut in luts.items():
+            to = partial.path / folder_of_luts(before) / _place(which, lut)
+            to.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(build / lut.path, to)
+        merged, compared, change = _written(plan, before, into, output, partial.path)
+        difference = max(
+            aged_difference(build / which[0] / hour_name(which[1]), merged, plan.source, display, names.view)
+            for which, names in plan.names.items()
+            for display in plan.onto
+        )
+        partial.finish()
+    if change is not None:
+        digits = f"; its digits change pixels by up to {change:.1g}" if change else ""
+        remarks.append(f"the config is as OpenColorIO writes it, without comments{digits}: keep the original beside it")
+    return Merged(
+        config=output / CONFIG,
+        views=tuple((display, names.view) for names in plan.names.values() for display in plan.onto),
+        source_space=plan.source,
+        compared=compared,
+        difference=difference,
+        remarks=tuple(remarks),
+    )
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """The config with everything added, as an object, and what was added."""
+
+    config: Any
+    names: Mapping[tuple[str, float], AgedNames]
+    source: str
+    onto: Sequence[str]
+    remarks: Sequence[str]
+
+
+def _planned(lib: Any, into: Path, wanted: Merging, luts: Mapping[tuple[str, float], FileRecord]) -> _Plan:
+    config = _load(lib, into)
+    onto = _displays(config, wanted.onto)
+    source = f"{wanted.prefix} source signal" if wanted.source_space is None else wanted.source_space
+    names = {which: AgedNames.of(wanted.prefix, *which) for which in luts}
+    try:
+        if wanted.source_space is None:
+            add_source_signal(config, source)
+        check_source(config, source)
+        for which, lut in luts.items():
+            add_aged(config, names[which], source=source, onto=onto, lut=_place(which, lut).as_posix())
+    except ocio_errors() as error:
+        # Roles, aliases, shared views: each version of OpenColorIO knows more places where a name may be taken.
+        message = f"{into}: {' '.join(str(error).split())} Choose another --prefix."
+        raise LutgenError(message) from None
+    without = "a config of version 1 has no named transforms: views, looks and colour spaces alone were added"
+    return _Plan(config, names, source, onto, [without] if config.getMajorVersion() < 2 else [])
+
+
+def _place(which: tuple[str, float], lut: FileRecord) -> Path:
+    """Where a display's LUT lies, from a folder of the search path."""
+    return Path(LUTS, which[0], hour_name(which[1]), Path(lut.path).name)
+
+
+def _written(plan: _Plan, before: Any, into: Path, output: Path, folder: Path) -> tuple[Any, int, float | None]:
+    """Write the config into a folder beside its place, where the search path holds too, and load it again.
+
+    Returns it, the number of parts that were compared, and by how much they differ where it is OpenColorIO's writing.
+    """
+    lib = ocio()
+    moved_search_path(plan.config, into.parent, output)
+    try:
+        plan.config.validate()
+        serialised = str(plan.config.serialize())
+    except ocio_errors() as error:
+        message = f"{into}: OpenColorIO {lib.__version__} does not write it: {' '.join(str(error).split())}"
+        raise LutgenError(message) from None
+    own = into.read_bytes().decode("utf-8", errors="surrogateescape")
+    ends = "\r\n" if "\r\n" in own else "\n"
+    added = [plan.source, *(name for names in plan.names.values() for name in names)]
+    known = {name for name in added if before.getColorSpace(name) is not None}
+    views = [(display, names) for names in plan.names.values() for display in plan.onto]
+    text = inserted(own.replace("\r\n", "\n"), serialised, [name for name in added if name not in known], views)
+    if text is not None and search_path(before) != search_path(plan.config):
+        text = None if search_path(before) else with_search_path(text)
+    for attempt, exact in ((text, True), (serialised, False)):
+        if attempt is None:
+            continue
+        (folder / CONFIG).write_text(attempt, encoding="utf-8", errors="surrogateescape", newline=ends)
+        try:
+            merged = _load(lib, folder / CONFIG)
+        except LutgenError:
+            if exact:
+                continue
+            raise
+        if exact and missing_parts(plan.config, merged):
+            continue
+        proof = compare_parts(before, merged)
+        if not proof.changed:
+            return merged, proof.compared, None if exact else 0.0
+        if not exact and proof.largest <= ROUNDING:
+            return merged, proof.compared, proof.largest
+    message = f"{into}: merging would change {', '.join(proof.changed[:3])}. Nothing was written."
+    raise LutgenError(message)
+
+
+def _check_prefix(prefix: str) -> None:
+    if not prefix or prefix != prefix.strip() or "," in prefix or not prefix.isprintable():
+        message = f"--prefix {prefix!r}: give a word that new names begin with, without commas and blanks around it."
+        raise LutgenError(message)
+
+
+def _lut(build: Path, mode: str, hours: float) -> FileRecord:
+    """Return the LUT of a display in a build, the unclipped one where there is one."""
+    manifest = read_manifest(build / MANIFEST)
+    if manifest is None:
+        message = f"{build}: has no {MANIFEST}, so it is no folder that `lutgen build` made."
+        raise LutgenError(message)
+    luts = sorted((each for each in manifest.files if each.kind == "lut"), key=lambda lut: bool(lut.clipped))
+    for lut in luts:
+        if (lut.mode, lut.hours) == (mode, hours):
+            return lut
+    of_the_mode = [each for each in luts if each.mode == mode] or luts
+    there = dict.fromkeys(f"{each.mode} at {hour_name(each.hours or 0.0)}" for each in of_the_mode)
+    raise pick_one("display", f"{mode} at {hour_name(hours)}", there)
+
+
+def _load(lib: Any, path: Path) -> Any:
+    lib.ClearAllCaches()
+    if not path.is_file():
+        message = f"{path}: there is no such file. Give an OpenColorIO config (config.ocio)."
+        raise LutgenError(message)
+    refuse_unlikely(path)
+    try:
+        config = lib.Config.CreateFromFile(str(path))
+        config.validate()
+    except ocio_errors() as error:
+        message = f"{path}: OpenColorIO {lib.__version__} does not load it: {' '.join(str(error).split())}"
+        raise LutgenError(message) from None
+    endless = endless_file(config)
+    if endless:
+        message = f"{path}: names {endless}, which opens its metadata and never closes them. Mend or remove that first."
+        raise LutgenError(message)
+    return config
+
+
+def _displays(config: Any, wanted: Sequence[str]) -> list[str]:
+    """Return the displays that get the views."""
+    there = list(config.getDisplaysAll())
+    for name in wanted:
+        if name not in there:
+            raise pick_one("display", name, there)
+    chosen = list(wanted) or [name for name in there if "srgb" in name.lower()]
+    if not chosen:
+        message = (
+            "no display of this config has sRGB in its name. Say which one shows sRGB code values with --onto DISPLAY, "
+            f"one of: {', '.join(there)}."
+        )
+        raise LutgenError(message)
+    return chosen

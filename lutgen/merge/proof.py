@@ -1,0 +1,117 @@
+"""Proof of a merge: the user's config gives the pixels that it gave, and the aged views give the build's."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from lutgen.bake.config import AGED_VIEW, SOURCE
+from lutgen.bindings import ocio, ocio_errors
+from lutgen.config_parts import all_parts, first_space
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+
+#: An aged view may differ from the build's own by this many code values: the fast powers of two routes.
+TOLERANCE = 1e-3
+
+#: What the digits of OpenColorIO's own writing may cost, relative where values pass 1.
+ROUNDING = 1e-5
+
+COLOURS, SEED = 200, 11
+
+
+class Proof(NamedTuple):
+    """How many parts were compared, the names of those that give other pixels, and the largest difference."""
+
+    compared: int
+    changed: list[str]
+    largest: float
+
+
+def compare_parts(before: Any, after: Any) -> Proof:
+    """Compare every view, colour space and look of a config with the same in another, pixel by pixel."""
+    compared, changed, largest = 0, [], 0.0
+    code = _code()
+    for name, transform in all_parts(before):
+        first, second = _pixels(before, transform, code), _pixels(after, transform, code)
+        compared += 1
+        if first is None or second is None:
+            if first is not second:
+                changed.append(name)
+                largest = np.inf
+        elif first.tobytes() != second.tobytes():
+            changed.append(name)
+            difference = np.abs(first.astype(np.float64) - second) / np.maximum(np.abs(first), 1.0)
+            largest = max(largest, float(np.nan_to_num(difference, nan=np.inf).max()))
+    return Proof(compared, changed, largest)
+
+
+def missing_parts(planned: Any, merged: Any) -> list[str]:
+    """Name what a config as it was planned has and the written one has not, which no pixel of another part tells."""
+    return [part for part in _named_parts(planned) if part not in set(_named_parts(merged))]
+
+
+def _named_parts(config: Any) -> Iterator[str]:
+    for display in config.getDisplaysAll():
+        yield from (f"view {view} of {display}" for view in config.getViews(display))
+    yield from (f"look {name}" for name in config.getLookNames())
+    yield from (f"named transform {name}" for name in config.getNamedTransformNames())
+    yield f"active views {config.getActiveViews()}"
+    yield f"inactive colour spaces {config.getInactiveColorSpaces()}"
+
+
+def _pixels(config: Any, transform: Any, code: Array) -> NDArray[np.float32] | None:
+    """What a part gives, in float32, or None where it cannot be instantiated."""
+    try:
+        return _through(config, transform, code)
+    except ocio_errors():
+        return None
+
+
+def aged_difference(built: Path, merged: Any, source: str, display: str, view: str) -> float:
+    """Return the largest difference of a new view from the build's own view on an sRGB viewer, in code values.
+
+    Pictures in a colour space of the user's go through the new view, and through the source space and the build's.
+
+    Raises
+    ------
+    LutgenError
+        It is larger than ``TOLERANCE``.
+
+    """
+    lib, start = ocio(), first_space(merged)
+    own = lib.Config.CreateFromFile(str(built / "config.ocio"))
+    try:
+        code = _through(merged, lib.ColorSpaceTransform(src=start, dst=source), _code())
+        expected = _through(own, lib.DisplayViewTransform(SOURCE, "sRGB", AGED_VIEW), code.astype(np.float64))
+        shown = _through(merged, lib.DisplayViewTransform(start, display, view), _code())
+    except ocio_errors() as error:
+        message = f"view {view} of {display} cannot be shown: {' '.join(str(error).split())}. Nothing was written."
+        raise LutgenError(message) from None
+    difference = float(np.abs(np.clip(shown, 0, 1) - np.clip(expected, 0, 1)).max())
+    # NaN fails the comparison too.
+    if not difference <= TOLERANCE:
+        message = (
+            f"view {view} of {display} would differ from the build's own by {difference:.3g} in code values, more than "
+            f"{TOLERANCE:g}. Name another --source-space than {source}. Nothing was written."
+        )
+        raise LutgenError(message)
+    return difference
+
+
+def _through(config: Any, transform: Any, code: Array) -> NDArray[np.float32]:
+    result = code.astype(np.float32)
+    config.getProcessor(transform).getDefaultCPUProcessor().applyRGB(result)
+    return np.asarray(result)
+
+
+def _code() -> Array:
+    return np.random.default_rng(SEED).random((COLOURS, 3))

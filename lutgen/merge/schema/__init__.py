@@ -1,0 +1,15 @@
+"""The JSON Schema of ``lutgen merge --json``, beside this file."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from lutgen.schemas import read_schema, schema_names
+
+#: What there is a schema of.
+NAMES = schema_names(__name__)
+
+
+def schema(name: str) -> dict[str, Any]:
+    """Return the schema of a command's JSON. Raises LutgenError where ``name`` is none of ``NAMES``."""
+    return read_schema(__name__, name)
