@@ -44,9 +44,33 @@ def first_space(config: Any) -> str:
     """
     roles = [name for name in ("scene_linear", "default") if config.hasRole(name)]
     for name in [*roles, *config.getColorSpaceNames()]:
-        if not config.getColorSpace(name).isData():
-            return str(config.getColorSpace(name).getName())
+        # None, where a role names a colour space that is missing.
+        space = config.getColorSpace(name)
+        if space is not None and not space.isData():
+            return str(space.getName())
     raise LutgenError("this config has no colour space that holds colours: nothing can be shown through it.")
+
+
+def is_utf8(config: Any) -> bool:
+    """Whether all names and texts of a config can be decoded; comments are not looked at.
+
+    OpenColorIO takes any bytes, and its Python binding raises UnicodeDecodeError for each name that is not UTF-8.
+    """
+    lib = ocio()
+    try:
+        list(config.getColorSpaceNames(lib.SEARCH_REFERENCE_SPACE_ALL, lib.COLORSPACE_ALL))
+        for display in config.getDisplaysAll():
+            list(config.getViews(display))
+        list(config.getLookNames())
+        list(config.getSearchPaths())
+        sources(config)
+        config.serialize()
+    except UnicodeDecodeError:
+        return False
+    except ocio_errors():
+        # A config that is not valid cannot be written; that is told apart.
+        return True
+    return True
 
 
 def sources(config: Any) -> list[str]:

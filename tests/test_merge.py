@@ -90,6 +90,25 @@ def code_values() -> Array:
     return np.random.default_rng(8).random((300, 3))
 
 
+def test_a_config_that_is_not_utf8_is_refused_and_its_comments_need_not_be(
+    built: Path, first: Path, tmp_path: Path
+) -> None:
+    wanted = Merging(WANTED, source_space="sRGB")
+    first.write_bytes(FIRST.replace("name: Film", "name: Kühl").encode("latin-1"))
+    with pytest.raises(LutgenError, match=r"config\.ocio: has names or texts that are not UTF-8\. Save it as UTF-8"):
+        merge(built, first, tmp_path / "merged", wanted)
+    assert not (tmp_path / "merged").exists()
+    first.write_bytes("# Kühl\n".encode("latin-1") + FIRST.encode())
+    merged = merge(built, first, tmp_path / "merged", wanted)
+    assert merged.config.read_bytes().startswith("# Kühl\n".encode("latin-1"))
+
+
+def test_a_role_that_names_a_missing_space_is_a_clear_error(built: Path, first: Path, tmp_path: Path) -> None:
+    first.write_text(FIRST.replace("scene_linear: linear", "scene_linear: Gone"))
+    with pytest.raises(LutgenError, match="The role 'scene_linear' refers to"):
+        merge(built, first, tmp_path / "merged", Merging(WANTED, source_space="sRGB"))
+
+
 def test_a_config_of_version_1_keeps_its_text_and_its_pixels(built: Path, first: Path, tmp_path: Path) -> None:
     out = tmp_path / "merged"
     merged = merge(built, first, out, Merging(WANTED, source_space="sRGB"))

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.bake.manifest import MANIFEST, FileRecord, read_manifest
 from lutgen.bindings import ocio, ocio_errors, refuse_unlikely, warnings_logged
-from lutgen.config_parts import endless_file, search_path
+from lutgen.config_parts import endless_file, is_utf8, search_path
 from lutgen.display import hour_name
 from lutgen.errors import LutgenError, pick_one
 from lutgen.merge.files import NewFolder, copy_files, folder_of_luts, moved_search_path
@@ -250,6 +250,8 @@ def _load(lib: Any, path: Path) -> Any:
     except ocio_errors() as error:
         message = f"{path}: OpenColorIO {lib.__version__} does not load it: {' '.join(str(error).split())}"
         raise LutgenError(message) from None
+    if not is_utf8(config):
+        raise LutgenError(f"{path}: has names or texts that are not UTF-8. Save it as UTF-8, then merge again.")
     endless = endless_file(config)
     if endless:
         message = f"{path}: names {endless}, which opens its metadata and never closes them. Mend or remove that first."

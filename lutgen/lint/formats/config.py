@@ -5,13 +5,14 @@
 
 from __future__ import annotations
 
+import codecs
 import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lutgen.bindings import ocio, ocio_errors, warnings_logged
-from lutgen.config_parts import all_parts, endless_file, file_transforms, leads_out, search_path
+from lutgen.config_parts import all_parts, endless_file, file_transforms, is_utf8, leads_out, search_path
 from lutgen.errors import LutgenError
 from lutgen.lint.finding import BLENDER, DJV, NUKE, OCIO, OCIO_21, Finding, Linted, refused, wrong
 from lutgen.lint.formats import Format, findings
@@ -51,7 +52,9 @@ class ConfigScan:
     version
         Its profile version, (0, 0) where it states none.
     config
-        OpenColorIO's object, None where it does not load.
+        OpenColorIO's object, None where it does not load or a name is not UTF-8.
+    decodes
+        Whether its names and texts are UTF-8.
     refusal
         Why the installed OpenColorIO does not load or validate it; empty where it does.
     warnings
@@ -65,6 +68,7 @@ class ConfigScan:
     text: str
     version: tuple[int, int]
     config: Any
+    decodes: bool
     refusal: str
     warnings: tuple[str, ...]
     broken: tuple[tuple[str, str], ...]
@@ -93,10 +97,12 @@ def scan_config(path: Path) -> ConfigScan:
         if path.stat().st_size > MAX_BYTES:
             message = f"{path}: has more than {MAX_BYTES >> 20} MiB, so it is no config."
             raise LutgenError(message)
-        text = path.read_text(encoding="utf-8", errors="replace")
+        data = path.read_bytes()
     except OSError as error:
         message = f"{path}: cannot be read: {(error.strerror or str(error)).lower()}. Give the name of a config."
         raise LutgenError(message) from None
+    utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    text = data.decode("utf-16" if utf16 else "utf-8", errors="replace")
     found = re.search(r"^ocio_profile_version:\s*[\"']?([0-9]+)(?:\.([0-9]+))?", text, re.MULTILINE)
     version = (int(found[1][:6]), int((found[2] or "0")[:6])) if found else (0, 0)
     lib = ocio()
@@ -109,9 +115,19 @@ def scan_config(path: Path) -> ConfigScan:
             config.validate()
         except ocio_errors() as error:
             refusal = " ".join(str(error).split())
-        if config is not None:
+        decodes = config is None or is_utf8(config)
+        if config is not None and decodes:
             broken = _broken(config)
-    return ConfigScan(path, text, version, config, refusal, tuple(dict.fromkeys(warnings)), tuple(broken))
+    return ConfigScan(
+        path=path,
+        text=text,
+        version=version,
+        config=config if decodes else None,
+        decodes=decodes,
+        refusal=refusal if decodes else "",
+        warnings=tuple(dict.fromkeys(warnings)),
+        broken=tuple(broken),
+    )
 
 
 def _broken(config: Any) -> list[tuple[str, str]]:
@@ -236,7 +252,8 @@ def config_roles(scan: ConfigScan) -> Iterator[Finding]:
     if missing:
         listed = "; ".join(f"{role} ({why})" for role, why in missing.items())
         yield Finding(f"has no role {listed}", "Add them under roles.", scan.line_of("roles:"))
-    if scan.config.hasRole("default") and scan.config.getColorSpace("default").isData():
+    default = scan.config.getColorSpace("default") if scan.config.hasRole("default") else None
+    if default is not None and default.isData():
         yield Finding(
             "has a default colour space that holds data: files without a rule pass every view unchanged, silently",
             "Make the role default a colour space with colours.",
@@ -266,8 +283,20 @@ def config_views(scan: ConfigScan) -> Iterator[Finding]:
         )
 
 
+def config_encoding(scan: ConfigScan) -> Iterator[Finding]:
+    """OpenColorIO takes any bytes, and its Python binding decodes names; a comment harms nobody."""
+    # Bytes that are not UTF-8 were read as this letter.
+    line = scan.line_of("\ufffd")
+    if not scan.decodes:
+        fates = refused(*OCIO, how="its Python binding raises UnicodeDecodeError")
+        yield Finding("has names or texts that are not UTF-8", "Save it as UTF-8.", line, fates)
+    elif line and scan.config is not None:
+        yield Finding("has comments that are not UTF-8", "Save it as UTF-8.", line)
+
+
 RULES = (
-    config_version, config_parts, config_files, config_environment, config_keys, config_roles, config_views
+    config_version, config_encoding, config_parts, config_files, config_environment, config_keys, config_roles,
+    config_views,
 )  # fmt: skip
 
 
