@@ -18,7 +18,7 @@ PACKAGE = ROOT / "lutgen"
 
 #: A row imports only from rows above it; two siblings of a row do not import each other.
 ROWS = (
-    {"errors"},
+    {"errors", "cells"},
     {"colorimetry", "bindings", "files", "icc_tags", "schemas"},
     {"config_parts"},
     {"measurements", "effects"},

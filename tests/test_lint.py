@@ -30,7 +30,7 @@ from lutgen.lint.schema import NAMES, schema
 from lutgen.lint.stream import blocks
 from lutgen.merge import Merging
 from tests.command import in_process
-from tests.lint_cases import BAD, GOOD, MARK, PLAIN, SIZE, N, R, curved, lines, rows
+from tests.lint_cases import BAD, CURVES, GOOD, MARK, PLAIN, SIZE, N, R, curved, lines, rows
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -124,6 +124,35 @@ def test_our_own_reading_is_opencolorios(name: str, tmp_path: Path) -> None:
     lib.Config.CreateRaw().getProcessor(transform).getDefaultCPUProcessor().applyRGB(shown)
     assert meant is not None
     np.testing.assert_allclose(shown, meant, atol=2e-6)
+
+
+IDENTITY = [f"{x / 3:.6f} {x / 3:.6f} {x / 3:.6f}" for x in range(4)]
+
+
+@pytest.mark.parametrize(
+    ("curves", "header", "identity"),
+    [
+        (IDENTITY, (), True),
+        (["0 0 0", "1 1 1"], (), True),
+        (["-0.5 -0.5 -0.5", "1.5 1.5 1.5"], ("LUT_1D_INPUT_RANGE -0.5 1.5",), True),
+        (["0 0 0", "1 1 1"], ("LUT_1D_INPUT_RANGE -0.5 1.5",), False),
+        (CURVES, (), False),
+        ([*IDENTITY[:3], "1 1 0.9999"], (), False),
+        ([*IDENTITY[:3], "1 1 nan"], (), False),
+    ],
+)
+def test_a_1d_part_that_changes_nothing_is_told(
+    curves: list[str], header: tuple[str, ...], identity: bool, tmp_path: Path
+) -> None:
+    found = linted(tmp_path, lines(f"LUT_1D_SIZE {len(curves)}", *header, SIZE, *curves, *R))
+    (told,) = (each for each in found.findings if each.rule == "cube-shaper")
+    assert ("changes nothing" in told.what) == identity
+    assert ("darktable" in told.remedy) == identity
+
+
+def test_a_1d_part_that_is_cut_off_is_no_identity(tmp_path: Path) -> None:
+    found = linted(tmp_path, lines("LUT_1D_SIZE 4", SIZE, *IDENTITY[:2]))
+    assert "changes nothing" not in "".join(each.what for each in found.findings)
 
 
 # Levels

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 from lutgen.bake.readback import apply_lut
 from lutgen.errors import LutgenError
 from lutgen.lint import lint
-from lutgen.lint.finding import FFMPEG, OCIO_21, OCIO_26, OCIOCHECK, READS, REFUSES, WRONG, Linted, Trial
+from lutgen.lint.finding import CLF_IO, FFMPEG, OCIO_21, OCIO_26, OCIOCHECK, READS, REFUSES, WRONG, Linted, Trial
 from lutgen.lint.programs import Absent, Refusal, ffmpeg, opencolorio, probe_colours
 from lutgen.lint.programs.opencolorio import apply, reader
 
@@ -211,6 +212,216 @@ def test_what_is_said_of_a_3dl_is_what_opencolorio_and_ffmpeg_do(name: str, tmp_
         else:
             # ffmpeg divides by 4096.
             assert (np.abs(shown - code / 255 * [1, 0.9, 0.8]).max() < 5e-4) == (outcome == READS)
+
+
+#: What stands where a number should, and what OpenColorIO 2.1 and 2.6 read; None where they refuse the file.
+WORDS = {
+    "0;75": 0.0, "1'000": 1.0, "1/2": 1.0, "1e": 1.0, "1e+": 1.0, "1.2.3": 1.2, "1_0": 1.0, "0,75": 0.0, "1d0": 1.0,
+    "0.75f": 0.75, "0.75%": 0.75, "0x10": 16.0, "nan": 0.0, "-inf": None, "infinity": None, "１": None, "٣": None,
+    "--1": None, "abc": None,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("word", WORDS)
+@pytest.mark.parametrize("suffix", [".spi3d", ".csp"])
+def test_a_word_that_opencolorio_reads_as_another_number_is_told(word: str, suffix: str, tmp_path: Path) -> None:
+    content, number = (SPI3D, "0.900000") if suffix == ".spi3d" else (CSP, "0.9")
+    path = tmp_path / f"lut{suffix}"
+    path.write_text(content.replace(number, word, 1))
+    found = lint(path)
+    assert not found.clean
+    line = content[: content.index(number)].count("\n") + 1
+    try:
+        shown = apply(path, np.array([[255, 0, 0]], np.uint8))[0, 0]
+    except Refusal:
+        assert WORDS[word] is None
+        assert found.fate(reader())[0].outcome == REFUSES
+        return
+    assert found.fate(reader())[0].outcome == WRONG
+    assert said(found)["table-numbers"].startswith(f"error: {line}: ")
+    if WORDS[word] is not None:
+        assert shown == pytest.approx(WORDS[word], abs=1e-6)
+    else:
+        assert abs(shown) > 1e38
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("2\n0 1\n0 1\n", "2\n0 1\n0 1/2\n"),
+        ("2\n0 1\n0 1\n", "2\n0 0.9;5\n0 1\n"),
+        ("0.9 0.8", "0.9\0 0.8"),
+    ],
+    ids=["an output of a curve", "an input of a curve", "NUL"],
+)
+def test_odd_words_of_a_csp_are_told_wherever_they_stand(old: str, new: str, tmp_path: Path) -> None:
+    assert old in CSP
+    (tmp_path / "lut.csp").write_text(CSP.replace(old, new, 1))
+    assert "is not numbers alone" in said(lint(tmp_path / "lut.csp"))["table-numbers"]
+
+
+def test_words_in_the_metadata_of_a_csp_are_no_numbers(tmp_path: Path) -> None:
+    words = "BEGIN METADATA\nNaN 1,5 1/2 of a film, from 3\nEND METADATA\n"
+    (tmp_path / "lut.csp").write_text(CSP.replace("3D\n", f"3D\n{words}"))
+    assert lint(tmp_path / "lut.csp").clean
+
+
+def test_a_number_too_many_in_a_row_of_a_spi3d_is_told(tmp_path: Path) -> None:
+    (tmp_path / "lut.spi3d").write_text(SPI3D.replace("0.900000", "0.9 0.1", 1))
+    assert "is not numbers alone" in said(lint(tmp_path / "lut.spi3d"))["table-numbers"]
+
+
+def test_a_size_that_ends_in_a_letter_is_bounded_too(tmp_path: Path) -> None:
+    """OpenColorIO would read 100000 of 100000x, and ask for 12 PB."""
+    (tmp_path / "lut.spi3d").write_text(SPI3D.replace("2 2 2", "100000 100000 100000x"))
+    assert "too large" in said(lint(tmp_path / "lut.spi3d"))["loads"]
+
+
+def test_a_line_of_places_with_a_word_in_it_is_told(tmp_path: Path) -> None:
+    """OpenColorIO leaves such a line out, and with it the curve that it may hold."""
+    curve = PLACES.replace("64 ", "90 ", 1)
+    (tmp_path / "sound.3dl").write_text(f"{curve}\n{mesh()}")
+    (tmp_path / "lut.3dl").write_text(f"{curve.replace('128', '128.5')}\n{mesh()}")
+    code = np.array([[16, 16, 16]], np.uint8)
+    assert np.abs(apply(tmp_path / "sound.3dl", code) - apply(tmp_path / "lut.3dl", code)).max() > 0.01
+    assert "is not numbers alone" in said(lint(tmp_path / "lut.3dl"))["table-numbers"]
+
+
+def node(content: str) -> str:
+    """A CLF with an operator before its table."""
+    return clf().replace("<LUT3D", f"{content}<LUT3D")
+
+
+DEPTHS = 'inBitDepth="32f" outBitDepth="32f"'
+
+#: A CLF with a value that OpenColorIO takes and nobody means.
+ODD_CLF = {
+    "nan": clf(values=ROWS.replace("0.800000", "nan", 1)),
+    "-nan": clf(values=ROWS.replace("0.800000", "-NaN", 1)),
+    "inf": clf(values=ROWS.replace("0.800000", "inf", 1)),
+    "beyond float32": clf(values=ROWS.replace("0.800000", "1e39", 1)),
+    "beyond float64": clf(values=ROWS.replace("0.800000", "1e999", 1)),
+    "hexadecimal": clf(values=ROWS.replace("0.800000", "0x10", 1)),
+    "matrix": node(f'<Matrix {DEPTHS}><Array dim="3 3">1 0 0 0 nan 0 0 0 1</Array></Matrix>'),
+    "1D": node(f'<LUT1D {DEPTHS}><Array dim="2 1">0 nan</Array></LUT1D>'),
+    "range": node(
+        f"<Range {DEPTHS}><minInValue>0</minInValue><maxInValue>1</maxInValue><minOutValue>0</minOutValue>"
+        "<maxOutValue>inf</maxOutValue></Range>"
+    ),
+    "CDL": node(
+        f"<ASC_CDL {DEPTHS} style='Fwd'><SOPNode><Slope>1 1 inf</Slope><Offset>0 0 0</Offset><Power>1 1 1</Power>"
+        "</SOPNode></ASC_CDL>"
+    ),
+    "attribute": node(
+        f"<Log {DEPTHS} style='linToLog'><LogParams base='2' logSideSlope='0x1' logSideOffset='0.5' linSideSlope='1' "
+        "linSideOffset='0.1'/></Log>"
+    ),
+}
+
+
+@pytest.mark.parametrize("name", ODD_CLF)
+def test_a_value_of_a_clf_that_opencolorio_takes_and_nobody_means_is_told(name: str, tmp_path: Path) -> None:
+    path = tmp_path / "lut.clf"
+    path.write_text(ODD_CLF[name])
+    apply(path, probe_colours())  # OpenColorIO does not refuse it
+    found = lint(path)
+    assert found.fate(reader())[0].outcome == WRONG
+    assert "no finite decimal number of float32" in said(found)["clf-form"]
+
+
+def test_nan_of_a_1d_table_of_all_half_floats_is_meant(tmp_path: Path) -> None:
+    halves = np.arange(65536, dtype=np.uint16).view(np.float16).astype(float)
+    rows = "\n".join(map(repr, halves.tolist()))
+    table = node(f'<LUT1D {DEPTHS} halfDomain="true"><Array dim="65536 1">{rows}</Array></LUT1D>')
+    path = tmp_path / "lut.clf"
+    path.write_text(table)
+    assert lint(path).clean
+    path.write_text(table.replace("\n0.5\n", "\nnan\n", 1))
+    assert "nan" in said(lint(path))["clf-form"]
+
+
+def test_infinity_as_the_bits_of_a_half_float_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "lut.clf"
+    for bits, clean in ((15360, True), (31744, False)):
+        path.write_text(node(f'<LUT1D {DEPTHS} rawHalfs="true"><Array dim="2 1">0 {bits}</Array></LUT1D>'))
+        assert lint(path).clean == clean
+
+
+def test_words_and_names_of_a_clf_are_no_values(tmp_path: Path) -> None:
+    path = tmp_path / "lut.clf"
+    path.write_text(node("<Description>nan inf 1e999 0x10</Description>").replace("<LUT3D", '<LUT3D name="nan"'))
+    assert lint(path).clean
+
+
+def test_a_comma_in_a_clf_is_refused_by_python_alone(tmp_path: Path) -> None:
+    path = tmp_path / "lut.clf"
+    path.write_text(clf(values=ROWS.replace("0.800000", "0.800000,", 1)))
+    found = lint(path)
+    assert (found.fate(reader())[0].outcome, found.fate(CLF_IO)[0].outcome) == (READS, REFUSES)
+    apply(path, probe_colours())
+
+
+# Configs that broke lint
+
+
+@pytest.mark.parametrize("role", ["default", "scene_linear", "data", "aces_interchange", "my_own"])
+def test_a_role_that_names_a_missing_space_is_told(role: str, tmp_path: Path) -> None:
+    text = (OURS / "config.ocio").read_text()
+    line = next((line for line in text.splitlines() if line.startswith(f"  {role}: ")), "roles:")
+    found = changed(
+        tmp_path, f"{line}\n", f"{line.partition(': ')[0]}: Gone\n" if line != "roles:" else f"roles:\n  {role}: Gone\n"
+    )
+    assert not found.clean
+    assert f"The role '{role}' refers to" in said(found)["config-version"]
+    with zipfile.ZipFile(tmp_path / "a.ocioz", "w") as archive:
+        for name in ("config.ocio", "aged.clf"):
+            archive.write(tmp_path / name, name)
+    assert f"The role '{role}' refers to" in said(lint(tmp_path / "a.ocioz"))["config-version"]
+
+
+@pytest.mark.parametrize("word", ["Aged display look", "src: aged.clf", "search_path: .", "name: Raw", "family: "])
+def test_a_config_whose_names_are_not_utf8_is_told(word: str, tmp_path: Path) -> None:
+    changed(tmp_path, "", "")
+    data = (tmp_path / "config.ocio").read_bytes()
+    assert word.encode() in data
+    (tmp_path / "config.ocio").write_bytes(data.replace(word.encode(), f"{word}é".encode("latin-1")))
+    found = lint(tmp_path / "config.ocio")
+    assert not found.clean
+    assert "not UTF-8" in said(found)["config-encoding"]
+
+
+def test_a_comment_that_is_not_utf8_is_a_note(tmp_path: Path) -> None:
+    changed(tmp_path, "", "")
+    data = (tmp_path / "config.ocio").read_bytes()
+    (tmp_path / "config.ocio").write_bytes(b"# \xe9\n" + data)
+    found = lint(tmp_path / "config.ocio")
+    assert found.clean
+    assert said(found)["config-encoding"] == "note: 1: has comments that are not UTF-8"
+
+
+def test_a_config_in_utf16_is_read_as_opencolorio_reads_it(tmp_path: Path) -> None:
+    changed(tmp_path, "", "")
+    text = (tmp_path / "config.ocio").read_text()
+    (tmp_path / "config.ocio").write_text(text, encoding="utf-16")
+    assert lint(tmp_path / "config.ocio").clean
+
+
+def test_an_integer_of_5000_digits_is_told_in_every_format(tmp_path: Path) -> None:
+    digits = "9" * 5000
+    for name, text in {
+        "size.cube": f"LUT_3D_SIZE {digits}\n0 0 0\n",
+        "curve.cube": f"LUT_1D_SIZE {digits}\n0 0 0\n",
+        "row.cube": f"LUT_3D_SIZE 2\n{digits} 0 0\n",
+        "a.3dl": f"0 1 2 {digits}\n{digits} 1 1\n",
+        "a.spi3d": f"SPILUT 1.0\n3 3\n{digits} 2 2\n{digits} 0 0 0 0 {digits}\n",
+        "a.csp": CSP.replace("2 2 2", f"{digits} 2 2"),
+        "a.clf": clf(values=digits).replace("2 2 2 3", f"{digits} 2 2 3"),
+        "a.ocio": (OURS / "config.ocio").read_text().replace("version: 2.1", f"version: 2.{digits}"),
+    }.items():
+        (tmp_path / name).write_text(text)
+        found = lint(tmp_path / name)
+        assert not found.clean
+        assert all(len(each.what) < 500 for each in found.findings)
 
 
 def test_a_clf_of_smpte_without_id_is_read_by_new_versions_alone(tmp_path: Path) -> None:

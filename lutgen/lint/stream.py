@@ -57,6 +57,12 @@ def blocks(path: Path) -> Iterator[Block]:
         yield _block(line, rest if rest.endswith((b"\n", b"\r")) else rest + b"\n")
 
 
+def shown(data: bytes) -> str:
+    """Return the start of a line as it can be printed, for messages."""
+    text = data[:60].decode("utf-8", errors="replace").strip()
+    return "".join(letter if letter.isprintable() else "\ufffd" for letter in text)
+
+
 def _block(first: int, data: bytes) -> Block:
     pairs, returns = data.count(b"\r\n"), data.count(b"\r")
     ends = {

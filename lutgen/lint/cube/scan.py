@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from lutgen.cells import number
 from lutgen.lint.cube.statistics import Gatherer, TableStatistics
-from lutgen.lint.stream import BYTE_ORDER_MARK, Block, blocks
+from lutgen.lint.stream import BYTE_ORDER_MARK, Block, blocks, shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -27,8 +28,14 @@ if TYPE_CHECKING:
 #: Lines of the header that are kept; a file of nothing but keywords is told by the first ones.
 MAX_ENTRIES = 1000
 
+#: Letters of such a line that are kept for messages.
+MAX_TEXT = 100
+
 #: What rows of plain numbers are made of; anything else is read line by line.
 _PLAIN = b"0123456789.+-eE \t\n"
+
+#: A 1D part that is nowhere farther from its input gives it back: rounding to five decimals.
+IDENTITY = 1e-5
 
 #: Smallest number that float32 holds in full precision.
 SMALLEST_NORMAL = float(np.finfo(np.float32).tiny)
@@ -46,11 +53,9 @@ class Entry(NamedTuple):
 
     def numbers(self, count: int) -> tuple[float, ...] | None:
         """The numbers behind the keyword; None where they are not ``count`` numbers."""
-        try:
-            numbers = tuple(float(word) for word in self.words)
-        except ValueError:
-            return None
-        return numbers if len(numbers) == count else None
+        numbers = [number(word, non_finite=True) for word in self.words]
+        read = tuple(each for each in numbers if each is not None)
+        return read if len(read) == len(numbers) == count else None
 
     @property
     def domain(self) -> tuple[float, ...] | None:
@@ -90,6 +95,8 @@ class CubeScan:
         ``columns``, ``text``, ``NUL``, ``tab``, ``not UTF-8``.
     shaper_rows, shaper
         How many rows the 1D part has, and they themselves where the table is kept.
+    shaper_is_identity
+        Whether the 1D part is whole and gives every input back.
     table
         The rows of the 3D part.
 
@@ -105,6 +112,7 @@ class CubeScan:
     oddities: Mapping[str, Oddity]
     shaper_rows: int
     shaper: Array
+    shaper_is_identity: bool
     table: TableStatistics
 
     def named(self, *keywords: str) -> tuple[Entry, ...]:
@@ -150,6 +158,7 @@ def scan_cube(path: Path, *, keep: bool = False) -> CubeScan:
         oddities=scanner.oddities,
         shaper_rows=scanner.shaper_rows,
         shaper=np.concatenate(scanner.shaper) if scanner.shaper else np.empty((0, 3)),
+        shaper_is_identity=scanner.size_1d > 1 and scanner.shaper_rows == scanner.size_1d and scanner.bend < IDENTITY,
         table=scanner.table.gathered(),
     )
 
@@ -166,6 +175,8 @@ class _Scanner:
     oddities: dict[str, Oddity] = field(default_factory=dict)
     shaper: list[Array] = field(default_factory=list)
     shaper_rows: int = 0
+    #: Largest distance of the 1D part from its input.
+    bend: float = 0.0
     table: Gatherer = field(init=False)
 
     def __post_init__(self) -> None:
@@ -187,51 +198,51 @@ class _Scanner:
             return
         pending: list[list[float]] = []
         lines: list[int] = []
-        for number, line in enumerate(data.split(b"\n"), block.first):
-            row = self._line(number, line, len(pending))
+        for place, line in enumerate(data.split(b"\n"), block.first):
+            row = self._line(place, line, len(pending))
             if isinstance(row, Entry):
                 # A size changes how the rows after it are placed.
                 self._flush(pending, lines)
                 self._sizes(row)
             elif row is not None:
                 pending.append(row)
-                lines.append(number)
+                lines.append(place)
         self._flush(pending, lines)
 
-    def _line(self, number: int, line: bytes, pending: int) -> list[float] | Entry | None:
+    def _line(self, place: int, line: bytes, pending: int) -> list[float] | Entry | None:
         """Return a row's numbers, a line of the header, or nothing of a comment."""
         words = line.split()
         if not words or words[0].startswith(b"#"):
-            self._decodes(number, line)
+            self._decodes(place, line)
             return None
         row = _numbers(words)
         if row is None and words[0][:1].isalpha():
-            self._decodes(number, line)
-            return self._enter(number, line, pending)
+            self._decodes(place, line)
+            return self._enter(place, line, pending)
         if row is None and b"\0" in line:
-            self._note("NUL", number, line)
+            self._note("NUL", place, line)
             return None
         if row is None:
-            row = self._repair(number, line)
+            row = self._repair(place, line)
         elif len(row) != 3:
-            self._note("columns", number, line)
+            self._note("columns", place, line)
         if b"\t" in line.strip():
-            self._note("tab", number, line)
+            self._note("tab", place, line)
         return [*row, 0.0, 0.0, 0.0][:3]
 
-    def _decodes(self, number: int, line: bytes) -> None:
+    def _decodes(self, place: int, line: bytes) -> None:
         try:
             line.decode("utf-8")
         except UnicodeDecodeError:
-            self._note("not UTF-8", number, line)
+            self._note("not UTF-8", place, line)
         if b"\0" in line:
-            self._note("NUL", number, line)
+            self._note("NUL", place, line)
 
-    def _enter(self, number: int, line: bytes, pending: int) -> Entry:
+    def _enter(self, place: int, line: bytes, pending: int) -> Entry:
         text = line.decode("utf-8", errors="replace").strip()
         keyword, *words = text.split()
         before = self.table.rows + self.shaper_rows + pending
-        entry = Entry(number, keyword, tuple(words), text, before)
+        entry = Entry(place, keyword, tuple(words), text[:MAX_TEXT], before)
         if len(self.entries) < MAX_ENTRIES:
             self.entries.append(entry)
         return entry
@@ -243,20 +254,20 @@ class _Scanner:
         elif keyword == "LUT_1D_SIZE" and not self.size_1d:
             self.size_1d = max(value, 0)
 
-    def _repair(self, number: int, line: bytes) -> list[float]:
+    def _repair(self, place: int, line: bytes) -> list[float]:
         """Note why a row is no row, and read it as it may have been meant."""
         plain, _, comment = line.partition(b"#")
         row = _numbers(plain.split())
         if comment and row is not None:
-            self._note("comment", number, line)
+            self._note("comment", place, line)
             return row
         if re.search(rb"\d,\d", line):
-            self._note("decimal comma", number, line)
+            self._note("decimal comma", place, line)
             return _numbers(line.replace(b",", b".").split()) or [0.0]
         if b"," in line:
-            self._note("comma", number, line)
+            self._note("comma", place, line)
             return _numbers(line.replace(b",", b" ").split()) or [0.0]
-        self._note("text", number, line)
+        self._note("text", place, line)
         return [0.0]
 
     def _flush(self, pending: list[list[float]], lines: list[int]) -> None:
@@ -269,11 +280,23 @@ class _Scanner:
 
     def _keep(self, rows: Array) -> None:
         part = min(max(self.size_1d - self.shaper_rows, 0), len(rows))
+        if part:
+            self._bend(rows[:part])
         self.shaper_rows += part
         if part and self.keep:
             self.shaper.append(rows[:part])
         if part < len(rows):
             self.table.add(rows[part:])
+
+    def _bend(self, rows: Array) -> None:
+        low, high = 0.0, 1.0
+        for entry in self.entries:
+            if entry.keyword.upper() == "LUT_1D_INPUT_RANGE":
+                low, high = entry.numbers(2) or (low, high)
+        place = np.arange(self.shaper_rows, self.shaper_rows + len(rows)) / max(self.size_1d - 1, 1)
+        distance = np.abs(rows - (low + (high - low) * place)[:, np.newaxis]).max()
+        # NaN is no identity either.
+        self.bend = max(self.bend, float(np.nan_to_num(distance, nan=np.inf)))
 
     def _note_numbers(self, rows: Array, lines: NDArray[np.intp]) -> None:
         size = np.abs(rows)
@@ -293,8 +316,7 @@ class _Scanner:
         if seen:
             self.oddities[kind] = replace(seen, count=seen.count + count)
         else:
-            text = sample[:60].decode("utf-8", errors="replace").strip()
-            self.oddities[kind] = Oddity(line, "".join(c if c.isprintable() else "\ufffd" for c in text), count)
+            self.oddities[kind] = Oddity(line, shown(sample), count)
 
 
 def _plain_rows(data: bytes) -> Array | None:
@@ -317,15 +339,11 @@ def _plain_rows(data: bytes) -> Array | None:
 
 
 def _numbers(words: list[bytes]) -> list[float] | None:
-    try:
-        # Python alone takes 1_000 for a number.
-        return None if any(b"_" in word for word in words) else [float(word) for word in words]
-    except ValueError:
-        return None
+    numbers = [number(word.decode("ascii", errors="replace"), non_finite=True) for word in words]
+    read = [each for each in numbers if each is not None]
+    return read if len(read) == len(words) else None
 
 
 def _whole(text: str) -> int:
-    try:
-        return int(float(text)) if abs(float(text)) < 1e9 else 0
-    except ValueError:
-        return 0
+    value = number(text)
+    return int(value) if value is not None and abs(value) < 1e9 else 0

@@ -5,20 +5,31 @@ CLF is SMPTE ST 2136-1, before that the Academy's S-2014-006; CTF is Autodesk's 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import re
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 from xml.parsers import expat
 
+from lutgen.cells import LONGEST, NON_FINITE, number
 from lutgen.errors import LutgenError
 from lutgen.lint.finding import CLF_IO, OCIO, OCIO_21, Finding, Linted, refused, wrong
 from lutgen.lint.formats import Format, findings
 from lutgen.lint.programs import MAX_BYTES
 from lutgen.lint.programs.opencolorio import loading, refusal
-from lutgen.lint.stream import BLOCK
+from lutgen.lint.stream import BLOCK, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
+
+#: Elements that hold words, not numbers.
+WORDS = {"Description", "InputDescriptor", "OutputDescriptor", "Info"}
+
+#: The largest number of float32.
+LARGEST = 3.4028235e38
+
+#: How a word begins that stands for a number.
+_NUMERAL = re.compile(rf"[-+]?\.?[0-9]|{NON_FINITE}$", re.IGNORECASE)
 
 #: The namespace of SMPTE ST 2136-1.
 SMPTE = "smpte-ra.org/ns/2136-1"
@@ -29,14 +40,17 @@ MAX_NODES = 1000
 
 @dataclass(frozen=True)
 class Node:
-    """An operator: its name and attributes, its array's ``dim`` and the largest number in it, and where it is."""
+    """An operator: its name and attributes, its array's ``dim`` and the largest finite number in it, and where it is.
+
+    ``odd`` is the first of its values that is no finite decimal number of float32.
+    """
 
     line: int
     name: str
     attributes: Mapping[str, str]
     dim: str = ""
-    numbers: int = 0
     largest: float = 0.0
+    odd: str = ""
 
 
 @dataclass(frozen=True)
@@ -104,7 +118,7 @@ class _Reader:
         self.parser.CharacterDataHandler = self._text
         self.parser.EntityDeclHandler = self._entity
         self.parser.buffer_text = True
-        self._dim, self._tail, self._numbers, self._largest, self._in_array = "", "", 0, 0.0, False
+        self._values: _Values | None = None
 
     def _entity(self, *_: object) -> None:
         raise _EntityError
@@ -115,33 +129,73 @@ class _Reader:
             self.root = {"": name, **attributes}
         elif self.depth == 2 and len(self.nodes) < MAX_NODES:
             self.nodes.append(Node(self.parser.CurrentLineNumber, name, attributes))
-        elif self.depth == 3 and name == "Array":
-            self._dim, self._tail, self._numbers, self._largest = attributes.get("dim", ""), "", 0, 0.0
-            self._in_array = True
+        elif self.depth > 2 and self.nodes and self.nodes[-1].name not in WORDS and name not in WORDS:
+            self._flush()
+            # Parameters stand in attributes, and so do names.
+            words = [word for value in attributes.values() for word in value.split() if _NUMERAL.match(word)]
+            self._note(0.0, next((shown(word.encode()) for word in words if not _finite(number(word))), ""))
+            self._values = _Values(name == "Array", attributes.get("dim", ""), self.nodes[-1].attributes)
 
     def _text(self, text: str) -> None:
-        if self._in_array:
-            # A number may be cut between two pieces of text.
-            whole = self._tail + text
-            cut = max(whole.rfind(" "), whole.rfind("\n"), whole.rfind("\t")) + 1
-            self._tail = whole[cut:][:BLOCK]
-            self._count(whole[:cut])
+        if self._values:
+            self._values.take(text)
 
-    def _count(self, text: str) -> None:
-        for word in text.split():
-            self._numbers += 1
-            try:
-                self._largest = max(self._largest, abs(float(word)))
-            except ValueError:
-                continue
-
-    def _end(self, name: str) -> None:
-        if self.depth == 3 and name == "Array" and self.nodes:
-            self._count(self._tail)
-            node = self.nodes[-1]
-            self.nodes[-1] = Node(node.line, node.name, node.attributes, self._dim, self._numbers, self._largest)
-            self._in_array = False
+    def _end(self, _name: str) -> None:
+        self._flush()
         self.depth -= 1
+
+    def _flush(self) -> None:
+        if self._values:
+            self._values.take(" ")
+            node, values = self.nodes[-1], self._values
+            if values.array:
+                self.nodes[-1] = replace(node, dim=values.dim)
+            self._note(values.largest if values.array else 0.0, values.odd)
+            self._values = None
+
+    def _note(self, largest: float, odd: str) -> None:
+        node = self.nodes[-1]
+        self.nodes[-1] = replace(node, largest=max(node.largest, largest), odd=node.odd or odd)
+
+
+class _Values:
+    """Takes the text of an element piece by piece: numbers, which may be cut between two pieces."""
+
+    def __init__(self, array: bool, dim: str, attributes: Mapping[str, str]) -> None:
+        self.array, self.dim = array, dim
+        self.largest, self.odd = 0.0, ""
+        self._count, self._tail = 0, ""
+        #: A 1D table of all half floats has a row for each NaN and infinity too, whose value may be the same.
+        self._halves = attributes.get("halfDomain", "").lower() == "true"
+        self._colours = 3 if dim.split()[-1:] == ["3"] else 1
+        #: Where values are given as the bits of half floats, NaN and infinity are whole numbers.
+        self._bits = attributes.get("rawHalfs", "").lower() == "true"
+
+    def take(self, text: str) -> None:
+        """Take the next piece."""
+        whole = self._tail + text
+        cut = max(whole.rfind(blank) for blank in " \t\r\n") + 1
+        self._tail = whole[cut:][: LONGEST + 1]
+        words = whole[:cut].split()
+        for word in words:
+            value = number(word, non_finite=True)
+            if value is None:
+                self.odd = self.odd or shown(word.encode())
+            elif _finite(value) and not (self._bits and _non_finite_half(int(value))):
+                self.largest = max(self.largest, abs(value))
+            elif not (self._halves and _non_finite_half(self._count // self._colours)):
+                self.odd = self.odd or word
+            self._count += 1
+
+
+def _finite(value: float | None) -> bool:
+    """Whether it is a number that float32 holds."""
+    return value is not None and abs(value) <= LARGEST
+
+
+def _non_finite_half(bits: int) -> bool:
+    """Whether these are the bits of a half float that is NaN or infinity (IEEE 754, binary16)."""
+    return bits & 0x7C00 == 0x7C00
 
 
 def loads(scan: ClfScan) -> Iterator[Finding]:
@@ -168,6 +222,14 @@ def clf_form(scan: ClfScan) -> Iterator[Finding]:
         if node.name == "LUT3D" and "interpolation" not in node.attributes:
             what = "does not say how its LUT3D is interpolated: readers choose"
             yield Finding(what, 'Write interpolation="tetrahedral".', node.line)
+        if node.odd:
+            fates = wrong(*OCIO, CLF_IO, how="computes with it, or reads 0")
+            if number(node.odd, non_finite=True) is None:
+                # OpenColorIO skips commas and reads hexadecimal numbers; what else it refuses, `loads` says.
+                hexadecimal = wrong(*OCIO, how="reads a hexadecimal number")
+                fates = refused(CLF_IO, how="finds no number") | (hexadecimal if "0x" in node.odd.lower() else {})
+            what = f"has a value in its {node.name} that is no finite decimal number of float32: {node.odd}"
+            yield Finding(what, "Compute it anew.", node.line, fates)
         depth = node.attributes.get("outBitDepth", "")
         if node.name.startswith("LUT") and depth.endswith("i") and 0 < node.largest <= 2:
             fates = wrong(*OCIO, CLF_IO, how="divides by the largest integer: almost black")

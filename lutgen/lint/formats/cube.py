@@ -65,7 +65,7 @@ def byte_order_mark(scan: CubeScan) -> Iterator[Finding]:
 def cube_title(scan: CubeScan) -> Iterator[Finding]:
     """pillow_lut looks for the quotes, and raises an IndexError without them."""
     for entry in scan.named("TITLE"):
-        if '"' not in entry.text:
+        if '"' not in "".join(entry.words):
             fates = refused(PILLOW, how="ends with an IndexError")
             yield Finding(f"has a TITLE without quotes: {entry.text}", 'Write TITLE "…".', entry.line, fates)
 
@@ -174,8 +174,15 @@ def cube_shaper(scan: CubeScan) -> Iterator[Finding]:
             fates |= wrong(FFMPEG, how="takes the 1D part's rows for the first of the table")
         if scan.named(*ADOBES):
             fates |= refused(*OCIO, how="a 1D part belongs to the dialect without TITLE and DOMAIN")
+        what = f"has a 1D part before its 3D table: {entry.text}"
         remedy = "Bake both into one 3D table: `ociobakelut --lut FILE --format iridas_cube --cubesize 65 OUT`."
-        yield Finding(f"has a 1D part before its 3D table: {entry.text}", remedy, entry.line, fates)
+        if scan.shaper_is_identity:
+            what = f"has a 1D part that changes nothing before its 3D table: {entry.text}"
+            remedy = (
+                f"Delete LUT_1D_SIZE, LUT_1D_INPUT_RANGE and the 1D part's {scan.size_1d} rows: with them darktable "
+                "and OBS show the picture unchanged, three.js shifts the table's rows."
+            )
+        yield Finding(what, remedy, entry.line, fates)
 
 
 def cube_keyword(scan: CubeScan) -> Iterator[Finding]:

@@ -8,28 +8,40 @@ from math import prod
 from typing import TYPE_CHECKING
 
 from lutgen.bindings import unclosed_metadata
+from lutgen.cells import NON_FINITE, NUMBER
 from lutgen.lint.cube.statistics import MAX_KEPT
 from lutgen.lint.finding import FFMPEG, OCIO, Finding, Linted, refused, wrong
 from lutgen.lint.formats import Format, findings
 from lutgen.lint.programs import MAX_BYTES
 from lutgen.lint.programs.opencolorio import loading, refusal
-from lutgen.lint.stream import blocks
+from lutgen.lint.stream import blocks, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-_NAN = re.compile(rb"(?i)(?:^|\s)[-+]?(?:nan|inf(?:inity)?)(?=\s|$)")
+_NAN = re.compile(rf"(?i)(?:^|\s){NON_FINITE}(?=\s|$)".encode())
 _COMMA = re.compile(rb"\d,\d")
 
 #: A row of each format, in which the table's size is not one: .spi3d rows begin with their three indices, and a .3dl
 #: says no size at all.
 _ROW = {
-    ".spi3d": re.compile(rb"\s*\d+\s+\d+\s+\d+\s+\S+\s+\S+\s+\S+\s*$"),
+    ".spi3d": re.compile(rb"\s*\d+\s+\d+\s+\d+\s+\S+\s+\S+\s+\S"),
     ".csp": re.compile(rb"\s*\S+\s+\S+\s+\S+\s*$"),
     ".3dl": re.compile(rb"\s*(\d+)\s+(\d+)\s+(\d+)\s*$"),
 }
-_SIZE = re.compile(rb"\s*(\d+)\s+(\d+)\s+(\d+)\s*$")
+#: How the line of places of a .3dl begins: with two numbers.
+_PLACES = re.compile(rb"\s*\d+\s+\d")
+
+#: A size; OpenColorIO reads 2 of 2x, so that the table may be as large as this says.
+_SIZE = re.compile(rb"\s*(\d+)\s+(\d+)\s+(\d+)\S*\s*$")
+
+#: Lines of numbers, and nothing but numbers, of each format.
+_SOUND = {
+    ".spi3d": re.compile(rf"\s*\d+\s+\d+\s+\d+(?:\s+{NUMBER}\s+{NUMBER}\s+{NUMBER})?\s*$".encode()),
+    ".csp": re.compile(rf"(?:\s*{NUMBER}(?=\s|$))*\s*$".encode()),
+    ".3dl": re.compile(rb"[\s\d]*$"),
+}
 
 #: Letters of a first line that are kept.
 MAX_HEAD = 1000
@@ -57,6 +69,8 @@ class TableScan:
         Of a .3dl, its first line that is no comment, and the largest number of its rows.
     nan, comma, unclosed
         The first line with NaN or infinity, with a decimal comma, and with metadata that never end; 0 without one.
+    odd, sample
+        The first other line that should hold numbers and holds something else, 0 without one, and what it holds.
     refusal
         Why the installed OpenColorIO does not read it; empty where it does, None where it was not asked.
 
@@ -71,6 +85,8 @@ class TableScan:
     largest: int
     nan: int
     comma: int
+    odd: int
+    sample: str
     unclosed: int
     refusal: str | None
 
@@ -89,60 +105,110 @@ def scan_table(path: Path) -> TableScan:
         The file cannot be read, or is no text.
 
     """
-    suffix = path.suffix.lower()
-    row, sized = _ROW[suffix], suffix != ".3dl"
-    # In a .spi3d, three numbers on a line are the size wherever they stand.
-    behind_curves = _BehindCurves() if suffix == ".csp" else bool
-    size: tuple[int, ...] = ()
-    head, rows, largest, nan, comma = "", 0, 0, 0, 0
+    lines = _Lines(path.suffix.lower())
     ends: set[str] = set()
     for block in blocks(path):
         ends |= block.ends
-        for number, line in enumerate(block.data.splitlines(), block.first):
-            nan = nan or (number if _NAN.search(line) else 0)
-            comma = comma or (number if _COMMA.search(line) else 0)
-            if not head and line.strip() and not line.startswith(b"#"):
-                head = line[:MAX_HEAD].decode("ascii", errors="replace").strip()
-            header = _SIZE.match(line) if sized and not size and behind_curves(line) else None
-            if header:
-                size = tuple(int(word[:9]) for word in header.groups())
-            elif (size or not sized) and (found := row.match(line)):
-                rows += 1
-                largest = max(largest, 0, *(int(word[:9]) for word in found.groups()))
+        for place, line in enumerate(block.data.splitlines(), block.first):
+            lines.take(place, line)
     bytes_ = path.stat().st_size
-    asked = max(size, default=0) <= MAX_KEPT and bytes_ <= MAX_BYTES
+    asked = max(lines.size, default=0) <= MAX_KEPT and bytes_ <= MAX_BYTES
     unclosed = unclosed_metadata(path)
-    said = refusal(path) if asked and not unclosed else None
-    return TableScan(path, bytes_, frozenset(ends), size, rows, head, largest, nan, comma, unclosed, said)
+    return TableScan(
+        path=path,
+        bytes=bytes_,
+        ends=frozenset(ends),
+        size=lines.size,
+        rows=lines.rows,
+        head=lines.head,
+        largest=lines.largest,
+        nan=lines.nan,
+        comma=lines.comma,
+        odd=lines.odd,
+        sample=lines.sample,
+        unclosed=unclosed,
+        refusal=refusal(path) if asked and not unclosed else None,
+    )
 
 
-class _BehindCurves:
-    """Says of each line of a ``.csp`` whether it stands behind the three curves, where the table's size is.
+@dataclass
+class _Lines:
+    """Takes the lines of a file one by one, and notes what ``TableScan`` holds."""
 
-    A curve is its number of points, and from two on a line of inputs and one of outputs. Three points look like a
-    size, and so do the rows of a 1D file, which has none.
+    suffix: str
+    size: tuple[int, ...] = ()
+    rows: int = 0
+    head: str = ""
+    largest: int = 0
+    nan: int = 0
+    comma: int = 0
+    odd: int = 0
+    sample: str = ""
+
+    def __post_init__(self) -> None:
+        self._csp = _CspLines()
+
+    def take(self, place: int, line: bytes) -> None:
+        """Take the next line."""
+        words = line.strip()
+        of_csp = self._csp.part(words) if self.suffix == ".csp" else ""
+        if not words or of_csp == "words" or (words.startswith(b"#") and self.suffix != ".csp"):
+            return
+        first = not self.head
+        if first:
+            self.head = line[:MAX_HEAD].decode("ascii", errors="replace").strip()
+        # In a .spi3d, three numbers on a line are the size wherever they stand; a .3dl has none.
+        header = _SIZE.match(line) if not self.size and self.suffix != ".3dl" and of_csp in {"", "table"} else None
+        row = None
+        if header:
+            self.size = tuple(int(word[:9]) for word in header.groups())
+        elif (self.size or self.suffix == ".3dl") and (row := _ROW[self.suffix].match(line)):
+            self.rows += 1
+            self.largest = max(self.largest, 0, *(int(word[:9]) for word in row.groups()))
+        # OpenColorIO skips the line of places of a .3dl when it is none.
+        of_numbers = bool(header or row or of_csp or (first and self.suffix == ".3dl" and _PLACES.match(line)))
+        self._check(place, line, of_numbers=of_numbers)
+
+    def _check(self, place: int, line: bytes, *, of_numbers: bool) -> None:
+        if _SOUND[self.suffix].match(line):
+            return
+        if _NAN.search(line):
+            self.nan = self.nan or place
+        elif _COMMA.search(line):
+            self.comma = self.comma or place
+        elif of_numbers and not self.odd:
+            self.odd, self.sample = place, shown(line)
+
+
+class _CspLines:
+    """Says of each line of a ``.csp`` where it stands: "words", "curves", or "table" behind the three curves.
+
+    A curve is its number of points, and from two on a line of inputs and one of outputs. Three points look like the
+    size of a table, and so do the rows of a 1D file, which has none.
     """
 
     def __init__(self) -> None:
-        self._table, self._metadata, self._curves, self._lines = False, False, 0, 0
+        self._dimension, self._metadata, self._curves, self._lines = b"", False, 0, 0
 
-    def __call__(self, line: bytes) -> bool:
-        """Take the next line."""
-        words = line.strip().upper()
+    def part(self, words: bytes) -> str:
+        """Take the next line, without blanks around it."""
+        words = words.upper()
         if words.startswith((b"BEGIN METADATA", b"END METADATA")):
             self._metadata = words.startswith(b"BEGIN")
-        elif self._metadata or not words:
-            return False
-        elif not self._table:
-            self._table = words == b"3D"
-        elif self._lines:
+            return "words"
+        if self._metadata or not words:
+            return "words"
+        if not self._dimension:
+            self._dimension = words if words in {b"1D", b"3D"} else b""
+            return "words"
+        if self._lines:
             self._lines -= 1
         elif self._curves < 3:
             self._curves += 1
             self._lines = 0 if words in {b"0", b"1"} else 2
         else:
-            return True
-        return False
+            return "table" if self._dimension == b"3D" else "curves"
+        return "curves"
 
 
 def loads(scan: TableScan) -> Iterator[Finding]:
@@ -176,6 +242,12 @@ def table_numbers(scan: TableScan) -> Iterator[Finding]:
     if scan.comma:
         fates = wrong(*OCIO, how="reads up to the comma: 0,5 is 0")
         yield Finding("has decimal commas", "Write decimal points.", scan.comma, fates)
+    if scan.odd:
+        what = f"has a line that is not numbers alone: {scan.sample}"
+        fates = wrong(*OCIO, how="reads each word as far as it is a number: 0;75 is 0, 1/2 is 1")
+        if scan.suffix == ".3dl":
+            fates = wrong(*OCIO, how="leaves the line out")
+        yield Finding(what, "Write numbers with a decimal point and blanks between them.", scan.odd, fates)
     if scan.size and scan.rows > prod(scan.size):
         yield Finding(
             f"has {scan.rows} rows where its header asks for {prod(scan.size)}",

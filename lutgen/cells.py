@@ -1,0 +1,49 @@
+"""Numbers as text, read strictly: what a file's cell or an option may hold, for every reader of the project.
+
+Python's ``float`` and ``int`` also take ``1_000``, full-width and Arabic digits, ``nan`` and ``infinity``, and ``int``
+raises its own error for more than 4300 digits. Here a number is ASCII digits, with one decimal point and an exponent
+where it has them; anything else is None, and the caller says where it stands and what is allowed.
+"""
+
+from __future__ import annotations
+
+import re
+from math import isfinite
+
+#: A decimal number, for patterns that hold one: ``-1``, ``.5``, ``2.``, ``1e-3``. Digits match in one way only, so that
+#: a megabyte of them is refused in linear time.
+NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
+
+#: How programs write values that are no number or no finite one.
+NON_FINITE = r"[-+]?(?:nan|inf|infinity)"
+
+#: Letters of a cell, at most: a double has 17 significant digits, and a file of one endless cell ends here.
+LONGEST = 1000
+
+_NUMBER, _WHOLE = re.compile(NUMBER), re.compile(r"[-+]?[0-9]+")
+_NON_FINITE = re.compile(NON_FINITE, re.IGNORECASE)
+
+_BLANKS = " \t\r\n"
+
+
+def number(text: str, *, non_finite: bool = False) -> float | None:
+    """Return the number that ``text`` is, blanks around it aside; None where it is none or has no finite value.
+
+    ``non_finite`` also takes NaN and infinity by name, and numbers beyond the largest double as infinity.
+    """
+    word = text.strip(_BLANKS)
+    if len(word) > LONGEST or not (_NUMBER.fullmatch(word) or (non_finite and _NON_FINITE.fullmatch(word))):
+        return None
+    value = float(word)
+    return value if non_finite or isfinite(value) else None
+
+
+def whole(text: str, *, least: int, most: int) -> int | None:
+    """Return the whole number from ``least`` to ``most`` that ``text`` is, blanks around it aside, or None."""
+    word = text.strip(_BLANKS)
+    # Leading zeros aside, what has more digits than both limits lies beyond them; `int` refuses 4301 digits and more.
+    digits = word.lstrip("+-").lstrip("0")
+    if not _WHOLE.fullmatch(word) or len(digits) > max(len(str(abs(least))), len(str(abs(most)))):
+        return None
+    value = int(f"-{digits}" if word.startswith("-") and digits else digits or "0")
+    return value if least <= value <= most else None
