@@ -1,11 +1,11 @@
-"""What a lint says: findings, and what each reader makes of them.
+"""The result of a lint: findings, and what each reader does with the file.
 
-A finding names the readers that are affected and how; its level follows from that, so that no rule can call harmless
-what some reader refuses:
+A finding names the readers that it affects and what each of them does. Its level is computed from that, so that no rule
+can call a file harmless that a reader refuses:
 
-``error``    some reader takes the file and shows something else, or none reads it
-``warning``  some reader refuses the file, and says so
-``note``     every reader does what is meant; something is odd, or asks for care
+``error``    at least one reader takes the file and shows something else, or no reader takes it
+``warning``  at least one reader refuses the file with a message
+``note``     every reader shows what the author meant; the finding is only worth knowing
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 READS, REFUSES, WRONG = "reads", "refuses", "silently wrong"
 
-#: From harmless to worst for one reader: what is refused is not shown wrongly.
+#: From first to last, the one that counts when findings differ for a reader: a refused file is not shown at all.
 OUTCOMES = (READS, WRONG, REFUSES)
 
 LEVELS = ("error", "warning", "note")
@@ -32,10 +32,10 @@ LCMS_8, LCMS_16 = "LittleCMS, 8 bit", "LittleCMS, 16 bit"
 ARGYLL, CHROMIUM = "Argyll", "Chromium"
 HALDCLUT = "ffmpeg haldclut"
 
-#: What may be asked of a config, though nobody looks at pictures through it.
+#: A program that checks configs; it shows no pictures.
 OCIOCHECK = "ociocheck"
 
-#: Who reads which kind of file. oiiotool, ociobakelut, Blender and Nuke read LUT files through OpenColorIO.
+#: The readers of each kind of file. oiiotool, ociobakelut, Blender and Nuke read LUT files through OpenColorIO.
 OCIO = (OCIO_21, OCIO_26)
 READERS: Mapping[str, tuple[str, ...]] = {
     "cube": (*OCIO, FFMPEG, PILLOW, COLOUR),
@@ -51,38 +51,39 @@ READERS: Mapping[str, tuple[str, ...]] = {
 
 
 class Fate(NamedTuple):
-    """What becomes of a file in one reader: one of ``OUTCOMES``, and how."""
+    """What one reader does with a file: one of ``OUTCOMES``, and how in a few words."""
 
     outcome: str
     how: str = ""
 
 
 def refused(*readers: str, how: str = "") -> dict[str, Fate]:
-    """Say that these readers stop with an error."""
+    """Return the fate of readers that stop with an error."""
     return {reader: Fate(REFUSES, how) for reader in readers}
 
 
 def wrong(*readers: str, how: str) -> dict[str, Fate]:
-    """Say that these readers go on and show something else."""
+    """Return the fate of readers that give no error and show something else."""
     return {reader: Fate(WRONG, how) for reader in readers}
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing about one file.
+    """One fact about a file that affects a reader, or that its author should know.
 
     Attributes
     ----------
     what, remedy
-        What is there, and what to do; sentences.
+        What the file has (the file is the subject of the sentence), and what to do about it.
     line
-        The first line that it is on, counted from 1; 0 where it is on none.
+        Line number of the first occurrence, from 1; 0 where no line can be named.
     fates
-        The readers that do not do what is meant.
+        What the affected readers do. Readers without an entry show what the author meant.
     in_the_file
-        The table itself is not what was meant, and readers show it as it is: no trial can tell.
+        Whether the numbers themselves are not what the author meant. Readers show them as they are, so that asking
+        installed readers cannot find the fault.
     rule
-        The rule's name; filled in by whoever runs the rules.
+        Name of the rule, set by ``formats.findings``.
 
     """
 
@@ -102,9 +103,10 @@ class Finding:
 
 
 class Trial(NamedTuple):
-    """What a reader that is installed here did.
+    """What an installed reader did with the file.
 
-    ``outcome`` is one of ``OUTCOMES``, or empty where it could not be tried; ``said`` its words or the difference.
+    ``outcome`` is one of ``OUTCOMES``, or empty where the reader could not be tried. ``said`` is the reader's message,
+    or the difference of its colours from our own reading.
     """
 
     reader: str
@@ -122,9 +124,9 @@ class Linted:
     kind
         A key of ``READERS``.
     facts
-        What was read of the file, in words.
+        Size, version and contents of the file, in words.
     findings
-        In the order of the rules.
+        In the order of the rules' names.
     trials
         What installed readers did, when they were asked.
 
@@ -149,7 +151,7 @@ class Linted:
         )
 
     def fate(self, reader: str) -> tuple[Fate, Finding | None]:
-        """Return the worst that becomes of the file in a reader, and the finding that says so."""
+        """Return what a reader does with the file, and the finding that says so, None where it shows what is meant."""
         return _worst(reader, self.findings)
 
     def disagreements(self) -> tuple[Trial, ...]:
@@ -158,7 +160,7 @@ class Linted:
 
     def _told(self, trial: Trial) -> bool:
         if trial.reader == OCIOCHECK:
-            # It stands for its OpenColorIO, and refuses less: it looks at no LUT and shows nothing.
+            # ociocheck refuses less than the OpenColorIO that it is built with: it opens no LUT and shows no picture.
             library = OCIO_21 if trial.version.startswith("2.1.") else OCIO_26
             return trial.outcome == READS or self.fate(library)[0].outcome == REFUSES
         of_readers = [finding for finding in self.findings if not finding.in_the_file]

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 #: Bytes that are read at a time.
 BLOCK = 1 << 20
 
-#: No line of a LUT is longer: beyond it a file without line ends would be read into memory whole.
+#: Longest line that is read, in bytes: a file without line ends would otherwise be read into memory whole.
 LONGEST_LINE = 1 << 20
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
@@ -40,7 +40,7 @@ def blocks(path: Path) -> Iterator[Block]:
     try:
         with path.open("rb") as file:
             while chunk := file.read(BLOCK):
-                # A CR at the very end may be half of a CRLF: it waits for what follows.
+                # A CR at the end of a chunk may be half of a CRLF: it is kept for the next chunk.
                 data = rest + chunk
                 cut = max(data.rfind(b"\n", 0, len(data)), data.rfind(b"\r", 0, len(data) - 1)) + 1
                 rest = data[cut:]

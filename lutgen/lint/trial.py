@@ -1,4 +1,4 @@
-"""``lutgen lint --try``: the readers that are installed read the file, and are compared with our own reading of it."""
+"""``lutgen lint --try``: installed readers read the file, and their colours are compared with our own reading."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def _outcome(program: Program, path: Path, code: NDArray[np.uint8], meant: Array
 
 
 def try_config(path: Path) -> Iterator[Trial]:
-    """Run ``ociocheck``, which loads and validates, and looks at no LUT file."""
+    """Run ``ociocheck``, which loads and validates a config and opens no LUT file."""
     found = shutil.which(OCIOCHECK)
     if found is None:
         yield Trial(OCIOCHECK, "", "", "ociocheck is not on the PATH (Debian: apt install opencolorio-tools)")

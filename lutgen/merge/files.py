@@ -1,4 +1,4 @@
-"""The files of a merged config: what the user's own refers to, found as OpenColorIO finds it, and copied along."""
+"""The LUT files of a merged config: those that the user's config names are found as OpenColorIO does, and copied."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from lutgen.files import PARTIAL
 
 
 def found(config: Any, folder: Path, source: str) -> Path | None:
-    """Return the file that a relative source means, found along the search path; None where there is none."""
+    """Return the file that a relative source names, searched along the search path; None where there is none."""
     for entry in [*search_path(config), ""]:
         path = folder / entry / source
         if path.is_file():
@@ -24,7 +24,7 @@ def found(config: Any, folder: Path, source: str) -> Path | None:
 def copy_files(config: Any, folder: Path, output: Path) -> list[str]:
     """Copy the files that a config in ``folder`` names and that lie below it to the same places below ``output``.
 
-    Returns what could not be: files that are missing, or chosen by a context variable.
+    Returns a remark on each file that was not copied: it is missing, or a context variable chooses it.
     """
     remarks = []
     for source in sources(config):
@@ -45,7 +45,7 @@ def copy_files(config: Any, folder: Path, output: Path) -> list[str]:
 
 
 def moved_search_path(config: Any, folder: Path, output: Path) -> None:
-    """Make a config's search path hold from ``output``: entries that lead out of ``folder`` are led there again."""
+    """Rewrite a config's search path for ``output``: relative entries outside ``folder`` keep their folders."""
     entries = search_path(config)
     moved = [
         entry
@@ -61,23 +61,23 @@ def moved_search_path(config: Any, folder: Path, output: Path) -> None:
 
 
 def folder_of_luts(config: Any) -> str:
-    """Return the folder that new LUT files go to: the first of the search path that lies below the config."""
+    """Return the folder for new LUT files: the first of the search path that lies below the config."""
     for entry in search_path(config):
         if "$" not in entry and not Path(entry).is_absolute() and not leads_out(entry):
             return str(Path(entry))
-    # Nothing below the config is searched, so its own folder is added.
+    # No folder below the config is searched: `moved_search_path` adds the config's own.
     return "."
 
 
 class NewFolder:
-    """A folder that is filled beside its place, and put there when it is finished; else it is removed."""
+    """A temporary folder beside ``place``: :meth:`finish` moves it into place, and it is removed without that."""
 
     def __init__(self, place: Path) -> None:
         self.place = place
         self.path = place.absolute().with_name(f".{place.name}{PARTIAL}")
 
     def __enter__(self) -> Self:
-        """Make the folder beside its place."""
+        """Create the temporary folder."""
         try:
             shutil.rmtree(self.path, ignore_errors=True)
             self.path.mkdir(parents=True)
@@ -86,7 +86,7 @@ class NewFolder:
         return self
 
     def finish(self) -> None:
-        """Put the folder, or its files one by one into one that is there, into place."""
+        """Move the folder into place; where a folder is there already, move the files one by one into it."""
         try:
             if not self.place.exists():
                 self.path.rename(self.place)
@@ -99,7 +99,7 @@ class NewFolder:
             raise _unwritable(self.place, error) from None
 
     def __exit__(self, *_: object) -> None:
-        """Remove what is left beside it."""
+        """Remove the temporary folder."""
         shutil.rmtree(self.path, ignore_errors=True)
 
 

@@ -1,12 +1,12 @@
 """``lutgen merge``: aged displays into a user's own OpenColorIO config, which stays as it is for everything else.
 
-The aged view of a display is the picture's code values for that display, through the aged display's LUT. What code
-values are sent to the display is a colour space of the user's, the *source space*; a config with the role
-``aces_interchange`` needs none: there the sRGB signal is defined through ACES2065-1 (:mod:`lutgen.merge.spaces`).
+An aged view sends the code values that a display would get through the LUT of the aged display. The *source space* is
+the user's colour space of these code values. A config with the role ``aces_interchange`` needs no source space: the
+sRGB signal is then defined through ACES2065-1 (:mod:`lutgen.merge.spaces`).
 
-It is done by hand on every version: OpenColorIO's own ``ConfigMerger`` (2.5) joins two configs, and would bring the
-build's displays, roles and colour spaces along. The parts are put into the config's own text, which keeps comments and
-digits (:mod:`lutgen.merge.text`); where that fails, OpenColorIO writes the whole, which keeps neither.
+OpenColorIO's own ``ConfigMerger`` (2.5) is not used: it joins two whole configs, and would add the build's displays,
+roles and colour spaces. New parts are inserted into the config's text, which keeps its comments and digits
+(:mod:`lutgen.merge.text`); where that fails, OpenColorIO writes the whole config, which keeps neither.
 """
 
 from __future__ import annotations
@@ -35,18 +35,18 @@ CONFIG, LUTS = "config.ocio", "lutgen-aged"
 
 @dataclass(frozen=True)
 class Merging:
-    """What is wanted.
+    """What to add to a config, and under which names.
 
     Attributes
     ----------
     displays
-        The modes and hours, of those in the build.
+        Modes and hours of the aged displays; the build has a LUT for each.
     prefix
-        What all new names begin with; without commas, since OpenColorIO lists the active views between them.
+        What all new names begin with. It has no comma, since OpenColorIO separates active views by commas.
     source_space
-        The user's colour space whose code values are sent to the display; None where interchange roles will do.
+        The user's colour space of the code values that are sent to the display; None to use ``aces_interchange``.
     onto
-        The user's displays that get the views; none: those with sRGB in their name.
+        The user's displays that get the views; empty for those with sRGB in their name.
 
     """
 
@@ -58,20 +58,20 @@ class Merging:
 
 @dataclass(frozen=True)
 class Merged:
-    """What was written.
+    """The result of a merge.
 
     Attributes
     ----------
     views
-        The new views, by display.
+        Display and name of each new view.
     source_space
-        The colour space whose code values they take.
+        The colour space whose code values the new views take.
     compared
-        How many parts of the user's config give the same pixels as before.
+        Number of parts of the user's config that give the same pixels as before.
     difference
         Largest difference of an aged view from the build's own, in code values.
     remarks
-        What to know.
+        What the user should know about the merged config.
 
     """
 
@@ -142,7 +142,7 @@ def merge(build: str | Path, into: str | Path, output: str | Path, wanted: Mergi
 
 @dataclass(frozen=True)
 class _Plan:
-    """The config with everything added, as an object, and what was added."""
+    """The config with all new parts, as OpenColorIO's object, and the names of the new parts."""
 
     config: Any
     names: Mapping[tuple[str, float], AgedNames]
@@ -163,7 +163,7 @@ def _planned(lib: Any, into: Path, wanted: Merging, luts: Mapping[tuple[str, flo
         for which, lut in luts.items():
             add_aged(config, names[which], source=source, onto=onto, lut=_place(which, lut).as_posix())
     except ocio_errors() as error:
-        # Roles, aliases, shared views: each version of OpenColorIO knows more places where a name may be taken.
+        # Each version of OpenColorIO knows more kinds of names that may be taken: roles, aliases, shared views.
         message = f"{into}: {' '.join(str(error).split())} Choose another --prefix."
         raise LutgenError(message) from None
     without = "a config of version 1 has no named transforms: views, looks and colour spaces alone were added"
@@ -171,14 +171,15 @@ def _planned(lib: Any, into: Path, wanted: Merging, luts: Mapping[tuple[str, flo
 
 
 def _place(which: tuple[str, float], lut: FileRecord) -> Path:
-    """Where a display's LUT lies, from a folder of the search path."""
+    """Return the path of a display's LUT, relative to a folder of the search path."""
     return Path(LUTS, which[0], hour_name(which[1]), Path(lut.path).name)
 
 
 def _written(plan: _Plan, before: Any, into: Path, output: Path, folder: Path) -> tuple[Any, int, float | None]:
-    """Write the config into a folder beside its place, where the search path holds too, and load it again.
+    """Write the merged config into a temporary folder beside ``output``, and load it again.
 
-    Returns it, the number of parts that were compared, and by how much they differ where it is OpenColorIO's writing.
+    Returns the loaded config, the number of parts compared, and, where OpenColorIO wrote the config, the largest
+    difference of these parts, else None.
     """
     lib = ocio()
     moved_search_path(plan.config, into.parent, output)

@@ -19,17 +19,18 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: An aged view may differ from the build's own by this many code values: the fast powers of two routes.
+#: Largest difference, in code values 0..1, of a new view from the build's own: OpenColorIO approximates powers, and the
+#: two views take different ones.
 TOLERANCE = 1e-3
 
-#: What the digits of OpenColorIO's own writing may cost, relative where values pass 1.
+#: Largest difference that the rounded numbers of a config written by OpenColorIO may make, relative for values above 1.
 ROUNDING = 1e-5
 
 COLOURS, SEED = 200, 11
 
 
 class Proof(NamedTuple):
-    """How many parts were compared, the names of those that give other pixels, and the largest difference."""
+    """The number of parts compared, the names of those that give other pixels, and the largest difference."""
 
     compared: int
     changed: list[str]
@@ -37,7 +38,7 @@ class Proof(NamedTuple):
 
 
 def compare_parts(before: Any, after: Any) -> Proof:
-    """Compare every view, colour space and look of a config with the same in another, pixel by pixel."""
+    """Compare each view, colour space and look of a config with that of the same name in another, pixel by pixel."""
     compared, changed, largest = 0, [], 0.0
     code = _code()
     for name, transform in all_parts(before):
@@ -55,7 +56,7 @@ def compare_parts(before: Any, after: Any) -> Proof:
 
 
 def missing_parts(planned: Any, merged: Any) -> list[str]:
-    """Name what a config as it was planned has and the written one has not, which no pixel of another part tells."""
+    """Return the names of planned parts that the written config lacks; pixels of other parts do not show this."""
     return [part for part in _named_parts(planned) if part not in set(_named_parts(merged))]
 
 
@@ -69,7 +70,7 @@ def _named_parts(config: Any) -> Iterator[str]:
 
 
 def _pixels(config: Any, transform: Any, code: Array) -> NDArray[np.float32] | None:
-    """What a part gives, in float32, or None where it cannot be instantiated."""
+    """Return the pixels of a part, in float32; None where it cannot be instantiated."""
     try:
         return _through(config, transform, code)
     except ocio_errors():
@@ -79,7 +80,7 @@ def _pixels(config: Any, transform: Any, code: Array) -> NDArray[np.float32] | N
 def aged_difference(built: Path, merged: Any, source: str, display: str, view: str) -> float:
     """Return the largest difference of a new view from the build's own view on an sRGB viewer, in code values.
 
-    Pictures in a colour space of the user's go through the new view, and through the source space and the build's.
+    The same pixels go through the new view, and through the source space and then the build's view.
 
     Raises
     ------

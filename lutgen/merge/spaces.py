@@ -19,7 +19,7 @@ INTERCHANGE = "aces_interchange"
 
 
 class AgedNames(NamedTuple):
-    """The names that one aged display takes in a config."""
+    """The names of one aged display's parts in a config."""
 
     space: str
     view: str
@@ -40,12 +40,12 @@ def space_names(config: Any) -> list[str]:
 
 
 def check_source(config: Any, name: str) -> None:
-    """Refuse a source space that is not there, holds data, or is a display's.
+    """Check that a source space exists, holds colours and is scene-referred.
 
     Raises
     ------
     LutgenError
-        As said, with the names to choose from.
+        The colour space is missing, holds data or belongs to a display.
 
     """
     lib, space = ocio(), config.getColorSpace(name)
@@ -65,7 +65,7 @@ def check_source(config: Any, name: str) -> None:
 def add_source_signal(config: Any, name: str) -> None:
     """Add the sRGB signal, defined through the colour space of the role ``aces_interchange``.
 
-    The signal's linear light goes to ACES2065-1 by OpenColorIO's own Bradford-adapted matrices, as in our own configs.
+    OpenColorIO's own Bradford-adapted matrices convert the signal's linear light to ACES2065-1, as in lutgen's configs.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def add_source_signal(config: Any, name: str) -> None:
 
 
 def add_aged(config: Any, names: AgedNames, *, source: str, onto: Sequence[str], lut: str) -> None:
-    """Add one aged display: its LUT behind the source space, on these displays.
+    """Add one aged display: colour space, look, named transform, and a view on each display of ``onto``.
 
     Raises
     ------
@@ -147,7 +147,7 @@ def add_aged(config: Any, names: AgedNames, *, source: str, onto: Sequence[str],
 
 
 def _from_reference(lib: Any, space: Any) -> list[Any]:
-    """The steps from a config's reference to a colour space; none where it is the reference."""
+    """Return the transforms from a config's reference to a colour space; none for the reference itself."""
     forward = space.getTransform(lib.COLORSPACE_DIR_FROM_REFERENCE)
     if forward is not None:
         return [forward]
@@ -164,7 +164,7 @@ def _to_reference(lib: Any, space: Any) -> list[Any]:
 
 
 def _free(name: str, taken: Sequence[str], what: str, otherwise: str = "") -> None:
-    # OpenColorIO takes names that differ in capitals alone for one.
+    # OpenColorIO does not distinguish capitals in names.
     if name.lower() in {each.lower() for each in taken}:
         message = (
             f"the config has a {what} {name!r} already. Choose another --prefix{', ' if otherwise else ''}{otherwise}."

@@ -1,7 +1,7 @@
-"""Putting new parts into a config's own text, so that its comments, order and digits stay.
+"""Inserting new parts into a config's own text, so that its comments, order and digits stay.
 
-The parts are taken from what OpenColorIO writes. Only block style is understood, which all tools write; the result is
-proved like any other, and where it does not hold, OpenColorIO's own writing of the whole config is taken.
+The text of the parts comes from OpenColorIO's own serialisation. Only YAML's block style is understood, which all tools
+write. The result is proved like any other; where the proof fails, the config as OpenColorIO writes it is taken.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ SECTIONS = ("looks", "colorspaces", "named_transforms")
 
 
 def inserted(text: str, written: str, names: Sequence[str], views: Sequence[tuple[str, AgedNames]]) -> str | None:
-    """Return ``text`` with the parts ``names`` of ``written``, and views, as (display, names); None where it cannot."""
+    """Return ``text`` with the parts ``names`` of ``written`` and the views (display, names); None on failure."""
     lines = _lines(text)
     for section in SECTIONS:
         parts = [part for part in _parts(_lines(written), section) if _name(part) in names]
@@ -42,12 +42,12 @@ def with_search_path(text: str) -> str | None:
 
 
 def _lines(text: str) -> list[str]:
-    """The lines as YAML counts them: a separator of lines within a sentence is none."""
+    """Split at line feeds only, as YAML does: Unicode's line separators within a sentence do not end a line."""
     return text.removesuffix("\n").split("\n")
 
 
 def _section(lines: Sequence[str], key: str, indent: int = 0) -> tuple[int, int] | None:
-    """The places of a key's line and of the first line behind its block; the key's value must be a block."""
+    """Return the index of a key's line and of the first line after its block; None where its value is no block."""
     pattern = re.compile(rf" {{{indent}}}(['\"]?){re.escape(key)}\1:\s*(#.*)?$")
     start = next((place for place, line in enumerate(lines) if pattern.match(line)), None)
     if start is None:
@@ -64,7 +64,7 @@ def _section(lines: Sequence[str], key: str, indent: int = 0) -> tuple[int, int]
 
 
 def _parts(lines: Sequence[str], section: str) -> list[list[str]]:
-    """The parts of a section as OpenColorIO writes it, each its lines."""
+    """Return the parts of a section as OpenColorIO writes it, each as its lines."""
     place = _section(lines, section)
     parts: list[list[str]] = []
     for line in lines[place[0] + 1 : place[1]] if place else ():
@@ -109,7 +109,7 @@ def _with_view(lines: Sequence[str], display: str, aged: AgedNames) -> list[str]
 
 
 def _with_active(lines: Sequence[str], views: Sequence[str]) -> list[str] | None:
-    """Add to active_views, where the config lists them on one line."""
+    """Return the lines with views added to active_views; None where the config lists those on several lines."""
     found = list(lines)
     for place, line in enumerate(lines):
         if line.startswith("active_views:"):

@@ -1,4 +1,4 @@
-"""Our own reading of a ``.cube``: what its author meant, with which readers are compared."""
+"""Our own reading of a ``.cube``: the colours that its author meant, with which each reader is compared."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.lint.cube.scan import CubeScan
 
-#: What leaves a table without meaning: a reader that shows something shows nonsense.
+#: Irregularities with which a table has no defined colours.
 MEANINGLESS = {"nan", "infinite", "overflow", "columns", "text", "NUL"}
 
 
 def read_as_meant(scan: CubeScan, code: Array) -> Array | None:
-    """Send code values (n, 3) through a file that was scanned with ``keep``, trilinearly; None where it means nothing.
+    """Return the colours (n, 3) that a file means for code values (n, 3), interpolated trilinearly.
 
-    The domain is honoured wherever it is stated, a 1D part comes before the table.
+    The file was scanned with ``keep``. None where its colours are not defined. A domain counts wherever in the header
+    it stands, and a 1D part is applied before the table.
     """
     if MEANINGLESS & set(scan.oddities) or len(scan.named("LUT_3D_SIZE")) > 1 or not (scan.size or scan.size_1d):
         return None
@@ -48,13 +49,13 @@ def _through_table(scan: CubeScan, code: Array) -> Array | None:
 
 
 def _place(scan: CubeScan, code: Array, keyword: str) -> Array | None:
-    """Where code values lie in a part's range, 0..1; None where the range is empty."""
+    """Return the position of code values in the input range of a part, 0..1; None where the range is empty."""
     low, high = _range(scan, keyword)
     return np.clip((code - low) / (high - low), 0, 1) if (high > low).all() else None
 
 
 def trilinear(table: Array, place: Array) -> Array:
-    """Interpolate a table, indexed [blue, green, red], at places (n, 3) in 0..1: a sum over eight corners."""
+    """Interpolate a table, indexed [blue, green, red], at positions (n, 3) in 0..1, as a sum over eight corners."""
     size = len(table)
     scaled = place * (size - 1)
     cell = np.clip(np.floor(scaled).astype(int), 0, max(size - 2, 0))
@@ -68,7 +69,7 @@ def trilinear(table: Array, place: Array) -> Array:
 
 
 def _range(scan: CubeScan, keyword: str) -> tuple[Array, Array]:
-    """The input that the first and the last row of a part stand for, each (3,)."""
+    """Return the input of the first and of the last row of a part, each (3,)."""
     low, high = np.zeros(3), np.ones(3)
     if keyword == "LUT_3D_INPUT_RANGE" or not scan.size:
         low, high = scan.domain

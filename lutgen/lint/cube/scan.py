@@ -1,6 +1,6 @@
-"""Reading anybody's ``.cube``: the header as it stands, the rows as numbers, and whatever is odd about either.
+"""Scanning a ``.cube`` in one pass: header lines as written, rows as numbers, and irregularities of both.
 
-Nothing is refused here, and nothing is believed: a header that lies costs no memory.
+A scan refuses no file, and allocates no memory for sizes that the header only claims.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: Lines of the header that are kept; a file of nothing but keywords is told by the first ones.
+#: Header lines that are kept, so that a file of keywords alone does not fill the memory.
 MAX_ENTRIES = 1000
 
-#: Letters of such a line that are kept for messages.
+#: Letters of a header line that are kept for messages.
 MAX_TEXT = 100
 
-#: What rows of plain numbers are made of; anything else is read line by line.
+#: Characters of plain rows of numbers; a block with other characters is read line by line.
 _PLAIN = b"0123456789.+-eE \t\n"
 
-#: A 1D part that is nowhere farther from its input gives it back: rounding to five decimals.
+#: A 1D part counts as an identity up to this distance from its input: rounding to five decimals.
 IDENTITY = 1e-5
 
 #: Smallest number that float32 holds in full precision.
@@ -43,7 +43,7 @@ LARGEST = float(np.finfo(np.float32).max)
 
 
 class Entry(NamedTuple):
-    """A line of the header: keyword as written, the words after it, and how many rows stood before it."""
+    """A line of the header: the keyword as written, the words after it, and the number of rows before it."""
 
     line: int
     keyword: str
@@ -66,7 +66,7 @@ class Entry(NamedTuple):
 
 @dataclass(frozen=True)
 class Oddity:
-    """Something odd about the rows: the first line it is on, what is there, and on how many lines it is."""
+    """An irregularity of the rows: its first line, a sample of it, and the number of lines that have it."""
 
     line: int
     sample: str
@@ -74,29 +74,29 @@ class Oddity:
 
     @property
     def rows(self) -> str:
-        """On how many rows it is, in words."""
+        """The number of rows that have it, in words."""
         return f"{self.count} row{'s' if self.count != 1 else ''}"
 
 
 @dataclass(frozen=True)
 class CubeScan:
-    """A ``.cube`` as it stands.
+    """What a scan of a ``.cube`` finds.
 
     Attributes
     ----------
     size, size_1d
-        What the first LUT_3D_SIZE and LUT_1D_SIZE say, 0 where they say nothing that is a number.
+        Numbers of the first LUT_3D_SIZE and LUT_1D_SIZE, 0 where they are missing or no numbers.
     marked
-        Whether it starts with a UTF-8 byte order mark.
+        Whether the file starts with a UTF-8 byte order mark.
     ends
         Its line ends, of "LF", "CRLF", "CR".
     oddities
         Kind → where: ``nan``, ``infinite``, ``overflow``, ``subnormal``, ``decimal comma``, ``comma``, ``comment``,
         ``columns``, ``text``, ``NUL``, ``tab``, ``not UTF-8``.
     shaper_rows, shaper
-        How many rows the 1D part has, and they themselves where the table is kept.
+        The number of rows of the 1D part, and the rows themselves where the scan keeps them.
     shaper_is_identity
-        Whether the 1D part is whole and gives every input back.
+        Whether the 1D part is complete and returns its input.
     table
         The rows of the 3D part.
 
@@ -135,7 +135,7 @@ class CubeScan:
 
 
 def scan_cube(path: Path, *, keep: bool = False) -> CubeScan:
-    """Read a ``.cube`` in one pass; ``keep``: hold its rows too, for a trial.
+    """Scan a ``.cube``; ``keep`` its rows too where readers are to be compared with them.
 
     Raises
     ------
@@ -165,7 +165,7 @@ def scan_cube(path: Path, *, keep: bool = False) -> CubeScan:
 
 @dataclass
 class _Scanner:
-    """Goes through blocks: whole ones of plain rows at once, others line by line."""
+    """Scans one block after the other: a block of plain rows at once, any other line by line."""
 
     keep: bool
     marked: bool = False
@@ -183,7 +183,7 @@ class _Scanner:
         self.table = Gatherer(0, keep=self.keep)
 
     def take(self, block: Block) -> None:
-        """Take the next lines."""
+        """Scan the next lines."""
         data = block.data
         self.ends |= block.ends
         if block.first == 1 and data.startswith(BYTE_ORDER_MARK):
@@ -210,7 +210,7 @@ class _Scanner:
         self._flush(pending, lines)
 
     def _line(self, place: int, line: bytes, pending: int) -> list[float] | Entry | None:
-        """Return a row's numbers, a line of the header, or nothing of a comment."""
+        """Return the numbers of a row, an entry for a line of the header, or None for a comment."""
         words = line.split()
         if not words or words[0].startswith(b"#"):
             self._decodes(place, line)
@@ -255,7 +255,7 @@ class _Scanner:
             self.size_1d = max(value, 0)
 
     def _repair(self, place: int, line: bytes) -> list[float]:
-        """Note why a row is no row, and read it as it may have been meant."""
+        """Note why a line is not three numbers, and return the numbers that its author may have meant."""
         plain, _, comment = line.partition(b"#")
         row = _numbers(plain.split())
         if comment and row is not None:
@@ -320,8 +320,8 @@ class _Scanner:
 
 
 def _plain_rows(data: bytes) -> Array | None:
-    """All rows of a block, (n, 3), or None where a line is empty or has not three numbers."""
-    # By hand, since no parser of whole arrays says whether each line had its three.
+    """Return all rows of a block, (n, 3), or None where a line has not three numbers."""
+    # numpy's parser does not say whether each line has three numbers, so words are counted here.
     space = np.frombuffer(data, dtype=np.uint8) <= 32
     starts = ~space
     starts[1:] &= space[:-1]

@@ -1,4 +1,4 @@
-"""What a 3D table is like, gathered row by row: one pass, memory of the size of one block."""
+"""Statistics of a 3D table, computed in one pass over its rows, with memory for one block of them."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: Tables that are kept whole for a trial: OpenColorIO takes no larger ones.
+#: Points an axis of the largest table that is kept whole for a trial: OpenColorIO takes no larger one.
 MAX_KEPT = 129
 
 
 @dataclass(frozen=True)
 class TableStatistics:
-    """What a table was found to be like; ``nan`` where it has no finite rows.
+    """Statistics of a table; ``nan`` where it has no finite rows.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class TableStatistics:
     correlation
         Of channel (row) with position along the fastest, middle and slowest index (column), (3, 3).
     greys
-        Channel values along the neutral axis, (n, 3), as many as were seen.
+        Channel values of the rows on the neutral axis, (n, 3).
     black_tail
         Number of rows at the end that are 0 0 0.
     table
@@ -48,7 +48,7 @@ class TableStatistics:
 
 @dataclass
 class Gatherer:
-    """Takes rows of a table of ``size``³ whose first index is fastest; size 0: rows are counted, not placed."""
+    """Collects the rows of a table of ``size``³, first index fastest; with size 0 it only counts them."""
 
     size: int
     keep: bool = False
@@ -83,12 +83,12 @@ class Gatherer:
         step = size * size + size + 1
         self._greys.append(rows[index % step == 0])
         where = np.stack([index % size, index // size % size, index // (size * size)], axis=1) / (size - 1)
-        # Huge finite values would overflow the squares; what they are is told by low and high.
+        # The squares of huge values would overflow; `low` and `high` hold these values.
         all_of = np.column_stack([np.ones(len(rows)), np.clip(rows, -1e6, 1e6), where])
         self._moments += all_of.T @ all_of
 
     def gathered(self) -> TableStatistics:
-        """Return what was found."""
+        """Return the statistics of all rows added so far."""
         none = np.full(3, np.nan)
         seen = bool(np.isfinite(self.low).all())
         return TableStatistics(

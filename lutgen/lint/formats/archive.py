@@ -19,36 +19,36 @@ from lutgen.lint.formats import Format, clf, config, cube, findings, tables
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-#: Bytes of an archive and of what it unpacks to, its files, and bytes of its directory: the largest published config
-#: has 30 MB in 90 files.
+#: Limits: bytes of an archive and of its unpacked files, number of files, bytes of its directory. The largest published
+#: config has 30 MB in 90 files.
 LARGEST, MOST_FILES, LARGEST_DIRECTORY = 200 << 20, 2000, 2 << 20
 
 CONFIG = "config.ocio"
 
-#: Where the directory of a ZIP is told (APPNOTE 4.3.16): signature, how far from the end it may begin.
+#: The record at the end of a ZIP (APPNOTE 4.3.16): its signature, and how far from the end it may begin.
 _END, _FARTHEST = b"PK\x05\x06", 22 + 65_535
 
 _BLOCK = 1 << 16
 
-#: What an archive's config may name, and lint reads.
+#: LUT files that a config of an archive may name and that lint reads.
 _LUTS = {suffix: each.FORMAT for each in (cube, clf, tables) for suffix in each.FORMAT.suffixes}
 
-#: Rules that tell of a LUT whose header asks for more than OpenColorIO is given.
+#: Rules that find a LUT which is too large to be given to OpenColorIO.
 _LARGE = {"loads", "cube-size"}
 
 
 @dataclass(frozen=True)
 class ArchiveScan:
-    """An archive as it stands.
+    """What a scan of an archive finds.
 
     Attributes
     ----------
     broken
         Why it cannot be unpacked; empty where it can.
     names
-        Its files, as the directory has them.
+        Names of its files, from its directory.
     unsafe
-        Names that lead out of the folder that it is unpacked to, links and encrypted files, each with the reason.
+        Files that are not unpacked, each with the reason: names that lead out of the folder, links, encrypted files.
 
     """
 
@@ -61,7 +61,7 @@ class ArchiveScan:
 
 @contextmanager
 def scan_archive(path: Path) -> Iterator[tuple[ArchiveScan, Path]]:
-    """Read an archive's directory, unpack what is safe, and give the folder for as long as it is looked at.
+    """Read an archive's directory, unpack what is safe, and give the folder, which is removed at the end.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def scan_archive(path: Path) -> Iterator[tuple[ArchiveScan, Path]]:
 
 
 def _too_much(path: Path, size: int) -> str:
-    """Say why its directory is not even read; empty where it is."""
+    """Return why the directory is not read; empty where it is."""
     if size > LARGEST:
         return f"has more than {LARGEST >> 20} MiB, and no config has"
     with path.open("rb") as file:
@@ -129,7 +129,7 @@ def _unsafe(entry: zipfile.ZipInfo) -> str:
 
 
 def _write(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, target: Path, left: int) -> int:
-    """Unpack a file and return its size; the directory's word for that is not believed."""
+    """Unpack a file and return its size, counted here: the directory may state another."""
     written = 0
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -147,7 +147,7 @@ def _write(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, target: Path, left:
 
 
 def archive_form(scan: ArchiveScan) -> Iterator[Finding]:
-    """An archive is unpacked by whoever opens it."""
+    """A program that opens an archive unpacks it, so that a bad one can do harm."""
     fates = refused(OCIO_26, how="opens no such archive")
     if scan.broken:
         yield Finding(scan.broken, "Do not unpack it; make it again with ocioarchive.", 0, fates)
@@ -164,7 +164,7 @@ RULES = (archive_form,)
 
 
 def lint_archive(path: Path, _ask_readers: bool) -> Linted:
-    """Lint one, its config and its LUTs; raises LutgenError where it cannot be read."""
+    """Lint an archive, its config and its LUTs; raises LutgenError where it cannot be read."""
     with scan_archive(path) as (scan, folder):
         of_luts = [
             finding
@@ -174,7 +174,7 @@ def lint_archive(path: Path, _ask_readers: bool) -> Linted:
         ]
         found = [*findings(RULES, scan), *of_luts]
         if any(each.rule in _LARGE for each in of_luts):
-            # Loading the config loads its LUTs, and one whose header lies would take all memory.
+            # Loading the config loads its LUTs, and a LUT that claims a huge size would fill the memory.
             found.append(Finding(f"{CONFIG} was not loaded, since a LUT may be too large", "Mend that first."))
         elif (folder / CONFIG).is_file():
             found += _inside(folder, CONFIG, config.FORMAT)
@@ -182,7 +182,7 @@ def lint_archive(path: Path, _ask_readers: bool) -> Linted:
 
 
 def _inside(folder: Path, name: str, form: Format) -> list[Finding]:
-    """Lint a file of an archive: what is said of it names it."""
+    """Lint a file of an archive, and put its name before each finding."""
     try:
         found = form.lint(folder / name, False).findings  # noqa: FBT003 - no reader is asked
     except LutgenError as error:
@@ -191,7 +191,7 @@ def _inside(folder: Path, name: str, form: Format) -> list[Finding]:
 
 
 def _named(words: str, folder: Path) -> str:
-    """Leave the folder out, and what cannot be printed: names in an archive may hold anything."""
+    """Remove the folder from a message, and letters that cannot be printed: names in an archive may hold any."""
     return "".join(letter if letter.isprintable() else " " for letter in words.replace(f"{folder}/", ""))
 
 

@@ -34,13 +34,13 @@ _NUMERAL = re.compile(rf"[-+]?\.?[0-9]|{NON_FINITE}$", re.IGNORECASE)
 #: The namespace of SMPTE ST 2136-1.
 SMPTE = "smpte-ra.org/ns/2136-1"
 
-#: Elements that are kept; more belong to no transform that anybody runs.
+#: Operators that are kept, so that a file of elements alone does not fill the memory.
 MAX_NODES = 1000
 
 
 @dataclass(frozen=True)
 class Node:
-    """An operator: its name and attributes, its array's ``dim`` and the largest finite number in it, and where it is.
+    """An operator: its line, name and attributes, ``dim`` of its array and the largest finite number in that.
 
     ``odd`` is the first of its values that is no finite decimal number of float32.
     """
@@ -55,7 +55,7 @@ class Node:
 
 @dataclass(frozen=True)
 class ClfScan:
-    """A CLF as it stands: ``broken`` says why it is no XML, ``refusal`` why OpenColorIO does not read it."""
+    """What a scan of a CLF finds: ``broken`` says why it is no XML, ``refusal`` why OpenColorIO does not read it."""
 
     path: Path
     bytes: int
@@ -159,7 +159,7 @@ class _Reader:
 
 
 class _Values:
-    """Takes the text of an element piece by piece: numbers, which may be cut between two pieces."""
+    """Reads the numbers of an element, whose text comes in pieces that may end inside a number."""
 
     def __init__(self, array: bool, dim: str, attributes: Mapping[str, str]) -> None:
         self.array, self.dim = array, dim
@@ -172,7 +172,7 @@ class _Values:
         self._bits = attributes.get("rawHalfs", "").lower() == "true"
 
     def take(self, text: str) -> None:
-        """Take the next piece."""
+        """Read the next piece."""
         whole = self._tail + text
         cut = max(whole.rfind(blank) for blank in " \t\r\n") + 1
         self._tail = whole[cut:][: LONGEST + 1]
@@ -206,7 +206,7 @@ def loads(scan: ClfScan) -> Iterator[Finding]:
 
 
 def clf_form(scan: ClfScan) -> Iterator[Finding]:
-    """OpenColorIO refuses most faults with a clear sentence; scale faults it shows."""
+    """OpenColorIO refuses most faults with a clear message; a wrong scale it shows."""
     if scan.broken:
         fates = refused(*OCIO, CLF_IO, how="reads no broken XML")
         yield Finding(f"is no XML that can be read: {scan.broken}", "Export it again.", scan.broken_line, fates)
@@ -242,7 +242,7 @@ RULES = (loads, clf_form)
 
 
 def lint_clf(path: Path, _ask_readers: bool) -> Linted:
-    """Lint one; raises LutgenError where it cannot be read."""
+    """Lint a file; raises LutgenError where it cannot be read."""
     scan = scan_clf(path)
     names = ", ".join(node.name for node in scan.nodes if node.dim or node.name == "Exponent") or "no operators"
     return Linted(path, "clf", (f"{names}, {scan.bytes} bytes",), tuple(findings(RULES, scan)))

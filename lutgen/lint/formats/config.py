@@ -21,13 +21,13 @@ from lutgen.lint.trial import try_config
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-#: What has a table to interpolate; a .spimtx and a .cc have none, and a CLF states its own.
+#: Files with a table to interpolate. A .spimtx and a .cc have no table, and a CLF states its own interpolation.
 TABLES = (".cube", ".3dl", ".spi3d", ".csp", ".vf", ".lut", ".mga", ".m3d", ".itx")
 
-#: Views that fit into a menu.
+#: Largest number of views that fit into a menu.
 MANY = 10
 
-#: Role → who looks for it.
+#: Role → what uses it.
 WANTED = {
     "scene_linear": "Blender and Nuke work in it",
     "default": "files without a rule are read as it",
@@ -45,12 +45,12 @@ MAX_BYTES = 64 << 20
 
 @dataclass(frozen=True)
 class ConfigScan:
-    """A config as it stands.
+    """What a scan of a config finds.
 
     Attributes
     ----------
     version
-        Its profile version, (0, 0) where it states none.
+        The profile version, (0, 0) where it states none.
     config
         OpenColorIO's object, None where it does not load or a name is not UTF-8.
     decodes
@@ -74,7 +74,7 @@ class ConfigScan:
     broken: tuple[tuple[str, str], ...]
 
     def line_of(self, words: str) -> int:
-        """The first line that holds the words, 0 without one."""
+        """The number of the first line that holds ``words``, 0 for none."""
         place = self.text.find(words) if words else -1
         return self.text.count("\n", 0, place) + 1 if place >= 0 else 0
 
@@ -144,12 +144,12 @@ def _broken(config: Any) -> list[tuple[str, str]]:
                 fails[name] = " ".join(str(error).split())
     except LutgenError as error:
         fails["the whole"] = str(error)
-    # A colour space that leads one way alone, as many for display do, is as it should be.
+    # A colour space that converts in one direction only is sound; many for displays do.
     return [(name, why) for name, why in fails.items() if name not in works]
 
 
 def config_version(scan: ConfigScan) -> Iterator[Finding]:
-    """2.1 refuses 2.2 and later; what else the installed version says of it, all are taken to say."""
+    """OpenColorIO 2.1 refuses version 2.2 and later. Any other refusal of the installed version stands for all."""
     line = scan.line_of("ocio_profile_version")
     installed = str(ocio().__version__)
     if scan.version == (0, 0) and not scan.refusal:
@@ -174,7 +174,7 @@ def _said(scan: ConfigScan) -> str:
 
 
 def config_parts(scan: ConfigScan) -> Iterator[Finding]:
-    """Whoever chooses such a part gets an error; Debian's oiiotool aborts."""
+    """A user who chooses such a part gets an error; Debian's oiiotool aborts."""
     reasons: dict[str, list[str]] = {}
     for part, reason in scan.broken:
         reasons.setdefault(reason.partition(" The following attempts")[0], []).append(part)
@@ -190,7 +190,7 @@ def config_parts(scan: ConfigScan) -> Iterator[Finding]:
 
 
 def config_files(scan: ConfigScan) -> Iterator[Finding]:
-    """Notes: such a config works where it stands."""
+    """Notes, since such a config works where it lies now."""
     if scan.config is None:
         return
     files = [transform.getSrc() for transform in scan.file_transforms]
@@ -217,12 +217,12 @@ def config_files(scan: ConfigScan) -> Iterator[Finding]:
 
 
 def _says_nothing(transform: object) -> bool:
-    # Its text, since OpenColorIO's object says the same of "default" and of nothing.
+    # The object's text is used: its method gives the same answer for "default" and for no interpolation.
     return "interpolation=default" in str(transform) or "interpolation" not in str(transform)
 
 
 def config_environment(scan: ConfigScan) -> Iterator[Finding]:
-    """A variable without a default is an error in every program that does not set it."""
+    """A context variable without a default is an error in each program that does not set it."""
     if scan.config is None:
         return
     sources = [*(each.getSrc() for each in scan.file_transforms), *scan.config.getSearchPaths()]
@@ -237,14 +237,14 @@ def config_environment(scan: ConfigScan) -> Iterator[Finding]:
 
 
 def config_keys(scan: ConfigScan) -> Iterator[Finding]:
-    """A misspelt key is an unknown key."""
+    """OpenColorIO skips an unknown key, such as a misspelt one, with a warning."""
     for warning in scan.warnings:
         quoted = warning.split("'")[1] if warning.count("'") > 1 else ""
         yield Finding(f"OpenColorIO warns: {warning[:200]}", "Correct the word, or take it out.", scan.line_of(quoted))
 
 
 def config_roles(scan: ConfigScan) -> Iterator[Finding]:
-    """Notes: whoever misses a role falls back on something."""
+    """Notes, since programs choose another colour space where a role is missing."""
     if scan.config is None:
         return
     wanted = {role: why for role, why in WANTED.items() if scan.version >= (2, 0) or "interchange" not in role}
@@ -301,7 +301,7 @@ RULES = (
 
 
 def lint_config(path: Path, ask_readers: bool) -> Linted:
-    """Lint one; raises LutgenError where it cannot be read, or is far larger than any config."""
+    """Lint a file; raises LutgenError where it cannot be read, or is far larger than any config."""
     scan = scan_config(path)
     trials = tuple(try_config(path)) if ask_readers else ()
     version = ".".join(map(str, scan.version))

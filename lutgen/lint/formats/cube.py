@@ -1,6 +1,6 @@
-"""``.cube``: what OpenColorIO, ffmpeg, pillow_lut and colour do with each way to write it.
+"""``.cube``: what OpenColorIO, ffmpeg, pillow_lut and colour do with each variant of the format.
 
-What a rule says of a reader was tried; the tests try it again with the readers that are installed.
+What rules say of these readers was tried, and tests try it again with the readers that are installed.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 EVERYONE = (*OCIO, FFMPEG, PILLOW, COLOUR)
 
-#: Points an axis, at most.
+#: The largest table that each reader takes, in points an axis.
 LARGEST = {PILLOW: 65, **dict.fromkeys(OCIO, 129), FFMPEG: 256}
 
 #: Keywords and the values that readers assume without them.
@@ -35,16 +35,16 @@ ADOBES = ("TITLE", *DOMAIN)
 KNOWN = {*ADOBES, *RANGES, "LUT_3D_SIZE", "LUT_1D_SIZE"}
 RANGE_FLAGS = {"LUT_IN_VIDEO_RANGE", "LUT_OUT_VIDEO_RANGE", "LUT_IN_FULL_RANGE", "LUT_OUT_FULL_RANGE"}
 
-#: How much better red must follow the slowest index than the fastest, and blue the other way round.
+#: In a table stored blue fastest, red correlates with the slowest index by this much more than with the fastest.
 MARGIN = 0.3
 
-#: A fall of the neutral axis that is more than rounding: one code of 10 bit.
+#: The smallest fall along the neutral axis that is no rounding: one code of 10 bits.
 FALL = 1 / 1023
 
-#: Largest value that a table of 0..1 may reach with colours outside the gamut; beyond it, it holds integers.
+#: Tables of 0..1 stay below this value, colours outside the gamut included; a table that reaches it holds integers.
 INTEGERS = 16.0
 
-#: Black and white of video's narrow range, 64 and 940 of 1023, and how near a table comes to them.
+#: Black and white of video's narrow range, 64 and 940 of 1023, and the tolerance for both.
 NARROW, NEAR = (64 / 1023, 940 / 1023), 0.004
 
 #: Three words that begin as numbers do.
@@ -54,7 +54,7 @@ _OWN_LINE = "Give the comment a line of its own, before LUT_3D_SIZE."
 
 
 def byte_order_mark(scan: CubeScan) -> Iterator[Finding]:
-    """A byte order mark joins the first word: no reader then finds LUT_3D_SIZE, most do not miss a TITLE."""
+    """The mark becomes part of the first word: where that is LUT_3D_SIZE, no reader finds the size."""
     if scan.marked:
         fates = refused(COLOUR, how="cannot read the marked line")
         if scan.size_line == 1:
@@ -104,7 +104,7 @@ def _size(scan: CubeScan, entry: Entry) -> Iterator[Finding]:
 
 
 def cube_domain(scan: CubeScan) -> Iterator[Finding]:
-    """OpenColorIO and colour honour it, pillow_lut never, ffmpeg after LUT_3D_SIZE and then without the minimum."""
+    """OpenColorIO and colour use the domain, pillow_lut ignores it, ffmpeg uses a DOMAIN_MAX after LUT_3D_SIZE."""
     for entry in scan.named(*DOMAIN):
         after_size = 0 < scan.size_line < entry.line
         if entry.domain is None:
@@ -138,7 +138,7 @@ def _narrowed(entry: Entry, *, after_size: bool) -> Finding:
 
 
 def cube_input_range(scan: CubeScan) -> Iterator[Finding]:
-    """DaVinci Resolve's way to state a domain, which OpenColorIO does not take beside TITLE and DOMAIN."""
+    """DaVinci Resolve's keywords for a domain; OpenColorIO refuses them together with TITLE or DOMAIN."""
     mixed = scan.named(*ADOBES)
     for entry in scan.named(*RANGES):
         ends = entry.numbers(2)
@@ -186,7 +186,7 @@ def cube_shaper(scan: CubeScan) -> Iterator[Finding]:
 
 
 def cube_keyword(scan: CubeScan) -> Iterator[Finding]:
-    """Most readers skip an unknown word before the size; behind the size it stands where a row should."""
+    """Most readers skip an unknown word before the size; after the size they expect rows."""
     unknown = [entry for entry in scan.entries if entry.keyword.upper() not in KNOWN]
     small = [entry for entry in scan.entries if entry.keyword != entry.keyword.upper() and entry not in unknown]
     late = [entry for entry in scan.named(*KNOWN) if entry.rows_before and 0 < scan.size_line < entry.line]
@@ -242,7 +242,7 @@ def tabs(scan: CubeScan) -> Iterator[Finding]:
 
 
 def trailing_comment(scan: CubeScan) -> Iterator[Finding]:
-    """Only ffmpeg stops reading after three numbers; in the header colour does too."""
+    """Only ffmpeg ignores what follows three numbers; in the header colour ignores it too."""
     if odd := scan.oddities.get("comment"):
         fates = refused(*OCIO, PILLOW, COLOUR, how="wants three numbers and nothing else")
         yield Finding(f"has a comment behind a row: {odd.sample}", _OWN_LINE, odd.line, fates)
@@ -263,7 +263,7 @@ def comma(scan: CubeScan) -> Iterator[Finding]:
 
 
 def cube_rows(scan: CubeScan) -> Iterator[Finding]:
-    """Rows that are too few or too many, or are not three numbers. Only ffmpeg stops counting when it has enough."""
+    """Too few rows, too many, or rows that are not three numbers. Only ffmpeg ignores rows after the last it needs."""
     strict = refused(*OCIO, PILLOW, COLOUR, how="counts the rows")
     rows, wanted = scan.table.rows, scan.size**3
     if wanted and rows != wanted:
@@ -316,7 +316,7 @@ def not_a_number(scan: CubeScan) -> Iterator[Finding]:
 
 
 def subnormal(scan: CubeScan) -> Iterator[Finding]:
-    """Programs that compute curves write such numbers near black; OpenColorIO takes the row for no row at all."""
+    """Programs that compute curves write such numbers near black; OpenColorIO does not read them."""
     if odd := scan.oddities.get("subnormal"):
         fates = refused(*OCIO, how="takes a number that small for none")
         what = f"has numbers below 1.2e-38: {odd.sample}"
@@ -324,9 +324,9 @@ def subnormal(scan: CubeScan) -> Iterator[Finding]:
 
 
 def channel_order(scan: CubeScan) -> Iterator[Finding]:
-    """Red follows the first index in every table for pictures, unless its author meant to swap channels.
+    """In a table for pictures red rises with the first index, unless the author swaps channels on purpose.
 
-    CLF and .3dl are written blue fastest: a ``.cube`` written so swaps red and blue in every reader.
+    CLF and .3dl store blue fastest; a ``.cube`` stored that way swaps red and blue in every reader.
     """
     follows = scan.table.correlation
     red, blue = follows[0, 2] - follows[0, 0], follows[2, 0] - follows[2, 2]
@@ -340,7 +340,7 @@ def channel_order(scan: CubeScan) -> Iterator[Finding]:
 
 
 def grey_axis(scan: CubeScan) -> Iterator[Finding]:
-    """A note: an inversion is meant in some tables and a fault in others, and every reader shows it."""
+    """A falling grey axis is meant in some tables and a fault in others; every reader shows it, so this is a note."""
     falls = -np.diff(scan.table.greys, axis=0)
     if not len(falls) or falls.max() < FALL:
         return
@@ -351,7 +351,7 @@ def grey_axis(scan: CubeScan) -> Iterator[Finding]:
 
 
 def unfinished(scan: CubeScan) -> Iterator[Finding]:
-    """White is the last row: when it and its neighbours are black, the writer stopped before."""
+    """The last rows are white and its neighbours; where they are black, the writing program stopped early."""
     table = scan.table
     if scan.size < 2 or table.rows < scan.size**3:
         return
@@ -365,7 +365,7 @@ def unfinished(scan: CubeScan) -> Iterator[Finding]:
 
 
 def value_range(scan: CubeScan) -> Iterator[Finding]:
-    """Integer pictures clip at 0 and 1; float ones do not, so both may be meant."""
+    """Readers clip values outside 0..1 in integer pictures and keep them in float pictures: either may be meant."""
     table = scan.table
     low, high = float(table.low.min()), float(table.high.max())
     if high >= INTEGERS and "overflow" not in scan.oddities and "infinite" not in scan.oddities:
@@ -389,7 +389,7 @@ RULES = (
 
 
 def lint_cube(path: Path, ask_readers: bool) -> Linted:
-    """Lint one; raises LutgenError where it cannot be read, or is no text."""
+    """Lint a file; raises LutgenError where it cannot be read, or is no text."""
     scan = scan_cube(path, keep=ask_readers)
     trials = tuple(try_cube(scan)) if ask_readers else ()
     part = f", a 1D part of {scan.size_1d}" if scan.size_1d else ""

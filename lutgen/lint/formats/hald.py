@@ -1,6 +1,6 @@
 """Hald images as PNG: the chunks' names and lengths, the header, whether all of it is there, and what ffmpeg does.
 
-Pixels are unpacked and counted, and none is kept.
+Pixels are decompressed and counted, and not kept.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
-#: Chunks that are looked at; PNG writers make pieces of 8 kB at least, so the rest is the same.
+#: Chunks that are read; writers split pixels into chunks of 8 kB or more, so that images of all levels have fewer.
 MOST_CHUNKS = 100_000
 
-#: The widest Hald image that is read, of level 16, as ffmpeg takes it; pixels of others are not unpacked.
+#: Width of the largest Hald image that ffmpeg takes, level 16; pixels of wider images are not decompressed.
 WIDEST = 16**3
 
-#: Bytes of packed pixels that are unpacked at a time, and of pixels that come of them.
+#: Bytes that are decompressed at a time, and bytes that one step may yield.
 BLOCK = 1 << 20
 
 #: Numbers of a pixel by colour type of PNG: greys, RGB, a palette, greys with alpha, RGB with alpha.
@@ -36,27 +36,27 @@ _NUMBERS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
 #: Levels that ffmpeg takes: a table of 4 to 256 points an edge.
 LEVELS = range(2, 17)
 
-#: Bits of a number without visible steps in a table.
+#: Bits from which a table has no visible steps.
 FINE = 16
 
-#: Colour types of PNG that have red, green and blue in full.
+#: Colour types of PNG with red, green and blue channels.
 COLOURS = {2: "RGB", 6: "RGB and alpha"}
 
 
 @dataclass(frozen=True)
 class HaldScan:
-    """A PNG as it stands.
+    """What a scan of a PNG finds.
 
     Attributes
     ----------
     width, height, depth, colour
         As its header has them, 0 without a header; ``colour`` is PNG's colour type.
     chunks
-        Names of the chunks that say how its numbers are to be seen: gAMA, cHRM, iCCP, sRGB, cICP.
+        Names of its chunks that state a colour space or gamma: gAMA, cHRM, iCCP, sRGB, cICP.
     whole
         Whether it is a PNG that ends in its last chunk.
     missing
-        Bytes of pixels that its header asks for and its data do not hold; 0 where it holds all, or they were not read.
+        Bytes of pixels that the header asks for and the data lack; 0 where none lack or pixels were not read.
 
     """
 
@@ -94,7 +94,7 @@ def scan_hald(path: Path) -> HaldScan:
 
 
 class _Chunks:
-    """Goes through the chunks of a PNG, behind its signature."""
+    """Reads the chunks of a PNG after its signature."""
 
     def __init__(self, file: BinaryIO) -> None:
         self.file = file
@@ -105,7 +105,7 @@ class _Chunks:
         self._unpacker = zlib.decompressobj()
 
     def read(self) -> bool:
-        """Read them, and return whether the last one is there."""
+        """Read all chunks, and return whether the last one, IEND, is there."""
         for _ in range(MOST_CHUNKS):
             head = self.file.read(8)
             if len(head) < 8:
@@ -125,7 +125,7 @@ class _Chunks:
         return True
 
     def _wanted(self) -> int:
-        """Bytes of pixels, with the one that begins a row; 0 where they are not counted."""
+        """Return the bytes of all rows, each with its filter byte; 0 where they are not counted."""
         width, height, depth, colour, interlaced = self.header
         if interlaced or colour not in _NUMBERS or max(width, height) > WIDEST:
             return 0
@@ -180,7 +180,7 @@ RULES = (hald_form,)
 
 
 def lint_hald(path: Path, _ask_readers: bool) -> Linted:
-    """Lint one; raises LutgenError where it cannot be read."""
+    """Lint a file; raises LutgenError where it cannot be read."""
     scan = scan_hald(path)
     level = f", level {scan.level}: {scan.level**2}³ points" if scan.level else ""
     facts = (f"{scan.width} × {scan.height} pixels of {scan.depth} bits{level}, {scan.bytes} bytes",)

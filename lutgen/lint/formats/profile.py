@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 #: Tags of a matrix with curves.
 MATRIX = ("rXYZ", "gXYZ", "bXYZ", "rTRC", "gTRC", "bTRC")
 
-#: What the standard asks of profiles besides (ICC.1:2001-04, 6.3); nobody who shows pictures looks for it.
+#: Tags that the standard also requires (ICC.1:2001-04, 6.3), and that no reader needs to show pictures.
 ASKED = {"profile": ("desc", "cprt", "wtpt"), "link": ("desc", "cprt", "pseq")}
 
 #: Classes that describe a device or a space, and those that do something else (ICC.1:2022, 7.2.7).
@@ -40,7 +40,7 @@ NEWEST = (5, 0)
 #: Bytes that may follow a table: padding.
 PADDING = 3
 
-#: White that is so near to the screen's is meant to be the same: one code of 255.
+#: White within this distance of the screen's is meant to be the screen's: one code of 255.
 SAME = 1 / 255
 
 #: Tags of tables from the device's colours; a device link has the first alone.
@@ -51,7 +51,7 @@ _HEADS = {b"mft1": (48, 1), b"mft2": (52, 2)}
 
 
 class TableHead(NamedTuple):
-    """What a table of type mft1 or mft2 says of itself, and the bytes that it would need for that."""
+    """The head of a table of type mft1 or mft2, and the bytes that a table of this head needs."""
 
     tag: Tag
     inputs: int
@@ -62,22 +62,22 @@ class TableHead(NamedTuple):
 
 @dataclass(frozen=True)
 class ProfileScan:
-    """A profile as it stands.
+    """What a scan of a profile finds.
 
     Attributes
     ----------
     length, head
-        Bytes that it has, and the first 128 of them.
+        Size of the file in bytes, and its first 128 bytes.
     count, tags
-        Tags that its table claims, and those that are read: ``MOST_TAGS`` at most.
+        Number of tags that the tag table claims, and the tags that are read, ``MOST_TAGS`` at most.
     tables
-        Its tables of the older types, as far as they lie in the file.
+        Heads of the tables of types mft1 and mft2 that lie in the file.
     identifier
-        Whether the MD5 in its header is its own; None where it has none.
+        Whether the MD5 in the header is that of the profile; None where the header has none.
     white
-        Code values on an sRGB screen of code 1, 1, 1, by LittleCMS in floating point; None where it gives none.
+        Code values on an sRGB screen that LittleCMS computes for code 1, 1, 1 in floating point; None where it fails.
     unasked
-        Why LittleCMS could not be asked; empty where it was.
+        Why LittleCMS could not be used; empty where it was.
 
     """
 
@@ -93,7 +93,7 @@ class ProfileScan:
 
     @property
     def size(self) -> int:
-        """Bytes that it says it has."""
+        """The size in bytes that its header states."""
         return int.from_bytes(self.head[:4], "big")
 
     @property
@@ -102,7 +102,7 @@ class ProfileScan:
         return (self.head[8], self.head[9] >> 4) if len(self.head) >= 10 else (0, 0)
 
     def word(self, start: int) -> str:
-        """Four letters of the header."""
+        """The four letters of the header from byte ``start`` on."""
         return self.head[start : start + 4].decode("latin-1")
 
     @property
@@ -111,12 +111,12 @@ class ProfileScan:
         return self.word(12) == "link"
 
     def has(self, *names: str) -> bool:
-        """Whether all these tags are in the table and lie in the file."""
+        """Whether the tag table has all these tags and each of them lies in the file."""
         return set(names) <= {tag.name for tag in self.tags if tag.start + tag.size <= self.length}
 
 
 def scan_profile(path: Path) -> ProfileScan:
-    """Read header, table and the heads of tables; larger files than any profile no further.
+    """Scan a profile; of a file larger than any profile only header, tag table and heads of tables are read.
 
     Raises
     ------
@@ -147,7 +147,7 @@ def scan_profile(path: Path) -> ProfileScan:
 
 
 def _identifier(data: bytes) -> bool | None:
-    """Whether the MD5 is that of the profile with flags, intent and the MD5 left 0 (ICC.1:2022, 7.2.18)."""
+    """Return whether the MD5 is that of the profile with flags, intent and MD5 set to 0 (ICC.1:2022, 7.2.18)."""
     if not any(data[84:100]):
         return None
     blank = b"".join((data[:44], bytes(4), data[48:64], bytes(4), data[68:84], bytes(16), data[100:]))
@@ -177,7 +177,7 @@ def _white(path: Path) -> tuple[Array | None, str]:
 
 
 def profile_header(scan: ProfileScan) -> Iterator[Finding]:
-    """A browser says nothing where it refuses a profile."""
+    """Browsers ignore a profile that they cannot use, and give no message."""
     everyone = refused(LCMS_8, LCMS_16, ARGYLL, how="opens no such profile") | IGNORED
     if not is_profile(scan.head):
         what = "is empty" if not scan.length else "is no ICC profile: the signature acsp is missing"
@@ -198,7 +198,7 @@ def profile_header(scan: ProfileScan) -> Iterator[Finding]:
 
 
 def profile_size(scan: ProfileScan) -> Iterator[Finding]:
-    """Nobody minds a size that is too large, or bytes behind the end, as long as all tags are there."""
+    """Readers accept a stated size that is too large, and bytes after the end, as long as all tags are there."""
     if scan.length > LARGEST_LUT:
         what = f"has {scan.length >> 20} MiB, more than any profile"
         yield Finding(what, "Is it the right file?")
@@ -210,7 +210,7 @@ def profile_size(scan: ProfileScan) -> Iterator[Finding]:
 
 
 def profile_version(scan: ProfileScan) -> Iterator[Finding]:
-    """Version 2 is everybody's; Argyll reads nothing newer, Chromium from 2 to 4."""
+    """Every reader takes version 2; Argyll takes nothing newer, Chromium 2 to 4."""
     if not is_profile(scan.head):
         return
     major, minor = scan.version
@@ -226,13 +226,13 @@ def profile_version(scan: ProfileScan) -> Iterator[Finding]:
 
 
 def profile_id(scan: ProfileScan) -> Iterator[Finding]:
-    """Nobody who shows pictures compares it, but it tells that bytes were changed."""
+    """The ID is the MD5 of the profile: no reader compares it, but it tells that bytes were changed."""
     if scan.identifier is False:
         yield Finding("has an ID that is not that of its bytes: it was changed after it was made", "Export it again.")
 
 
 def profile_tags(scan: ProfileScan) -> Iterator[Finding]:
-    """What is left without a tag that lies outside, ``profile-parts`` says."""
+    """The tag table. ``profile-parts`` says what a profile lacks without the tags that lie outside the file."""
     if not is_profile(scan.head):
         return
     room = max(0, scan.length - HEADER - 4) // 12
@@ -240,7 +240,7 @@ def profile_tags(scan: ProfileScan) -> Iterator[Finding]:
         what = f"claims {scan.count} tags, and {min(MOST_TAGS, room)} are the most that a file of this size may have"
         fates = refused(LCMS_8, LCMS_16, ARGYLL, how="opens no such profile") | (IGNORED if scan.count > room else {})
         yield Finding(what, "It was cut off or damaged; export it again.", 0, fates)
-        return  # What stands behind the true ones is no row.
+        return  # What follows the real tags is no tag table.
     outside = [tag for tag in scan.tags if tag.start + tag.size > scan.length or tag.size < SMALLEST_TAG]
     if outside:
         what = f"has the tag {outside[0].name!r} outside the file"
@@ -261,7 +261,7 @@ def profile_tags(scan: ProfileScan) -> Iterator[Finding]:
 
 
 def _left_out(scan: ProfileScan, outside: list[Tag]) -> dict[str, Fate]:
-    """LittleCMS, and Argyll where a tag only ends outside, go on without it: by the matrix, where a table is lost."""
+    """LittleCMS, and Argyll where only a tag's end lies outside, skip the tag: for a table they use the matrix."""
     far = any(tag.start >= scan.length for tag in outside)
     going_on = (LCMS_8, LCMS_16) if far else (LCMS_8, LCMS_16, ARGYLL)
     by_the_matrix = any(tag.name == "A2B0" for tag in outside) and scan.has(*MATRIX)
@@ -270,13 +270,13 @@ def _left_out(scan: ProfileScan, outside: list[Tag]) -> dict[str, Fate]:
 
 
 def _across(tags: tuple[Tag, ...]) -> tuple[Tag, Tag] | None:
-    """Find two tags that share some bytes, but not all: to share all is allowed, and common for curves."""
+    """Return two tags that share some but not all of their bytes; tags may share all, as curves often do."""
     ordered = sorted({(tag.start, tag.size): tag for tag in tags}.values(), key=lambda tag: tag.start)
     return next(((one, other) for one, other in pairwise(ordered) if other.start < one.start + one.size), None)
 
 
 def profile_parts(scan: ProfileScan) -> Iterator[Finding]:
-    """A table or a matrix with curves; a device link has a table."""
+    """A display profile needs a table or a matrix with curves, a device link a table."""
     if scan.word(12) not in (*DEVICES, "link"):
         return
     needed = "a table (A2B0)" if scan.link else f"a table (A2B0) or all of {', '.join(MATRIX)}"
@@ -289,7 +289,7 @@ def profile_parts(scan: ProfileScan) -> Iterator[Finding]:
 
 
 def profile_table(scan: ProfileScan) -> Iterator[Finding]:
-    """Where the number of points is too small for the bytes that are there, everybody shows nonsense."""
+    """A table with more bytes than its head asks for shows nonsense in every reader."""
     for table in scan.tables:
         said = f"{table.tag.name} says that it has {table.points} points an edge from {table.inputs} colours"
         lacks = table.needs > table.tag.size
@@ -309,7 +309,7 @@ def profile_table(scan: ProfileScan) -> Iterator[Finding]:
 
 
 def _unusable(scan: ProfileScan, table: TableHead) -> dict[str, Fate]:
-    """Who goes on by the matrix, where there is one; Argyll does not where the table has a single point."""
+    """Return which readers use the matrix where there is one; Argyll does not where the table has a single point."""
     fates = refused(LCMS_8, LCMS_16, ARGYLL, how="cannot convert by it")
     if table.points >= 2 and scan.has(*MATRIX):
         fates |= wrong(ARGYLL, how="goes by the matrix without a word")
@@ -317,7 +317,10 @@ def _unusable(scan: ProfileScan, table: TableHead) -> dict[str, Fate]:
 
 
 def profile_white(scan: ProfileScan) -> Iterator[Finding]:
-    """Tables are resampled for whole numbers, a matrix for 16-bit ones; not so for the absolute intent."""
+    """LittleCMS sets white on white where it resamples: tables for integers, a matrix for 16 bits.
+
+    It does not for the absolute intent.
+    """
     if scan.unasked:
         yield Finding(f"was not asked for its white: {scan.unasked}", "Install it to know.")
     if scan.white is None or np.abs(np.clip(scan.white, 0, 1) - 1).max() <= SAME:
@@ -338,7 +341,7 @@ RULES = (
 
 
 def lint_profile(path: Path, _ask_readers: bool) -> Linted:
-    """Lint one; raises LutgenError where it cannot be read."""
+    """Lint a file; raises LutgenError where it cannot be read."""
     scan = scan_profile(path)
     version = ".".join(map(str, scan.version))
     tables = "".join(f", {table.tag.name} of {table.points}³ points" for table in scan.tables)

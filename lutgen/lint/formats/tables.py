@@ -1,4 +1,4 @@
-"""Reading anybody's ``.spi3d``, ``.csp`` and ``.3dl``: the header, the rows, and what OpenColorIO says of them."""
+"""``.spi3d``, ``.csp`` and ``.3dl``: header, rows and their words, and what OpenColorIO and ffmpeg do with them."""
 
 from __future__ import annotations
 
@@ -23,20 +23,19 @@ if TYPE_CHECKING:
 _NAN = re.compile(rf"(?i)(?:^|\s){NON_FINITE}(?=\s|$)".encode())
 _COMMA = re.compile(rb"\d,\d")
 
-#: A row of each format, in which the table's size is not one: .spi3d rows begin with their three indices, and a .3dl
-#: says no size at all.
+#: A row of each format. Rows of a .spi3d begin with three indices; a .3dl states no size.
 _ROW = {
     ".spi3d": re.compile(rb"\s*\d+\s+\d+\s+\d+\s+\S+\s+\S+\s+\S"),
     ".csp": re.compile(rb"\s*\S+\s+\S+\s+\S+\s*$"),
     ".3dl": re.compile(rb"\s*(\d+)\s+(\d+)\s+(\d+)\s*$"),
 }
-#: How the line of places of a .3dl begins: with two numbers.
+#: The mesh line of a .3dl, which lists its input levels, begins with two numbers.
 _PLACES = re.compile(rb"\s*\d+\s+\d")
 
-#: A size; OpenColorIO reads 2 of 2x, so that the table may be as large as this says.
+#: The line with the table's size. OpenColorIO reads 2x as 2, so that letters after a number do not hide a huge size.
 _SIZE = re.compile(rb"\s*(\d+)\s+(\d+)\s+(\d+)\S*\s*$")
 
-#: Lines of numbers, and nothing but numbers, of each format.
+#: Lines of each format that hold numbers and nothing else.
 _SOUND = {
     ".spi3d": re.compile(rf"\s*\d+\s+\d+\s+\d+(?:\s+{NUMBER}\s+{NUMBER}\s+{NUMBER})?\s*$".encode()),
     ".csp": re.compile(rf"(?:\s*{NUMBER}(?=\s|$))*\s*$".encode()),
@@ -55,24 +54,24 @@ TWELVE_BITS = range(2048, 4096)
 
 @dataclass(frozen=True)
 class TableScan:
-    """Such a file as it stands.
+    """What a scan of such a file finds.
 
     Attributes
     ----------
     ends
         Its line ends, of "LF", "CRLF", "CR".
     size
-        Points along each axis as its header says, () where it says nothing.
+        Points along each axis by the header, () without one.
     rows
-        Rows behind the header.
+        Number of rows after the header.
     head, largest
-        Of a .3dl, its first line that is no comment, and the largest number of its rows.
+        The first line of a .3dl that is no comment, and the largest number of its rows.
     nan, comma, unclosed
-        The first line with NaN or infinity, with a decimal comma, and with metadata that never end; 0 without one.
+        The first line with NaN or infinity, with a decimal comma, and with metadata that are never closed; 0 for none.
     odd, sample
-        The first other line that should hold numbers and holds something else, 0 without one, and what it holds.
+        The first other line that holds anything but the numbers that belong there, 0 for none, and its text.
     refusal
-        Why the installed OpenColorIO does not read it; empty where it does, None where it was not asked.
+        Why the installed OpenColorIO does not read the file; empty where it does, None where it was not asked.
 
     """
 
@@ -133,7 +132,7 @@ def scan_table(path: Path) -> TableScan:
 
 @dataclass
 class _Lines:
-    """Takes the lines of a file one by one, and notes what ``TableScan`` holds."""
+    """Reads a file line by line for ``TableScan``."""
 
     suffix: str
     size: tuple[int, ...] = ()
@@ -149,7 +148,7 @@ class _Lines:
         self._csp = _CspLines()
 
     def take(self, place: int, line: bytes) -> None:
-        """Take the next line."""
+        """Read the next line."""
         words = line.strip()
         of_csp = self._csp.part(words) if self.suffix == ".csp" else ""
         if not words or of_csp == "words" or (words.startswith(b"#") and self.suffix != ".csp"):
@@ -157,7 +156,7 @@ class _Lines:
         first = not self.head
         if first:
             self.head = line[:MAX_HEAD].decode("ascii", errors="replace").strip()
-        # In a .spi3d, three numbers on a line are the size wherever they stand; a .3dl has none.
+        # In a .spi3d the first line of three numbers is the size; a .3dl has no such line.
         header = _SIZE.match(line) if not self.size and self.suffix != ".3dl" and of_csp in {"", "table"} else None
         row = None
         if header:
@@ -165,7 +164,7 @@ class _Lines:
         elif (self.size or self.suffix == ".3dl") and (row := _ROW[self.suffix].match(line)):
             self.rows += 1
             self.largest = max(self.largest, 0, *(int(word[:9]) for word in row.groups()))
-        # OpenColorIO skips the line of places of a .3dl when it is none.
+        # OpenColorIO skips the mesh line of a .3dl where one of its words is no whole number.
         of_numbers = bool(header or row or of_csp or (first and self.suffix == ".3dl" and _PLACES.match(line)))
         self._check(place, line, of_numbers=of_numbers)
 
@@ -181,17 +180,17 @@ class _Lines:
 
 
 class _CspLines:
-    """Says of each line of a ``.csp`` where it stands: "words", "curves", or "table" behind the three curves.
+    """Finds the part of a ``.csp`` that each line belongs to: "words", "curves", or "table" after the three curves.
 
-    A curve is its number of points, and from two on a line of inputs and one of outputs. Three points look like the
-    size of a table, and so do the rows of a 1D file, which has none.
+    A curve is a line with its number of points and, for two points or more, a line of inputs and a line of outputs. A
+    curve of three points looks like the size of a table, and so do rows of a 1D file.
     """
 
     def __init__(self) -> None:
         self._dimension, self._metadata, self._curves, self._lines = b"", False, 0, 0
 
     def part(self, words: bytes) -> str:
-        """Take the next line, without blanks around it."""
+        """Return the part of the next line, given without blanks around it."""
         words = words.upper()
         if words.startswith((b"BEGIN METADATA", b"END METADATA")):
             self._metadata = words.startswith(b"BEGIN")
@@ -225,7 +224,7 @@ def line_ends(scan: TableScan) -> Iterator[Finding]:
 
 
 def table_metadata(scan: TableScan) -> Iterator[Finding]:
-    """OpenColorIO does not look for the file's end there, so it is never given such a file."""
+    """OpenColorIO searches for END METADATA beyond the end of the file, so it is never given such a file."""
     if scan.unclosed:
         yield Finding(
             "opens its metadata and never closes them",
@@ -236,7 +235,7 @@ def table_metadata(scan: TableScan) -> Iterator[Finding]:
 
 
 def table_numbers(scan: TableScan) -> Iterator[Finding]:
-    """NaN and what stands behind a decimal comma become 0 without a word."""
+    """OpenColorIO reads NaN as 0, and each other word up to the first letter that belongs to no number."""
     if scan.nan:
         yield Finding("has NaN or infinity", "Compute these rows anew.", scan.nan, wrong(*OCIO, how="reads 0"))
     if scan.comma:
@@ -258,7 +257,7 @@ def table_numbers(scan: TableScan) -> Iterator[Finding]:
 
 
 def table_3dl(scan: TableScan) -> Iterator[Finding]:
-    """The lut3d of ffmpeg skips the first line, takes 17³ rows, and divides by 4096; the rest it never looks at."""
+    """The lut3d of ffmpeg skips the first line, reads 17³ rows and divides by 4096; it ignores everything else."""
     if scan.suffix != ".3dl":
         return
     places = len(scan.head.split()) > 3
@@ -281,7 +280,7 @@ RULES = (loads, line_ends, table_metadata, table_numbers, table_3dl)
 
 
 def lint_table(path: Path, _ask_readers: bool) -> Linted:
-    """Lint one; raises LutgenError where it cannot be read, or is no text."""
+    """Lint a file; raises LutgenError where it cannot be read, or is no text."""
     scan = scan_table(path)
     size = " × ".join(map(str, scan.size)) + f" points, {scan.rows} rows, " if scan.size else ""
     kind = "3dl" if scan.suffix == ".3dl" else "lut"

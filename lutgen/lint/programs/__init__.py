@@ -1,6 +1,7 @@
 """Readers of ``.cube`` that may be installed: one module each in this folder, found by being there.
 
-A module has ``PROGRAM``. Every one is asked for trilinear interpolation, which all of them have.
+A module defines ``PROGRAM``: the reader's name and version, and how code values are sent through a file. Each reader is
+asked for trilinear interpolation, which all of them have.
 """
 
 from __future__ import annotations
@@ -20,13 +21,13 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: A program that answers no sooner has hung: all take less than 2 s for the largest table that is tried.
+#: Seconds after which a program counts as hung; each takes less than 2 s for the largest table that is tried.
 TIMEOUT = 60
 
-#: 8-bit colours that are sent through, so that every reader is given the same ones exactly.
+#: Number of colours that are sent through a file, 8-bit ones so that each reader gets exactly the same, and their seed.
 COLOURS, SEED = 400, 20250611
 
-#: Files beyond this are not given to readers that believe the header, and would take all memory or hours.
+#: Larger files are not given to readers: those that trust the header would fill the memory or run for hours.
 MAX_BYTES = 200 << 20
 
 
@@ -53,7 +54,7 @@ class Program:
     tolerance
         How far it may be from our own reading, in code values 0..1.
     clips
-        Whether it writes integers, so that what leaves 0..1 is clipped.
+        Whether it writes integers, which clips values outside 0..1.
 
     """
 

@@ -45,7 +45,7 @@ def apply(path: Path, code: NDArray[np.uint8]) -> Array:
                 shown = (
                     part.apply(shown, interpolator=trilinear) if isinstance(part, colour.LUT3D) else part.apply(shown)
                 )
-    # What it raises where it has no sentence of its own is part of what it does to its users.
+    # Users of the reader see these errors too, so they count as its refusal.
     except _RAISED as error:
         raise Refusal(f"{type(error).__name__}: {error}") from None
     return np.asarray(shown, dtype=np.float64)

@@ -59,10 +59,10 @@ def refusal(path: Path) -> str:
 
 
 def loading(why: str | None, *readers: str) -> Iterator[Finding]:
-    """Yield the finding for what :func:`refusal` returned, None where it was not asked.
+    """Yield the finding for a result of :func:`refusal`, or for None where OpenColorIO was not asked.
 
-    2.1 and 2.6 agree on CLF and the text tables but for what rules say, so the installed one speaks for both: for all
-    ``readers``.
+    OpenColorIO 2.1 and 2.6 agree on CLF and the text tables except where a rule says otherwise, so that the answer of
+    the installed version holds for all ``readers``.
     """
     if why:
         fates = refused(*readers, how=f"OpenColorIO {version()} was asked")

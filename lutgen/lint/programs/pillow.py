@@ -32,7 +32,7 @@ def apply(path: Path, code: NDArray[np.uint8]) -> Array:
     """Apply a file."""
     try:
         table = import_module("pillow_lut").load_cube_file(str(path))
-    # What it raises where it has no sentence of its own is part of what it does to its users.
+    # Users of the reader see these errors too, so they count as its refusal.
     except (ValueError, IndexError, OverflowError, MemoryError) as error:
         raise Refusal(f"{type(error).__name__}: {error}") from None
     shown = import_module("PIL.Image").fromarray(code[np.newaxis]).filter(table)
