@@ -100,9 +100,9 @@ def test_a_whole_archive_is_read_by_opencolorio(name: str, tmp_path: Path) -> No
 
 #: What is wrong, the archive, and what is said.
 BAD = {
-    "empty": (b"", "is no archive"),
-    "text": (b"ocio_profile_version: 2.1\n", "is no archive"),
-    "cut off": (ARCHIVE[:-40], "is no archive"),
+    "empty": (b"", "is not an archive"),
+    "text": (b"ocio_profile_version: 2.1\n", "is not an archive"),
+    "cut off": (ARCHIVE[:-40], "is not an archive"),
     "an end alone": (b"PK\x05\x06" + b"\xff" * 18, "has a directory of 4095 MiB"),
     "no config": (zipped(("aged.clf", CLF)), "has no config.ocio at its root"),
     "a config below": (zipped(("a/config.ocio", CONFIG)), "has no config.ocio at its root"),
@@ -115,7 +115,7 @@ BAD = {
     "a link and a file behind it": (zipped((a_link(), "/etc"), ("luts/outside.txt", "x"), *GOOD), "is a link"),
     "a bomb": (zipped(*GOOD, ("zeros.clf", bytes(250 << 20))), "unpacks to 3 files of 250 MiB together"),
     "many files": (zipped(*GOOD, *((f"{n}.txt", "") for n in range(2001))), "unpacks to 2003 files"),
-    "a file that is also a folder": (zipped(*GOOD, ("aged.clf/more", "x")), "is no archive that can be unpacked"),
+    "a file that is also a folder": (zipped(*GOOD, ("aged.clf/more", "x")), "cannot be unpacked"),
     "a config without its LUT": (zipped(GOOD[0]), "config.ocio: view Aged of sRGB"),
     "a LUT without an id": (zipped(GOOD[0], ("aged.clf", CLF.replace(" id=", " ident="))), "aged.clf: "),
     "rubbish for a config": (zipped(("config.ocio", b"\0\xff" * 50)), "config.ocio: "),
@@ -126,7 +126,7 @@ BAD = {
         "config.ocio was not loaded",
     ),
     "a name in two lines": (zipped(*GOOD, ("a\nb.cube", "x")), "a b.cube: "),
-    "a wrong sum": (ARCHIVE.replace(b"LUT3D", b"LUT4D"), "is no archive that can be unpacked: Bad CRC-32"),
+    "a wrong sum": (ARCHIVE.replace(b"LUT3D", b"LUT4D"), "cannot be unpacked: Bad CRC-32"),
 }
 
 
@@ -154,7 +154,7 @@ def test_a_file_that_unpacks_to_more_than_it_says_is_stopped(tmp_path: Path, mon
         start = data.index(signature) + place
         data[start : start + 4] = struct.pack("<I", 1000)
     found = linted(tmp_path, bytes(data), "a.ocioz")
-    assert "is no archive that can be unpacked: " in found.findings[0].what
+    assert "cannot be unpacked" in found.findings[0].what
 
 
 #: Prints the peak of memory that a lint adds, in MiB, after one of a small file.
@@ -224,15 +224,15 @@ HALDS = {
     "in sRGB": (with_chunk(PLAIN, b"sRGB", b"\0"), READS, "(sRGB)"),
     "greys": (png(hald(4), "L"), WRONG, "a picture of greys or of a palette"),
     "a palette": (png(hald(4), "P"), WRONG, "a picture of greys or of a palette"),
-    "100 pixels": (png(hald(5)[:100, :100]), REFUSES, "100 × 100 pixels: no Hald image"),
-    "a row less": (png(hald(4)[:-1]), REFUSES, "64 × 63 pixels: no Hald image"),
-    "a pixel": (png(hald(4)[:1, :1]), REFUSES, "1 × 1 pixels: no Hald image"),
+    "100 pixels": (png(hald(5)[:100, :100]), REFUSES, "100 × 100 pixels; no Hald image"),
+    "a row less": (png(hald(4)[:-1]), REFUSES, "64 × 63 pixels; no Hald image"),
+    "a pixel": (png(hald(4)[:1, :1]), REFUSES, "1 × 1 pixels; no Hald image"),
     "rows more": (png(np.vstack([hald(4), hald(4)])), WRONG, "64 × 128 pixels, and a Hald image is square"),
     "cut off": (HALD[: len(HALD) // 2], WRONG, "is cut off"),
     "all pixels in two chunks": (with_pixels(PLAIN, zlib.compress(ROWS)), READS, "has 8 bits"),
     "half of its pixels": (with_pixels(PLAIN, zlib.compress(ROWS[: len(ROWS) // 2])), WRONG, "pixels fewer than"),
     "pixels that are no stream": (with_pixels(PLAIN, ROWS), WRONG, "12352 bytes of pixels fewer than 64 × 64"),
-    "no PNG": (b"GIF89a" + bytes(100), REFUSES, "is no PNG"),
+    "no PNG": (b"GIF89a" + bytes(100), REFUSES, "is not a PNG"),
     "empty": (b"", REFUSES, "is empty"),
     "a long chunk": (PLAIN[:33] + b"\xff\xff\xff\xff" + PLAIN[37:], WRONG, "is cut off"),
 }

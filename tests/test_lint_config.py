@@ -76,7 +76,7 @@ def test_many_views_are_told(tmp_path: Path) -> None:
 def test_a_table_without_an_interpolation_is_told(tmp_path: Path) -> None:
     shutil.copyfile(OURS / "aged.clf", tmp_path / "aged.clf")
     old, new = "src: aged.clf, interpolation: tetrahedral", "src: aged.cube"
-    assert "does not say how aged.cube" in said(changed(tmp_path, old, new))["config-files"]
+    assert "states no interpolation for aged.cube" in said(changed(tmp_path, old, new))["config-files"]
 
 
 def test_rubbish_that_opencolorio_takes_for_an_empty_config_is_wrong(tmp_path: Path) -> None:
@@ -257,7 +257,7 @@ def test_a_word_that_opencolorio_reads_as_another_number_is_told(word: str, suff
 def test_odd_words_of_a_csp_are_told_wherever_they_stand(old: str, new: str, tmp_path: Path) -> None:
     assert old in CSP
     (tmp_path / "lut.csp").write_text(CSP.replace(old, new, 1))
-    assert "is not numbers alone" in said(lint(tmp_path / "lut.csp"))["table-numbers"]
+    assert "surplus or malformed numbers" in said(lint(tmp_path / "lut.csp"))["table-numbers"]
 
 
 def test_words_in_the_metadata_of_a_csp_are_no_numbers(tmp_path: Path) -> None:
@@ -268,7 +268,7 @@ def test_words_in_the_metadata_of_a_csp_are_no_numbers(tmp_path: Path) -> None:
 
 def test_a_number_too_many_in_a_row_of_a_spi3d_is_told(tmp_path: Path) -> None:
     (tmp_path / "lut.spi3d").write_text(SPI3D.replace("0.900000", "0.9 0.1", 1))
-    assert "is not numbers alone" in said(lint(tmp_path / "lut.spi3d"))["table-numbers"]
+    assert "surplus or malformed numbers" in said(lint(tmp_path / "lut.spi3d"))["table-numbers"]
 
 
 def test_a_size_that_ends_in_a_letter_is_bounded_too(tmp_path: Path) -> None:
@@ -277,14 +277,14 @@ def test_a_size_that_ends_in_a_letter_is_bounded_too(tmp_path: Path) -> None:
     assert "too large" in said(lint(tmp_path / "lut.spi3d"))["loads"]
 
 
-def test_a_line_of_places_with_a_word_in_it_is_told(tmp_path: Path) -> None:
+def test_a_mesh_line_with_a_word_in_it_is_told(tmp_path: Path) -> None:
     """OpenColorIO leaves such a line out, and with it the curve that it may hold."""
     curve = PLACES.replace("64 ", "90 ", 1)
     (tmp_path / "sound.3dl").write_text(f"{curve}\n{mesh()}")
     (tmp_path / "lut.3dl").write_text(f"{curve.replace('128', '128.5')}\n{mesh()}")
     code = np.array([[16, 16, 16]], np.uint8)
     assert np.abs(apply(tmp_path / "sound.3dl", code) - apply(tmp_path / "lut.3dl", code)).max() > 0.01
-    assert "is not numbers alone" in said(lint(tmp_path / "lut.3dl"))["table-numbers"]
+    assert "surplus or malformed numbers" in said(lint(tmp_path / "lut.3dl"))["table-numbers"]
 
 
 def node(content: str) -> str:

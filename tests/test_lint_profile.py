@@ -253,7 +253,7 @@ def test_a_link_is_told_to_be_none_for_viewers(tmp_path: Path) -> None:
 def test_without_littlecms_white_is_said_to_be_unknown(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setitem(__import__("sys").modules, "imagecodecs", None)
     found = linted(tmp_path, made("icc", 18_000))
-    assert "was not asked for its white" in found.findings[0].what
+    assert "was not checked for its white" in found.findings[0].what
     assert found.clean
 
 

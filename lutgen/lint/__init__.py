@@ -45,7 +45,7 @@ def lint(path: str | Path, *, ask_readers: bool = False) -> Linted:
         message = f"{path}: {what}. Give a file that ends in {', '.join(KINDS)}."
         raise LutgenError(message)
     if form is None:
-        message = f"{path}: ends in none of {', '.join(KINDS)}. Rename it to what it is."
+        message = f"{path}: ends in none of {', '.join(KINDS)}. Rename it to the suffix of its format."
         raise LutgenError(message)
     return form.lint(path, ask_readers)
 

@@ -47,7 +47,7 @@ def _outcome(program: Program, path: Path, code: NDArray[np.uint8], meant: Array
         except Refusal as refusal:
             return REFUSES, " ".join(str(refusal).replace(str(link), path.name).split())[:300]
     if meant is None:
-        return WRONG, "shows something, though the file means nothing"
+        return WRONG, "shows colours, though the file defines none"
     if program.clips:
         shown, meant = np.clip(shown, 0, 1), np.clip(meant, 0, 1)
     difference = float(np.abs(shown - meant).max())

@@ -255,8 +255,8 @@ def _load(lib: Any, path: Path) -> Any:
         raise LutgenError(f"{path}: has names or texts that are not UTF-8. Save it as UTF-8, then merge again.")
     endless = endless_file(config)
     if endless:
-        message = f"{path}: names {endless}, which opens its metadata and never closes them. Mend or remove that first."
-        raise LutgenError(message)
+        why = "opens its metadata and never closes them. Correct or remove that file first"
+        raise LutgenError(f"{path}: names {endless}, which {why}.")
     return config
 
 

@@ -12,21 +12,21 @@ from lutgen.cli.shared import progress_bar
 
 @click.command()
 @click.argument("files", nargs=-1, required=True, metavar="FILE…")
-@click.option("--try", "ask_readers", is_flag=True, help="Let the readers that are installed read it, and compare.")
+@click.option("--try", "ask_readers", is_flag=True, help="Let installed readers read the file, and compare.")
 @click.option("--json", "json_to", metavar="FILE", help="Write the result as JSON; - is standard output.")
 @click.option("--force", is_flag=True, help="Replace the JSON file if it exists.")
 def command(*, files: tuple[str, ...], ask_readers: bool, json_to: str | None, force: bool) -> None:
-    """Say what each program will do with a LUT or config, of whoever's making; exit 1 when one does it wrong.
+    """Say what each program does with a LUT, profile or config, whoever made it; exit 1 when one gets it wrong.
 
-    .cube, .clf, .ctf, .3dl, .spi3d, .csp, .ocio and .ocioz, ICC profiles and device links, Hald PNG, of any size:
-    OpenColorIO (and so oiiotool, Blender and Nuke), ffmpeg, pillow_lut, colour, LittleCMS, Argyll and Chromium; who
-    reads it, who refuses it, who silently shows something else, why, and what to do. --try asks readers of .cube and
-    configs.
+    Reads .cube, .clf, .ctf, .3dl, .spi3d, .csp, .ocio, .ocioz, ICC profiles, device links and Hald PNG of any size, and
+    says which programs read the file, refuse it, or silently show something else, why, and what to do: OpenColorIO (and
+    so oiiotool, Blender and Nuke), ffmpeg, pillow_lut, colour, LittleCMS, Argyll and Chromium. --try runs the installed
+    readers of .cube and configs, and compares.
 
     \b
-    error    some program silently shows something else, or none reads the file   exit 1
-    warning  some program refuses it                                              exit 1
-    note     all do what is meant                                                 exit 0
+    error    a program silently shows something else, or no program reads the file   exit 1
+    warning  a program refuses the file                                              exit 1
+    note     every program shows what is meant                                       exit 0
 
     \b
     Example:

@@ -34,13 +34,13 @@ def command(
 ) -> None:
     """Add aged views to a config of your own, and prove that all else stays as it is.
 
-    A view, a colour space, a look and (from version 2) a named transform for each hour. Every view, colour space and
-    look of yours is compared pixel by pixel before and after, each aged view with the build's own; else nothing is
-    written. Comments stay where the parts can be put into your text; otherwise OpenColorIO writes the whole, and it
-    says so.
+    Each hour gets a view, a colour space, a look and (from version 2) a named transform. Every view, colour space and
+    look of yours is compared pixel by pixel before and after, each aged view with the build's own; where one differs,
+    nothing is written. Comments stay where the new parts fit into your text; otherwise OpenColorIO writes the whole
+    config, and the command says so.
 
-    --source-space says what reaches the display: --source-space "Filmic sRGB" ages the pictures of that view. Without
-    it the sRGB signal is defined through the role aces_interchange, where the config has it.
+    --source-space names the colour space whose code values reach the display: --source-space "Filmic sRGB" ages the
+    pictures of that view. Without it the sRGB signal is defined through the role aces_interchange of the config.
 
     \b
     Example:

@@ -75,7 +75,7 @@ def scan_archive(path: Path) -> Iterator[tuple[ArchiveScan, Path]]:
             broken = _too_much(path, size)
             scan = ArchiveScan(path, size, broken, (), ()) if broken else _unpack(path, size, Path(folder))
         except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, ValueError, RuntimeError) as error:
-            scan = ArchiveScan(path, size, f"is no archive that can be unpacked: {error}", (), ())
+            scan = ArchiveScan(path, size, f"cannot be unpacked: {error}", (), ())
         except OSError as error:
             message = f"{path}: cannot be read: {(error.strerror or str(error)).lower()}. Give the name of an archive."
             raise LutgenError(message) from None
@@ -85,13 +85,13 @@ def scan_archive(path: Path) -> Iterator[tuple[ArchiveScan, Path]]:
 def _too_much(path: Path, size: int) -> str:
     """Return why the directory is not read; empty where it is."""
     if size > LARGEST:
-        return f"has more than {LARGEST >> 20} MiB, and no config has"
+        return f"has more than {LARGEST >> 20} MiB, which no config has"
     with path.open("rb") as file:
         file.seek(max(0, size - _FARTHEST))
         tail = file.read()
     place = tail.rfind(_END)
     if place < 0 or len(tail) < place + 22:
-        return "is no archive: it does not end in a directory of files"
+        return "is not an archive: it does not end in a directory of files"
     length = int.from_bytes(tail[place + 12 : place + 16], "little")
     return f"has a directory of {length >> 20} MiB" if length > LARGEST_DIRECTORY else ""
 
@@ -102,7 +102,7 @@ def _unpack(path: Path, size: int, folder: Path) -> ArchiveScan:
         names = tuple(entry.filename for entry in entries)
         told = sum(entry.file_size for entry in entries)
         if len(entries) > MOST_FILES or told > LARGEST:
-            what = f"unpacks to {len(entries)} files of {told >> 20} MiB together, and no config does"
+            what = f"unpacks to {len(entries)} files of {told >> 20} MiB together, which no config has"
             return ArchiveScan(path, size, what, names, ())
         doubled = next((name for name, count in Counter(names).items() if count > 1), None)
         if doubled:
@@ -150,14 +150,14 @@ def archive_form(scan: ArchiveScan) -> Iterator[Finding]:
     """A program that opens an archive unpacks it, so that a bad one can do harm."""
     fates = refused(OCIO_26, how="opens no such archive")
     if scan.broken:
-        yield Finding(scan.broken, "Do not unpack it; make it again with ocioarchive.", 0, fates)
+        yield Finding(scan.broken, "Do not unpack it; create it again with ocioarchive.", 0, fates)
         return
     for name, reason in scan.unsafe[:3]:
         what = f"holds {name!r}, which {reason}"
-        yield Finding(what, "Do not unpack it; make it again with ocioarchive.", 0, fates)
+        yield Finding(what, "Do not unpack it; create it again with ocioarchive.", 0, fates)
     if CONFIG not in scan.names:
-        yield Finding(f"has no {CONFIG} at its root", "Make it again with ocioarchive.", 0, fates)
-    yield Finding("is not read by OpenColorIO 2.1, which knows no archives", "Unpack it for that.")
+        yield Finding(f"has no {CONFIG} at its root", "Create it again with ocioarchive.", 0, fates)
+    yield Finding("is not read by OpenColorIO 2.1, which has no archives", "Unpack it for that.")
 
 
 RULES = (archive_form,)
@@ -175,7 +175,7 @@ def lint_archive(path: Path, _ask_readers: bool) -> Linted:
         found = [*findings(RULES, scan), *of_luts]
         if any(each.rule in _LARGE for each in of_luts):
             # Loading the config loads its LUTs, and a LUT that claims a huge size would fill the memory.
-            found.append(Finding(f"{CONFIG} was not loaded, since a LUT may be too large", "Mend that first."))
+            found.append(Finding(f"{CONFIG} was not loaded, since a LUT may be too large", "Correct that first."))
         elif (folder / CONFIG).is_file():
             found += _inside(folder, CONFIG, config.FORMAT)
     return Linted(path, "archive", (f"{len(scan.names)} files, {scan.bytes} bytes",), tuple(found))
@@ -186,7 +186,7 @@ def _inside(folder: Path, name: str, form: Format) -> list[Finding]:
     try:
         found = form.lint(folder / name, False).findings  # noqa: FBT003 - no reader is asked
     except LutgenError as error:
-        return [Finding(_named(str(error), folder), "Make it again.", rule="archive-form")]
+        return [Finding(_named(str(error), folder), "Create it again.", rule="archive-form")]
     return [replace(each, what=_named(f"{name}: {each.what}", folder)) for each in found]
 
 

@@ -93,7 +93,7 @@ def scan_clf(path: Path) -> ClfScan:
     except expat.ExpatError as error:
         broken, line = expat.ErrorString(error.code), error.lineno
     except (LookupError, ValueError) as error:
-        broken, line = f"its encoding is none that XML readers know: {error}", 1
+        broken, line = f"XML readers do not know its encoding: {error}", 1
     except _EntityError:
         broken, line = "it declares entities, which can fill any memory", reader.parser.CurrentLineNumber
     size = path.stat().st_size
@@ -208,31 +208,31 @@ def loads(scan: ClfScan) -> Iterator[Finding]:
 def clf_form(scan: ClfScan) -> Iterator[Finding]:
     """OpenColorIO refuses most faults with a clear message; a wrong scale it shows."""
     if scan.broken:
-        fates = refused(*OCIO, CLF_IO, how="reads no broken XML")
-        yield Finding(f"is no XML that can be read: {scan.broken}", "Export it again.", scan.broken_line, fates)
+        fates = refused(*OCIO, CLF_IO, how="stops at invalid XML")
+        yield Finding(f"is not valid XML: {scan.broken}", "Export it again.", scan.broken_line, fates)
         return
     smpte = scan.of_smpte
     if smpte:
-        fates = refused(CLF_IO, how="knows the Academy's namespace alone")
+        fates = refused(CLF_IO, how="knows the Academy's namespace only")
         yield Finding("is in SMPTE 2136's namespace", "Write version 3 without it.", 1, fates)
     if "id" not in scan.root:
-        fates = refused(OCIO_21, CLF_IO, how="asks for an id") | ({} if smpte else refused(*OCIO, how="asks for an id"))
+        fates = refused(OCIO_21, CLF_IO, how="requires an id") | ({} if smpte else refused(*OCIO, how="requires an id"))
         yield Finding("has no id", "Give ProcessList an id.", 1, fates)
     for node in scan.nodes:
         if node.name == "LUT3D" and "interpolation" not in node.attributes:
-            what = "does not say how its LUT3D is interpolated: readers choose"
+            what = "states no interpolation for its LUT3D, so that each reader chooses one"
             yield Finding(what, 'Write interpolation="tetrahedral".', node.line)
         if node.odd:
-            fates = wrong(*OCIO, CLF_IO, how="computes with it, or reads 0")
+            fates = wrong(*OCIO, CLF_IO, how="computes with the value, or reads 0")
             if number(node.odd, non_finite=True) is None:
                 # OpenColorIO skips commas and reads hexadecimal numbers; what else it refuses, `loads` says.
                 hexadecimal = wrong(*OCIO, how="reads a hexadecimal number")
                 fates = refused(CLF_IO, how="finds no number") | (hexadecimal if "0x" in node.odd.lower() else {})
             what = f"has a value in its {node.name} that is no finite decimal number of float32: {node.odd}"
-            yield Finding(what, "Compute it anew.", node.line, fates)
+            yield Finding(what, "Compute it again.", node.line, fates)
         depth = node.attributes.get("outBitDepth", "")
         if node.name.startswith("LUT") and depth.endswith("i") and 0 < node.largest <= 2:
-            fates = wrong(*OCIO, CLF_IO, how="divides by the largest integer: almost black")
+            fates = wrong(*OCIO, CLF_IO, how="divides by the largest integer and shows almost black")
             yield Finding(
                 f"says outBitDepth {depth}, and has values up to {node.largest:g}", "Write 32f.", node.line, fates
             )

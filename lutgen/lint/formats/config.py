@@ -95,7 +95,7 @@ def scan_config(path: Path) -> ConfigScan:
     """
     try:
         if path.stat().st_size > MAX_BYTES:
-            message = f"{path}: has more than {MAX_BYTES >> 20} MiB, so it is no config."
+            message = f"{path}: has more than {MAX_BYTES >> 20} MiB, which no config has."
             raise LutgenError(message)
         data = path.read_bytes()
     except OSError as error:
@@ -133,7 +133,9 @@ def scan_config(path: Path) -> ConfigScan:
 def _broken(config: Any) -> list[tuple[str, str]]:
     endless = endless_file(config)
     if endless:
-        return [("whatever reads it", f"{endless.name} opens its metadata and never closes them: no reader comes back")]
+        return [
+            ("whatever reads it", f"{endless.name} opens its metadata and never closes them, so that readers never end")
+        ]
     works, fails = set(), {}
     try:
         for name, transform in all_parts(config):
@@ -153,13 +155,13 @@ def config_version(scan: ConfigScan) -> Iterator[Finding]:
     line = scan.line_of("ocio_profile_version")
     installed = str(ocio().__version__)
     if scan.version == (0, 0) and not scan.refusal:
-        fates = wrong(*OCIO, BLENDER, NUKE, DJV, how="takes it for an empty config")
-        yield Finding("states no ocio_profile_version: it is no config", "Export it again.", 0, fates)
+        fates = wrong(*OCIO, BLENDER, NUKE, DJV, how="reads it as an empty config")
+        yield Finding("states no ocio_profile_version, so it is not a config", "Export it again.", 0, fates)
     elif scan.version > (2, 6):
-        fates = refused(*OCIO, BLENDER, NUKE, DJV, how="knows no version as new")
+        fates = refused(*OCIO, BLENDER, NUKE, DJV, how="does not know this version")
         yield Finding(f"asks for profile version {_said(scan)}", "Write 2.1 where nothing newer is used.", line, fates)
     elif scan.version > (2, 1):
-        fates = refused(OCIO_21, how="knows no version after 2.1")
+        fates = refused(OCIO_21, how="does not know versions after 2.1")
         yield Finding(f"asks for profile version {_said(scan)}", "Write 2.1 where nothing newer is used.", line, fates)
     too_new = scan.version > (2, 6) or (scan.version > (2, 1) and installed.startswith("2.1."))
     if scan.refusal and not too_new:
@@ -183,7 +185,7 @@ def config_parts(scan: ConfigScan) -> Iterator[Finding]:
         yield Finding(
             f"{', '.join(parts[:3])}{f' and {len(parts) - 3} more' if len(parts) > 3 else ''} cannot be shown: "
             f"{reason[:200]}",
-            "Put the file on the search path." if missing else "Correct it or take it out.",
+            "Put the file on the search path." if missing else "Correct it or remove it.",
             scan.line_of(reason.split("'")[1]) if reason.count("'") > 1 else 0,
             refused(*OCIO, BLENDER, NUKE, DJV, how="stops with an error when it is chosen"),
         )
@@ -196,7 +198,7 @@ def config_files(scan: ConfigScan) -> Iterator[Finding]:
     files = [transform.getSrc() for transform in scan.file_transforms]
     absolute = [each for each in [*files, *search_path(scan.config)] if Path(each).is_absolute()]
     if absolute:
-        what = f"names {absolute[0]} by an absolute path: it works on this machine alone"
+        what = f"names {absolute[0]} by an absolute path: it works on this machine only"
         yield Finding(what, "Name it relative to the config.", scan.line_of(absolute[0]))
     outside = [each for each in search_path(scan.config) if leads_out(each)]
     if outside:
@@ -209,8 +211,8 @@ def config_files(scan: ConfigScan) -> Iterator[Finding]:
     ]
     if unsaid:
         yield Finding(
-            f"does not say how {unsaid[0]} is interpolated: trilinear, then, where cells of a 3D table split best "
-            "along the greys",
+            f"states no interpolation for {unsaid[0]}: OpenColorIO then takes trilinear, and tetrahedral follows the "
+            "grey axis of a 3D table better",
             "Add interpolation: tetrahedral for 3D tables.",
             scan.line_of(unsaid[0]),
         )
@@ -240,7 +242,7 @@ def config_keys(scan: ConfigScan) -> Iterator[Finding]:
     """OpenColorIO skips an unknown key, such as a misspelt one, with a warning."""
     for warning in scan.warnings:
         quoted = warning.split("'")[1] if warning.count("'") > 1 else ""
-        yield Finding(f"OpenColorIO warns: {warning[:200]}", "Correct the word, or take it out.", scan.line_of(quoted))
+        yield Finding(f"OpenColorIO warns: {warning[:200]}", "Correct the word, or remove it.", scan.line_of(quoted))
 
 
 def config_roles(scan: ConfigScan) -> Iterator[Finding]:
@@ -255,7 +257,7 @@ def config_roles(scan: ConfigScan) -> Iterator[Finding]:
     default = scan.config.getColorSpace("default") if scan.config.hasRole("default") else None
     if default is not None and default.isData():
         yield Finding(
-            "has a default colour space that holds data: files without a rule pass every view unchanged, silently",
+            "has a default colour space that holds data: views leave files without a rule unchanged, silently",
             "Make the role default a colour space with colours.",
             scan.line_of("default:"),
         )
@@ -279,7 +281,7 @@ def config_views(scan: ConfigScan) -> Iterator[Finding]:
             f"has looks in the view {view} of {display}",
             "For DJV, build the look into a colour space or a view transform.",
             scan.line_of("looks:"),
-            wrong(DJV, how="leaves looks out"),
+            wrong(DJV, how="ignores looks"),
         )
 
 

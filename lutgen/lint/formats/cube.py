@@ -86,16 +86,16 @@ def cube_size(scan: CubeScan) -> Iterator[Finding]:
 def _size(scan: CubeScan, entry: Entry) -> Iterator[Finding]:
     word = entry.words[0] if entry.words else ""
     if entry.rows_before:
-        fates = refused(FFMPEG, PILLOW, how="finds no rows behind the size")
+        fates = refused(FFMPEG, PILLOW, how="finds no rows after the size")
         yield Finding("states its size after its rows", "Put LUT_3D_SIZE before them.", entry.line, fates)
     if scan.size < 1:
         fates = refused(*EVERYONE, how="makes no table of that size")
-        yield Finding(f"has a size that is none: {entry.text}", "Export it again.", entry.line, fates)
+        yield Finding(f"has a size that no table has: {entry.text}", "Export it again.", entry.line, fates)
     elif scan.size == 1:
-        fates = refused(OCIO_26, FFMPEG, PILLOW, how="wants 2 or more")
-        yield Finding("has one colour for everything: size 1", "Export it again.", entry.line, fates)
+        fates = refused(OCIO_26, FFMPEG, PILLOW, how="expects 2 or more")
+        yield Finding("has a table of a single colour: size 1", "Export it again.", entry.line, fates)
     elif not re.fullmatch(r"[0-9]+", word):
-        fates = refused(PILLOW, COLOUR, how="wants a whole number")
+        fates = refused(PILLOW, COLOUR, how="expects a whole number")
         yield Finding(f"has a size that is no whole number: {entry.text}", f"Write {scan.size}.", entry.line, fates)
     too_large = [refused(reader, how=f"takes {most} at most") for reader, most in LARGEST.items() if scan.size > most]
     if too_large:
@@ -113,24 +113,24 @@ def cube_domain(scan: CubeScan) -> Iterator[Finding]:
             yield _narrowed(entry, after_size=after_size)
     low, high = scan.domain
     if (low >= high).any():
-        line, fates = scan.named(*DOMAIN)[0].line, wrong(*EVERYONE, how="shows something")
+        line, fates = scan.named(*DOMAIN)[0].line, wrong(*EVERYONE, how="shows meaningless colours")
         yield Finding("has a domain that ends before it begins", "Export it again.", line, fates)
 
 
 def _malformed(entry: Entry, *, after_size: bool) -> Finding:
-    fates = refused(COLOUR, how="wants three numbers")
+    fates = refused(COLOUR, how="expects three numbers")
     if after_size:
-        fates |= refused(*OCIO, how="wants three numbers")
+        fates |= refused(*OCIO, how="expects three numbers")
         if entry._replace(words=entry.words[:3]).domain is None:
-            fates |= refused(FFMPEG, how="wants three numbers")
+            fates |= refused(FFMPEG, how="expects three numbers")
     what = f"has a {entry.keyword} that is not three numbers: {entry.text}"
     return Finding(what, "Leave it out, or write three.", entry.line, fates)
 
 
 def _narrowed(entry: Entry, *, after_size: bool) -> Finding:
-    fates = wrong(PILLOW, how="ignores it: takes 0..1 for the domain")
+    fates = wrong(PILLOW, how="ignores it and takes 0..1 as the domain")
     if not after_size:
-        fates |= wrong(FFMPEG, how="ignores what stands before LUT_3D_SIZE")
+        fates |= wrong(FFMPEG, how="ignores the line before LUT_3D_SIZE")
     elif entry.keyword.upper() == "DOMAIN_MIN":
         fates |= wrong(FFMPEG, how="does not subtract the minimum")
     remedy = "Resample it to 0..1 and leave DOMAIN out (`ociobakelut --format iridas_cube` writes none)."
@@ -144,16 +144,16 @@ def cube_input_range(scan: CubeScan) -> Iterator[Finding]:
         ends = entry.numbers(2)
         fates: dict[str, Fate] = {}
         if ends is None:
-            fates |= refused(*OCIO, COLOUR, how="wants two numbers")
+            fates |= refused(*OCIO, COLOUR, how="expects two numbers")
         elif not ends[0] < ends[1]:
-            fates |= wrong(*EVERYONE, how="shows something for a range that ends before it begins")
+            fates |= wrong(*EVERYONE, how="shows meaningless colours")
         elif ends != (0.0, 1.0):
-            fates |= wrong(PILLOW, how="ignores it: takes 0..1 for the range")
-            fates |= wrong(FFMPEG, how="ignores what stands before LUT_3D_SIZE")
+            fates |= wrong(PILLOW, how="ignores it and takes 0..1 as the range")
+            fates |= wrong(FFMPEG, how="ignores the line before LUT_3D_SIZE")
         if 0 < scan.size_line < entry.line:
-            fates |= refused(FFMPEG, how="takes it for a row")
+            fates |= refused(FFMPEG, how="reads it as a row")
         if mixed:
-            fates |= refused(*OCIO, how=f"{mixed[0].keyword} belongs to another dialect")
+            fates |= refused(*OCIO, how=f"does not take it together with {mixed[0].keyword}")
         what = f"states its input range as DaVinci Resolve does: {entry.text}"
         yield Finding(what, "Leave it out where it says 0 1; else resample to 0..1.", entry.line, fates)
 
@@ -168,12 +168,12 @@ def cube_shaper(scan: CubeScan) -> Iterator[Finding]:
             yield Finding(f"is a 1D table: {entry.text}", remedy, entry.line, fates)
             continue
         if entry.line > scan.size_line:
-            fates |= refused(FFMPEG, how="takes LUT_1D_SIZE for a row")
-            fates |= wrong(COLOUR, how="takes the 1D part's rows for the last ones")
+            fates |= refused(FFMPEG, how="reads LUT_1D_SIZE as a row")
+            fates |= wrong(COLOUR, how="reads the 1D part's rows as the last of the table")
         else:
-            fates |= wrong(FFMPEG, how="takes the 1D part's rows for the first of the table")
+            fates |= wrong(FFMPEG, how="reads the 1D part's rows as the first of the table")
         if scan.named(*ADOBES):
-            fates |= refused(*OCIO, how="a 1D part belongs to the dialect without TITLE and DOMAIN")
+            fates |= refused(*OCIO, how="takes a 1D part only without TITLE and DOMAIN")
         what = f"has a 1D part before its 3D table: {entry.text}"
         remedy = "Bake both into one 3D table: `ociobakelut --lut FILE --format iridas_cube --cubesize 65 OUT`."
         if scan.shaper_is_identity:
@@ -193,7 +193,7 @@ def cube_keyword(scan: CubeScan) -> Iterator[Finding]:
     if unknown:
         yield _unknown(scan, unknown[0])
     if small:
-        how = "knows keywords in capitals alone"
+        how = "knows keywords in capitals only"
         fates = refused(COLOUR, how=how)
         if any(entry.keyword.upper() == "LUT_3D_SIZE" for entry in small):
             fates |= refused(FFMPEG, PILLOW, how=how)
@@ -201,12 +201,12 @@ def cube_keyword(scan: CubeScan) -> Iterator[Finding]:
             fates |= refused(FFMPEG, how=how)
         yield Finding(f"writes a keyword in small letters: {small[0].text}", "Write capitals.", small[0].line, fates)
     if late:
-        fates = refused(OCIO_26, PILLOW, how="takes it for a row")
+        fates = refused(OCIO_26, PILLOW, how="reads it as a row")
         yield Finding(f"has a keyword among its rows: {late[0].text}", "Put it before them.", late[0].line, fates)
 
 
 def _unknown(scan: CubeScan, entry: Entry) -> Finding:
-    how = "takes it for a row"
+    how = "reads it as a row"
     fates = refused(COLOUR, how="knows no such word")
     if 0 < scan.size_line < entry.line:
         fates |= refused(*OCIO, how=how)
@@ -215,7 +215,7 @@ def _unknown(scan: CubeScan, entry: Entry) -> Finding:
     if entry.rows_before:
         fates |= refused(PILLOW, how=how)
     flag = entry.keyword.upper() in RANGE_FLAGS
-    what = "says which range it is for, which no reader heeds" if flag else "has a word that is no keyword"
+    what = "states a video or full range, which no reader uses" if flag else "has a word that is no keyword"
     remedy = "Leave it out" + (", and convert to full range." if flag else ".")
     return Finding(f"{what}: {entry.text[:60]}", remedy, entry.line, fates)
 
@@ -230,25 +230,25 @@ def encoding(scan: CubeScan) -> Iterator[Finding]:
 def line_ends(scan: CubeScan) -> Iterator[Finding]:
     """CRLF is read by all; a lone CR ends no line for OpenColorIO and ffmpeg."""
     if "CR" in scan.ends:
-        fates = refused(*OCIO, FFMPEG, how="takes it all for one line")
+        fates = refused(*OCIO, FFMPEG, how="reads the whole file as one line")
         yield Finding("has line ends of a single CR", "Save it with LF line ends.", 1, fates)
 
 
 def tabs(scan: CubeScan) -> Iterator[Finding]:
     """pillow_lut splits rows at spaces only."""
     if odd := scan.oddities.get("tab"):
-        fates = refused(PILLOW, how="cuts rows at spaces alone")
+        fates = refused(PILLOW, how="splits rows at spaces only")
         yield Finding("has tabs between numbers", "Write spaces.", odd.line, fates)
 
 
 def trailing_comment(scan: CubeScan) -> Iterator[Finding]:
     """Only ffmpeg ignores what follows three numbers; in the header colour ignores it too."""
     if odd := scan.oddities.get("comment"):
-        fates = refused(*OCIO, PILLOW, COLOUR, how="wants three numbers and nothing else")
-        yield Finding(f"has a comment behind a row: {odd.sample}", _OWN_LINE, odd.line, fates)
+        fates = refused(*OCIO, PILLOW, COLOUR, how="expects three numbers and nothing else")
+        yield Finding(f"has a comment after a row: {odd.sample}", _OWN_LINE, odd.line, fates)
     for entry in scan.named("LUT_3D_SIZE", "LUT_1D_SIZE"):
         if any(word.startswith("#") for word in entry.words):
-            fates = refused(*OCIO, PILLOW, how="wants a size and nothing else")
+            fates = refused(*OCIO, PILLOW, how="expects a size and nothing else")
             yield Finding(f"has a comment in its header: {entry.text}", _OWN_LINE, entry.line, fates)
 
 
@@ -264,27 +264,29 @@ def comma(scan: CubeScan) -> Iterator[Finding]:
 
 def cube_rows(scan: CubeScan) -> Iterator[Finding]:
     """Too few rows, too many, or rows that are not three numbers. Only ffmpeg ignores rows after the last it needs."""
-    strict = refused(*OCIO, PILLOW, COLOUR, how="counts the rows")
+    strict = refused(*OCIO, PILLOW, COLOUR, how="finds the wrong number of rows")
     rows, wanted = scan.table.rows, scan.size**3
     if wanted and rows != wanted:
         few = rows < wanted
-        fates = refused(FFMPEG, how="misses rows") if few else wrong(FFMPEG, how=f"reads the first {wanted} rows")
+        fates = (
+            refused(FFMPEG, how="finds too few rows") if few else wrong(FFMPEG, how=f"reads the first {wanted} rows")
+        )
         what = f"has {rows} rows where LUT_3D_SIZE {scan.size} asks for {wanted}"
         yield Finding(what, _CUT, scan.size_line, strict | fates)
     yield from _curve_rows(scan)
     if odd := scan.oddities.get("columns"):
         few = len(odd.sample.split()) < 3
-        surplus = wrong(FFMPEG, how="leaves what comes after three numbers out")
-        fates = strict | (refused(FFMPEG, how="misses a number") if few else surplus)
+        surplus = wrong(FFMPEG, how="ignores what follows three numbers")
+        fates = strict | (refused(FFMPEG, how="finds too few numbers") if few else surplus)
         yield Finding(f"has rows of other than three numbers: {odd.sample}", _CUT, odd.line, fates)
     if odd := scan.oddities.get("text"):
         fates = refused(*EVERYONE, how="finds no number")
         if _NUMBERS.match(odd.sample):
-            fates |= wrong(*OCIO, how="reads each word as far as it is a number: 1.0D-2 is 1")
-        yield Finding(f"has a row that is no numbers: {odd.sample}", _CUT, odd.line, fates)
+            fates |= wrong(*OCIO, how="reads each word up to the first letter that no number has: 1.0D-2 is 1")
+        yield Finding(f"has a row that is not numbers: {odd.sample}", _CUT, odd.line, fates)
     if odd := scan.oddities.get("NUL"):
         fates = refused(OCIO_21, PILLOW, COLOUR, how="finds no number")
-        fates |= wrong(OCIO_26, FFMPEG, how="takes the line for an empty one")
+        fates |= wrong(OCIO_26, FFMPEG, how="reads the line as empty")
         yield Finding("has NUL bytes, so it is no text", _CUT, odd.line, fates)
 
 
@@ -293,8 +295,8 @@ def _curve_rows(scan: CubeScan) -> Iterator[Finding]:
     rows = scan.shaper_rows + scan.table.rows
     if scan.size_line or not scan.size_1d or rows == scan.size_1d:
         return
-    how = "takes the rows that are there for all"
-    few = refused(*OCIO, how="counts the rows")
+    how = "uses the rows that are there"
+    few = refused(*OCIO, how="finds the wrong number of rows")
     fates = wrong(COLOUR, how=how) | (few if rows < scan.size_1d else wrong(*OCIO, how=how))
     line = scan.named("LUT_1D_SIZE")[0].line
     yield Finding(f"has {rows} rows where LUT_1D_SIZE asks for {scan.size_1d}", _CUT, line, fates)
@@ -302,7 +304,7 @@ def _curve_rows(scan: CubeScan) -> Iterator[Finding]:
 
 def not_a_number(scan: CubeScan) -> Iterator[Finding]:
     """NaN becomes 0 in OpenColorIO and ffmpeg; numbers of 3.4e38 and more are refused by OpenColorIO alone."""
-    anew, extremes = "Compute these rows anew.", "shows the largest or the smallest value there"
+    anew, extremes = "Compute these rows again.", "shows the largest or the smallest value there"
     if odd := scan.oddities.get("nan"):
         fates = wrong(*OCIO, FFMPEG, PILLOW, how="shows black or noise there") | wrong(COLOUR, how="gives NaN")
         yield Finding(f"has NaN in {odd.rows}: {odd.sample}", anew, odd.line, fates)
@@ -318,7 +320,7 @@ def not_a_number(scan: CubeScan) -> Iterator[Finding]:
 def subnormal(scan: CubeScan) -> Iterator[Finding]:
     """Programs that compute curves write such numbers near black; OpenColorIO does not read them."""
     if odd := scan.oddities.get("subnormal"):
-        fates = refused(*OCIO, how="takes a number that small for none")
+        fates = refused(*OCIO, how="does not read a number this small")
         what = f"has numbers below 1.2e-38: {odd.sample}"
         yield Finding(what, "Write them as 0; seven decimals do.", odd.line, fates)
 
@@ -346,8 +348,8 @@ def grey_axis(scan: CubeScan) -> Iterator[Finding]:
         return
     where, channel = np.unravel_index(int(np.argmax(falls)), falls.shape)
     name = ("red", "green", "blue")[int(channel)]
-    what = f"lets {name} fall by {falls.max():.4f} along the greys, between points {where} and {where + 1}"
-    yield Finding(what, "Look at a grey ramp through it.")
+    what = f"has greys whose {name} falls by {falls.max():.4g} between points {where} and {where + 1}"
+    yield Finding(what, "Check a grey ramp through the LUT.")
 
 
 def unfinished(scan: CubeScan) -> Iterator[Finding]:
@@ -373,12 +375,12 @@ def value_range(scan: CubeScan) -> Iterator[Finding]:
         fates = wrong(*EVERYONE, how="shows almost everything as white")
         yield Finding(what, "Divide by the largest code.", 0, fates, in_the_file=True)
     elif low < 0 or high > 1:
-        what = f"has values from {low:g} to {high:g}; readers clip them when they write integers"
+        what = f"has values from {low:g} to {high:g}; readers clip them where they write integers"
         yield Finding(what, "Keep float pictures.")
     greys = table.greys
     if 2 <= len(greys) == scan.size and all(abs(greys[end] - NARROW[end]).max() < NEAR for end in (0, -1)):
         what = f"puts black at {greys[0].mean():.4f} and white at {greys[-1].mean():.4f}: video's narrow range"
-        yield Finding(what, "Use it only where the picture stays in narrow range behind it.")
+        yield Finding(what, "Use it only where the picture is meant to stay in narrow range.")
 
 
 RULES = (

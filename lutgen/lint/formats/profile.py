@@ -32,7 +32,7 @@ ASKED = {"profile": ("desc", "cprt", "wtpt"), "link": ("desc", "cprt", "pseq")}
 DEVICES, OTHERS = ("mntr", "scnr", "prtr", "spac"), ("link", "abst", "nmcl")
 
 #: What Chromium does with every profile that it refuses.
-IGNORED = wrong(CHROMIUM, how="ignores the profile and shows the picture un-aged")
+IGNORED = wrong(CHROMIUM, how="ignores the profile and shows the picture unchanged")
 
 #: The newest version that LittleCMS opens.
 NEWEST = (5, 0)
@@ -180,20 +180,20 @@ def profile_header(scan: ProfileScan) -> Iterator[Finding]:
     """Browsers ignore a profile that they cannot use, and give no message."""
     everyone = refused(LCMS_8, LCMS_16, ARGYLL, how="opens no such profile") | IGNORED
     if not is_profile(scan.head):
-        what = "is empty" if not scan.length else "is no ICC profile: the signature acsp is missing"
+        what = "is empty" if not scan.length else "is not an ICC profile: the signature acsp is missing"
         yield Finding(what, "Export it again.", 0, everyone)
         return
     kind, space = scan.word(12), scan.word(16)
     if kind not in (*DEVICES, *OTHERS):
         yield Finding(f"is of class {kind!r}, which does not exist", "Export it as a display profile.", 0, everyone)
     elif kind in {"abst", "nmcl"}:
-        fates = refused(LCMS_8, LCMS_16, ARGYLL, how="cannot convert by it")
+        fates = refused(LCMS_8, LCMS_16, ARGYLL, how="cannot convert with it")
         yield Finding(f"is of class {kind!r}, which no picture has", "Export it as a display profile.", 0, fates)
     if space != "RGB ":
         fates = refused(LCMS_8, LCMS_16, how="does not take it for RGB pictures") | IGNORED
         yield Finding(f"is for colours of {space!r}, and displays are RGB", "Export it for RGB.", 0, fates)
     if not scan.link and scan.word(20) not in {"XYZ ", "Lab "}:
-        what = f"connects through {scan.word(20).strip()!r}, and profiles do through XYZ or Lab"
+        what = f"has the connection space {scan.word(20).strip()!r}, and only XYZ and Lab are allowed"
         yield Finding(what, "Export it again.", 0, everyone)
 
 
@@ -204,8 +204,8 @@ def profile_size(scan: ProfileScan) -> Iterator[Finding]:
         yield Finding(what, "Is it the right file?")
     if is_profile(scan.head) and scan.size != scan.length:
         outside = [tag for tag in scan.tags if scan.size < tag.start + tag.size <= scan.length]
-        fates = refused(LCMS_8, LCMS_16, ARGYLL, how="leaves out tags behind that end") if outside else {}
-        what = f"says that it has {scan.size} bytes, and has {scan.length}"
+        fates = refused(LCMS_8, LCMS_16, ARGYLL, how="ignores tags after that size") if outside else {}
+        what = f"states a size of {scan.size} bytes, and has {scan.length}"
         yield Finding(what, "Copy or export it again.", 0, fates)
 
 
@@ -216,11 +216,11 @@ def profile_version(scan: ProfileScan) -> Iterator[Finding]:
     major, minor = scan.version
     fates: dict[str, Fate] = {}
     if major >= 4:
-        fates |= refused(ARGYLL, how="reads version 2 alone")
+        fates |= refused(ARGYLL, how="reads version 2 only")
     if not 2 <= major <= 4:
         fates |= IGNORED
     if scan.version > NEWEST:
-        fates |= refused(LCMS_8, LCMS_16, how="knows no version as new")
+        fates |= refused(LCMS_8, LCMS_16, how="does not know this version")
     if fates:
         yield Finding(f"is of version {major}.{minor}", "Export it as version 2.", 0, fates)
 
@@ -256,7 +256,7 @@ def profile_tags(scan: ProfileScan) -> Iterator[Finding]:
     across = _across(scan.tags)
     if across:
         one, other = across
-        what = f"has the tags {one.name!r} and {other.name!r} across each other"
+        what = f"has the tags {one.name!r} and {other.name!r} sharing some bytes"
         yield Finding(what, "It was edited by hand; export it again.")
 
 
@@ -265,7 +265,7 @@ def _left_out(scan: ProfileScan, outside: list[Tag]) -> dict[str, Fate]:
     far = any(tag.start >= scan.length for tag in outside)
     going_on = (LCMS_8, LCMS_16) if far else (LCMS_8, LCMS_16, ARGYLL)
     by_the_matrix = any(tag.name == "A2B0" for tag in outside) and scan.has(*MATRIX)
-    fates = wrong(*going_on, how="goes by the matrix without a word") if by_the_matrix else {}
+    fates = wrong(*going_on, how="uses the matrix without an error") if by_the_matrix else {}
     return fates | (refused(ARGYLL, how="opens no such file") if far else {})
 
 
@@ -281,17 +281,17 @@ def profile_parts(scan: ProfileScan) -> Iterator[Finding]:
         return
     needed = "a table (A2B0)" if scan.link else f"a table (A2B0) or all of {', '.join(MATRIX)}"
     if not (scan.has("A2B0") or (not scan.link and scan.has(*MATRIX)) or scan.has("D2B0")):
-        fates = refused(LCMS_8, LCMS_16, ARGYLL, how="cannot convert by it") | IGNORED
+        fates = refused(LCMS_8, LCMS_16, ARGYLL, how="cannot convert with it") | IGNORED
         yield Finding(f"lacks {needed}", "Export it again.", 0, fates)
     missing = [name for name in ASKED["link" if scan.link else "profile"] if not scan.has(name)]
     if missing:
-        yield Finding(f"lacks {', '.join(missing)}, which the standard asks for", "Export it again.")
+        yield Finding(f"lacks {', '.join(missing)}, which the standard requires", "Export it again.")
 
 
 def profile_table(scan: ProfileScan) -> Iterator[Finding]:
     """A table with more bytes than its head asks for shows nonsense in every reader."""
     for table in scan.tables:
-        said = f"{table.tag.name} says that it has {table.points} points an edge from {table.inputs} colours"
+        said = f"{table.tag.name} states {table.points} points an edge for {table.inputs} colours"
         lacks = table.needs > table.tag.size
         if table.points < 2 or table.inputs != 3 or table.outputs != 3 or lacks:
             what = f"{said} to {table.outputs}"
@@ -310,10 +310,10 @@ def profile_table(scan: ProfileScan) -> Iterator[Finding]:
 
 def _unusable(scan: ProfileScan, table: TableHead) -> dict[str, Fate]:
     """Return which readers use the matrix where there is one; Argyll does not where the table has a single point."""
-    fates = refused(LCMS_8, LCMS_16, ARGYLL, how="cannot convert by it")
+    fates = refused(LCMS_8, LCMS_16, ARGYLL, how="cannot convert with it")
     if table.points >= 2 and scan.has(*MATRIX):
-        fates |= wrong(ARGYLL, how="goes by the matrix without a word")
-    return fates | wrong(CHROMIUM, how="goes by the matrix, or shows the picture un-aged")
+        fates |= wrong(ARGYLL, how="uses the matrix without an error")
+    return fates | wrong(CHROMIUM, how="uses the matrix, or shows the picture unchanged")
 
 
 def profile_white(scan: ProfileScan) -> Iterator[Finding]:
@@ -322,12 +322,12 @@ def profile_white(scan: ProfileScan) -> Iterator[Finding]:
     It does not for the absolute intent.
     """
     if scan.unasked:
-        yield Finding(f"was not asked for its white: {scan.unasked}", "Install it to know.")
+        yield Finding(f"was not checked for its white: {scan.unasked}", "Install it to check.")
     if scan.white is None or np.abs(np.clip(scan.white, 0, 1) - 1).max() <= SAME:
         return
     shown = " ".join(f"{255 * value:.0f}" for value in np.clip(scan.white, 0, 1))
     table = scan.has("A2B0")
-    fates = wrong(*([LCMS_8] if table else []), LCMS_16, how="shows code 255 as 255, but in absolute terms")
+    fates = wrong(*([LCMS_8] if table else []), LCMS_16, how="shows code 255 as 255, except with the absolute intent")
     remedy = "Take a profile without a table for 8-bit pictures (icc-matrix), or the absolute intent."
     if not table:
         remedy = "Convert 16-bit pictures by the absolute intent."

@@ -30,7 +30,7 @@ _ROW = {
     ".3dl": re.compile(rb"\s*(\d+)\s+(\d+)\s+(\d+)\s*$"),
 }
 #: The mesh line of a .3dl, which lists its input levels, begins with two numbers.
-_PLACES = re.compile(rb"\s*\d+\s+\d")
+_MESH = re.compile(rb"\s*\d+\s+\d")
 
 #: The line with the table's size. OpenColorIO reads 2x as 2, so that letters after a number do not hide a huge size.
 _SIZE = re.compile(rb"\s*(\d+)\s+(\d+)\s+(\d+)\S*\s*$")
@@ -165,7 +165,7 @@ class _Lines:
             self.rows += 1
             self.largest = max(self.largest, 0, *(int(word[:9]) for word in row.groups()))
         # OpenColorIO skips the mesh line of a .3dl where one of its words is no whole number.
-        of_numbers = bool(header or row or of_csp or (first and self.suffix == ".3dl" and _PLACES.match(line)))
+        of_numbers = bool(header or row or of_csp or (first and self.suffix == ".3dl" and _MESH.match(line)))
         self._check(place, line, of_numbers=of_numbers)
 
     def _check(self, place: int, line: bytes, *, of_numbers: bool) -> None:
@@ -219,7 +219,9 @@ def loads(scan: TableScan) -> Iterator[Finding]:
 def line_ends(scan: TableScan) -> Iterator[Finding]:
     """CRLF is read by all; a lone CR ends no line for OpenColorIO and ffmpeg."""
     if scan.suffix == ".3dl" and "CR" in scan.ends:
-        fates = wrong(*OCIO, how="takes all numbers for one curve") | refused(FFMPEG, how="takes it all for one line")
+        fates = wrong(*OCIO, how="reads all numbers as one curve") | refused(
+            FFMPEG, how="reads the whole file as one line"
+        )
         yield Finding("has line ends of a single CR", "Save it with LF line ends.", 1, fates)
 
 
@@ -228,31 +230,31 @@ def table_metadata(scan: TableScan) -> Iterator[Finding]:
     if scan.unclosed:
         yield Finding(
             "opens its metadata and never closes them",
-            "Write END METADATA behind them.",
+            "Write END METADATA after them.",
             scan.unclosed,
-            refused(*OCIO, how="reads on for ever, and fills the memory"),
+            refused(*OCIO, how="reads on without end and fills the memory"),
         )
 
 
 def table_numbers(scan: TableScan) -> Iterator[Finding]:
     """OpenColorIO reads NaN as 0, and each other word up to the first letter that belongs to no number."""
     if scan.nan:
-        yield Finding("has NaN or infinity", "Compute these rows anew.", scan.nan, wrong(*OCIO, how="reads 0"))
+        yield Finding("has NaN or infinity", "Compute these rows again.", scan.nan, wrong(*OCIO, how="reads 0"))
     if scan.comma:
         fates = wrong(*OCIO, how="reads up to the comma: 0,5 is 0")
         yield Finding("has decimal commas", "Write decimal points.", scan.comma, fates)
     if scan.odd:
-        what = f"has a line that is not numbers alone: {scan.sample}"
-        fates = wrong(*OCIO, how="reads each word as far as it is a number: 0;75 is 0, 1/2 is 1")
+        what = f"has a line with surplus or malformed numbers: {scan.sample}"
+        fates = wrong(*OCIO, how="reads each word up to the first letter that no number has: 0;75 is 0, 1/2 is 1")
         if scan.suffix == ".3dl":
-            fates = wrong(*OCIO, how="leaves the line out")
+            fates = wrong(*OCIO, how="ignores the line")
         yield Finding(what, "Write numbers with a decimal point and blanks between them.", scan.odd, fates)
     if scan.size and scan.rows > prod(scan.size):
         yield Finding(
             f"has {scan.rows} rows where its header asks for {prod(scan.size)}",
             "It was edited by hand; export it again.",
             0,
-            wrong(*OCIO, how="leaves the rest out"),
+            wrong(*OCIO, how="ignores the rest"),
         )
 
 
@@ -260,19 +262,19 @@ def table_3dl(scan: TableScan) -> Iterator[Finding]:
     """The lut3d of ffmpeg skips the first line, reads 17³ rows and divides by 4096; it ignores everything else."""
     if scan.suffix != ".3dl":
         return
-    places = len(scan.head.split()) > 3
-    behind = scan.rows - (not places and bool(scan.rows))
+    mesh = len(scan.head.split()) > 3
+    behind = scan.rows - (not mesh and bool(scan.rows))
     remedy = "Make a .cube for ffmpeg of it: `ociobakelut --lut FILE --format iridas_cube OUT`."
     if scan.head.upper().startswith("3DMESH"):
-        yield Finding("begins with 3DMESH", remedy, 0, refused(FFMPEG, how="takes its second line for a row"))
+        yield Finding("begins with 3DMESH", remedy, 0, refused(FFMPEG, how="reads its second line as a row"))
     elif behind < FFMPEG_ROWS:
-        fates = refused(FFMPEG, how=f"wants {FFMPEG_ROWS} rows behind the first line")
-        yield Finding(f"has {scan.rows} rows" + ("" if places else " and no line of places"), remedy, 0, fates)
+        fates = refused(FFMPEG, how=f"expects {FFMPEG_ROWS} rows after the first line")
+        yield Finding(f"has {scan.rows} rows" + ("" if mesh else " and no mesh line"), remedy, 0, fates)
     elif behind > FFMPEG_ROWS:
-        fates = wrong(FFMPEG, how=f"takes the first {FFMPEG_ROWS} rows for a table of 17³")
-        yield Finding(f"has {scan.rows} rows, and ffmpeg reads tables of 17³ alone", remedy, 0, fates)
+        fates = wrong(FFMPEG, how=f"reads the first {FFMPEG_ROWS} rows as a table of 17³")
+        yield Finding(f"has {scan.rows} rows, and ffmpeg reads only tables of 17³", remedy, 0, fates)
     elif scan.largest not in TWELVE_BITS:
-        fates = wrong(FFMPEG, how="takes its numbers for 12 bits")
+        fates = wrong(FFMPEG, how="reads its numbers as 12 bits")
         yield Finding(f"has numbers up to {scan.largest}, and ffmpeg divides by 4096", remedy, 0, fates)
 
 

@@ -33,7 +33,7 @@ def apply(path: Path, code: NDArray[np.uint8]) -> Array:
     """Apply a file in float32."""
     lib = ocio()
     if unclosed_metadata(path):
-        message = "was not asked: it would read on for the end of the metadata for ever"
+        message = "was not asked, since it would search for the end of the metadata without end"
         raise Refusal(message)
     # Caches key on the path: a rewritten file would otherwise be answered from memory.
     lib.ClearAllCaches()
