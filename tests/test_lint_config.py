@@ -5,11 +5,15 @@ from __future__ import annotations
 import shutil
 import zipfile
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from lutgen.bake.readback import apply_lut
+from lutgen.cells import number
 from lutgen.errors import LutgenError
 from lutgen.lint import lint
 from lutgen.lint.finding import CLF_IO, FFMPEG, OCIO_21, OCIO_26, OCIOCHECK, READS, REFUSES, WRONG, Linted, Trial
@@ -243,6 +247,25 @@ def test_a_word_that_opencolorio_reads_as_another_number_is_told(word: str, suff
         assert shown == pytest.approx(WORDS[word], abs=1e-6)
     else:
         assert abs(shown) > 1e38
+
+
+#: Suffix → a file in which one number of the table is left out.
+GAPS = {
+    ".spi3d": SPI3D.replace("0.900000", "{}", 1), ".csp": CSP.replace("0.9", "{}", 1),
+    ".clf": clf(values=ROWS.replace("0.800000", "{}", 1)),
+}  # fmt: skip
+
+
+@given(st.text("0123456789.,;:'/_eE+-xX%$#abcdfin \t\0", min_size=1, max_size=7), st.sampled_from(list(GAPS)))
+@settings(max_examples=300, deadline=None)
+def test_what_lint_calls_clean_opencolorio_reads_as_the_number_that_stands_there(word: str, suffix: str) -> None:
+    with TemporaryDirectory() as folder:
+        path = Path(folder, f"lut{suffix}")
+        path.write_text(GAPS[suffix].replace("{}", word))
+        if lint(path).clean:
+            shown = apply(path, probe_colours())
+            path.write_text(GAPS[suffix].replace("{}", repr(number(word))))
+            np.testing.assert_allclose(shown, apply(path, probe_colours()), rtol=1e-6, atol=1e-7)
 
 
 @pytest.mark.parametrize(
