@@ -12,7 +12,7 @@ from lutgen.errors import LutgenError
 from lutgen.files import PARTIAL
 
 
-def found(config: Any, folder: Path, source: str) -> Path | None:
+def located(config: Any, folder: Path, source: str) -> Path | None:
     """Return the file that a relative source names, searched along the search path; None where there is none."""
     for entry in [*search_path(config), ""]:
         path = folder / entry / source
@@ -33,7 +33,7 @@ def copy_files(config: Any, folder: Path, output: Path) -> list[str]:
         if "$" in source or "%" in source:
             remarks.append(f"{source} is chosen by a context variable, and was not copied: copy its files along")
             continue
-        path = found(config, folder, source)
+        path = located(config, folder, source)
         if path is None:
             remarks.append(f"{source} is missing in the config that was merged into")
             continue

@@ -177,7 +177,7 @@ def cube_shaper(scan: CubeScan) -> Iterator[Finding]:
         what = f"has a 1D part before its 3D table: {entry.text}"
         remedy = "Bake both into one 3D table: `ociobakelut --lut FILE --format iridas_cube --cubesize 65 OUT`."
         if scan.shaper_is_identity:
-            what = f"has a 1D part that changes nothing before its 3D table: {entry.text}"
+            what = f"has an identity as its 1D part: {entry.text}"
             remedy = (
                 f"Delete LUT_1D_SIZE, LUT_1D_INPUT_RANGE and the 1D part's {scan.size_1d} rows: with them darktable "
                 "and OBS show the picture unchanged, three.js shifts the table's rows."
@@ -326,10 +326,7 @@ def subnormal(scan: CubeScan) -> Iterator[Finding]:
 
 
 def channel_order(scan: CubeScan) -> Iterator[Finding]:
-    """In a table for pictures red rises with the first index, unless the author swaps channels on purpose.
-
-    CLF and .3dl store blue fastest; a ``.cube`` stored that way swaps red and blue in every reader.
-    """
+    """CLF and .3dl store blue fastest; a ``.cube`` stored that way swaps red and blue in every reader."""
     follows = scan.table.correlation
     red, blue = follows[0, 2] - follows[0, 0], follows[2, 0] - follows[2, 2]
     if red > MARGIN and blue > MARGIN:
@@ -358,9 +355,8 @@ def unfinished(scan: CubeScan) -> Iterator[Finding]:
     if scan.size < 2 or table.rows < scan.size**3:
         return
     if (table.low == table.high).all():
-        shown = " ".join(f"{value:g}" for value in table.low)
-        fates = wrong(*EVERYONE, how="shows one colour")
-        yield Finding(f"has the same colour in every row: {shown}", "Export it again.", 0, fates, in_the_file=True)
+        what = f"has the same colour in every row: {' '.join(f'{value:g}' for value in table.low)}"
+        yield Finding(what, "Export it again.", 0, wrong(*EVERYONE, how="shows one colour"), in_the_file=True)
     elif table.black_tail > 1:
         what = f"ends in {table.black_tail} rows of 0 0 0, where white and its neighbours should be"
         yield Finding(what, "Export it again.", 0, wrong(*EVERYONE, how="shows white as black"), in_the_file=True)

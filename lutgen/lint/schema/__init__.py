@@ -1,4 +1,4 @@
-"""The JSON Schema of ``lutgen lint --json``, beside this file."""
+"""The JSON Schema of ``lutgen lint --json``, beside this file. One more file here is the schema of one more JSON."""
 
 from __future__ import annotations
 
