@@ -25,13 +25,9 @@ def crosstalk(scene: Scene, xyz: Array, strength: float, rng: np.random.Generato
     light = scene.display.channels(scene.drive)
     pairs = ((0, 1), (1, 2), (0, 2))
     primaries = scene.display.primaries
-    shared = np.sum(
-        [
-            np.sqrt(np.clip(light[:, [i]] * light[:, [j]], 0.0, None)) * (primaries[:, i] + primaries[:, j])
-            for i, j in pairs
-        ],
-        0,
-    )
+    shared = np.zeros_like(xyz)
+    for i, j in pairs:
+        shared += np.sqrt(np.clip(light[:, [i]] * light[:, [j]], 0.0, None)) * (primaries[:, i] + primaries[:, j])
     return np.asarray(xyz - 0.0125 * strength * scene.onset(rng.uniform(800, 3000))[:, None] * shared)
 
 
@@ -59,7 +55,7 @@ def black_level(scene: Scene, xyz: Array, strength: float, rng: np.random.Genera
 
 def local_dimming(scene: Scene, xyz: Array, strength: float, rng: np.random.Generator) -> Array:
     """Zones of the backlight dim under dark pictures, from the second session on (new firmware); simulated."""
-    depth = 0.3 * strength * np.exp(-scene.drive.max(axis=1) / rng.uniform(0.1, 0.2))
+    depth = 0.3 * strength * (1.0 - scene.drive.max(axis=1)) ** rng.uniform(4.0, 8.0)
     return np.asarray(xyz * np.where(scene.hours > 0, 1.0 - depth, 1.0)[:, None])
 
 

@@ -20,10 +20,11 @@ _POOLED_WEIGHT = 3  # differences; as many as a session of four whites has itsel
 
 @dataclass(frozen=True)
 class Spread:
-    """Covariances (3, 3) of repeated readings: relative to the light at white, in (cd/m²)² at black."""
+    """Covariances (3, 3) of repeated readings: relative to the light at white, in (cd/m²)² at black; black (3,)."""
 
     relative: Array
     absolute: Array
+    black: Array
 
 
 def instrument_noise(truth: Truth, seed: int) -> Array:
@@ -41,7 +42,8 @@ def instrument_noise(truth: Truth, seed: int) -> Array:
     count = len(truth.hours)
     relative = rng.multivariate_normal(np.zeros(3), spread.relative, count, method="eigh")
     absolute = rng.multivariate_normal(np.zeros(3), spread.absolute, count, method="eigh")
-    return np.asarray(truth.xyz_cd_m2 * relative + absolute)
+    above_black = np.maximum(truth.xyz_cd_m2 - spread.black, 0.0)  # black's own spread holds both parts
+    return np.asarray(above_black * relative + absolute)
 
 
 @cache
@@ -54,7 +56,9 @@ def session_spread(name: str) -> Spread:
     parts = []
     for own, pooled in zip(_differences(name), _typical(), strict=True):
         parts.append((own.T @ own / 2.0 + _POOLED_WEIGHT * pooled) / (len(own) + _POOLED_WEIGHT))
-    return Spread(*parts)
+    measured = session(name)
+    black = measured.xyz_cd_m2[(measured.drive < 0.001).all(axis=1)].mean(axis=0)
+    return Spread(relative=parts[0], absolute=parts[1], black=black)
 
 
 def _differences(name: str) -> tuple[Array, Array]:
