@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import zlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -100,7 +101,7 @@ def campaign(
         session=tuple(written.names[number] for number in session),
         order=scene.order,
         note=tuple(reading.note for reading in readings),
-        metadata={"display": name.replace("_", " "), "luminance": "free", "source": SOURCE.format(name)},
+        metadata={"display": re.sub("_+", " ", name), "luminance": "free", "source": SOURCE.format(name)},
         hidden=dict(hidden),
     )
 
@@ -114,7 +115,7 @@ def _light(scene: Scene, patch: Array, seed: int, hidden: Mapping[str, float]) -
         drive = _DRIVE[kind](scene, drive, chosen[kind], _rng(seed, kind))
     xyz = screen.xyz_cd_m2[patch]
     if drive is not scene.drive:
-        xyz = xyz + screen.light(drive) - screen.light(scene.drive)
+        xyz = xyz + screen.light(np.clip(drive, 0.0, 1.0)) - screen.light(scene.drive)
     for kind in [kind for kind in _EMITTED if kind in chosen]:
         xyz = _EMITTED[kind](scene, xyz, chosen[kind], _rng(seed, kind))
 
