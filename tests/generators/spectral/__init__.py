@@ -1,0 +1,75 @@
+"""Simulated displays, emitter by emitter: spectra of lamps, filters and stacks, seen by the CIE 1931 2° observer.
+
+Every kind of the catalogue has a form of its own here, from textbooks of display physics; ``OUTSIDE`` names what real
+displays do beside the catalogue. A display with nothing hidden ages, and its colour points take all of its aging in.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from tests.generators.spectral import habits as writing
+from tests.generators.spectral.aging import AGING
+from tests.generators.spectral.displays import panel
+from tests.generators.spectral.emission import EMISSION
+from tests.generators.spectral.laws import generator
+from tests.generators.spectral.light import readings
+from tests.generators.spectral.outside import LIGHT, PIXELS
+from tests.generators.spectral.pixels import CODES, MIXING
+from tests.generators.spectral.plan import plan
+from tests.generators.spectral.plan import readings as planned
+from tests.generators.spectral.viewing import INSTRUMENT, ROOM
+from tests.generators.truth import Truth
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+__all__ = ["KINDS", "OUTSIDE", "campaign"]
+
+KINDS: tuple[str, ...] = tuple(dict.fromkeys((*CODES, *MIXING, *EMISSION, *ROOM, *INSTRUMENT, *AGING)))
+OUTSIDE: tuple[str, ...] = (*PIXELS, *LIGHT)
+
+
+def campaign(seed: int, hidden: Mapping[str, float], *, design: str = "full", habits: int = 0) -> Truth:
+    """Noise-free readings of one simulated display.
+
+    Parameters
+    ----------
+    seed
+        Chooses the display, its aging, and the shape of each hidden kind.
+    hidden
+        Kind of ``KINDS`` or ``OUTSIDE`` → strength; 1 is a typical size.
+    design
+        "full", "colour", "grey" or "few".
+    habits
+        How it is written down: 0 to 5, and round again.
+
+    Raises
+    ------
+    ValueError
+        An unknown kind or design.
+
+    """
+    unknown = sorted(set(hidden) - {*KINDS, *OUTSIDE})
+    if unknown:
+        message = f"hidden kind {unknown[0]!r} is none. Pick one of: {', '.join((*KINDS, *OUTSIDE))}."
+        raise ValueError(message)
+    habit = habits % writing.HABITS
+    one_hour = [r for r in planned(design, generator(seed, "patches")) if not writing.left_out(r, habit)]
+    timetable = plan(writing.hours(design, habit), one_hour, sessions=writing.sessions(habit))
+    timetable = writing.in_truth(timetable, habit, generator(seed, "habit"))
+    display = panel(generator(seed, "display"))
+    xyz = readings(display, timetable, hidden, seed)
+    rows = writing.rows(timetable, habit, generator(seed, "rows"))
+    names = writing.names(timetable, habit)
+    return Truth(
+        hours=timetable.hours[timetable.hour][rows],
+        drive=timetable.drive[rows],
+        xyz_cd_m2=xyz[rows],
+        conditions={name: column[rows] for name, column in writing.logged(timetable, habit).items()},
+        session=tuple(names[i] for i in rows),
+        order=timetable.order[rows],
+        note=tuple(timetable.note[i] for i in rows),
+        metadata=writing.metadata(display.name, seed, design, habit),
+        hidden=dict(hidden),
+    )
