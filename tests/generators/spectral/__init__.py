@@ -6,6 +6,7 @@ displays do beside the catalogue. A display with nothing hidden ages, and its co
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from tests.generators.spectral import habits as writing
@@ -38,7 +39,7 @@ def campaign(seed: int, hidden: Mapping[str, float], *, design: str = "full", ha
     seed
         Chooses the display, its aging, and the shape of each hidden kind.
     hidden
-        Kind of ``KINDS`` or ``OUTSIDE`` → strength; 1 is a typical size.
+        Kind of ``KINDS`` or ``OUTSIDE`` → strength: 1 is a typical size, 0 is none.
     design
         "full", "colour", "grey" or "few".
     habits
@@ -47,19 +48,24 @@ def campaign(seed: int, hidden: Mapping[str, float], *, design: str = "full", ha
     Raises
     ------
     ValueError
-        An unknown kind or design.
+        An unknown kind or design, or a strength below 0.
 
     """
     unknown = sorted(set(hidden) - {*KINDS, *OUTSIDE})
     if unknown:
         message = f"hidden kind {unknown[0]!r} is none. Pick one of: {', '.join((*KINDS, *OUTSIDE))}."
         raise ValueError(message)
+    for name, strength in hidden.items():
+        if not 0 <= strength < math.inf:
+            message = f"hidden[{name!r}] is {strength}: a strength is a number from 0 on. Signs are drawn by the seed."
+            raise ValueError(message)
+    acting = {name: strength for name, strength in hidden.items() if strength > 0}
     habit = habits % writing.HABITS
     one_hour = [r for r in planned(design, generator(seed, "patches")) if not writing.left_out(r, habit)]
     timetable = plan(writing.hours(design, habit), one_hour, sessions=writing.sessions(habit))
     timetable = writing.in_truth(timetable, habit, generator(seed, "habit"))
     display = panel(generator(seed, "display"))
-    xyz = readings(display, timetable, hidden, seed)
+    xyz = readings(display, timetable, acting, seed)
     rows = writing.rows(timetable, habit, generator(seed, "rows"))
     names = writing.names(timetable, habit)
     return Truth(

@@ -84,9 +84,9 @@ def _light(factors: NDArray[np.float64]) -> NDArray[np.float64]:
 def backlight_decay(
     panel: Panel, hours: NDArray[np.float64], size: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Log-logistic: a typical display keeps 45 % at 18 000 h."""
+    """Log-logistic: a typical display keeps 38–56 % at 18 000 h."""
     del panel
-    return _light(log_logistic(hours, loss=1.2 * size, power=rng.uniform(1.1, 1.6)))
+    return _light(log_logistic(hours, loss=rng.uniform(0.8, 1.6) * size, power=rng.uniform(1.1, 1.6)))
 
 
 def burn_in_decay(

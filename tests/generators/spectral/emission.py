@@ -35,9 +35,12 @@ def primary_shift(
 def black_level(
     spectra: NDArray[np.float64], scene: Scene, size: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Closed pixels leak bluish light of their own primary, and more so each year: polarisers and crystal scatter."""
+    """Closed pixels leak bluish light of their own primary, and more so each year: polarisers and crystal scatter.
+
+    An OLED that has this fault leaks through its transistors, no less than a good LCD.
+    """
     grown = 1 + rng.uniform(0.3, 1.5) * growth(scene.hours, rng)
-    leak = scene.panel.leak * size * grown[:, None] * (1 - np.clip(scene.linear, 0, 1))
+    leak = max(scene.panel.leak, 7e-4) * size * grown[:, None] * (1 - np.clip(scene.linear, 0, 1))
     return np.asarray(spectra + np.einsum("nc,ncl->nl", leak, scene.primaries) * tilt(rng.uniform(0.8, 1.8)))
 
 
@@ -67,14 +70,9 @@ def warm_up(spectra: NDArray[np.float64], scene: Scene, size: float, rng: np.ran
     """Two exponentials, of the lamp and of the housing; the lamp's short wavelengths come first."""
     minutes = scene.condition("warmup_min")
     lamp, housing = rng.uniform(6, 15), rng.uniform(35, 80)
-    missing = rng.uniform(0.04, 0.1) * size * sign_of_lamp(scene.panel.name)
+    missing = rng.uniform(0.04, 0.1) * size
     cold = 0.65 * np.exp(-minutes / lamp) + 0.35 * np.exp(-minutes / housing)
     return np.asarray(spectra * (1 - (missing * cold)[:, None] * tilt(-0.6)))
-
-
-def sign_of_lamp(name: str) -> float:
-    """1 for lamps that brighten while they warm (CCFL); LEDs and OLEDs are brightest cold, and change less."""
-    return 1.0 if name == "CCFL LCD" else -0.6
 
 
 def edge_falloff(

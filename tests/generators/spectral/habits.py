@@ -1,4 +1,12 @@
-"""How a campaign is written down: six habits of laboratories, which differ in what they log and in what is rest."""
+"""How a campaign is written down: six habits of laboratories, which differ in what they log and in what is rest.
+
+0  every column that varies, rest as in ``plan.REST``, one numbered session an hour
+1  sessions named by date, every 2000 h, 60 minutes after power-on in every row (so nobody can see a warm-up)
+2  5 lx and about 24.3 °C in every row, rest of u, v and surround blank (so neither a lamp nor a warmer room is read)
+3  a window of 0.9 is rest; the rows of a session are shuffled, ``order`` keeps the order of reading
+4  three sessions at one hour, on three days, each with one replicate of the colour points
+5  rest is blank everywhere, patches are read in random order, hours leave gaps
+"""
 
 from __future__ import annotations
 
@@ -101,7 +109,7 @@ def names(plan: Plan, habit: int) -> tuple[str, ...]:
     if habit in {0, 3}:
         return tuple(f"s{k:02d}" for k in plan.session)
     start, per_hour = date(2019, 3, 4), sessions(habit)
-    days = {k: int(plan.hours[k // per_hour] // 10) + k % per_hour for k in np.unique(plan.session)}
+    days = [int(plan.hours[k // per_hour] // 10) + k % per_hour for k in range(len(plan.hours) * per_hour)]
     return tuple((start + timedelta(days=days[k])).isoformat() for k in plan.session)
 
 

@@ -28,7 +28,7 @@ class Reading:
 
     drive: tuple[float, float, float]
     place: float
-    replicate: int = 0
+    replicate: int = -1  # of a colour point at rest; −1 is none
     u: float = REST[0]
     v: float = REST[1]
     ambient_lx: float = REST[2]
@@ -154,8 +154,7 @@ def plan(hours: NDArray[np.float64], one_hour: Sequence[Reading], *, sessions: i
 
 def _part(reading: Reading, index: int, sessions: int) -> int:
     """Replicates of the colour points go one to a session; the rest is dealt out."""
-    rest = (reading.place in {0.2, 0.55, 0.9}) and reading.window == REST[5]
-    return (reading.replicate if rest else index) % sessions
+    return (reading.replicate if reading.replicate >= 0 else index) % sessions
 
 
 def changed(source: Plan, **conditions: NDArray[np.float64]) -> Plan:

@@ -36,7 +36,7 @@ def lamp(name: str) -> NDArray[np.float64]:
     """A room lamp's spectrum by its CIE name (FL2, FL11, LED-B3 ...), scaled to Y = 1."""
     found = colour.SDS_ILLUMINANTS[name]
     spectrum = _on_grid(found.wavelengths, found.values)
-    return spectrum / luminance(spectrum)
+    return unit(spectrum)
 
 
 def xyz(spectra: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -63,19 +63,19 @@ def band(peak: float, fwhm: float, skew: float = 1.0) -> NDArray[np.float64]:
 
 def lines(heights: dict[float, float], fwhm: float = 6.0) -> NDArray[np.float64]:
     """Narrow lines: wavelength → height."""
-    return np.sum([height * band(peak, fwhm) for peak, height in heights.items()], axis=0)
+    return np.asarray(np.sum([height * band(peak, fwhm) for peak, height in heights.items()], axis=0))
 
 
 def long_pass(edge: float, width: float) -> NDArray[np.float64]:
     """Transmittance that rises from 0 to 1 around ``edge``."""
-    return 1 / (1 + np.exp(-(WAVELENGTHS - edge) / width))
+    return np.asarray(1 / (1 + np.exp(-(WAVELENGTHS - edge) / width)))
 
 
 def tilt(exponent: float, around: float = 550.0) -> NDArray[np.float64]:
     """(around/λ)^exponent: bluish for a positive exponent."""
-    return (around / WAVELENGTHS) ** exponent
+    return np.asarray((around / WAVELENGTHS) ** exponent)
 
 
 def unit(spectrum: NDArray[np.float64]) -> NDArray[np.float64]:
     """The spectrum scaled to Y = 1."""
-    return spectrum / luminance(spectrum)
+    return np.asarray(spectrum / luminance(spectrum))
