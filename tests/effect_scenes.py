@@ -43,17 +43,17 @@ def scene_of(n: int = N, *, columns: bool = True, seed: int = 7, **given: Any) -
     if columns:
         minutes = rng.uniform(0, 240, size=(n, 1))
         minutes[3], minutes[4] = 0.0, np.inf
-        base = replace(
-            base,
-            u=rng.choice([0.0, 0.1, 0.5, 1.0], size=(n, 1)),
-            v=rng.choice([0.0, 0.3, 0.5, 1.0], size=(n, 1)),
-            ambient_lx=rng.uniform(0, 150, size=(n, 1)),
-            warmup_min=minutes,
-            temperature_c=rng.uniform(5, 45, size=(n, 1)),
-            window=rng.choice([0.02, 0.1, 1.0], size=(n, 1)),
-            surround=rng.choice([0.0, 0.5, 1.0], size=(n, 1)),
-            capped=rng.choice([0.0, 1.0], size=(n, 1)),
-        )
+        conditions: dict[str, Any] = {
+            "u": rng.choice([0.0, 0.1, 0.5, 1.0], size=(n, 1)),
+            "v": rng.choice([0.0, 0.3, 0.5, 1.0], size=(n, 1)),
+            "ambient_lx": rng.uniform(0, 150, size=(n, 1)),
+            "warmup_min": minutes,
+            "temperature_c": rng.uniform(5, 45, size=(n, 1)),
+            "window": rng.choice([0.02, 0.1, 1.0], size=(n, 1)),
+            "surround": rng.choice([0.0, 0.5, 1.0], size=(n, 1)),
+            "capped": rng.choice([0.0, 1.0], size=(n, 1)),
+        }
+        base = replace(base, **conditions)
     return replace(base, **given)
 
 

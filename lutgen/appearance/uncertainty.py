@@ -20,7 +20,7 @@ from lutgen.appearance.curve import curves_of
 from lutgen.appearance.distinct import Colours
 from lutgen.colorimetry import CHUNK, xyY_to_xyz
 from lutgen.display import REFERENCE, LatentTips
-from lutgen.measurements.table import TIP_DRIVES
+from lutgen.measurements.rest import TIP_DRIVES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -23,7 +23,8 @@ from lutgen.display.native import NativeDisplay
 from lutgen.display.origin import found_by, record_of
 from lutgen.errors import LutgenError
 from lutgen.files import bytes_at_most
-from lutgen.measurements.table import TIP_DRIVES, Measurements
+from lutgen.measurements.rest import TIP_DRIVES
+from lutgen.measurements.table import Measurements
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

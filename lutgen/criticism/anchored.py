@@ -14,12 +14,10 @@ import numpy as np
 
 from lutgen.criticism.fit import fit
 from lutgen.criticism.linear import State, predict
-from lutgen.measurements.table import TIP_DRIVES, is_capped
+from lutgen.measurements.rest import TIP_DRIVES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
-
-    from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
     from lutgen.criticism.linear import Term
@@ -28,13 +26,13 @@ if TYPE_CHECKING:
 SEED = 20150319
 
 #: Campaigns of pure noise that the floor is the mean of.
-DRAWS = 8
+DRAWS = 32
 
 
 def anchored_state(problem: Problem, terms: Sequence[Term]) -> State:
     """Solve the tips from their own readings, effects given: at every hour, under ``fresh`` at hour 0 only."""
     fixed = tuple(replace(term, free=()) for term in terms)
-    sub = replace(problem, rows=problem.rows[is_tip_anchor(problem)])
+    sub = replace(problem, rows=problem.rows[problem.is_tip_anchor])
     solved = fit(sub, fixed)
     tips = problem.measured_tips.copy()
     if problem.baseline == "fresh":
@@ -43,19 +41,6 @@ def anchored_state(problem: Problem, terms: Sequence[Term]) -> State:
         tips[np.isin(problem.hours, sub.hours)] = solved.tips
         tips = problem.interpolated(tips)
     return State(fixed, tips, np.zeros(max(int(problem.gains.max()) + 1, 1)))
-
-
-def is_anchor(problem: Problem) -> NDArray[np.bool_]:
-    """Readings at rest that the model is anchored to, (n,): of the tips, and those that a native display is made of."""
-    return is_tip_anchor(problem) | problem.curve_points
-
-
-def is_tip_anchor(problem: Problem) -> NDArray[np.bool_]:
-    """Readings of the tips at rest that the tips are solved from, (n,)."""
-    drive = problem.readings.drive[problem.rows]
-    tip = (drive[:, np.newaxis] == TIP_DRIVES).all(axis=-1).any(axis=1)
-    anchor = tip & problem.readings.at_rest()[problem.rows] & ~is_capped(problem.readings)[problem.rows]
-    return np.asarray(anchor & (problem.hour_of == 0) if problem.baseline == "fresh" else anchor)
 
 
 def anchored(problem: Problem, terms: Sequence[Term]) -> Array:
@@ -67,7 +52,7 @@ def noise_only(problem: Problem, predicted: Array) -> Iterator[Array]:
     """Residuals (n, 3) in cd/m² of campaigns in which the prediction is true and only noise is added; seeded."""
     rng = np.random.default_rng(SEED)
     root = np.linalg.cholesky(problem.noise.covariance(predicted))
-    anchor, before = is_tip_anchor(problem), problem.panel(())
+    anchor, before = problem.is_tip_anchor, problem.panel(())
     fresh = problem.baseline == "fresh"
     for draw in range(DRAWS):
         noise = np.einsum("nij,nj->ni", root, rng.standard_normal(predicted.shape))

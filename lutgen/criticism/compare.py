@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.colorimetry import delta_e_2000, xyz_to_lab
-from lutgen.criticism.anchored import anchored, is_anchor, noise_only
+from lutgen.criticism.anchored import anchored, noise_only
 from lutgen.criticism.direction import Direction, direction
 from lutgen.criticism.families import slices
 from lutgen.criticism.first_session import FirstSession, first_session
@@ -195,7 +195,7 @@ def compare(
 def compare_problem(problem: Problem, terms: Sequence[Term] = ()) -> Comparison:
     """Compare the model with ``terms`` as they are with a problem's readings."""
     predicted = anchored(problem, terms)
-    judged = ~is_anchor(problem)
+    judged = ~problem.is_anchor
     delta_e, sigma = _sizes(problem, predicted, problem.xyz - predicted)
     noise = [_sizes(problem, predicted, each) for each in noise_only(problem, predicted)]
     floors = [_errors(each[0][judged], each[1][judged]) for each in noise]
@@ -238,8 +238,9 @@ def _slices(
     residual = problem.xyz - predicted
     result = []
     for by, labels in slices(problem).items():
-        _, first = np.unique(labels[judged], return_index=True)
-        for name in labels[judged][np.sort(first)]:
+        named = labels[judged & (labels != "")]
+        _, first = np.unique(named, return_index=True)
+        for name in named[np.sort(first)]:
             here = judged & (labels == name)
             result.append(
                 Slice(

@@ -7,7 +7,6 @@ curve that noise has moved, which every later session contradicts alike, is not 
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,7 +43,7 @@ def drawn_displays(readings: Measurements, noise: Noise, left_out: Sequence[int]
     for _ in range(DRAWS):
         xyz = readings.xyz_cd_m2.copy()
         xyz[first] += np.einsum("nij,nj->ni", root, rng.standard_normal((first.size, 3)))
-        drawn.append(NativeDisplay.of(replace(readings, xyz_cd_m2=xyz), left_out, strict=False))
+        drawn.append(NativeDisplay.of(readings.with_light(xyz), left_out, strict=False))
     return tuple(drawn)
 
 

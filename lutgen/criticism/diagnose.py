@@ -121,6 +121,7 @@ class Diagnosis:
             "effects": list(self.verdict.effects),
             "rivals": [list(each) for each in self.verdict.rivals],
             "shares": dict(self.verdict.shares),
+            "shares_delta_e": dict(self.verdict.shares_delta_e),
             "ranking": [each.as_json() for each in self.ranking],
             "visibility": [dict(each.__dict__) for each in self.visibility],
             "measure_next": [each.as_json() for each in self.measure_next],
@@ -219,13 +220,18 @@ def _ranking(explanation: Explanation, seen: Sequence[Visibility], error: PureEr
                 best.form,
                 base.bic - best.fit.bic,
                 (best.fit.chi2 / best.fit.readings) ** 0.5,
-                held_out(best.fit).rms_sigma if place < RANKED else None,
+                _withheld_rms(best.fit) if place < RANKED else None,
                 min(max(best.gain / excess, 0.0), 1.0),
                 absorbed.get(family.name),
                 parameters_of(best.fit)[family.name],
             )
         )
     return rows
+
+
+def _withheld_rms(found: Fit) -> float | None:
+    withheld = held_out(found)
+    return withheld.rms_sigma if withheld.left_out < withheld.squares.size else None
 
 
 def parameters_of(found: Fit) -> dict[str, dict[str, dict[str, Any]]]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import xyz_to_lab
+from lutgen.measurements.conditions import CONDITIONS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,16 +22,9 @@ if TYPE_CHECKING:
 #: Mean ΔL*, Δa* or Δb* below this is not worth a word.
 NOTICEABLE = 0.05
 
-#: How the dimensions of slices are called in a sentence.
-CALLED = {
-    "hour": "at {}",
-    "level": "at levels {}",
-    "family": "on {} patches",
-    "position": "at {}",
-    "ambient_lx": "in a room of {}",
-    "warmup_min": "{} after power-on",
-    "temperature_c": "at {}",
-    "window": "in windows of {}",
+#: How a sentence says where a slice lies, by its dimension.
+CALLED = {"hour": "at {}", "level": "at levels {}", "family": "on {} patches"} | {
+    each.columns[0].name if len(each.columns) == 1 else each.name: each.sentence for each in CONDITIONS
 }
 
 

@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.measurements.table import OPTIONAL, is_capped
+from lutgen.measurements.conditions import CONDITIONS
+from lutgen.measurements.table import is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
-    from lutgen.colorimetry import Array
     from lutgen.criticism.problem import Problem
+    from lutgen.measurements.conditions import Condition
 
 #: Levels are reported in these bands of the largest code value.
 LEVELS = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0)
@@ -48,48 +49,45 @@ def family_of(problem: Problem) -> NDArray[np.str_]:
 
 
 def condition_of(problem: Problem) -> NDArray[np.str_]:
-    """What is unusual about how each reading was taken, (n,): position, ambient, cold, window, heat, or nothing: ''."""
-    conditions = {name: values[problem.rows] for name, values in problem.readings.conditions.items()}
-
-    def value(name: str) -> Array:
-        return np.asarray(conditions.get(name, np.full(problem.rows.size, OPTIONAL[name])))
-
-    warm = value("temperature_c")
-    known = warm[~np.isnan(warm)]
-    usual = float(np.median(known)) if known.size else 0.0
-    return np.asarray(
-        np.select(
-            [
-                (np.abs(value("u") - 0.5) > 0.02) | (np.abs(value("v") - 0.5) > 0.02),
-                value("ambient_lx") > 0,
-                np.isfinite(value("warmup_min")),
-                value("window") < 0.98,
-                np.abs(np.nan_to_num(warm, nan=usual) - usual) > 3.0,
-            ],
-            ["position", "ambient", "cold", "window", "heat"],
-            "",
-        )
-    )
+    """What is unusual about how each reading was taken, (n,): the cell of the first condition away from rest, or ''."""
+    named = np.full(problem.rows.size, "", dtype="<U16")
+    for cell, away in reversed(list(problem.readings.rest.away.items())):
+        named[away[problem.rows]] = cell
+    return named
 
 
 def slices(problem: Problem) -> Mapping[str, NDArray[np.str_]]:
-    """Label every reading in every way in which errors are reported: dimension → labels (n,); '' is left out."""
+    """Label every reading in every way in which errors are reported: dimension → labels (n,); '' is left out.
+
+    Values of a condition are compared on like readings: of the patches that were read away from rest by it, and by no
+    other condition.
+    """
     hours = np.array([f"{hour:g} h" for hour in problem.hours])[problem.hour_of]
     top = problem.readings.drive[problem.rows].max(axis=1)
     band = np.clip(np.searchsorted(LEVELS, top, side="left"), 0, len(LEVELS) - 1)
     level = np.array(["0", *(f"{low:g}–{high:g}" for low, high in pairwise(LEVELS))])[band]
     labels: dict[str, NDArray[np.str_]] = {"hour": hours, "level": level, "family": family_of(problem)}
-    conditions = problem.readings.conditions
-    if {"u", "v"} <= set(conditions):
-        u, v = conditions["u"][problem.rows], conditions["v"][problem.rows]
-        labels["position"] = np.array([f"u {a:g}, v {b:g}" for a, b in zip(u, v, strict=True)])
-    for name, unit in (("ambient_lx", "lx"), ("warmup_min", "min"), ("temperature_c", "°C"), ("window", "")):
-        if name in conditions:
-            labels[name] = _condition_labels(name, unit, conditions[name][problem.rows])
-    return {by: label for by, label in labels.items() if np.unique(label).size > 1}
+    for condition in CONDITIONS:
+        names = [column.name for column in condition.columns]
+        if condition.heading and any(name in problem.readings.conditions for name in names):
+            alike = _alike(problem, condition)
+            values = [problem.readings.column(name)[problem.rows] for name in names]
+            said = np.array([condition.label(*row) for row in zip(*values, strict=True)])
+            labels[names[0] if len(names) == 1 else condition.name] = np.where(alike, said, "")
+    return {by: label for by, label in labels.items() if np.unique(label[label != ""]).size > 1}
 
 
-def _condition_labels(name: str, unit: str, values: Array) -> NDArray[np.str_]:
-    shown = np.round(values / 2) * 2 if name == "temperature_c" else values
-    unknown = "warm" if name == "warmup_min" else "unknown"
-    return np.array([unknown if np.isnan(value) else f"{value:g} {unit}".strip() for value in shown])
+def _alike(problem: Problem, condition: Condition) -> NDArray[np.bool_]:
+    """Readings away from rest by this condition alone, and those at rest of the same patches, (n,)."""
+    others = [away[problem.rows] for cell, away in problem.readings.rest.away.items() if cell not in _beside(condition)]
+    usual = ~np.any(others, axis=0) if others else np.ones(problem.rows.size, dtype=bool)
+    usual &= ~is_capped(problem.readings)[problem.rows]
+    away = problem.readings.rest.away[condition.cell][problem.rows]
+    _, patch = np.unique(problem.readings.drive[problem.rows], axis=0, return_inverse=True)
+    patch = patch.reshape(-1)
+    return np.asarray(usual & np.isin(patch, patch[usual & away]))
+
+
+def _beside(condition: Condition) -> set[str]:
+    """Cells of the conditions that vary with one: a window and what surrounds it are one picture on the screen."""
+    return {each.cell for each in CONDITIONS if each.depends == condition.depends}

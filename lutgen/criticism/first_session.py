@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import delta_e_2000, xyz_to_lab
-from lutgen.criticism.anchored import anchored, is_tip_anchor
+from lutgen.criticism.anchored import anchored
 from lutgen.display.native import NativeDisplay
 from lutgen.errors import LutgenError
 
@@ -61,7 +61,7 @@ def first_session(problem: Problem) -> FirstSession | None:
     except LutgenError:
         own = None
     native = replace(paper, baseline="native", native=own)
-    judged = paper.readings.at_rest()[paper.rows] & ~is_tip_anchor(paper) & ~native.curve_points
+    judged = paper.readings.at_rest()[paper.rows] & ~paper.is_tip_anchor & ~native.curve_points
     if not judged.any():
         return None
 

@@ -144,9 +144,8 @@ def fit(problem: Problem, terms: Sequence[Term] = (), start: State | None = None
     state = system.moved(state, system.still)
     residual = whiten(problem, problem.xyz - predict(problem, state))
     linear = system.linear._replace(residual=residual - np.tensordot(system.still, system.linear.free, axes=1))
-    return Fit(
-        problem, state.terms, state.tips, state.gains, system.chi2, system.effect_count, system.covariance(), linear
-    )
+    covariance = system.covariance(state.terms)
+    return Fit(problem, state.terms, state.tips, state.gains, system.chi2, system.effect_count, covariance, linear)
 
 
 def _descended(problem: Problem, state: State, system: System) -> tuple[State, System]:

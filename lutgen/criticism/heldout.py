@@ -2,7 +2,8 @@
 
 Readings are withheld in cells that belong together, one colour family of one hour at a time, never at random: readings
 of a cell share what is wrong with them. The tips of the hour stay known. Each cell is predicted from all others by one
-Gauss-Newton step from the full fit, which is exact where the model is linear and near it for small effects.
+Gauss-Newton step from the full fit, which is exact where the model is linear and near it for small effects. A cell that
+holds nearly all that the readings say of a parameter cannot be predicted from the rest: it is left out, and counted.
 """
 
 from __future__ import annotations
@@ -24,26 +25,50 @@ if TYPE_CHECKING:
     from lutgen.criticism.problem import Problem
 
 
+#: A cell with more than this share of the information on a parameter is not withheld.
+NEARLY_ALL = 0.99
+
 #: Fewer cells, or sessions, than this do not tell the error of their mean gain.
 FEW_CELLS, FEW_SESSIONS = 20, 6
 
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Squared whitened error of every withheld cell, (cells,), the numbers withheld, and from how many hours."""
+    """Errors of withheld readings.
+
+    Attributes
+    ----------
+    squares
+        Squared whitened error of every cell, (cells,); NaN where the cell could not be withheld.
+    numbers
+        Numbers withheld in each cell, (cells,).
+    sessions
+        Hours that the cells come from.
+
+    """
 
     squares: Array
-    numbers: int
+    numbers: NDArray[np.intp]
     sessions: int
 
     @property
     def rms_sigma(self) -> float:
         """Root mean square in σ; 0 when nothing could be withheld."""
-        return float(np.sqrt(self.squares.sum() / self.numbers)) if self.numbers else 0.0
+        kept = np.isfinite(self.squares)
+        return float(np.sqrt(self.squares[kept].sum() / self.numbers[kept].sum())) if kept.any() else 0.0
+
+    @property
+    def left_out(self) -> int:
+        """Number of cells that could not be withheld, since a parameter rests on them."""
+        return int(np.isnan(self.squares).sum())
 
     def gain_over(self, other: HeldOut) -> tuple[float, float]:
-        """Return by how much this predicts better than another, in χ², and the standard error of that."""
+        """Return by how much this predicts better than another, in χ², and the standard error of that.
+
+        Only cells that both could withhold are compared.
+        """
         gain = other.squares - self.squares
+        gain = gain[np.isfinite(gain)]
         if gain.size < 2:
             return 0.0, np.inf
         total, spread = float(gain.sum()), float(np.sqrt(gain.size) * gain.std(ddof=1))
@@ -61,7 +86,7 @@ def cells(problem: Problem) -> list[NDArray[np.intp]]:
     """
     family, condition = family_of(problem), condition_of(problem)
     named = np.where(condition == "", family, condition)
-    kept = (named == "tips") | problem.curve_points
+    kept = problem.is_anchor
     found = []
     for hour in range(problem.hours.size):
         here = (problem.hour_of == hour) & ~kept
@@ -83,14 +108,30 @@ def held_out(found: Fit) -> HeldOut:
         return _sessions_held_out(problem, system, limits)
     withheld = cells(problem)
     squares = []
+    whole_information = _information(np.concatenate(whole), system.effect_count)
     for cell in withheld:
         index = int(number[cell[0]])
         block = Block.of(problem, found.linear, state, problem.blocks[index], without=cell)
         others = [*whole[:index], block.reduced, *whole[index + 1 :]]
-        step = _step(np.concatenate(others), limits)
-        squares.append(_error(found, block, cell, step))
+        rows = np.concatenate(others)
+        rests_on = _information(rows, system.effect_count) < (1.0 - NEARLY_ALL) * whole_information
+        squares.append(np.nan if rests_on.any() else _error(found, block, cell, _step(rows, limits)))
     hours = np.unique([problem.hour_of[cell[0]] for cell in withheld]).size
-    return HeldOut(np.array(squares), 3 * sum(cell.size for cell in withheld), hours)
+    return HeldOut(np.array(squares), np.array([3 * cell.size for cell in withheld], dtype=np.intp), hours)
+
+
+def _information(reduced: Array, count: int) -> Array:
+    """What rows of a reduced system say of its first ``count`` unknowns, 1/σ² with the others free: (count,)."""
+    if not count:
+        return np.zeros(0)
+    upper = np.linalg.qr(reduced[:, :-1], mode="r")
+    size = np.linalg.norm(upper, axis=0)
+    size = np.where(size > 0, size, 1.0)
+    _, s, vt = np.linalg.svd(upper / size, full_matrices=False)
+    if not s.any():
+        return np.zeros(count)
+    variance = ((vt.T / np.maximum(s, 1e-9 * s.max())) ** 2).sum(axis=1)[:count]
+    return np.asarray(size[:count] ** 2 / variance)
 
 
 def _sessions_held_out(problem: Problem, system: System, limits: tuple[Array, Array]) -> HeldOut:
@@ -100,11 +141,16 @@ def _sessions_held_out(problem: Problem, system: System, limits: tuple[Array, Ar
     """
     later = [index for index, here in enumerate(problem.blocks) if problem.hour_of[here[0]] > 0]
     squares = []
+    everything = _information(np.concatenate([block.reduced for block in system.blocks]), system.effect_count)
     for index in later:
-        others = [block.reduced for place, block in enumerate(system.blocks) if place != index]
-        step, block = _step(np.concatenate(others), limits), system.blocks[index]
+        rows = np.concatenate([block.reduced for place, block in enumerate(system.blocks) if place != index])
+        if (_information(rows, system.effect_count) < (1.0 - NEARLY_ALL) * everything).any():
+            squares.append(np.nan)
+            continue
+        step, block = _step(rows, limits), system.blocks[index]
         squares.append(float(((block.reduced[:, -1] - block.reduced[:, :-1] @ step) ** 2).sum()))
-    return HeldOut(np.array(squares), 3 * sum(problem.blocks[index].size for index in later), len(later))
+    numbers = np.array([3 * problem.blocks[index].size for index in later], dtype=np.intp)
+    return HeldOut(np.array(squares), numbers, len(later))
 
 
 def _step(reduced: Array, limits: tuple[Array, Array]) -> Array:

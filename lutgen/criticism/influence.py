@@ -9,7 +9,8 @@ import numpy as np
 from scipy import stats
 
 from lutgen.criticism.fit import fit
-from lutgen.measurements.table import TIP_DRIVES, is_capped
+from lutgen.measurements.rest import TIP_DRIVES
+from lutgen.measurements.table import is_capped
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

@@ -2,8 +2,9 @@
 
 Size is an F test for lack of fit. But noise known from a few dozen replicates is not known well, and a campaign whose
 replicates happened to agree would then call every display faulty. What a wrong model leaves is uneven: it sits in some
-colours, conditions or hours. So a leftover counts when it is too large *and* uneven; how uneven noise is, seeded draws
-of χ² tell.
+colours, conditions or hours. So an effect that is named may leave what is too large yet even. But nothing is called
+consistent that the F test rejects: scatter that is too large and even has no structure that a display could have, so
+the measurement is blamed. How uneven noise is, seeded draws of χ² tell.
 """
 
 from __future__ import annotations
@@ -32,15 +33,30 @@ def is_noise(found: Fit, error: PureError) -> bool:
     return error.p_of_leftover(found) >= SIGNIFICANT or p_of_unevenness(found) >= SIGNIFICANT
 
 
+def is_within_scatter(error: PureError, found: Fit) -> bool:
+    """Whether the F test for lack of fit accepts what a fit leaves."""
+    return error.p_of_leftover(found) >= SIGNIFICANT
+
+
+def is_even(found: Fit) -> bool:
+    """Whether what a fit leaves is spread over colours, conditions and hours as evenly as noise; False of one cell."""
+    return any(np.unique(labels).size > 1 for labels in _partitions(found)) and p_of_unevenness(found) >= SIGNIFICANT
+
+
 def p_of_unevenness(found: Fit) -> float:
     """Probability that noise of one size spreads so unevenly: the least of three ways to look, times three."""
-    problem = found.problem
     squares = (found.linear.residual**2).sum(axis=1)
+    chances = [_p_of_parts(squares, labels, found) for labels in _partitions(found)]
+    return min(1.0, 3.0 * min(chances))
+
+
+def _partitions(found: Fit) -> tuple[NDArray[np.generic], ...]:
+    """Three ways to part the readings, labels (n,) each: by colour or condition, by hour, by both."""
+    problem = found.problem
     condition = condition_of(problem)
     named = np.where(condition == "", family_of(problem), condition)
     cells = np.char.add(np.char.add(named.astype(str), "@"), problem.hour_of.astype(str))
-    chances = [_p_of_parts(squares, labels, found) for labels in (named, problem.hour_of, cells)]
-    return min(1.0, 3.0 * min(chances))
+    return named, problem.hour_of, cells
 
 
 def _p_of_parts(squares: Array, labels: NDArray[np.generic], found: Fit) -> float:

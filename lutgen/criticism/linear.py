@@ -10,6 +10,7 @@ import numpy as np
 from lutgen.effects import Scene
 from lutgen.effects.scene import LIFE_H
 from lutgen.errors import LutgenError
+from lutgen.measurements.conditions import COLUMNS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -20,15 +21,7 @@ if TYPE_CHECKING:
     from lutgen.effects import Effect
 
 #: Conditions of two readings under which every effect shows.
-UNUSUAL: dict[str, Any] = {
-    "u": np.full((2, 1), 0.2),
-    "v": np.full((2, 1), 0.3),
-    "ambient_lx": np.full((2, 1), 50.0),
-    "warmup_min": np.full((2, 1), 7.0),
-    "temperature_c": np.full((2, 1), 31.0),
-    "window": np.full((2, 1), 0.3),
-    "surround": np.full((2, 1), 0.5),
-}
+UNUSUAL: dict[str, Any] = {name: np.full((2, 1), column.shown) for name, column in COLUMNS.items()}
 
 #: A parameter moves by this share of its range for a derivative.
 STEP = 1e-4

@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.errors import LutgenError
-from lutgen.measurements.table import FEW_KELVINS, is_capped
+from lutgen.measurements.conditions.temperature import FEW_KELVINS
+from lutgen.measurements.table import is_capped
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

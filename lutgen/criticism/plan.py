@@ -15,7 +15,8 @@ from lutgen.criticism.separate import POOL, Patch, Separation, separation, with_
 from lutgen.criticism.visibility import visibility
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError, pick_one
-from lutgen.measurements.table import OPTIONAL, TIP_DRIVES
+from lutgen.measurements.rest import TIP_DRIVES
+from lutgen.measurements.table import OPTIONAL
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -16,6 +16,7 @@ import numpy as np
 
 from lutgen.criticism.linear import whiten
 from lutgen.criticism.search import Score
+from lutgen.measurements.conditions import CONDITIONS
 from lutgen.measurements.table import is_capped
 
 if TYPE_CHECKING:
@@ -109,16 +110,27 @@ def _columns(score: Score, signatures: Iterator[tuple[str, Array]]) -> tuple[lis
 
 
 def _strange(problem: Problem, predicted: Array) -> Iterator[tuple[str, Array]]:
-    before = np.roll(predicted, 1, axis=0)
-    first = np.concatenate([[True], np.diff(problem.hour_of) != 0])
-    yield "the patch read before", np.where(first[:, np.newaxis], 0.0, before - predicted)
-    order = np.arange(len(predicted)) - np.maximum.accumulate(np.where(first, np.arange(len(predicted)), 0))
-    yield "the order of reading", predicted * (order / max(int(order.max()), 1))[:, np.newaxis]
+    if problem.readings.order is not None:
+        yield from _in_order(problem, predicted, problem.readings.order[problem.rows])
     top = problem.readings.drive[problem.rows].max(axis=1)
-    for name, condition in _conditions(problem):
-        if name in {"side", "height", "room light"}:
+    strange = {name for condition in CONDITIONS for name in condition.strange}
+    for name, weight in _conditions(problem):
+        if name in strange:
             for shape, factor in (("", np.ones_like(top)), (" and level", 4 * top * (1 - top))):
-                yield f"{name}{shape}", predicted * (condition * factor)[:, np.newaxis]
+                yield f"{name}{shape}", predicted * (weight * factor)[:, np.newaxis]
+
+
+def _in_order(problem: Problem, predicted: Array, order: Array) -> Iterator[tuple[str, Array]]:
+    """What goes by the order of reading: light of the patch before, and a steady course through a session."""
+    before, course = np.zeros_like(predicted), np.zeros(len(order))
+    sessions = problem.readings.sessions[problem.rows]
+    for session in np.unique(sessions):
+        here = np.flatnonzero(sessions == session)
+        read = here[np.argsort(order[here], kind="stable")]
+        before[read[1:]] = predicted[read[:-1]] - predicted[read[1:]]
+        course[read] = np.arange(read.size) / max(read.size - 1, 1)
+    yield "the patch read before", before
+    yield "the order of reading", predicted * course[:, np.newaxis]
 
 
 def _signatures(problem: Problem, predicted: Array) -> Iterator[tuple[str, Array]]:
@@ -163,25 +175,14 @@ def _weights(problem: Problem) -> Iterator[tuple[str, Array]]:
 
 
 def _conditions(problem: Problem) -> Iterator[tuple[str, Array]]:
-    given = {name: values[problem.rows] for name, values in problem.readings.conditions.items()}
-    if {"u", "v"} <= set(given):
-        u, v = 2 * given["u"] - 1, 2 * given["v"] - 1
-        yield "side", u
-        yield "height", v
-        yield "distance from the centre", (u * u + v * v) / 2
-        yield "distance from the centre to the fourth", ((u * u + v * v) / 2) ** 2
-    if "ambient_lx" in given:
-        yield "room light", given["ambient_lx"] / (given["ambient_lx"] + 100.0)
-    if "warmup_min" in given:
-        minutes = np.nan_to_num(given["warmup_min"], nan=np.inf)
-        yield "minutes", np.exp(-minutes / 5.0)
-        yield "minutes, slower", np.exp(-minutes / 25.0)
-    if "window" in given:
-        yield "window", 1.0 - given["window"]
-    if "surround" in given:
-        yield "surround", given["surround"]
-    if "temperature_c" in given and not np.isnan(given["temperature_c"]).all():
-        yield "temperature", np.nan_to_num(given["temperature_c"] - np.nanmedian(given["temperature_c"])) / 10.0
+    """Names and weights (n,) of what the conditions of the readings would do."""
+    readings = problem.readings
+    for condition in CONDITIONS:
+        names = [column.name for column in condition.columns]
+        if any(name in readings.conditions for name in names):
+            values = {name: readings.column(name)[problem.rows] for name in names}
+            rest = {name: readings.rest.values[name][problem.rows] for name in names if name in readings.conditions}
+            yield from condition.signatures(values, rest).items()
 
 
 def _places(problem: Problem) -> Iterator[tuple[str, Array]]:

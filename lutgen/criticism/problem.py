@@ -26,10 +26,11 @@ from lutgen.display.native import NativeDisplay
 from lutgen.display.paper import nearest_weights
 from lutgen.display.trace import Panel, emitted, panel, reported
 from lutgen.effects import Scene
-from lutgen.effects.scene import REFERENCE_C
 from lutgen.effects.spectra import SpectralDisplay, class_of
 from lutgen.errors import LutgenError, pick_one
-from lutgen.measurements.table import OPTIONAL, TIP_DRIVES, is_capped, is_shrouded
+from lutgen.measurements.conditions import COLUMNS
+from lutgen.measurements.rest import TIP_DRIVES, is_tip
+from lutgen.measurements.table import is_capped, is_shrouded
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -43,10 +44,8 @@ if TYPE_CHECKING:
 
 BASELINES = ("tips", "fresh", "native")
 
-#: What a condition might have been that nobody logged.
-UNLOGGED = {
-    "u": 0.4, "v": 0.4, "ambient_lx": 100.0, "warmup_min": 30.0, "temperature_c": 30.0, "window": 0.9, "surround": 0.1,
-}  # fmt: skip
+#: Readings (three numbers each) that a free parameter needs beside those of the tips.
+READINGS_A_PARAMETER = 2
 
 #: A straight line between three equidistant points of a parabola misses it by ⅛ of the second difference.
 CURVATURE = 1 / 8
@@ -131,7 +130,7 @@ class Problem:
         """Return the problem with some columns as they might have been, unlogged; None when any of them was logged."""
         if not columns or any(name in self.readings.conditions for name in columns):
             return None
-        return replace(self, assumed=tuple((name, UNLOGGED[name]) for name in columns))
+        return replace(self, assumed=tuple((name, COLUMNS[name].unlogged) for name in columns))
 
     def without(self, rows: Sequence[int]) -> Problem:
         """Return the same problem without some readings, by their indices in the file."""
@@ -160,6 +159,23 @@ class Problem:
         return self.native.made_from(self.readings)[self.rows]
 
     @cached_property
+    def is_tip_anchor(self) -> NDArray[np.bool_]:
+        """Readings of the tips at rest that the tips are solved from, (n,)."""
+        rest = self.readings.at_rest()[self.rows] & ~is_capped(self.readings)[self.rows]
+        anchor = is_tip(self.readings.drive[self.rows]).any(axis=1) & rest
+        return np.asarray(anchor & (self.hour_of == 0) if self.baseline == "fresh" else anchor)
+
+    @cached_property
+    def is_anchor(self) -> NDArray[np.bool_]:
+        """Readings at rest that the model is anchored to, (n,): of tips, and those that a native display is made of."""
+        return self.is_tip_anchor | self.curve_points
+
+    @cached_property
+    def bears(self) -> int:
+        """Number of free parameters that the different readings beside the anchors bear."""
+        return int(np.unique(self.groups[~self.is_anchor]).size) // READINGS_A_PARAMETER
+
+    @cached_property
     def groups(self) -> NDArray[np.intp]:
         """Number of each reading's group of replicates, (n,)."""
         return replicate_groups(self.readings)[self.rows]
@@ -167,15 +183,29 @@ class Problem:
     @cached_property
     def gains(self) -> NDArray[np.intp]:
         """Number of each reading's session gain, (n,); −1 where the tips of that hour have taken it in already."""
-        sessions = np.array(self.readings.session or [""] * self.readings.hours.size)[self.rows]
-        pairs = [f"{hour}\0{session}" for hour, session in zip(self.hour_of, sessions, strict=True)]
-        number = np.unique(pairs, return_inverse=True)[1].reshape(-1)
-        if self.baseline != "fresh":
-            for hour in range(self.hours.size):
-                here = self.hour_of == hour
-                if np.unique(number[here]).size == 1 and self.is_knot[hour]:
-                    number[here] = -1
-        return np.asarray(number)
+        return self._gains[0]
+
+    @property
+    def gain_keys(self) -> list[tuple[float, str]]:
+        """Hour and name of the session of each gain, in the order of their numbers."""
+        return self._gains[1]
+
+    @cached_property
+    def _gains(self) -> tuple[NDArray[np.intp], list[tuple[float, str]]]:
+        names = np.array(self.readings.session or [""] * self.readings.hours.size)[self.rows]
+        keys = list(zip(self.hours[self.hour_of].tolist(), names.tolist(), strict=True))
+        of_hour: dict[float, set[str]] = {}
+        for hour, name in keys:
+            of_hour.setdefault(hour, set()).add(name)
+        # Tips that are read anew at an hour of one session have that session's gain in them.
+        taken = {
+            float(hour)
+            for hour, knot in zip(self.hours, self.is_knot, strict=True)
+            if self.baseline != "fresh" and knot and len(of_hour[float(hour)]) == 1
+        }
+        known = sorted({key for key in keys if key[0] not in taken})
+        number = {key: place for place, key in enumerate(known)}
+        return np.array([number.get(key, -1) for key in keys], dtype=np.intp), known
 
     @cached_property
     def blocks(self) -> list[NDArray[np.intp]]:
@@ -262,18 +292,15 @@ class Problem:
 
     @cached_property
     def _columns(self) -> dict[str, Array]:
-        fill = {"warmup_min": np.inf, "temperature_c": REFERENCE_C}
         columns = {
             "hours": self.readings.hours[self.rows][:, np.newaxis],
             "code": self.readings.drive[self.rows],
         }
-        for name in OPTIONAL:
-            if name in self.readings.conditions:
-                values = self.readings.conditions[name][self.rows]
-                values = np.where(np.isnan(values), fill.get(name, np.nan), values)
-                columns[name] = values[:, np.newaxis]
+        for name, logged in self.readings.conditions.items():
+            values = logged[self.rows]
+            columns[name] = np.where(np.isnan(values), COLUMNS[name].usual, values)[:, np.newaxis]
         open_to_room = ~(is_capped(self.readings) | is_shrouded(self.readings))[self.rows, np.newaxis]
-        columns |= {name: np.where(open_to_room, value, OPTIONAL[name]) for name, value in self.assumed}
+        columns |= {name: np.where(open_to_room, value, COLUMNS[name].usual) for name, value in self.assumed}
         columns["capped"] = is_capped(self.readings)[self.rows].astype(float)[:, np.newaxis]
         return columns
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.criticism.anchored import is_anchor
 from lutgen.criticism.compare import Comparison, compare_problem
 from lutgen.criticism.diagnose import Diagnosis, candidates, diagnose, parameters_of
 from lutgen.criticism.fit import Fit, fit
+from lutgen.criticism.heldout import held_out
 from lutgen.criticism.linear import Term
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.search import family
@@ -25,9 +25,6 @@ if TYPE_CHECKING:
 
     from lutgen.effects import Effect
     from lutgen.measurements import Measurements
-
-#: Readings (three numbers each) that a free parameter needs beside the tips' own.
-READINGS_A_PARAMETER = 2
 
 
 @dataclass(frozen=True)
@@ -55,6 +52,8 @@ class Refinement:
         The display with the effects: what ``lutgen build --model`` bakes.
     diagnosis
         With ``auto`` the diagnosis that chose the effects.
+    held_out_gain
+        By how much χ² of readings that were withheld from the fits fell with the effects.
 
     """
 
@@ -63,6 +62,12 @@ class Refinement:
     found: Fit
     model: DisplayModel
     diagnosis: Diagnosis | None = None
+    held_out_gain: float = 0.0
+
+    @property
+    def improves(self) -> bool:
+        """Whether the error, and that of withheld readings, fell; True where nothing was added."""
+        return not self.steps or (self.after.ratio < self.before.ratio and self.held_out_gain >= 0.0)
 
     @property
     def after(self) -> Comparison:
@@ -78,17 +83,24 @@ class Refinement:
         before, after = self.before, self.after
         if not self.steps:
             return "Nothing was added: the model stays as it was."
-        return (
-            f"With {', '.join(step.effect for step in self.steps)} the error falls from {before.ratio:.2f} to "
-            f"{after.ratio:.2f} times the noise floor (mean ΔE2000 {before.error.delta_e_mean:.2f} to "
-            f"{after.error.delta_e_mean:.2f}, floor {after.floor.delta_e_mean:.2f})."
+        names = ", ".join(step.effect for step in self.steps)
+        course = (
+            f"from {before.ratio:.2f} to {after.ratio:.2f} times the noise floor (mean ΔE2000 "
+            f"{before.error.delta_e_mean:.2f} to {after.error.delta_e_mean:.2f}, floor {after.floor.delta_e_mean:.2f})."
         )
+        if self.improves:
+            return f"With {names} the error falls {course}"
+        if after.ratio < before.ratio:
+            return f"With {names} the error falls {course} But readings withheld from the fit are predicted no better."
+        return f"With {names} the error does not fall: it goes {course}"
 
     def as_json(self, model: str | None = None) -> dict[str, Any]:
         """Return what ``--json`` prints; ``model`` is the file that was written."""
         return {
             "schema": 1,
             "sentence": self.sentence(),
+            "improves": self.improves,
+            "held_out_gain": self.held_out_gain,
             "before": asdict(self.before.error),
             "steps": [
                 {"added": step.effect, "form": list(step.form), "error": asdict(step.comparison.error)}
@@ -154,7 +166,8 @@ def refine(
             steps += [_added(each, step.name) for step, each in _trail(diagnosis)]
             current = diagnosis.explanation.final
     model = model_of(current, diagnosis, before, steps[-1].comparison if steps else before)
-    return Refinement(before, tuple(steps), current, model, diagnosis)
+    gain = held_out(current).gain_over(held_out(base))[0] if steps else 0.0
+    return Refinement(before, tuple(steps), current, model, diagnosis, gain)
 
 
 def _trail(diagnosis: Diagnosis) -> list[tuple[Any, Fit]]:
@@ -179,12 +192,13 @@ def _joined(current: Fit, effect: Effect) -> Fit:
 
 
 def _check_enough(current: Fit, effect: Effect) -> None:
-    problem, free = current.problem, len(effect.forms[0]) if effect.forms else 0
-    spare = np.unique(problem.groups[~is_anchor(problem)]).size
-    if spare < READINGS_A_PARAMETER * free:
+    problem, free = current.problem, min((len(form) for form in effect.forms), default=0)
+    if current.parameters + free > problem.bears:
+        spare = np.unique(problem.groups[~problem.is_anchor]).size
         raise LutgenError(
-            f"{problem.readings.file}: beside white and primaries there are {spare} different readings, and "
-            f"{effect.name} has {free} free parameters. Measure greys and ramps too: lutgen plan lists them."
+            f"{problem.readings.file}: beside white and primaries there are {spare} different readings, which bear "
+            f"{problem.bears} free parameters; with {effect.name} the model has {current.parameters + free}. Measure "
+            f"greys and ramps too: lutgen plan lists them."
         )
 
 

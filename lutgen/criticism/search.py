@@ -129,6 +129,8 @@ def _attempts(
     forms = effect.forms or ((),)
     for index in indices:
         form = forms[index]
+        if base.parameters + len(form) > base.problem.bears:
+            continue  # a fit of more parameters than the readings bear says nothing
         grids, penalty = _grids(base.problem, effect, form), len(form) * float(np.log(base.readings))
         if not grids:
             continue  # a grid between sessions, and one session only

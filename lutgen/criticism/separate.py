@@ -14,7 +14,8 @@ import numpy as np
 
 from lutgen.criticism.fit import Fit, fit
 from lutgen.criticism.linear import State, Term, predict
-from lutgen.measurements.table import OPTIONAL, TIP_DRIVES
+from lutgen.measurements.conditions import COLUMNS, CONDITIONS
+from lutgen.measurements.rest import is_tip
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -39,8 +40,8 @@ class Patch:
         return {"R": red, "G": green, "B": blue, **self.conditions, **note}
 
 
-def _greys(levels: tuple[float, ...], note: str = "", **conditions: float) -> tuple[Patch, ...]:
-    return tuple(Patch((level, level, level), conditions, note) for level in levels)
+def _greys(levels: tuple[float, ...], note: str = "") -> tuple[Patch, ...]:
+    return tuple(Patch((level, level, level), {}, note) for level in levels)
 
 
 def _ramps(levels: tuple[float, ...]) -> tuple[Patch, ...]:
@@ -56,36 +57,19 @@ _PAIRS = tuple(
 _MIXTURES = tuple(
     Patch((float(r), float(g), float(b)), {}) for r, g, b in np.random.default_rng(9).random((12, 3)).round(3)
 )
-_CORNERS = tuple(
-    patch
-    for u in (0.1, 0.5, 0.9)
-    for v in (0.1, 0.5, 0.9)
-    if (u, v) != (0.5, 0.5)
-    for patch in _greys((1.0, 0.5), u=u, v=v)
-)
-_TIPS_IN_WINDOW = tuple(Patch((r, g, b), {"window": 0.1}) for r, g, b in TIP_DRIVES.tolist())
 
-#: What can be measured: name → patches.
+#: What can be measured: name → patches. Each condition brings its own.
 POOL: dict[str, tuple[Patch, ...]] = {
-    "black, shrouded, and black in the lit room": (
-        *_greys((0.0, 0.0, 0.0), "shrouded"),
-        *_greys((0.0,), ambient_lx=40.0),
-        *_greys((0.0,), ambient_lx=120.0),
-        *_greys((0.0,), ambient_lx=400.0),
-    ),
     "lens cap": _greys((0.0, 0.0, 0.0), "lens cap"),
     "black and dark greys": _greys((0.0, 0.0, 0.0, 0.05, 0.1, 0.2)),
     "nine greys": _greys((0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)),
     "ramps of red, green, blue": _ramps((0.15, 0.3, 0.45, 0.6, 0.75, 0.9)),
     "secondaries": _PAIRS,
     "mixtures": _MIXTURES,
-    "10 % windows": (*_TIPS_IN_WINDOW, *(replace(patch, conditions={"window": 0.1}) for patch in _PAIRS)),
-    "black in a white surround": _greys((0.0, 0.1, 0.2), window=0.1, surround=1.0),
-    "nine positions": _CORNERS,
-    "after power-on": tuple(
-        patch for minutes in (2.0, 5.0, 10.0, 20.0, 40.0) for patch in _greys((1.0, 0.6), warmup_min=minutes)
-    ),
-    "in a room 8 K warmer": _greys((1.0, 0.6), temperature_c=33.0),
+} | {
+    variation.name: tuple(Patch(*patch) for patch in variation.patches)
+    for condition in CONDITIONS
+    for variation in condition.variations
 }
 
 
@@ -132,7 +116,10 @@ def separation(truth: Fit, rival: Candidate, pair: tuple[str, str]) -> Separatio
 def _distance(truth: Fit, terms: tuple[Term, ...], patches: tuple[Patch, ...]) -> float:
     """χ² that ``terms`` leave of noise-free readings of ``truth``, with patches added at the last hour."""
     problem = with_patches(truth.problem, patches)
-    state = State(truth.terms, truth.tips, truth.gains)
+    # The patches belong to sessions that the state knows, but not always in the same order.
+    number = {key: place for place, key in enumerate(truth.problem.gain_keys)}
+    gains = [truth.gains[number[key]] if key in number else 0.0 for key in problem.gain_keys]
+    state = State(truth.terms, truth.tips, np.array(gains or [0.0]))
     exact = replace(problem.readings, xyz_cd_m2=problem.readings.xyz_cd_m2.copy())
     exact.xyz_cd_m2[problem.rows] = predict(problem, state)
     # Weights are those of the prediction: added rows have no reading to take them from.
@@ -148,16 +135,18 @@ def with_patches(problem: Problem, patches: tuple[Patch, ...]) -> Problem:
     hour = float(problem.hours[problem.is_knot][-1])
     place = int(np.searchsorted(readings.hours, hour, side="right"))
     count = len(patches)
-    names = [*readings.conditions, *sorted({name for patch in patches for name in patch.conditions})]
+    # The session whose colour points are read at rest at that hour goes on: its rest is that of the patches.
+    host = int(np.flatnonzero(readings.at_rest() & (readings.hours == hour) & is_tip(readings.drive).any(axis=1))[-1])
     conditions = {}
-    for name in dict.fromkeys(names):
-        given = readings.conditions.get(name, np.full(readings.hours.size, OPTIONAL[name]))
-        rest = float(np.nanmedian(given)) if name == "temperature_c" and not np.isnan(given).all() else OPTIONAL[name]
-        new = [patch.conditions.get(name, rest) for patch in patches]
-        conditions[name] = np.insert(given, place, new)
+    for name in COLUMNS:
+        if name in readings.conditions or any(name in patch.conditions for patch in patches):
+            given = readings.column(name)
+            rest = given[host]
+            new = [patch.conditions.get(name, rest) for patch in patches]
+            conditions[name] = np.insert(given, place, new)
     session = list(readings.session or ("",) * readings.hours.size)
     note = list(readings.note or ("",) * readings.hours.size)
-    session[place:place] = [session[place - 1]] * count
+    session[place:place] = [session[host]] * count
     note[place:place] = [patch.note for patch in patches]
     added = replace(
         readings,
@@ -168,6 +157,7 @@ def with_patches(problem: Problem, patches: tuple[Patch, ...]) -> Problem:
         conditions=conditions,
         session=tuple(session),
         note=tuple(note),
+        order=None,
     )
     shifted = np.where(problem.rows >= place, problem.rows + count, problem.rows)
     return replace(problem, readings=added, rows=np.sort(np.concatenate([shifted, np.arange(place, place + count)])))

@@ -139,8 +139,10 @@ def admissible(candidate: Candidate, current: Fit, error: PureError, tried: int)
         return False
     if candidate.form and error.p_of_gain(candidate.gain, len(candidate.form)) * tried > SIGNIFICANT:
         return False
-    gain, deviation = held_out(candidate.fit).gain_over(held_out(current))
-    return gain > HELD_OUT_SE * deviation
+    withheld = held_out(candidate.fit)
+    gain, deviation = withheld.gain_over(held_out(current))
+    # Where a parameter rests on one cell, withheld readings cannot confirm the effect: they must not contradict it.
+    return gain > HELD_OUT_SE * deviation or (withheld.left_out > 0 and gain >= -HELD_OUT_SE * deviation)
 
 
 def _ranked(

@@ -27,6 +27,10 @@ if TYPE_CHECKING:
 TRADED = 1e-6
 
 
+#: A direction that holds less than this share (of variance) of a parameter has nothing to do with it.
+BARELY = 1e-3
+
+
 class Move(NamedTuple):
     """A step of the global unknowns and the χ² that it promises."""
 
@@ -87,16 +91,26 @@ class System:
             gains[list(block.gains)] += local
         return State(tuple(terms), tips, gains)
 
-    def covariance(self) -> Array:
-        """Covariance of the effects' parameters, (p, p); infinite where the data say nothing."""
+    def covariance(self, terms: Sequence[Term]) -> Array:
+        """Covariance of the effects' parameters, (p, p); infinite where the data say nothing.
+
+        They say nothing of a direction in which all parameters may cross their whole bounds without moving the readings
+        by one standard deviation altogether. Derivatives are numerical: ranks are no measure of what they know.
+        """
         count = self.effect_count
+        if not count:
+            return np.zeros((0, 0))
         size = np.linalg.norm(self.A, axis=0)
-        size = np.where(size > 0, size, 1.0)
-        _, s, vt = np.linalg.svd(self.A / size, full_matrices=False)
-        seen = s > 1e-7 * max(float(s.max(initial=0.0)), 1e-300)
-        v = vt[seen].T / s[seen] / size[:, np.newaxis]
+        unit = np.where(size > 0, 1.0 / np.where(size > 0, size, 1.0), 1.0)
+        bounds = np.concatenate([term.bounds for term in terms if term.free])
+        unit[:count] = bounds[:, 1] - bounds[:, 0]
+        _, s, vt = np.linalg.svd(self.A * unit, full_matrices=False)
+        seen = s > np.where(
+            np.abs(vt[:, :count]).max(axis=1) > BARELY, 1.0, TRADED * max(float(s.max(initial=0.0)), 1e-300)
+        )
+        v = vt[seen].T / s[seen] * unit[:, np.newaxis]
         covariance = (v @ v.T)[:count, :count]
-        blind = (vt[~seen] ** 2).sum(axis=0)[:count] > 1e-3
+        blind = 1.0 - (vt[seen] ** 2).sum(axis=0)[:count] > BARELY
         covariance[blind, :] = covariance[:, blind] = 0.0
         covariance[blind, blind] = np.inf
         return np.asarray(covariance)

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.criticism.anchored import is_anchor
 from lutgen.criticism.families import condition_of, family_of
-from lutgen.criticism.leftover import is_noise
+from lutgen.criticism.leftover import is_even, is_noise, is_within_scatter
 from lutgen.criticism.probes import Probed, nameless, probe
 from lutgen.criticism.search import STRONG
+from lutgen.criticism.shares import shares_of_delta_e
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -72,7 +72,9 @@ class Verdict:
     rivals
         Sets of effects that these data cannot tell apart.
     shares
-        Effect → share of the excess error that goes with it.
+        Effect → share of the excess of χ² that goes with it.
+    shares_delta_e
+        Effect → share of the excess mean ΔE2000 that goes with it.
     remarks
         What else a reader must know.
 
@@ -84,6 +86,7 @@ class Verdict:
     rivals: tuple[tuple[str, ...], ...] = ()
     shares: Mapping[str, float] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+    shares_delta_e: Mapping[str, float] = field(default_factory=dict)
 
 
 def pronounce(explanation: Explanation, error: PureError, seen: Sequence[Visibility], suspicion: Suspicion) -> Verdict:
@@ -135,10 +138,24 @@ def _nothing_named(
         )
         return Verdict("measurement-problem", sentence, remarks=remarks)
     probed = probe(explanation.base, error)
-    if is_noise(explanation.base, error) and not probed.names:
-        compared = not is_anchor(explanation.base.problem).all()
+    if not probed.names and not is_within_scatter(error, explanation.base) and is_even(explanation.base):
+        return _too_much_scatter(explanation, error, remarks)
+    if not probed.names and is_within_scatter(error, explanation.base):
+        compared = not explanation.base.problem.is_anchor.all()
         return Verdict("consistent", AGREES if compared else NOTHING_COMPARED, remarks=remarks)
     return _unexplained(explanation, remarks, probed)
+
+
+def _too_much_scatter(explanation: Explanation, error: PureError, remarks: tuple[str, ...]) -> Verdict:
+    base = explanation.base
+    usual = error.squares / error.freedom if error.measured else 1.0
+    ratio = float(np.sqrt(base.chi2 / max(base.freedom, 1) / usual))
+    sentence = (
+        f"The readings scatter more than the noise model knows, {ratio:.2g} times as much as "
+        f"{'their replicates' if error.measured else 'assumed'}, and evenly over colours, conditions and hours: no "
+        f"effect of a display does so. Repeat white ten times in one session to measure the noise."
+    )
+    return Verdict("measurement-problem", sentence, remarks=remarks)
 
 
 def _unexplained(explanation: Explanation, remarks: tuple[str, ...], probed: Probed = NO_PROBES) -> Verdict:
@@ -223,7 +240,7 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
     gain = base.chi2 - final.chi2
     explained = gain / (gain + probed.gain) if probed.names else gain / excess
     names = _without_shadows(explanation, shares, noise)
-    if not names and clean:
+    if not names and clean and is_within_scatter(error, base):
         traces = ", ".join(step.name for step in steps)
         remark = f"What is left would let {traces} explain a trace of it, next to nothing beside what the model has."
         return Verdict("consistent", AGREES, remarks=(*remarks, remark))
@@ -237,17 +254,28 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
     if shadows := [step.name for step in steps if step not in kept]:
         remarks = (*remarks, f"Fitted beside, for what the formula leaves, no fault of its own: {', '.join(shadows)}.")
     left = "" if clean else f"its formula leaves something: {structure(explanation, probed)}."
-    return _worded(kept, shares, remarks, left, alone=not shadows)
+    seen = shares_of_delta_e(base, final, [step.name for step in kept])
+    kept = tuple(sorted(kept, key=lambda step: -seen[step.name]))
+    return replace(_worded(kept, shares, seen, remarks, left, alone=not shadows), shares_delta_e=seen)
 
 
 def _worded(
-    steps: tuple[Step, ...], shares: Mapping[str, float], remarks: tuple[str, ...], left: str, *, alone: bool
+    steps: tuple[Step, ...],
+    shares: Mapping[str, float],
+    seen: Mapping[str, float],
+    remarks: tuple[str, ...],
+    left: str,
+    *,
+    alone: bool,
 ) -> Verdict:
     """Name the effects; ``left`` says what their formulas leave, ``alone`` that none was fitted beside them."""
     names = tuple(step.name for step in steps)
     rivals = tuple((step.name, *(rival.name for rival in step.rivals)) for step in steps if step.rivals)
     if len(steps) > 1:
-        listed = ", ".join(f"{name} ({shares[name]:.0%} of the excess)" for name in names)
+        listed = ", ".join(
+            f"{name} ({seen[name]:.0%} of the excess mean ΔE2000, {shares[name]:.0%} of the excess χ²)"
+            for name in names
+        )
         sentence = f"More than one effect is missing: {listed}{'; ' + left.replace('its', 'one', 1) if left else '.'}"
         return Verdict("several", sentence, names, rivals, shares, remarks)
     step = steps[0]

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, make_dataclass, replace
 from itertools import product
 from math import inf, isfinite
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lutgen.effects.clauses import reacts_to
-from lutgen.effects.scene import REFERENCE_C
 from lutgen.errors import LutgenError, pick_one
-from lutgen.measurements.table import RANGES
+from lutgen.measurements.conditions import COLUMNS, CONDITIONS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -22,41 +21,37 @@ if TYPE_CHECKING:
 #: What people call the power-on time of a display that is warm.
 WARM = "warm"
 
+#: One field a column of a condition, at its usual value unless given.
+_Columns: Any = make_dataclass(
+    "_Columns",
+    [(name, float, field(default=column.usual)) for name, column in COLUMNS.items()],
+    frozen=True,
+    namespace={"__module__": __name__},
+)
+
 
 @dataclass(frozen=True)
-class Conditions:
-    """Where, when and in which surroundings the display is seen.
+class Conditions(_Columns):  # type: ignore[misc] # its fields are the columns that the registry has
+    """Where, when and in which surroundings the display is seen: a number for each column of a condition.
 
     Attributes
     ----------
-    u, v
-        Position, 0..1 from the top left.
-    ambient_lx
-        Room light that falls on the screen, lux.
-    warmup_min
-        Minutes since power-on; infinity when warm.
-    temperature_c
-        Panel temperature, °C.
-    window, surround
-        Share of the screen that a colour covers, and the code value of the grey around it.
+    u, v, ambient_lx, warmup_min, temperature_c, window, surround, …
+        Position, 0..1 from the top left; room light that falls on the screen, lux; minutes since power-on, infinity
+        when warm; panel temperature, °C; share of the screen that a colour covers, and the code value of the grey
+        around it.
 
     """
-
-    u: float = 0.5
-    v: float = 0.5
-    ambient_lx: float = 0.0
-    warmup_min: float = inf
-    temperature_c: float = REFERENCE_C
-    window: float = 1.0
-    surround: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse what no display meets."""
         for name, value in self.as_dict().items():
-            low, high, meaning = RANGES[name]
-            warm = name == "warmup_min" and value == inf
-            if not warm and not (isfinite(value) and low <= value <= high):
-                raise LutgenError(f"condition {name} = {value:g}: must be {meaning} ({low:g} to {high:g}).")
+            column = COLUMNS[name]
+            allowed = isfinite(value) and column.low <= value <= column.high
+            if not allowed and value != column.usual:
+                raise LutgenError(
+                    f"condition {name} = {value:g}: must be {column.meaning} ({column.low:g} to {column.high:g})."
+                )
 
     def as_dict(self) -> dict[str, float]:
         """Every condition by name."""
@@ -95,7 +90,7 @@ def parse_at(texts: Iterable[str], usual: Conditions = REFERENCE) -> Conditions:
         if name in values:
             raise LutgenError(f"--at gives {name} twice. Give each condition once.")
         try:
-            values[name] = inf if (name, text) == ("warmup_min", WARM) else float(text)
+            values[name] = inf if text == WARM and name in COLUMNS and COLUMNS[name].usual == inf else float(text)
         except ValueError:
             raise LutgenError(f"--at {name}={text}: {text!r} is not a number.") from None
         if values[name] == inf and text != WARM:
@@ -116,39 +111,13 @@ def _known(values: Mapping[str, float]) -> Mapping[str, float]:
 
 def told(conditions: Conditions, names: Iterable[str]) -> str:
     """Say some conditions in words: ``centre, dark room, warm``."""
-    wanted = set(names)
-    values = conditions.as_dict()
-    parts = []
-    if wanted & {"u", "v"}:
-        centre = (values["u"], values["v"]) == (0.5, 0.5)
-        parts.append("centre" if centre else f"position u = {values['u']:g}, v = {values['v']:g}")
-    if "ambient_lx" in wanted:
-        parts.append(f"room light {values['ambient_lx']:g} lx" if values["ambient_lx"] else "dark room")
-    if "warmup_min" in wanted:
-        warm = values["warmup_min"] == inf
-        parts.append("warm" if warm else f"{values['warmup_min']:g} min after power-on")
-    if "temperature_c" in wanted:
-        parts.append(f"{values['temperature_c']:g} °C")
-    if wanted & {"window", "surround"}:
-        full = values["window"] == 1.0
-        parts.append(
-            "full screen"
-            if full
-            else f"a window of {100 * values['window']:g} % in a surround of code value {values['surround']:g}"
-        )
-    return ", ".join(parts)
+    wanted, values = set(names), conditions.as_dict()
+    asked = [each for each in CONDITIONS if wanted & {column.name for column in each.columns}]
+    return ", ".join(words for each in asked if (words := each.told(values)))
 
 
 #: Column → what an effect depends on that needs it.
-_DEPENDS = {
-    "u": "position",
-    "v": "position",
-    "ambient_lx": "the room's light",
-    "warmup_min": "the minutes since power-on",
-    "temperature_c": "temperature",
-    "window": "the rest of the picture",
-    "surround": "the rest of the picture",
-}
+_DEPENDS = {column.name: condition.depends for condition in CONDITIONS for column in condition.columns}
 
 
 def what_luts_carry(model: DisplayModel) -> list[str]:

@@ -24,7 +24,8 @@ import numpy as np
 from lutgen.colorimetry import inverse
 from lutgen.display.transfer_curve import TransferCurve
 from lutgen.errors import LutgenError, pick_one
-from lutgen.measurements.table import TIP_DRIVES, is_capped
+from lutgen.measurements.rest import TIP_DRIVES
+from lutgen.measurements.table import is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -13,9 +13,9 @@ import numpy as np
 
 from lutgen.effects import probe
 from lutgen.effects.child import what_was_raised
-from lutgen.effects.declare import COLUMNS
 from lutgen.effects.scene import Scene
 from lutgen.errors import LutgenError
+from lutgen.measurements.conditions import COLUMNS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping

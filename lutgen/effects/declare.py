@@ -24,6 +24,7 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any, Protocol
 
 from lutgen.errors import LutgenError
+from lutgen.measurements.conditions import COLUMNS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -48,9 +49,6 @@ _BUILT_IN = "lutgen.effects.catalogue."
 
 #: Origin of an effect that a program declares, before the program's module.
 CODE = "code, module "
-
-#: Columns of the readings that an effect may need.
-COLUMNS = ("u", "v", "ambient_lx", "warmup_min", "temperature_c", "window", "surround")
 
 
 @dataclass(frozen=True)

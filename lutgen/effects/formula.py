@@ -19,6 +19,7 @@ import numpy as np
 
 from lutgen.colorimetry import code_to_linear
 from lutgen.errors import LutgenError
+from lutgen.measurements.conditions import COLUMNS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -39,14 +40,8 @@ QUANTITIES: dict[str, tuple[Callable[[Scene], Array], tuple[str, ...]]] = {
     "hours": (attrgetter("hours"), ()),
     "white": (attrgetter("white"), ()),
     "fresh_white": (attrgetter("fresh_white"), ()),
-    "u": (attrgetter("u"), ("u",)),
-    "v": (attrgetter("v"), ("v",)),
     "rho": (attrgetter("radius"), ("u", "v")),
-    "ambient_lx": (attrgetter("ambient_lx"), ("ambient_lx",)),
-    "warmup_min": (attrgetter("warmup_min"), ("warmup_min",)),
-    "temperature_c": (attrgetter("temperature_c"), ("temperature_c",)),
-    "window": (attrgetter("window"), ("window",)),
-    "surround": (attrgetter("surround"), ("surround",)),
+    **{name: (attrgetter(name), (name,)) for name in COLUMNS},
     "mean_drive": (attrgetter("mean_drive"), ("window", "surround")),
     "pi": (lambda _scene: np.array(pi), ()),
 }

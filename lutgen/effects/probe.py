@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.colorimetry import LINEAR_TO_XYZ, code_to_linear, transform
-from lutgen.effects.scene import LIFE_H, REFERENCE_C, Scene
+from lutgen.effects.scene import LIFE_H, Scene
 from lutgen.effects.spectra import DEFAULT_CLASS, SpectralDisplay
+from lutgen.measurements.conditions import COLUMNS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -30,17 +31,6 @@ TIPS_AT_ONCE = 12
 
 #: Most corners of the parameters' bounds that are all tried; of more, this many by chance.
 MAX_CORNERS = 256
-
-#: Column → what a probe draws from; the first is the reference.
-CONDITIONS = {
-    "u": (0.5, 0.0, 0.1, 0.9, 1.0),
-    "v": (0.5, 0.0, 0.2, 0.8, 1.0),
-    "ambient_lx": (0.0, 5.0, 60.0, 400.0),
-    "warmup_min": (np.inf, 0.0, 3.0, 20.0, 90.0),
-    "temperature_c": (REFERENCE_C, 5.0, 18.0, 40.0),
-    "window": (1.0, 0.04, 0.1, 0.5),
-    "surround": (0.0, 0.2, 0.5, 1.0),
-}
 
 _GREYS = (0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95)
 _HOURS = (0.0, 1.0, 500.0, 4000.0, 9000.0, 14_000.0, LIFE_H)
@@ -67,7 +57,7 @@ def readings(stage: str, *, at_rest: bool = False) -> Reading:
     aged = 1.0 - hours / LIFE_H * np.array([0.3, 0.32, 0.4])
     columns: dict[str, Any] = {
         name: np.concatenate([values[:1] * 6, random.choice(values, READINGS - 6)])[random.permutation(READINGS)]
-        for name, values in CONDITIONS.items()
+        for name, values in ((column.name, column.tried) for column in COLUMNS.values())
     }
     light = SpectralDisplay.of(DEFAULT_CLASS, _FRESH_TIPS)
     scene = Scene(hours=hours, code=code, white=_FRESH_TIPS[:1] * aged, fresh_white=_FRESH_TIPS[:1], light=light)
@@ -128,7 +118,7 @@ def with_column(reading: Reading, column: str, values: Array) -> Reading:
 
 def other_values(column: str) -> Array:
     """Return values of a column that differ from the reference, one a reading."""
-    return np.resize(np.array(CONDITIONS[column][1:]), (READINGS, 1))
+    return np.resize(np.array(COLUMNS[column].tried[1:]), (READINGS, 1))
 
 
 def parameter_corners(bounds: Mapping[str, tuple[float, float]]) -> list[dict[str, float]]:

@@ -2,28 +2,51 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, make_dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from lutgen.measurements.conditions import COLUMNS
+from lutgen.measurements.conditions.temperature import REFERENCE_C
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.effects.spectra import SpectralDisplay
 
+__all__ = ["LIFE_H", "REFERENCE_C", "Scene", "growth"]
+
 #: The life over which τ runs from 0 to 1: the paper's 18 000 h.
 LIFE_H = 18_000.0
-
-#: Panel temperature that is meant where none was logged.
-REFERENCE_C = 25.0
 
 
 def _column(value: float) -> Array:
     return np.full((1, 1), value)
 
 
+if TYPE_CHECKING:
+
+    class _Conditions:
+        """The columns of conditions, which the registry names."""
+
+        def __getattr__(self, name: str) -> Array: ...
+
+else:
+    #: One field a column of a condition, (n, 1) or (1, 1), at its usual value unless given: centre, dark room, warm, ….
+    _Conditions = make_dataclass(
+        "_Conditions",
+        [
+            (name, np.ndarray, field(default_factory=partial(_column, column.usual), kw_only=True))
+            for name, column in COLUMNS.items()
+        ],
+        frozen=True,
+        namespace={"__module__": __name__},
+    )
+
+
 @dataclass(frozen=True)
-class Scene:
+class Scene(_Conditions):
     """What surrounds the signal of n readings, in arrays that broadcast with it.
 
     Attributes
@@ -34,16 +57,8 @@ class Scene:
         Code values that were asked for, before any effect, (n, 3).
     white, fresh_white
         XYZ in cd/m² of the display's white at that hour and at hour 0, before any effect, (..., n or 1, 3).
-    u, v
-        Position, 0..1 from the top left; the centre is ½, ½.
-    ambient_lx
-        Room light falling on the screen.
-    warmup_min
-        Minutes since power-on; infinity when warm.
-    temperature_c
-        Temperature; ``REFERENCE_C`` where unknown.
-    window, surround
-        Share of the screen that the patch covers, and the code value of the grey around it.
+    u, v, ambient_lx, warmup_min, temperature_c, window, surround, …
+        The columns of conditions; minutes since power-on are infinite when warm.
     capped
         1 where the meter's lens was capped, so that it sees no display, else 0.
     light
@@ -55,13 +70,6 @@ class Scene:
     code: Array
     white: Array
     fresh_white: Array
-    u: Array = field(default_factory=lambda: _column(0.5))
-    v: Array = field(default_factory=lambda: _column(0.5))
-    ambient_lx: Array = field(default_factory=lambda: _column(0.0))
-    warmup_min: Array = field(default_factory=lambda: _column(np.inf))
-    temperature_c: Array = field(default_factory=lambda: _column(REFERENCE_C))
-    window: Array = field(default_factory=lambda: _column(1.0))
-    surround: Array = field(default_factory=lambda: _column(0.0))
     capped: Array = field(default_factory=lambda: _column(0.0))
     light: SpectralDisplay | None = None
 

@@ -20,7 +20,7 @@ from lutgen.measurements.table import TIP_NAMES, Measurements
 __all__ = ["TIP_NAMES", "Measurements", "formats", "read_measurements"]
 
 #: Modules of this folder that are no format.
-_OTHERS = {"campaign", "session", "sessions", "table"}
+_OTHERS = {"campaign", "conditions", "rest", "session", "sessions", "table"}
 
 #: A table of readings is text of at most a few MB; a larger file is something else.
 MAX_BYTES = 64_000_000

@@ -1,8 +1,10 @@
 """The plain table of readings (CSV): a header, then one row a reading.
 
 Required columns: ``hour``, ``R,G,B`` (code values 0..1) and ``X,Y,Z`` in cd/m² or ``x,y,Y``. Optional:
-``u,v,ambient_lx,warmup_min,temperature_c,window,surround,session,note``. Lines that begin with ``#`` are
-comments, ``# key: value`` is metadata.
+the columns of conditions (``u,v,ambient_lx,…``), ``session``, ``order`` (a number that grows with the time of reading)
+and ``note``. The order of rows means nothing. Lines that begin with ``#`` are comments, ``# key: value`` is metadata;
+``# start_hour: 2400`` is taken from every hour. Fields are separated by commas, or by semicolons, as Excel writes them
+where the comma is no decimal point.
 """
 
 from __future__ import annotations
@@ -15,13 +17,13 @@ import numpy as np
 
 from lutgen.colorimetry import xyY_to_xyz
 from lutgen.errors import LutgenError
-from lutgen.measurements.table import OPTIONAL, RANGES, Measurements
+from lutgen.measurements.table import OPTIONAL, RANGES, Measurements, in_any_order
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
 
 _TEXT = ("session", "note")
-_KNOWN = ("hour", "R", "G", "B", "X", "Y", "Z", "x", "y", *OPTIONAL, *_TEXT)
+_KNOWN = ("hour", "R", "G", "B", "X", "Y", "Z", "x", "y", *OPTIONAL, "order", *_TEXT)
 _METADATA = re.compile(r"#\s*([A-Za-z][\w -]*?)\s*:\s*(.*)")
 _DECIMAL_COMMA = re.compile(r"\d,\d+;|;\s*\d+,\d")
 
@@ -43,7 +45,7 @@ class _Rows(NamedTuple):
 def read(text: str, *, file: str, sha256: str) -> Measurements:
     """Read CSV ``text``; ``file`` is named in errors. Raises LutgenError naming file, line and column."""
     if _DECIMAL_COMMA.search(text):
-        message = f"{file}: decimal commas, and ';' between fields. Write 0.3127 with a point and ',' between fields."
+        message = f"{file}: decimal commas. Write 0.3127 with a point, whether ',' or ';' stands between fields."
         raise LutgenError(message)
     rows = _split(text, file)
     _check_cut_off(text, rows, file)
@@ -54,21 +56,41 @@ def read(text: str, *, file: str, sha256: str) -> Measurements:
         _check_chromaticity(values, rows, file)
         xyz = xyY_to_xyz(np.column_stack([values["x"], values["y"], values["Y"]]))
     words = {name: _texts(rows, name) for name in _TEXT}
-    return Measurements(
-        hours=values["hour"],
+    return in_any_order(
+        hours=_since_start(values["hour"], rows.metadata, file),
         drive=np.column_stack([values["R"], values["G"], values["B"]]),
         xyz_cd_m2=xyz,
         lines=np.array(rows.lines, dtype=np.float64),
         conditions={name: values[name] for name in OPTIONAL if name in values},
         session=words["session"],
         note=words["note"],
+        order=values.get("order"),
         metadata=rows.metadata,
         file=file,
         sha256=sha256,
     )
 
 
+def _since_start(hours: Array, metadata: dict[str, str], file: str) -> Array:
+    """Hours since the un-aged display: less the counter's ``# start_hour``, where the file states one."""
+    text = metadata.get("start_hour")
+    if text is None:
+        return hours
+    if not _NUMBER.fullmatch(text):
+        message = f"{file}: start_hour is {text!r}; it is the counter's hour at the first session, such as 2400."
+        raise LutgenError(message)
+    start = float(text)
+    if hours.min() != start:
+        message = (
+            f"{file}: start_hour is {start:g}, and the smallest hour is {hours.min():g}. They must be the same: aging "
+            f"is told from the first session."
+        )
+        raise LutgenError(message)
+    return hours - start
+
+
 def _split(text: str, file: str) -> _Rows:
+    separator = ","
     metadata: dict[str, str] = {}
     columns: list[str] = []
     cells: list[list[str]] = []
@@ -78,7 +100,9 @@ def _split(text: str, file: str) -> _Rows:
             if match := _METADATA.match(line):
                 metadata[match[1].strip().lower()] = match[2].strip()
         elif line.strip():
-            fields = _fields(line, f"{file}, line {number}")
+            if not columns and "," not in line and ";" in line:
+                separator = ";"
+            fields = _fields(line, f"{file}, line {number}", separator)
             if not columns:
                 columns = _header(fields, f"{file}, line {number}")
             else:
@@ -91,9 +115,9 @@ def _split(text: str, file: str) -> _Rows:
     return _Rows(columns, cells, lines, metadata)
 
 
-def _fields(line: str, where: str) -> list[str]:
+def _fields(line: str, where: str, separator: str) -> list[str]:
     try:
-        return [cell.strip() for cell in next(csv.reader([line]))]
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
     except csv.Error as error:
         # As of a cell of more than 128 kB.
         message = f"{where}: is no row of a CSV: {error}. Write a number in each cell, and the note shorter."

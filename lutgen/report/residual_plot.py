@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import xyz_to_lab
-from lutgen.criticism.anchored import is_anchor, noise_only
+from lutgen.criticism.anchored import noise_only
 from lutgen.criticism.compare import CLEAR
 from lutgen.criticism.direction import CALLED
 from lutgen.criticism.families import condition_of, slices
@@ -95,7 +95,7 @@ class Panel:
 def panels(comparison: Comparison) -> list[Panel]:
     """Sort the residuals of a comparison into panels."""
     problem, predicted = comparison.problem, comparison.predicted
-    judged = ~is_anchor(problem)
+    judged = ~problem.is_anchor
     white = problem.measured_tips[0, 0]
     lab = xyz_to_lab(predicted, white)
 
@@ -106,7 +106,7 @@ def panels(comparison: Comparison) -> list[Panel]:
     noise = [sizes(each) for each in noise_only(problem, predicted)]
     made = []
     for by, label in slices(problem).items():
-        among = judged & _comparable(problem, by)
+        among = judged & (label != "")
         names = _in_order(problem, by, label, among)
         chosen = [among & (label == name) for name in names]
         if len(names) < 2:
@@ -128,18 +128,6 @@ def panels(comparison: Comparison) -> list[Panel]:
             )
         )
     return made
-
-
-def _comparable(problem: Problem, by: str) -> NDArray[np.bool_]:
-    """Readings that only the dimension tells apart: of a condition, patches that were read in and out of rest."""
-    condition = condition_of(problem)
-    everything = np.ones(problem.rows.size, dtype=bool)
-    if by not in CONDITIONS or not (condition == CONDITIONS[by]).any():
-        return everything
-    drive = problem.readings.drive[problem.rows]
-    off = {tuple(code) for code in drive[condition == CONDITIONS[by]].tolist()}
-    known = np.array([tuple(code) in off for code in drive.tolist()])
-    return known & np.isin(condition, ["", CONDITIONS[by]])
 
 
 def _told(problem: Problem, by: str, chosen: Sequence[NDArray[np.bool_]], ratio: Array) -> int:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @click.command()
 @data_options()
 @click.option("--without", multiple=True, metavar="NAME", callback=split_all, help="Leave this effect out; a list.")
-@click.option("--stub", metavar="FILE.py", help="Where no known effect explains it: sketch one of your own here.")
+@click.option("--stub", metavar="FILE.py", help="Sketch an effect of your own here, from what is left.")
 @click.option("--plots", metavar="DIR", help="Draw residuals, steps, fit and visibility into this folder.")
 def command(
     *,
@@ -66,7 +66,10 @@ def command(
 
 
 def _write_stub(diagnosis: Diagnosis, to: str | None) -> str | None:
-    if not to or diagnosis.verdict.name != "unexplained":
+    if not to:
+        return None
+    if diagnosis.verdict.name == "consistent":
+        click.echo(f"{to} is not written: nothing is left that an effect of your own could explain.", err=True)
         return None
     from lutgen.files import write_atomically
     from lutgen.report.stub import stub

@@ -14,6 +14,7 @@ from lutgen.cli.shared import progress_bar
 if TYPE_CHECKING:
     from lutgen.cli.data_options import Question
     from lutgen.criticism.refine import Refinement
+    from lutgen.display import DisplayModel
 
 
 @click.command()
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 @click.option("--auto", is_flag=True, help="Add what a diagnosis finds, until nothing is missing.")
 @click.option("--plots", metavar="DIR", help="Draw residuals, steps and fit into this folder.")
 @click.option("-o", "--output", metavar="MODEL.toml", help="Write the refined model here.")
+@click.option("--keep", is_flag=True, help="Write the model even where the error does not fall.")
 def command(
     *,
     add: tuple[str, ...],
@@ -30,12 +32,14 @@ def command(
     plots: str | None,
     force: bool,
     output: str | None,
+    keep: bool,
     **options: Any,
 ) -> None:
     """Add effects to the model, refit everything, and watch the error fall toward the noise.
 
     Adds built-in effects, those of a file (--effects FILE --add NAME) or a formula (--add-expr), each in the form
-    that the readings bear, and writes the model with parameters, errors and provenance for lutgen build --model.
+    that the readings bear, and writes the model with parameters, errors and provenance for lutgen build --model. Where
+    neither the error nor that of withheld readings falls, it writes nothing and exits with 1, unless you --keep it.
 
     \b
     Example:
@@ -65,13 +69,23 @@ def command(
             progress=progress,
         )
     refinement = _as_saved(refinement, question)
-    if output:
-        save_model(refinement.model, output, force=force)
+    kept = refinement.improves or keep
+    if output and kept:
+        save_model(refinement.model if refinement.improves else _by_hand(refinement.model), output, force=force)
+    output = output if kept else None
     outputs.write(
         refine_page(refinement, question.effects, question.data, output),
         lambda: refinement.as_json(output),
         plot=lambda folder: plot_refinement(refinement, question.effects, folder, force=force),
     )
+    if not kept:
+        click.echo("The error does not fall, so no model is written. Add --keep to write it all the same.", err=True)
+        raise click.exceptions.Exit(1)
+
+
+def _by_hand(model: DisplayModel) -> DisplayModel:
+    """Say in a model's provenance that its effects do not lower the error, and that its author kept them."""
+    return replace(model, fit={**model.fit, "kept": "by hand: the error does not fall with these effects"})
 
 
 def _as_saved(refinement: Refinement, question: Question) -> Refinement:

@@ -1,0 +1,141 @@
+"""How a condition of a reading is declared: its columns, and what rest means for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+#: Columns of the readings by name, each (n,).
+Values = Mapping[str, Array]
+
+
+@dataclass(frozen=True)
+class Column:
+    """One optional column of the table of readings.
+
+    Attributes
+    ----------
+    name, unit
+        Its heading and unit; the unit is "" for a ratio.
+    low, high, meaning
+        Allowed range, and what the values are: completes "must be …". A value outside is a typing error.
+    blank
+        What an empty cell, or a missing column, stands for in the table; NaN: unknown, or warm.
+    usual
+        The value that an effect sees there: what is meant when nothing is said.
+    unlogged
+        A value that it may have had all the time where nobody logged it.
+    tried
+        Values under which the contract of effects tries an effect, the usual one first.
+    shown, axis, words
+        For pictures of an effect: a value at which it shows, the ends of an axis, and the axis's label.
+
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    meaning: str
+    blank: float
+    usual: float
+    unlogged: float
+    tried: tuple[float, ...]
+    shown: float
+    axis: tuple[float, float]
+    words: str
+
+
+@dataclass(frozen=True)
+class Variation:
+    """Patches that show what a condition does, for a measurement plan.
+
+    ``patches``: code value, values of columns, and a note ("shrouded") each.
+    """
+
+    name: str
+    patches: tuple[tuple[tuple[float, float, float], Mapping[str, float], str], ...]
+
+
+def greys(levels: tuple[float, ...], note: str = "", **columns: float) -> Variation:
+    """Return a nameless variation: greys of these code values under some values of columns."""
+    return Variation("", tuple(((level, level, level), columns, note) for level in levels))
+
+
+def joined(name: str, *parts: Variation) -> Variation:
+    """Return one variation of several."""
+    return Variation(name, tuple(patch for part in parts for patch in part.patches))
+
+
+def within(tolerance: float) -> Callable[[Array, float], tuple[float, float]]:
+    """Return a span of rest that reaches as far up as down, whatever the values of the session."""
+    return lambda _values, rest: (rest - tolerance, rest + tolerance)
+
+
+def nothing(_values: Values, _rest: Values) -> dict[str, Array]:
+    """Return no signature."""
+    return {}
+
+
+def everywhere(values: Values) -> NDArray[np.bool_]:
+    """Return that the condition matters to every reading, (n,)."""
+    return np.ones(next(iter(values.values())).size, dtype=bool)
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One condition under which a reading is taken.
+
+    Attributes
+    ----------
+    name
+        As people call it: "room light".
+    place
+        Where it stands among the conditions, in tables and files.
+    columns
+        Its columns.
+    cell
+        Name of the readings that are away from rest by it, in tables of errors.
+    span
+        Of a column's values in one session, (n,), and the value at which its colour points were read: the smallest and
+        the largest value that still count as rest. NaN counts as rest.
+    depends
+        What an effect depends on that needs its columns: completes "depends on …".
+    told
+        Values by column → the condition in words, "" where there is nothing to say.
+    label
+        One value → how a table calls it; of several columns, all of them in their order.
+    sentence
+        Where a sentence puts a label: "in a room of {}".
+    heading
+        Heading of its part of a table of errors; "" where it has none.
+    matters
+        Values → to which readings it matters at all, (n,).
+    signatures
+        Values and rest values → name → weight of a signature in the light, (n,), tried on what a fit leaves.
+    strange
+        Those signatures that no effect of the catalogue has.
+    variations
+        How a plan varies it.
+
+    """
+
+    name: str
+    place: int
+    columns: tuple[Column, ...]
+    cell: str
+    span: Callable[[Array, float], tuple[float, float]]
+    depends: str
+    told: Callable[[Mapping[str, float]], str]
+    label: Callable[..., str]
+    sentence: str
+    heading: str
+    matters: Callable[[Values], NDArray[np.bool_]] = everywhere
+    signatures: Callable[[Values, Values], dict[str, Array]] = nothing
+    strange: tuple[str, ...] = ()
+    variations: tuple[Variation, ...] = field(default=())

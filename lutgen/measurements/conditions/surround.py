@@ -1,0 +1,59 @@
+"""Code value of the grey around a patch that does not fill the screen."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.measurements.conditions.declare import Array, Column, Condition, Values, greys, joined, within
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+
+def _matters(values: Values) -> NDArray[np.bool_]:
+    """A patch that fills the screen has nothing around it."""
+    return np.asarray(values["window"] < 1.0) if "window" in values else np.zeros(values["surround"].size, dtype=bool)
+
+
+def _told(at: Mapping[str, float]) -> str:
+    return "" if at["window"] == 1.0 else f"a surround of code value {at['surround']:g}"
+
+
+def _signatures(values: Values, _rest: Values) -> dict[str, Array]:
+    return {"surround": values["surround"]}
+
+
+CONDITION = Condition(
+    name="surround",
+    place=6,
+    columns=(
+        Column(
+            name="surround",
+            unit="",
+            low=0.0,
+            high=1.0,
+            meaning="the code value around the patch, 0..1",
+            blank=0.0,
+            usual=0.0,
+            unlogged=0.1,
+            tried=(0.0, 0.2, 0.5, 1.0),
+            shown=1.0,
+            axis=(0.0, 1.0),
+            words="code value of the surround",
+        ),
+    ),
+    cell="surround",
+    span=within(0.02),
+    depends="the rest of the picture",
+    told=_told,
+    label="{:g}".format,
+    sentence="in a surround of {}",
+    heading="",
+    matters=_matters,
+    signatures=_signatures,
+    variations=(joined("black in a white surround", greys((0.0, 0.1, 0.2), window=0.1, surround=1.0)),),
+)
