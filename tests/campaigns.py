@@ -19,6 +19,7 @@ MORE_HOURS = (0.0, 1000.0, 2500.0, 4500.0, 6000.0, 12_000.0, 18_000.0)
 CAMPAIGNS = {
     "leak": Campaign(design="greys", hours=HOURS, hidden=(("black-level", 0.002, "constant"),), seed=18),
     "healthy": Campaign(design="greys", hours=HOURS, seed=19),
+    "healthy colours": Campaign(design="colours", hours=HOURS, seed=19),
     "edge": Campaign(design="full", hours=MORE_HOURS, hidden=(("edge-falloff", 0.15, "same"),), seed=9),
     "curve": Campaign(design="colours", hours=HOURS, hidden=(("eotf-drift", 0.12, "same"),), seed=7),
     "fading": Campaign(

@@ -144,3 +144,25 @@ def test_every_condition_says_what_a_table_a_sentence_and_a_plan_need() -> None:
             at = np.array([value for value in column.tried if np.isfinite(value)])
             low, high = condition.span(at, float(at[0]))
             assert low <= at[0] <= high
+
+
+def test_a_refined_model_is_baked_at_the_rest_of_its_campaign() -> None:
+    from lutgen.criticism.refine import refine
+    from lutgen.display.conditions import what_luts_carry
+    from tests.campaigns import text_of
+
+    rows = text_of("edge").splitlines()
+    place = next(row for row in rows if row.startswith("hour")).split(",").index("ambient_lx")
+    moved = [
+        ",".join([*cells[:place], "5" if cells[place] == "0" else cells[place], *cells[place + 1 :]])
+        if (cells := row.split(","))[0].replace(".", "").isdigit()
+        else row
+        for row in rows
+    ]
+    readings = read("\n".join(moved) + "\n", file="lit.csv", sha256="")
+    assert readings.usual()["ambient_lx"] == 5.0
+    model = refine(readings, ["ambient-reflection"]).model
+    assert model.conditions.stated() == {"ambient_lx": 5.0}
+    assert what_luts_carry(model)[0] == "Baked at: room light 5 lx."
+    plain = refine(readings, ["edge-falloff"]).model
+    assert plain.conditions.stated() == {}

@@ -83,7 +83,7 @@ CASES = {
         "several",
         ("black-level", "crosstalk"),
         (("black-level", "same", 5.0), ("crosstalk", "same", 5.0)),
-        "% of the excess)",
+        "% of the excess χ²)",
     ),
     "a kink in the driver": Case("unexplained", (), (("driver-segment", "outside", 6.0),), "level near"),
     "a colour across the screen": Case(

@@ -45,18 +45,24 @@ def is_even(found: Fit) -> bool:
 
 def p_of_unevenness(found: Fit) -> float:
     """Probability that noise of one size spreads so unevenly: the least of three ways to look, times three."""
-    squares = (found.linear.residual**2).sum(axis=1)
+    squares = (found.linear.residual**2).sum(axis=1)[_judged(found)]
     chances = [_p_of_parts(squares, labels, found) for labels in _partitions(found)]
     return min(1.0, 3.0 * min(chances))
 
 
+def _judged(found: Fit) -> NDArray[np.bool_]:
+    """Readings that the fit does not start from, (n,): it meets the tips whatever is wrong. Else all."""
+    anchor = found.problem.is_anchor
+    return np.ones_like(anchor) if anchor.all() else ~anchor
+
+
 def _partitions(found: Fit) -> tuple[NDArray[np.generic], ...]:
-    """Three ways to part the readings, labels (n,) each: by colour or condition, by hour, by both."""
-    problem = found.problem
+    """Three ways to part the readings that are judged, labels (m,) each: by colour or condition, by hour, by both."""
+    problem, judged = found.problem, _judged(found)
     condition = condition_of(problem)
     named = np.where(condition == "", family_of(problem), condition)
     cells = np.char.add(np.char.add(named.astype(str), "@"), problem.hour_of.astype(str))
-    return named, problem.hour_of, cells
+    return named[judged], problem.hour_of[judged], cells[judged]
 
 
 def _p_of_parts(squares: Array, labels: NDArray[np.generic], found: Fit) -> float:

@@ -14,7 +14,7 @@ from lutgen.criticism.heldout import held_out
 from lutgen.criticism.linear import Term
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.search import family
-from lutgen.display.conditions import what_luts_carry
+from lutgen.display.conditions import Conditions, conditions_of, what_luts_carry
 from lutgen.display.fitted import AppliedEffect, Estimate, LatentTips
 from lutgen.display.model import DisplayModel
 from lutgen.effects import catalogue
@@ -237,6 +237,7 @@ def model_of(found: Fit, diagnosis: Diagnosis | None, before: Comparison, after:
     return DisplayModel(
         problem.readings,
         selection=problem.selection,
+        conditions=_at_rest(problem, [term.effect for term in found.terms]),
         effects=applied,
         latent=LatentTips(problem.hours[knots], np.array(found.tips[knots])),
         baseline=problem.baseline,
@@ -245,6 +246,12 @@ def model_of(found: Fit, diagnosis: Diagnosis | None, before: Comparison, after:
         verdict=diagnosis.verdict.name if diagnosis else "",
         fit=record,
     )
+
+
+def _at_rest(problem: Problem, effects: Sequence[Effect]) -> Conditions:
+    """The campaign's own rest, in the columns that the effects need: what is baked unless ``--at`` says otherwise."""
+    needed = {name for effect in effects for name in effect.needs}
+    return conditions_of({name: value for name, value in problem.readings.usual().items() if name in needed})
 
 
 def terms_of(model: DisplayModel) -> tuple[Term, ...]:

@@ -43,6 +43,6 @@ def shares_of_delta_e(base: Fit, final: Fit, names: Sequence[str]) -> dict[str, 
     floor = float(np.mean([mean(plain, plain + residual) for residual in noise_only(problem, plain)]))
     excess, least = max(mean(plain, problem.xyz) - floor, 1e-9), error(final.terms)
     return {
-        name: max(error([term for term in final.terms if term.effect.name != name]) - least, 0.0) / excess
+        name: min(max(error([term for term in final.terms if term.effect.name != name]) - least, 0.0) / excess, 1.0)
         for name in names
     }

@@ -10,14 +10,13 @@ import numpy as np
 from lutgen.criticism.families import condition_of, family_of
 from lutgen.criticism.leftover import is_even, is_noise, is_within_scatter
 from lutgen.criticism.probes import Probed, nameless, probe
-from lutgen.criticism.search import STRONG
+from lutgen.criticism.search import STRONG, PureError
 from lutgen.criticism.shares import shares_of_delta_e
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from lutgen.criticism.influence import Suspicion
-    from lutgen.criticism.search import PureError
     from lutgen.criticism.stepwise import Explanation, Step
     from lutgen.criticism.visibility import Visibility
 
@@ -138,11 +137,15 @@ def _nothing_named(
         )
         return Verdict("measurement-problem", sentence, remarks=remarks)
     probed = probe(explanation.base, error)
-    if not probed.names and not is_within_scatter(error, explanation.base) and is_even(explanation.base):
-        return _too_much_scatter(explanation, error, remarks)
-    if not probed.names and is_within_scatter(error, explanation.base):
-        compared = not explanation.base.problem.is_anchor.all()
+    base = explanation.base
+    within = is_within_scatter(error, base)
+    if within and not probed.names:
+        compared = not base.problem.is_anchor.all()
         return Verdict("consistent", AGREES if compared else NOTHING_COMPARED, remarks=remarks)
+    # Structure stands out from the scatter that is there, not only from that of replicates.
+    own = PureError(base.chi2, max(base.freedom, 1))
+    if not within and is_even(base) and not probe(base, own).names:
+        return _too_much_scatter(explanation, error, remarks)
     return _unexplained(explanation, remarks, probed)
 
 

@@ -113,7 +113,7 @@ def told(conditions: Conditions, names: Iterable[str]) -> str:
     """Say some conditions in words: ``centre, dark room, warm``."""
     wanted, values = set(names), conditions.as_dict()
     asked = [each for each in CONDITIONS if wanted & {column.name for column in each.columns}]
-    return ", ".join(words for each in asked if (words := each.told(values)))
+    return ", ".join(dict.fromkeys(each.told(values) for each in asked))
 
 
 #: Column → what an effect depends on that needs it.

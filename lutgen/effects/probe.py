@@ -84,7 +84,8 @@ def _signal(stage: str, scene: Scene) -> Array:
 
 def arrays(scene: Scene) -> dict[str, Array]:
     """Return the arrays of a scene by name."""
-    values = {field.name: getattr(scene, field.name) for field in fields(scene)}
+    names = sorted((field.name for field in fields(scene)), key=lambda name: name in COLUMNS)
+    values = {name: getattr(scene, name) for name in names}
     return {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
 
 

@@ -107,7 +107,7 @@ class Condition:
     depends
         What an effect depends on that needs its columns: completes "depends on …".
     told
-        Values by column → the condition in words, "" where there is nothing to say.
+        Values by column → the condition in words; conditions that make one picture say the same.
     label
         One value → how a table calls it; of several columns, all of them in their order.
     sentence

@@ -7,20 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.measurements.conditions.declare import Array, Column, Condition, Values, greys, joined, within
+from lutgen.measurements.conditions.window import told
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from numpy.typing import NDArray
 
 
 def _matters(values: Values) -> NDArray[np.bool_]:
     """A patch that fills the screen has nothing around it."""
     return np.asarray(values["window"] < 1.0) if "window" in values else np.zeros(values["surround"].size, dtype=bool)
-
-
-def _told(at: Mapping[str, float]) -> str:
-    return "" if at["window"] == 1.0 else f"a surround of code value {at['surround']:g}"
 
 
 def _signatures(values: Values, _rest: Values) -> dict[str, Array]:
@@ -49,7 +44,7 @@ CONDITION = Condition(
     cell="surround",
     span=within(0.02),
     depends="the rest of the picture",
-    told=_told,
+    told=told,
     label="{:g}".format,
     sentence="in a surround of {}",
     heading="",

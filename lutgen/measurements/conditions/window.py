@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from lutgen.measurements.conditions.declare import Array, Column, Condition, Values, Variation, within
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 #: White, the primaries, and secondaries of two levels.
 _COLOURS = (
     (1.0, 1.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0),
     (1.0, 1.0, 0.0), (0.6, 0.6, 0.0), (1.0, 0.0, 1.0), (0.6, 0.0, 0.6), (0.0, 1.0, 1.0), (0.0, 0.6, 0.6),
 )  # fmt: skip
+
+
+def told(at: Mapping[str, float]) -> str:
+    """Say how large the patch is and what surrounds it."""
+    if at["window"] == 1.0:
+        return "full screen"
+    return f"a window of {100 * at['window']:g} % in a surround of code value {at['surround']:g}"
 
 
 def _signatures(values: Values, _rest: Values) -> dict[str, Array]:
@@ -37,7 +49,7 @@ CONDITION = Condition(
     cell="window",
     span=within(0.02),
     depends="the rest of the picture",
-    told=lambda at: "full screen" if at["window"] == 1.0 else f"a window of {100 * at['window']:g} % of the screen",
+    told=told,
     label="{:g}".format,
     sentence="in windows of {}",
     heading="window",

@@ -1,0 +1,210 @@
+"""What a verdict may not say: agreement that a test rejects, numbers that nobody measured, a fall that is a rise."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from lutgen.criticism.compare import compare
+from lutgen.criticism.diagnose import diagnose, parameters_of
+from lutgen.criticism.fit import fit
+from lutgen.criticism.heldout import held_out
+from lutgen.criticism.linear import Term
+from lutgen.criticism.problem import Problem
+from lutgen.criticism.search import PureError, contenders, family
+from lutgen.criticism.separate import separation
+from lutgen.effects import catalogue
+from lutgen.measurements.csv import read
+from tests.campaigns import single, text_of
+from tests.command import Done, in_process
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from lutgen.measurements import Measurements
+
+pytestmark = pytest.mark.numbers
+
+#: XYZ in cd/m² of white, red, green and blue at hour 0, made up.
+TIPS: dict[tuple[float, ...], tuple[float, ...]] = {
+    (1, 1, 1): (190.0, 200.0, 218.0), (1, 0, 0): (82.4, 42.5, 3.9),
+    (0, 1, 0): (71.6, 143.1, 23.9), (0, 0, 1): (36.1, 14.4, 190.2),
+}  # fmt: skip
+
+
+def readings(name: str) -> Measurements:
+    return read(text_of(name), file=f"{name}.csv", sha256="")
+
+
+def tips_and(*greys: tuple[float, float, float], repeats: int = 1) -> Measurements:
+    """Colour points at two hours, dimmed by a tenth, and at the later one greys of code 0.5: factors of X, Y, Z."""
+    rng = np.random.default_rng(4)
+    rows = ["# simulated, not measured", "hour,R,G,B,X,Y,Z"]
+    for hour, factor in ((0, 1.0), (9000, 0.9)):
+        patches = [(code, np.array(xyz)) for code, xyz in TIPS.items() for _ in range(repeats)]
+        if hour:
+            white = 0.21404 * np.array(TIPS[1, 1, 1])
+            patches += [((0.5, 0.5, 0.5), white * np.array(grey)) for grey in greys for _ in range(repeats)]
+        for code, xyz in patches:
+            light = factor * xyz * (1.0 + 0.001 * rng.standard_normal(3))
+            rows.append(",".join(map(str, (hour, *code, *light.round(4)))))
+    return read("\n".join(rows) + "\n", file="few.csv", sha256="")
+
+
+@pytest.mark.parametrize("greys", [((1.3, 1.3, 1.3),), ((1.3, 1.3, 1.3), (1.28, 1.28, 1.28))])
+def test_nothing_is_consistent_that_the_f_test_rejects(greys: tuple[tuple[float, float, float], ...]) -> None:
+    found = diagnose(tips_and(*greys, repeats=4))
+    assert found.comparison.error.delta_e_mean > 4.0 * found.comparison.floor.delta_e_mean
+    assert found.error.p_of_leftover(found.explanation.base) < 0.01
+    assert found.verdict.name != "consistent"
+
+
+def test_scatter_that_is_too_large_and_even_is_the_measurements() -> None:
+    quiet = readings("healthy colours")
+    base = fit(Problem.of(quiet))
+    groups = Problem.of(quiet).groups
+    rng = np.random.default_rng(7)
+    # Replicates still agree as before: each patch is off as a whole, by three times the noise.
+    sigma = np.sqrt((0.002 * quiet.xyz_cd_m2) ** 2 + 0.003**2)
+    loud = quiet.with_light(quiet.xyz_cd_m2 + 3.0 * sigma * rng.standard_normal((groups.max() + 1, 3))[groups])
+    found = diagnose(loud)
+    assert base.chi2 < 1.2 * base.freedom
+    assert found.verdict.name == "measurement-problem"
+    assert "Repeat white ten times" in found.verdict.sentence
+
+
+def test_no_form_has_more_parameters_than_the_readings_bear() -> None:
+    few = tips_and((1.3, 1.2, 1.1), (1.25, 1.2, 1.15))
+    problem = Problem.of(few, instrument="0.002,0.003")
+    assert problem.bears == 0
+    found = diagnose(few, instrument="0.002,0.003")
+    assert found.verdict.effects == ()
+    assert {each.effect for each in found.ranking} <= {"matrix-switching"}  # which has no parameters
+    rich = Problem.of(readings("leak"))
+    base = fit(rich)
+    for effect in catalogue().values():
+        for each in contenders(base, [effect], np.inf):
+            assert each.best.fit.parameters <= rich.bears
+
+
+def test_what_diagnose_recommends_refine_does_not_refuse(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    run: Callable[..., Done] = in_process(monkeypatch, capsys)
+    for name in ("leak", "curve"):
+        (tmp_path / "data.csv").write_text(single(text_of(name)), encoding="utf-8")
+        told = run("diagnose", "data.csv")
+        (line,) = [line for line in told.lines if "lutgen refine" in line]
+        done = run(*line[line.index("lutgen") :].split()[1:], "--force")
+        assert done.code == 0, done.err
+
+
+def test_a_parameter_that_no_reading_depends_on_has_no_error() -> None:
+    problem = Problem.of(readings("leak"))
+    effect = catalogue()["edge-falloff"]
+    found = fit(problem, (Term.at_rest(effect, ("new", "grown")),))
+    for each in ("new", "grown"):
+        assert parameters_of(found)["edge-falloff"][each]["stderr"] is None
+    seen = fit(problem, (Term.at_rest(catalogue()["black-level"], ("new",)),))
+    stderr = parameters_of(seen)["black-level"]["new"]["stderr"]
+    assert stderr is not None
+    assert 0 < stderr < 1e-3
+
+
+def test_a_model_with_which_the_error_rises_is_not_written_unless_it_is_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    run: Callable[..., Done] = in_process(monkeypatch, capsys)
+    (tmp_path / "curve.csv").write_text(text_of("curve"), encoding="utf-8")
+    worse = ("refine", "curve.csv", "--add", "crosstalk", "-o", "worse.toml")
+    done = run(*worse)
+    assert done.code == 1
+    assert "does not fall: it goes from" in done.out
+    assert "--keep" in done.err
+    assert not (tmp_path / "worse.toml").exists()
+    kept = run(*worse, "--keep")
+    assert kept.code == 0
+    assert 'kept = "by hand' in (tmp_path / "worse.toml").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(("name", "says"), [("leak", ""), ("outside", ""), ("healthy", "nothing is left")])
+def test_a_sketch_that_was_asked_for_is_written_or_its_absence_explained(
+    name: str, says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "data.csv").write_text(text_of(name), encoding="utf-8")
+    done = in_process(monkeypatch, capsys)("diagnose", "data.csv", "--stub", "mine.py")
+    assert done.code == 0
+    assert (tmp_path / "mine.py").exists() == (says == "")
+    assert says in done.err
+
+
+def test_patches_to_measure_next_join_the_sessions_that_there_are() -> None:
+    """Two sessions at each hour have gains of their own, one of them without colour points."""
+    rows = text_of("leak").splitlines()
+    head = [line for line in rows if line.startswith("#")]
+    header, *body = [line for line in rows if not line.startswith("#")]
+    named = [f"{row},{'b' if row.split(',')[1:4] == ['0.35'] * 3 else 'a'}" for row in body]
+    text = "\n".join([*head, f"{header},session", *named]) + "\n"
+    problem = Problem.of(read(text, file="two.csv", sha256=""))
+    assert problem.gain_keys
+    truth = family(fit(problem), catalogue()["black-level"]).best.fit
+    rival = family(fit(problem), catalogue()["meter-offset"]).best
+    found = separation(truth, rival, ("black-level", "meter-offset"))
+    assert found.after >= found.before > 0
+
+
+def test_no_cell_is_withheld_on_which_a_parameter_rests() -> None:
+    """A window effect that one grey of one hour alone can show: without it, the prediction has no end."""
+    rows = text_of("leak").splitlines()
+    head = [line for line in rows if line.startswith("#")]
+    header, *body = [line for line in rows if not line.startswith("#")]
+    window = [row for row in body if row.startswith("18000,0.6,0.6,0.6")]
+    text = (
+        "\n".join([*head, f"{header},window", *(f"{row},1" for row in body), *(f"{row},0.1" for row in window)]) + "\n"
+    )
+    found = fit(Problem.of(read(text, file="w.csv", sha256="")), (Term.at_rest(catalogue()["loading"], ("new",)),))
+    withheld = held_out(found)
+    bare = held_out(fit(found.problem))
+    assert np.isnan(withheld.squares).sum() <= 1
+    assert withheld.rms_sigma < 3.0 * bare.rms_sigma
+
+
+def test_a_slice_of_a_condition_compares_the_same_patches() -> None:
+    found = compare(readings("edge"))
+    minutes = {each.slice: each for each in found.where if each.by == "warmup_min"}
+    problem = found.problem
+    cold = problem.readings.rest.away["cold"][problem.rows]
+    codes = {tuple(code) for code in problem.readings.drive[problem.rows][cold]}
+    rest = problem.readings.at_rest()[problem.rows] & ~problem.is_anchor
+    like = [tuple(code) in codes for code in problem.readings.drive[problem.rows]]
+    assert minutes["warm"].n == int((rest & np.array(like)).sum())
+    # The campaign's fault is at the edges: no minute is worse than another.
+    assert max(each.rms_sigma for each in minutes.values()) < 2.0 * minutes["warm"].rms_sigma + 1.0
+
+
+def test_shares_are_told_in_delta_e_too_and_in_its_order() -> None:
+    from tests.virtual_display.campaign import Campaign, csv_text
+
+    both = Campaign(
+        design="full", hours=(0.0, 1000.0, 4500.0, 9000.0, 14_000.0, 18_000.0), seed=41,
+        hidden=(("black-level", 0.0008, "same"), ("warm-up", 0.1, "same")),
+    )  # fmt: skip
+    verdict = diagnose(read(csv_text(both), file="both.csv", sha256="")).verdict
+    assert verdict.name == "several"
+    assert set(verdict.effects) == {"black-level", "warm-up"} == set(verdict.shares_delta_e)
+    assert list(verdict.effects) == sorted(verdict.effects, key=lambda name: -verdict.shares_delta_e[name])
+    assert "of the excess mean ΔE2000" in verdict.sentence
+    assert 0.8 < sum(verdict.shares_delta_e.values()) < 1.2
+
+
+def test_the_f_test_goes_by_the_replicates() -> None:
+    problem = Problem.of(readings("healthy"))
+    assert PureError.of(problem).measured
+    assert not PureError.of(replace(problem, rows=problem.rows[:5])).measured
