@@ -58,6 +58,11 @@ def noise_only(problem: Problem, predicted: Array) -> Iterator[Array]:
         noise = np.einsum("nij,nj->ni", root, rng.standard_normal(predicted.shape))
         gains = problem.noise.session * rng.standard_normal(max(int(problem.gains.max()) + 1, 1))
         noise += np.where(problem.gains >= 0, gains[problem.gains], 0.0)[:, np.newaxis] * predicted
+        shared = np.zeros_like(noise)
+        for whole in problem.blocks:
+            columns = problem.shared[int(whole[0])]
+            shared[whole] = np.tensordot(rng.standard_normal(len(columns)), columns, axes=1)
+        noise += np.linalg.solve(problem.whitener, shared[..., np.newaxis])[..., 0]
         shift = np.zeros((problem.hours.size, 4, 3))
         drive = problem.readings.drive[problem.rows]
         for hour in np.flatnonzero(problem.is_knot)[: 1 if fresh else None]:

@@ -15,6 +15,7 @@ from lutgen.criticism.families import slices
 from lutgen.criticism.first_session import FirstSession, first_session
 from lutgen.criticism.linear import whiten
 from lutgen.criticism.problem import Problem
+from lutgen.criticism.shared_errors import with_shared_errors
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -189,7 +190,7 @@ def compare(
 
     """
     problem = Problem.of(readings, baseline=baseline, selection=selection, instrument=instrument)
-    return compare_problem(problem)
+    return compare_problem(with_shared_errors(problem))
 
 
 def compare_problem(problem: Problem, terms: Sequence[Term] = ()) -> Comparison:

@@ -13,6 +13,7 @@ from lutgen.criticism.influence import Suspicion, suspicious_noise, wrong_rows, 
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.search import PureError, Score
 from lutgen.criticism.separate import Separation, what_separates
+from lutgen.criticism.shared_errors import with_shared_errors
 from lutgen.criticism.stepwise import Explanation, explain
 from lutgen.criticism.verdict import VERDICTS, Verdict, pronounce
 from lutgen.criticism.visibility import Visibility, visibility
@@ -165,6 +166,7 @@ def diagnose(
 
     """
     problem = Problem.of(readings, baseline=baseline, selection=selection, instrument=instrument)
+    problem = with_shared_errors(problem, terms)
     choices = candidates(effects, baseline, (*without, *(term.effect.name for term in terms)))
     base, error = fit(problem, terms), PureError.of(problem)
     rows = wrong_rows(base)

@@ -143,7 +143,13 @@ def fit(problem: Problem, terms: Sequence[Term] = (), start: State | None = None
     state, system = _descended(problem, state, system)
     state = system.moved(state, system.still)
     residual = whiten(problem, problem.xyz - predict(problem, state))
-    linear = system.linear._replace(residual=residual - np.tensordot(system.still, system.linear.free, axes=1))
+    residual = residual - np.tensordot(system.still, system.linear.free, axes=1)
+    last = System(problem, system.linear._replace(residual=residual), state)
+    for whole, block in zip(problem.blocks, last.blocks, strict=True):
+        shared = problem.shared[int(whole[0])]
+        sizes = block.local_step(np.zeros(last.global_count))[block.upper.shape[0] - len(shared) :]
+        residual[whole] -= np.tensordot(sizes, shared, axes=1)
+    linear = system.linear._replace(residual=residual)
     covariance = system.covariance(state.terms)
     return Fit(problem, state.terms, state.tips, state.gains, system.chi2, system.effect_count, covariance, linear)
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from lutgen.criticism.families import condition_of, family_of
 from lutgen.criticism.linear import State
-from lutgen.criticism.system import Block, System, bounded
+from lutgen.criticism.system import Block, System, bounded, local_columns
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -115,7 +115,8 @@ def held_out(found: Fit) -> HeldOut:
         others = [*whole[:index], block.reduced, *whole[index + 1 :]]
         rows = np.concatenate(others)
         rests_on = _information(rows, system.effect_count) < (1.0 - NEARLY_ALL) * whole_information
-        squares.append(np.nan if rests_on.any() else _error(found, block, cell, _step(rows, limits)))
+        step = None if rests_on.any() else _step(rows, limits)
+        squares.append(np.nan if step is None else _error(found, block, problem.blocks[index], cell, step))
     hours = np.unique([problem.hour_of[cell[0]] for cell in withheld]).size
     return HeldOut(np.array(squares), np.array([3 * cell.size for cell in withheld], dtype=np.intp), hours)
 
@@ -157,13 +158,13 @@ def _step(reduced: Array, limits: tuple[Array, Array]) -> Array:
     return bounded(reduced[:, :-1], reduced[:, -1], *limits).parameters
 
 
-def _error(found: Fit, block: Block, cell: NDArray[np.intp], step: Array) -> float:
+def _error(found: Fit, block: Block, whole: NDArray[np.intp], cell: NDArray[np.intp], step: Array) -> float:
     """Squared whitened error of a cell's readings after a step of all unknowns."""
-    linear, tips = found.linear, 12 if block.tips_of is not None else 0
-    columns = [*range(tips), *(tips + gain for gain in block.gains)]
+    linear = found.linear
+    columns, _ = local_columns(found.problem, linear, whole, cell)
     left = linear.residual[cell].ravel()
-    if columns:
-        left = left - block.local_step(step) @ linear.local[columns][:, cell].reshape(len(columns), -1)
+    if len(columns):
+        left = left - block.local_step(step) @ columns.reshape(len(columns), -1)
     if step.size:
         left = left - step @ linear.free[:, cell].reshape(step.size, -1)
     return float(left @ left)

@@ -1,8 +1,9 @@
-"""The noise of a reading: a relative part, a floor, and what X, Y and Z of one reading share.
+"""The noise of a reading: a relative part, a floor, shot noise, the last digit, and what its X, Y and Z share.
 
-Covariance of a reading of light M: Σ = C ∘ s sᵀ with s_k² = (a·M_k)² + b² and C the correlation of X, Y, Z. Replicates
-(readings of one session that differ in nothing) tell a, b and C by maximum likelihood. Few replicates, or none of dark
-patches, leave parts of it open; a weak prior then keeps them near an ordinary good colorimeter.
+Covariance of a reading of light M: Σ = C ∘ s sᵀ + diag(q²/12) with s_k² = (a_k·M_k)² + b_k² + g·|M_k|, C the
+correlation of X, Y, Z and q the step of the last digit. Replicates (readings of one session that differ in nothing)
+tell a_k, b_k and C by maximum likelihood, and g where they ask for it. Few replicates, or none of dark patches, leave
+parts of it open; a weak prior then keeps them near an ordinary good colorimeter.
 
 A session's gain, shared by all its readings, cannot be known from one session an hour: the file states it
 (``# session_gain: 0.003``), or it is assumed.
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.criticism.digits import Digits, digits_of
 from lutgen.errors import LutgenError
 from lutgen.measurements.conditions.temperature import FEW_KELVINS
 from lutgen.measurements.table import is_capped
@@ -28,11 +30,17 @@ if TYPE_CHECKING:
 #: An ordinary good colorimeter: 0.2 % of the light, 0.003 cd/m², and 0.3 % from session to session (criticism.md).
 RELATIVE, FLOOR_CD_M2, SESSION = 0.002, 0.003, 0.003
 
-#: Correlation of X, Y and Z in one reading (criticism.md: about 0.6), where replicates do not tell.
+#: Correlation of X, Y and Z in one reading, where replicates do not tell: between that of simulated colorimeters and
+#: the 0.87 to 0.98 of repeated whites of real ones.
 CORRELATION = 0.6
 
-#: One standard deviation of the weak prior, in powers of e: a factor of about 4 either way.
-PRIOR_SD = 1.4
+#: σ of Z over that of Y in an ordinary colorimeter: the median of repeated whites of twelve real sessions.
+Z_OVER_Y = 1.74
+
+#: Standard deviations of the weak prior: of sizes and of ratios of X and Z to Y, in powers of e, and of atanh ρ.
+PRIOR_SD, RATIO_SD, CORRELATION_SD = 1.3, 0.5, 0.8
+
+NO_DIGITS = Digits()
 
 #: Contrasts between replicates that are enough to call the noise measured.
 ENOUGH = 6
@@ -51,7 +59,7 @@ class Noise:
     Attributes
     ----------
     relative, floor_cd_m2, session
-        1 σ: share of the light; cd/m²; share that a session has in common.
+        1 σ of Y: share of the light; cd/m²; share that a session has in common.
     correlation
         Of X, Y and Z of one reading, (3, 3).
     source
@@ -64,6 +72,12 @@ class Noise:
         Rows that replicates show to be wrong, indices of readings.
     copied
         Share of the replicated patches, other than dark ones, whose readings agree to the last digit.
+    ratio, floor_ratio
+        σ of X, Y, Z over that of Y, of the relative part and of the floor.
+    shot_cd_m2
+        Variance per cd/m² that grows with the light, as counted photons have it.
+    digits
+        How the instrument prints.
 
     """
 
@@ -76,11 +90,18 @@ class Noise:
     scatter: float = 0.0
     slips: tuple[int, ...] = ()
     copied: float = 0.0
+    ratio: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    floor_ratio: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    shot_cd_m2: float = 0.0
+    digits: Digits = NO_DIGITS
 
     def covariance(self, xyz_cd_m2: Array) -> Array:
         """Covariance of readings of light (n, 3): (n, 3, 3)."""
-        sigma = np.sqrt((self.relative * xyz_cd_m2) ** 2 + self.floor_cd_m2**2)
-        return np.asarray(self.correlation * sigma[:, :, np.newaxis] * sigma[:, np.newaxis, :])
+        relative = self.relative * np.array(self.ratio) * xyz_cd_m2
+        floor = self.floor_cd_m2 * np.array(self.floor_ratio)
+        sigma = np.sqrt(relative**2 + floor**2 + self.shot_cd_m2 * np.abs(xyz_cd_m2))
+        shared = self.correlation * sigma[:, :, np.newaxis] * sigma[:, np.newaxis, :]
+        return np.asarray(shared + np.eye(3) * (self.digits.step(xyz_cd_m2) ** 2 / 12.0)[:, np.newaxis])
 
     def whitener(self, xyz_cd_m2: Array) -> Array:
         """Matrices (n, 3, 3) that turn residuals of readings into independent ones of variance 1."""
@@ -183,12 +204,10 @@ def estimate_noise(readings: Measurements, instrument: str | None = None) -> Noi
     temperature = readings.conditions.get("temperature_c")
     warm = None if temperature is None else temperature[keep]
     pooled = _Pooled.of(readings.xyz_cd_m2[keep], groups[keep], warm)
-    relative, floor, correlation = start[0], start[1], CORRELATION
-    source = "instrument" if stated else "assumed"
+    noise = Noise(*start, session, _matrix(CORRELATION), "instrument" if stated else "assumed", pooled.contrasts)
+    noise = replace(noise, digits=digits_of(readings.xyz_cd_m2))
     if stated is None and pooled.contrasts >= ENOUGH:
-        source = "replicates"
-        relative, floor, correlation = pooled.most_likely()
-    noise = Noise(relative, floor, session, _matrix(correlation), source, pooled.contrasts)
+        noise = replace(pooled.most_likely(noise), source="replicates")
     return replace(noise, scatter=pooled.squares(noise), slips=slips, copied=_copied(readings.xyz_cd_m2, groups))
 
 
@@ -234,24 +253,56 @@ class _Pooled:
             return 0.0
         return float((np.linalg.inv(noise.covariance(self.mean)) * self.scatter).sum())
 
-    def most_likely(self) -> tuple[float, float, float]:
-        """Relative noise, floor and correlation of largest posterior."""
+    def most_likely(self, start: Noise) -> Noise:
+        """Return the noise of largest posterior; with shot noise where that gains more than a parameter is worth.
+
+        Sizes, ratios and partial correlations are free in logarithms and atanh, so that every point is a covariance.
+        """
+        best, without = self._minimised(start, shot=False)
+        with_shot, gained = self._minimised(start, shot=True)
+        return with_shot if without - gained > np.log(3.0 * self.contrasts) else best
+
+    def _minimised(self, start: Noise, *, shot: bool) -> tuple[Noise, float]:
         from scipy.optimize import minimize
 
+        rho = float(np.arctanh(CORRELATION))
+        partial = float(np.arctanh(CORRELATION / (1.0 + CORRELATION)))
+        middle = np.array(
+            [np.log(RELATIVE), np.log(FLOOR_CD_M2), 0.0, np.log(Z_OVER_Y) / 2, 0.0, 0.0, rho, rho, partial, -8.0]
+        )
+        spread = np.array([PRIOR_SD] * 2 + [RATIO_SD] * 4 + [CORRELATION_SD] * 3 + [4.0])
+        low = np.array([np.log(1e-6)] * 2 + [-2.0] * 4 + [-0.5, -0.5, -0.5, -16.0])
+        high = np.array([np.log(0.3), np.log(10.0)] + [2.0] * 4 + [3.2, 3.2, 3.2, 0.0])
+        free = slice(None) if shot else slice(None, -1)
+
+        def noise_at(point: Array) -> Noise:
+            a, b, *rest = point
+            ratio, floor_ratio, partials = rest[:2], rest[2:4], np.tanh(rest[4:7])
+            return replace(
+                start,
+                relative=float(np.exp(a)),
+                floor_cd_m2=float(np.exp(b)),
+                ratio=(float(np.exp(ratio[0])), 1.0, float(np.exp(ratio[1]))),
+                floor_ratio=(float(np.exp(floor_ratio[0])), 1.0, float(np.exp(floor_ratio[1]))),
+                correlation=_correlated(*0.999 * partials),
+                shot_cd_m2=float(np.exp(rest[7])) if shot else 0.0,
+            )
+
         def loss(point: Array) -> float:
-            relative, floor, correlation = np.exp(point[0]), np.exp(point[1]), np.tanh(point[2])
-            sigma = Noise(relative, floor, 0.0, _matrix(0.999 * correlation), "").covariance(self.mean)
+            sigma = noise_at(point).covariance(self.mean)
             _, logdet = np.linalg.slogdet(sigma)
             misfit = (self.freedom * logdet).sum() + (np.linalg.inv(sigma) * self.scatter).sum()
-            prior = ((point - start) / np.array([PRIOR_SD, PRIOR_SD, 0.5])) ** 2
-            return float(misfit + prior.sum())
+            return float(misfit + (((point - middle[free]) / spread[free]) ** 2).sum())
 
-        # The correlation of three equally correlated numbers cannot fall below -1/2.
-        start = np.array([np.log(RELATIVE), np.log(FLOOR_CD_M2), np.arctanh(CORRELATION)])
-        bounds = [(np.log(1e-6), np.log(0.3)), (np.log(1e-6), np.log(10.0)), (np.arctanh(-0.45), np.arctanh(0.99))]
-        found = minimize(loss, start, method="L-BFGS-B", bounds=bounds)
-        relative, floor = np.exp(found.x[:2])
-        return float(relative), float(floor), float(0.999 * np.tanh(found.x[2]))
+        bounds = list(zip(low[free], high[free], strict=True))
+        found = minimize(loss, middle[free], method="L-BFGS-B", bounds=bounds)
+        return noise_at(found.x), float(found.fun)
+
+
+def _correlated(xy: float, yz: float, xz_given_y: float) -> Array:
+    """Correlation matrix of X, Y, Z from two correlations and the partial one: positive definite whatever they are."""
+    xz = xy * yz + xz_given_y * float(np.sqrt((1.0 - xy**2) * (1.0 - yz**2)))
+    return np.array([[1.0, xy, xz], [xy, 1.0, yz], [xz, yz, 1.0]])
 
 
 def _slips(xyz: Array, groups: NDArray[np.intp], start: tuple[float, float]) -> tuple[int, ...]:

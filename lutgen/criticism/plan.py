@@ -12,6 +12,7 @@ from lutgen.criticism.noise import estimate_noise
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.search import Score, family
 from lutgen.criticism.separate import POOL, Patch, Separation, separation, with_patches
+from lutgen.criticism.shared_errors import with_shared_errors
 from lutgen.criticism.visibility import visibility
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError, pick_one
@@ -131,7 +132,8 @@ def plan(
         if name not in known:
             raise pick_one("effect", name, known)
     estimate_noise(readings, instrument)
-    base = fit(Problem.of(readings, baseline=baseline, selection=selection, instrument=instrument))
+    problem = Problem.of(readings, baseline=baseline, selection=selection, instrument=instrument)
+    base = fit(with_shared_errors(problem))
     if between:
         return _between(base, known, between)
     return _for_effect(base, known[effect]) if effect else _coverage(base, candidates(known, baseline, ()))

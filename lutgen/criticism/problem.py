@@ -77,6 +77,9 @@ class Problem:
         The fresh display of the baseline ``native``, else None: the paper's.
     drawn
         Native displays as noise of the first session might have had them.
+    offset_cd_m2, wander
+        Spread from session to session of the instrument's dark offset in X, Y and Z, and of its gain from the first to
+        the last reading of a session, as a share; 0: none.
 
     """
 
@@ -89,6 +92,8 @@ class Problem:
     assumed: tuple[tuple[str, float], ...] = ()
     native: NativeDisplay | None = None
     drawn: tuple[NativeDisplay, ...] = ()
+    offset_cd_m2: float = 0.0
+    wander: float = 0.0
 
     @classmethod
     def of(
@@ -212,6 +217,34 @@ class Problem:
         """Readings that share local unknowns: those of an hour (its tips), under ``fresh`` of a session (its gain)."""
         number = self.gains if self.baseline == "fresh" else self.hour_of
         return [np.flatnonzero(number == each) for each in np.unique(number)]
+
+    @cached_property
+    def shared(self) -> dict[int, Array]:
+        """Errors that readings of a session share, one standard deviation each, whitened: (k, m, 3) of a block.
+
+        By the first reading of each block (:attr:`blocks`): the dark offset in X, Y and Z of each of its sessions, and,
+        where the order of reading is known, the first three modes of a gain that wanders (Karhunen-Loeve modes of
+        Brownian motion).
+        """
+        return {int(here[0]): self._shared_in(here) for here in self.blocks}
+
+    def _shared_in(self, here: NDArray[np.intp]) -> Array:
+        columns = [np.zeros((0, here.size, 3))]
+        sessions, L = self.readings.sessions[self.rows][here], self.whitener[here]
+        order = None if self.readings.order is None else self.readings.order[self.rows][here]
+        for session in np.unique(sessions):
+            mine = (sessions == session)[:, np.newaxis]
+            if self.offset_cd_m2 > 0:
+                columns.append(np.moveaxis(L * self.offset_cd_m2, 2, 0) * mine)
+            if self.wander > 0 and order is not None:
+                time = np.zeros(here.size)
+                read = order[mine[:, 0]]
+                time[mine[:, 0]] = (read - read.min()) / max(float(np.ptp(read)), 1e-300)
+                white = np.einsum("nij,nj->ni", L, self.xyz[here]) * mine
+                turns = np.pi * (np.arange(1, 4) - 0.5)[:, np.newaxis]
+                shapes = np.sqrt(2.0) * np.sin(turns * time) / turns
+                columns.append(self.wander * shapes[:, :, np.newaxis] * white)
+        return np.concatenate(columns)
 
     @cached_property
     def is_knot(self) -> NDArray[np.bool_]:

@@ -14,6 +14,7 @@ from lutgen.criticism.heldout import held_out
 from lutgen.criticism.linear import Term
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.search import family
+from lutgen.criticism.shared_errors import with_shared_errors
 from lutgen.display.conditions import Conditions, conditions_of, what_luts_carry
 from lutgen.display.fitted import AppliedEffect, Estimate, LatentTips
 from lutgen.display.model import DisplayModel
@@ -151,6 +152,7 @@ def refine(
         if name in {term.effect.name for term in terms} or list(add).count(name) > 1:
             raise LutgenError(f"effect {name!r} is in the model already. Leave it out of --add.")
     problem = Problem.of(readings, baseline=baseline, selection=selection, instrument=instrument)
+    problem = with_shared_errors(problem, terms)
     base = fit(problem, terms)
     before, steps, current = compare_problem(problem, base.terms), [], base
     for name in add:

@@ -11,7 +11,7 @@ from scipy import stats
 from lutgen.criticism.fit import Fit, fit
 from lutgen.criticism.linear import BEHIND_PANEL, STEP, State, Term, whiten
 from lutgen.criticism.noise import replicate_deviations
-from lutgen.criticism.system import prior_rows
+from lutgen.criticism.system import local_columns, prior_rows
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
@@ -290,10 +290,9 @@ class _Part:
     def of(cls, base: Fit, state: State, here: NDArray[np.intp]) -> _Part:
         """Take a block of the problem at a fit."""
         problem, linear = base.problem, base.linear
-        gains = tuple(int(gain) for gain in np.unique(problem.gains[here]) if gain >= 0)
-        prior, off = prior_rows(problem, state, int(problem.hour_of[here[0]]), gains)
-        tips = 0 if problem.baseline == "fresh" else 12
-        local = linear.local[[*range(tips), *(tips + gain for gain in gains)]][:, here]
+        local, gains = local_columns(problem, linear, here, here)
+        shared = len(problem.shared[int(here[0])])
+        prior, off = prior_rows(problem, state, int(problem.hour_of[here[0]]), gains, shared)
         columns = np.concatenate([local.reshape(len(local), -1).T, prior])
         if not columns.shape[1]:
             return cls(here, columns, off)
@@ -321,7 +320,9 @@ class PureError:
         off = replicate_deviations(problem.xyz, problem.groups, warm)
         white, count = whiten(problem, off), np.bincount(problem.groups)
         freedom = 3 * int(np.maximum(count - 1, 0).sum())
-        return cls(float((white**2).sum()), freedom)
+        # Replicates that share a rounding agree better than their noise does: the noise model, which knows the last
+        # digit, is the least yardstick.
+        return cls(max(float((white**2).sum()), float(freedom)), freedom)
 
     @property
     def measured(self) -> bool:

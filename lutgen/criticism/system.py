@@ -88,7 +88,7 @@ class System:
             if block.tips_of is not None:
                 tips[block.tips_of] += local[:12].reshape(4, 3) * scale
                 local = local[12:]
-            gains[list(block.gains)] += local
+            gains[list(block.gains)] += local[: len(block.gains)]
         return State(tuple(terms), tips, gains)
 
     def covariance(self, terms: Sequence[Term]) -> Array:
@@ -139,16 +139,17 @@ class Block:
     ) -> Block:
         """Reduce the readings of a whole block, ``without`` some of them."""
         hour = int(problem.hour_of[whole[0]])
-        gains = tuple(int(gain) for gain in np.unique(problem.gains[whole]) if gain >= 0)
         here = whole if without is None else np.setdiff1d(whole, without)
-        tips = 0 if problem.baseline == "fresh" else 12
-        local = tips + len(gains)
-        rows = _stack(linear, here, [*range(tips), *(tips + gain for gain in gains)])
-        prior, off = prior_rows(problem, state, hour, gains)
+        columns, gains = local_columns(problem, linear, whole, here)
+        local = len(columns)
+        parts = np.concatenate([columns, linear.free[:, here], linear.residual[np.newaxis, here]])
+        rows = parts.reshape(len(parts), -1).T
+        shared = len(problem.shared[int(whole[0])])
+        prior, off = prior_rows(problem, state, hour, gains, shared)
         nothing = np.zeros((len(off), rows.shape[1] - local - 1))
-        whole = np.concatenate([rows, np.column_stack([prior, nothing, off])])
-        upper = np.asarray(np.linalg.qr(whole, mode="r"))
-        return cls(upper[:local], upper[local:, local:], hour if tips else None, gains)
+        stacked = np.concatenate([rows, np.column_stack([prior, nothing, off])])
+        upper = np.asarray(np.linalg.qr(stacked, mode="r"))
+        return cls(upper[:local], upper[local:, local:], None if problem.baseline == "fresh" else hour, gains)
 
     def local_step(self, parameters: Array) -> Array:
         """Local unknowns that go with a step of the global ones."""
@@ -159,28 +160,37 @@ class Block:
         return np.asarray(np.linalg.lstsq(self.upper[:, :local], right, rcond=1e-12)[0])
 
 
-def _stack(linear: Linear, here: NDArray[np.intp], columns: list[int]) -> Array:
-    """Rows [local | global | residual] of some readings, (3m, L + p + 1)."""
-    parts = [linear.local[columns][:, here], linear.free[:, here], linear.residual[np.newaxis, here]]
-    stacked = np.concatenate(parts)
-    return stacked.reshape(len(stacked), -1).T
+def local_columns(
+    problem: Problem, linear: Linear, whole: NDArray[np.intp], here: NDArray[np.intp]
+) -> tuple[Array, tuple[int, ...]]:
+    """Derivatives of some readings ``here`` of a ``whole`` block by its local unknowns, (L, m, 3), and its gains.
+
+    In this order: the tips of the hour, the gains of sessions, the errors that sessions share.
+    """
+    gains = tuple(int(gain) for gain in np.unique(problem.gains[whole]) if gain >= 0)
+    tips = 0 if problem.baseline == "fresh" else 12
+    columns = linear.local[[*range(tips), *(tips + gain for gain in gains)]][:, here]
+    shared = problem.shared[int(whole[0])][:, np.searchsorted(whole, here)]
+    return np.concatenate([columns, shared]), gains
 
 
-def prior_rows(problem: Problem, state: State, hour: int, gains: tuple[int, ...]) -> tuple[Array, Array]:
+def prior_rows(problem: Problem, state: State, hour: int, gains: tuple[int, ...], shared: int) -> tuple[Array, Array]:
     """What is known of local unknowns beside the readings, as equations in units of σ: (k, L) and right sides (k,).
 
-    Gains are 0 within the session's σ; the tips of an hour between sessions are those of its neighbours, interpolated.
+    Gains are 0 within the session's σ, and so are ``shared`` errors within theirs; the tips of an hour between sessions
+    are those of its neighbours, interpolated.
     """
     tips = 0 if problem.baseline == "fresh" else 12
     sigma = max(problem.noise.session, 1e-6)
-    of_gains = np.column_stack([np.zeros((len(gains), tips)), np.eye(len(gains)) / sigma])
-    off_gains = -state.gains[list(gains)] / sigma
+    rows = np.column_stack([np.zeros((len(gains) + shared, tips)), np.eye(len(gains) + shared)])
+    rows[: len(gains)] /= sigma
+    off = np.concatenate([-state.gains[list(gains)] / sigma, np.zeros(shared)])
     if not tips or problem.is_knot[hour]:
-        return of_gains, off_gains
+        return rows, off
     slack = problem.slack[hour]
-    of_tips = np.column_stack([np.diag((tip_scale(problem) / slack).ravel()), np.zeros((12, len(gains)))])
+    of_tips = np.column_stack([np.diag((tip_scale(problem) / slack).ravel()), np.zeros((12, len(gains) + shared))])
     off_tips = ((problem.interpolated(state.tips)[hour] - state.tips[hour]) / slack).ravel()
-    return np.concatenate([of_gains, of_tips]), np.concatenate([off_gains, off_tips])
+    return np.concatenate([rows, of_tips]), np.concatenate([off, off_tips])
 
 
 def bounded(A: Array, z: Array, low: Array, high: Array, damping: float = 0.0) -> Move:

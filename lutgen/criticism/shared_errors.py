@@ -1,0 +1,110 @@
+"""Errors that all readings of a session share beside its gain: a dark offset, and a slow wander of the gain.
+
+An instrument's zero differs from session to session, and its gain wanders while a session is read. Both are random
+effects: unknowns of each session with a known spread. The spreads are estimated from the campaign, by restricted
+maximum likelihood (Patterson & Thompson 1971, doi:10.1093/biomet/58.3.545) on what single sessions tell; a weak prior
+keeps them near an ordinary colorimeter's, never at zero by assumption.
+
+What changes smoothly over the hours is a display's, not an instrument's: a constant, a slope and a curvature in time
+are free while the spread of the offsets is estimated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from lutgen.criticism.fit import fit
+from lutgen.criticism.linear import State, linearise
+from lutgen.criticism.system import local_columns, prior_rows
+from lutgen.measurements.table import is_capped
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+    from lutgen.criticism.linear import Linear, Term
+    from lutgen.criticism.problem import Problem
+
+#: Spread of the dark offset, cd/m², and of the gain within a session, of an ordinary colorimeter: assumptions.
+OFFSET_CD_M2, WANDER = 0.001, 0.0003
+
+#: Standard deviation of the prior on both, in powers of e.
+PRIOR_SD = 1.0
+
+#: Where the search for a spread ends, in powers of e from the ordinary one.
+REACH = 7.0
+
+#: Sessions beyond the constants of their trend that tell a spread; with fewer the ordinary one is taken.
+ENOUGH = 3
+
+
+def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
+    """Return a problem with the spreads of offset and wander that its sessions show beside ``terms``."""
+    plain = replace(problem, offset_cd_m2=0.0, wander=0.0)
+    found = fit(plain, [replace(term, free=()) for term in terms])
+    state = State(found.terms, found.tips, found.gains)
+    linear = linearise(plain, state)
+    at_rest = problem.readings.at_rest()[problem.rows] | is_capped(problem.readings)[problem.rows]
+    offsets = _told(plain, state, linear, at_rest, replace(plain, offset_cd_m2=1.0))
+    trend = min(3, max(len(offsets) - ENOUGH, 0))
+    offset = _spread(offsets, OFFSET_CD_M2, trend) if trend else OFFSET_CD_M2
+    wander = 0.0
+    if problem.readings.order is not None:
+        wanders = _told(plain, state, linear, at_rest, replace(plain, wander=1.0))
+        wander = _spread(wanders, WANDER, 1) if len(wanders) > ENOUGH else WANDER
+    return replace(problem, offset_cd_m2=offset, wander=wander)
+
+
+def _told(
+    plain: Problem, state: State, linear: Linear, rows: NDArray[np.bool_], unit: Problem
+) -> list[tuple[float, Array, Array]]:
+    """What each block tells of its shared errors of one kind: hour, estimates (k,) and their covariance (k, k)."""
+    told = []
+    for whole in plain.blocks:
+        here = whole[rows[whole]]
+        if not here.size:
+            continue
+        hour = int(plain.hour_of[whole[0]])
+        columns, gains = local_columns(plain, linear, whole, here)
+        prior, off = prior_rows(plain, state, hour, gains, 0)
+        shared = unit.shared[int(whole[0])][:, np.searchsorted(whole, here)]
+        count = len(shared)
+        local = np.concatenate([columns.reshape(len(columns), -1).T, prior])
+        asked = np.concatenate([shared.reshape(count, -1).T, np.zeros((len(off), count))])
+        right = np.concatenate([linear.residual[here].ravel(), off])
+        q = np.linalg.qr(local)[0] if local.shape[1] else np.zeros((len(right), 0))
+        asked, right = asked - q @ (q.T @ asked), right - q @ (q.T @ right)
+        information = asked.T @ asked
+        if np.linalg.cond(information) < 1e12:
+            covariance = np.linalg.inv(information)
+            told.append((float(plain.hours[hour]), covariance @ (asked.T @ right), covariance))
+    return told
+
+
+def _spread(told: list[tuple[float, Array, Array]], ordinary: float, trend: int) -> float:
+    """Spread of largest posterior, restricted likelihood and prior, of what sessions tell beside a trend in time."""
+    hours = np.array([hour for hour, _, _ in told])
+    tau = hours / max(float(hours.max()), 1.0)
+    count = min(len(estimate) for _, estimate, _ in told)
+
+    def loss(power: float) -> float:
+        variance = (ordinary * np.exp(power)) ** 2
+        total, information, right = 0.0, np.zeros((trend * count,) * 2), np.zeros(trend * count)
+        for share, (_, estimate, covariance) in zip(tau, told, strict=True):
+            sigma = covariance[:count, :count] + variance * np.eye(count)
+            inverse = np.linalg.inv(sigma)
+            design = np.kron(np.array([[1.0, share, share * share]])[:, :trend], np.eye(count))
+            total += float(np.linalg.slogdet(sigma)[1] + estimate[:count] @ inverse @ estimate[:count])
+            information += design.T @ inverse @ design
+            right += design.T @ inverse @ estimate[:count]
+        total += float(np.linalg.slogdet(information)[1] - right @ np.linalg.solve(information, right))
+        return total + (power / PRIOR_SD) ** 2
+
+    found = minimize_scalar(loss, bounds=(-REACH, REACH), method="bounded", options={"xatol": 0.02})
+    return float(ordinary * np.exp(found.x))
