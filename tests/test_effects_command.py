@@ -17,13 +17,13 @@ from PIL import Image
 
 from lutgen.cli import group, main
 from lutgen.display import default_display
+from lutgen.display.signature import TOLD, Signature
 from lutgen.effects import STAGES, catalogue
 from lutgen.effects.expression import parse
 from lutgen.effects.scene import LIFE_H
-from lutgen.report.effect_plot import plot_effect
-from lutgen.report.picture import DPI
-from lutgen.report.plots import PAGE
-from lutgen.report.signature import TOLD, Signature
+from lutgen.report.display.aging_plot import PAGE
+from lutgen.report.display.effect_plot import plot_effect
+from lutgen.report.drawing.figure import DPI
 
 pytestmark = pytest.mark.numbers
 

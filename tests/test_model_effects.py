@@ -42,6 +42,7 @@ from lutgen.display import (
     what_luts_carry,
     what_pictures_carry,
 )
+from lutgen.display.aging import show
 from lutgen.display.effect_chain import without_steps
 from lutgen.display.modes import luminance_law
 from lutgen.effects import catalogue
@@ -49,7 +50,6 @@ from lutgen.effects.expression import parse
 from lutgen.effects.own import load_file
 from lutgen.errors import LutgenError
 from lutgen.measurements import Measurements, read_measurements
-from lutgen.report.show import show
 from tests.twin import PAPER_LAW, Twin, rows_of_csv
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from lutgen.cli import outputs
 from lutgen.cli.narrow import LONGEST_WORD, WHOLE, fitted
-from lutgen.report.compare_page import table
+from lutgen.report.criticism.comparison import table
 from tests.command import in_process
 
 pytestmark = pytest.mark.numbers

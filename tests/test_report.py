@@ -22,10 +22,10 @@ from lutgen.appearance.frame import fitting, read_frame, turned
 from lutgen.bindings import oiio
 from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.display import default_display
-from lutgen.report.html.chart import ticks
-from lutgen.report.html.markup import table
-from lutgen.report.html.png import png
-from lutgen.report.html.scenes import MOST, REACH, STEPS, hours_of, map_colours
+from lutgen.report.document.chart import ticks
+from lutgen.report.document.markup import table
+from lutgen.report.document.png import png
+from lutgen.report.document.scenes import MOST, REACH, STEPS, hours_of, map_colours
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -10,7 +10,7 @@ import pytest
 from rich.table import Table
 
 from lutgen.errors import LutgenError
-from lutgen.report.study_status_page import study_status_page
+from lutgen.report.study.status import study_status_page
 from lutgen.study.answer_file import Entry, read_entries
 from lutgen.study.answers import read_answers
 from lutgen.study.begin import begin_reading

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from itertools import permutations
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -91,6 +92,14 @@ class Measurements:
         """Refuse what no display does: values out of range, unsorted hours, tips that are missing or swapped."""
         check_rows(self)
         check_tips(self)
+
+    @property
+    def provenance(self) -> str:
+        """One sentence: the file, and its ``source`` line, in which readings that nobody took say so."""
+        file, source = Path(self.file).name, self.metadata.get("source", "")
+        if not source:
+            return f"Readings: {file}, which does not say where they come from (no line `# source: …`)."
+        return f"Readings: {file}. Source: {source}."
 
     def at_rest(self) -> NDArray[np.bool_]:
         """Readings under the reference conditions: centre, dark room, full screen, as warm as that hour got."""

@@ -1,0 +1,178 @@
+"""The page of ``lutgen compare``: how large the error is beside the noise, and where."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rich.table import Table
+
+from lutgen.criticism.compare import CLEAR
+from lutgen.numerals import spaced
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rich.console import RenderableType
+
+    from lutgen.criticism.compare import Comparison, Slice
+    from lutgen.criticism.problem import Problem
+
+#: Rows of the tables: slices that stand out, and single readings.
+SLICES, READINGS = 12, 5
+
+#: A slice is worth a row when its error over noise lies so many standard deviations of that ratio above 1 ...
+NOTICED = 4.0
+
+#: ... and above what all readings together have by this factor.
+BEYOND = 1.1
+
+#: How the dimensions of slices are called in a table.
+NAMES = {
+    "hour": "hour",
+    "level": "code value",
+    "family": "patch",
+    "position": "position",
+    "ambient_lx": "room light",
+    "warmup_min": "after power-on",
+    "temperature_c": "temperature",
+    "window": "window",
+}
+
+
+def table(*heads: str, left: int = 1) -> Table:
+    """Make a bare table whose first ``left`` columns hold words and the others figures."""
+    made = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for place, head in enumerate(heads):
+        made.add_column(
+            head, justify="left" if place < left else "right", no_wrap=place >= left, vertical="top", overflow="fold"
+        )
+    return made
+
+
+def compare_page(comparison: Comparison, again: str = "") -> Iterator[RenderableType]:
+    """Yield what ``lutgen compare`` prints; ``again`` are the words after ``lutgen diagnose`` to go on with."""
+    yield comparison.sentence()
+    yield data_line(comparison.problem)
+    yield from fresh_lines(comparison)
+    if not comparison.where:
+        return
+    yield ""
+    yield error_table(comparison)
+    yield ""
+    noticed = standing_out(comparison)
+    if noticed:
+        yield f"Where it stands out, worst first ({CLEAR:g} × noise is clear):"
+        yield _slice_table(noticed[:SLICES])
+    else:
+        yield "No hour, colour or condition stands out from the others."
+    yield ""
+    yield "The worst readings:"
+    yield _worst_table(comparison)
+    if again and noticed:
+        yield ""
+        yield f"Which effect is missing:  lutgen diagnose {again}"
+
+
+def fresh_lines(comparison: Comparison) -> Iterator[str]:
+    """Say how near the paper's fresh display and the native one are to the first session."""
+    first, native = comparison.first_session, comparison.problem.native
+    if first:
+        hint = " Start from its own: --baseline native." if first.is_another and not native else ""
+        yield first.sentence() + hint
+    if native:
+        yield from native.remarks
+
+
+def data_line(problem: Problem) -> str:
+    """Say what was read: readings, hours, noise and source."""
+    readings, noise = problem.readings, problem.noise
+    hours = problem.hours
+    known = {
+        "replicates": "as replicates show",
+        "instrument": "as stated",
+        "assumed": "ASSUMED: there are no replicates",
+    }
+    out = readings.hours.size - problem.rows.size
+    left_out = f" ({out} left out)" if out else ""
+    span = f"at {hours.size} hours up to {spaced(float(hours[-1]))} h" if hours.size > 1 else f"at {hours[0]:g} h"
+    return (
+        f"{readings.hours.size} readings{left_out} {span}; baseline {problem.baseline}; noise of a reading "
+        f"{100 * noise.relative:.2g} % and {noise.floor_cd_m2:.2g} cd/m², {known[noise.source]}.\n"
+        f"{readings.provenance}"
+    )
+
+
+def error_table(comparison: Comparison) -> Table:
+    """Errors, what noise alone gives, and their ratio."""
+    made = table("", "error", "noise alone", "ratio")
+    rows = {
+        "mean ΔE2000": "delta_e_mean",
+        "95 % of readings below": "delta_e_p95",
+        "largest": "delta_e_max",
+        "root mean square in σ": "rms_sigma",
+    }
+    for name, key in rows.items():
+        error, floor = getattr(comparison.error, key), getattr(comparison.floor, key)
+        made.add_row(name, f"{error:.3f}", f"{floor:.3f}", f"{error / floor:.2f} ×" if floor else "–")
+    return made
+
+
+def standing_out(comparison: Comparison) -> list[Slice]:
+    """Slices whose error is more than noise and more than elsewhere, those that stand out most first."""
+    found = [
+        each
+        for each in comparison.where
+        if over_noise(each) > max(1.0 + NOTICED / (6 * each.n) ** 0.5, BEYOND * comparison.ratio)
+    ]
+    return sorted(found, key=lambda each: -(each.rms_sigma**2 - each.floor_rms_sigma**2) * each.n**0.5)
+
+
+def over_noise(each: Slice) -> float:
+    """Error of a slice over what noise alone gives, by root mean square."""
+    return each.rms_sigma / each.floor_rms_sigma if each.floor_rms_sigma else 0.0
+
+
+def _slice_table(slices: list[Slice]) -> Table:
+    made = table("by", "where", "readings", "mean ΔE2000", "noise alone", "rms σ", "noise alone", "ratio", left=2)
+    for each in slices:
+        ratio = over_noise(each)
+        made.add_row(
+            NAMES[each.by],
+            each.slice,
+            str(each.n),
+            f"{each.delta_e_mean:.2f}",
+            f"{each.floor_delta_e_mean:.2f}",
+            f"{each.rms_sigma:.2f}",
+            f"{each.floor_rms_sigma:.2f}",
+            f"{ratio:.2f} ×",
+            style="bold" if ratio > CLEAR else "",
+        )
+    return made
+
+
+def _worst_table(comparison: Comparison) -> Table:
+    made = table("line", "hour", "R, G, B", "conditions", "ΔE2000", "σ", left=4)
+    for each in comparison.worst[:READINGS]:
+        code = ", ".join(f"{value:g}" for value in each.code)
+        made.add_row(
+            str(each.line),
+            spaced(each.hour),
+            code,
+            _conditions(comparison.problem, each.line),
+            f"{each.delta_e:.2f}",
+            f"{each.sigma:.1f}",
+        )
+    return made
+
+
+def _conditions(problem: Problem, line: int) -> str:
+    """Say what is unusual about how a reading was taken."""
+    readings = problem.readings
+    row = int((readings.lines == line).argmax())
+    usual = {"u": 0.5, "v": 0.5, "ambient_lx": 0.0, "window": 1.0, "surround": 0.0}
+    values = {name: float(column[row]) for name, column in readings.conditions.items()}
+    said = [f"{name} {value:g}" for name, value in values.items() if name in usual and value != usual[name]]
+    minutes = values.get("warmup_min", float("nan"))
+    said += [f"{minutes:g} min after power-on"] if minutes == minutes else []  # noqa: PLR0124 - NaN: warm
+    note = readings.note[row] if readings.note else ""
+    return ", ".join([*said, *([note] if note else [])])

@@ -1,0 +1,233 @@
+"""The page of ``lutgen diagnose``: what these data can see, what is missing, what else it could be, what to do next."""
+
+from __future__ import annotations
+
+from math import ceil
+from typing import TYPE_CHECKING, Any
+
+from rich.text import Text
+
+from lutgen.criticism.diagnose import parameters_of
+from lutgen.numerals import percent, readable, with_error
+from lutgen.report.criticism.comparison import data_line, fresh_lines, table
+from lutgen.report.criticism.effect_sketch import STUB_FILE, STUB_NAME, stub
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from rich.console import RenderableType
+    from rich.table import Table
+
+    from lutgen.criticism.diagnose import Diagnosis, Ranked
+    from lutgen.criticism.separate import Separation
+    from lutgen.criticism.visibility import Visibility
+    from lutgen.effects import Effect
+
+#: Rows of the ranking, and parameters that a row tells.
+RANKED, TOLD = 6, 2
+
+#: Rivals that a verdict's sentence of refutation names.
+REFUTED_BY = 3
+
+#: χ² between two rivals that tells them apart, and readings of a set that nobody will repeat more often.
+CLEARLY, TOO_OFTEN = 20.0, 10
+
+#: Parameters that go by such names are one curve, told in one line.
+_KNOTS = "level_"
+
+
+def diagnose_page(
+    diagnosis: Diagnosis, effects: Mapping[str, Effect], again: str, stub_file: str | None = None
+) -> Iterator[RenderableType]:
+    """Yield what ``lutgen diagnose`` prints; ``again`` are the words that name DATA and options once more."""
+    verdict = diagnosis.verdict
+    yield diagnosis.comparison.sentence()
+    yield data_line(diagnosis.problem)
+    first = diagnosis.comparison.first_session
+    if first and first.is_another:
+        yield from fresh_lines(diagnosis.comparison)
+    yield ""
+    yield "What these data can see (an effect of the size given is found in nine of ten campaigns like this):"
+    yield visibility_table(diagnosis.visibility, effects)
+    yield ""
+    yield Text(f"{verdict.name}: {verdict.sentence}", style="bold")
+    if verdict.effects:
+        yield ""
+        yield parameter_table(parameters_of(diagnosis.explanation.final), effects)
+    if diagnosis.ranking and verdict.name != "consistent":
+        yield ""
+        yield f"Each effect alone, fitted with white and primaries, best first (noise: {perfect(diagnosis):.2f} σ):"
+        yield _ranking_table(diagnosis.ranking, effects)
+    for part in (_rivals(diagnosis, again), verdict.remarks, _refutation(diagnosis, effects)):
+        if part:
+            yield ""
+            yield from part
+    yield ""
+    yield from _next(diagnosis, again, stub_file)
+
+
+def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect]) -> Table:
+    """What these data could show of each effect, the most visible first."""
+    made = table("effect", "seen from", "parameter", "typical", "absorbed by the tips", left=1)
+    made.columns[2].justify = "left"
+    for each in sorted(seen, key=lambda each: (not each.visible, relative_size(each, effects) or 0.0)):
+        parameter = effects[each.effect].parameters.get(each.parameter)
+        unit = f" {each.unit}" if each.unit not in {"1", ""} else ""
+        size = f"{readable(each.smallest_detectable, 3)}{unit}" if each.smallest_detectable is not None else "any"
+        made.add_row(
+            each.effect,
+            size if each.visible else "cannot be seen",
+            each.parameter,
+            f"{readable(typical_size(effects[each.effect], each.parameter), 3)}{unit}" if parameter else "–",
+            percent(each.absorbed),
+            style="" if each.visible else "dim",
+        )
+    return made
+
+
+def typical_size(effect: Effect, parameter: str) -> float:
+    """How far a parameter typically is from where the effect does nothing."""
+    return abs(effect.parameters[parameter].value - effect.neutral.get(parameter, 0.0))
+
+
+def relative_size(seen: Visibility, effects: Mapping[str, Effect]) -> float | None:
+    """Smallest detectable size over the typical one; None where either has no meaning."""
+    effect = effects[seen.effect]
+    if (
+        seen.smallest_detectable is None
+        or seen.parameter not in effect.neutral
+        or effect.parameters[seen.parameter].grid
+    ):
+        return None
+    typical = typical_size(effect, seen.parameter)
+    return seen.smallest_detectable / typical if typical else None
+
+
+def parameter_table(parameters: Mapping[str, Mapping[str, Mapping[str, Any]]], effects: Mapping[str, Effect]) -> Table:
+    """Every fitted parameter ± its standard error, with what it means."""
+    made = table("effect", "parameter", "value", "what it is", left=2)
+    made.columns[3].justify, made.columns[3].no_wrap = "left", False
+    for name, values in parameters.items():
+        shown = name
+        for key, each in values.items():
+            if each["free"]:
+                made.add_row(shown, key, told(each, effects[name], key), effects[name].parameters[key].meaning)
+                shown = ""
+        if shown:
+            made.add_row(shown, "–", "on", effects[name].summary)
+    return made
+
+
+def told(estimate: Mapping[str, Any], effect: Effect, name: str) -> str:
+    """Write value ± error with its unit, and what a reader must know of it."""
+    text = with_error(estimate["value"], estimate["stderr"], estimate["unit"])
+    if estimate["at_bound"]:
+        return f"{text}, at its bound"
+    searched = bool(effect.parameters[name].grid)
+    return f"{text}, no influence" if estimate["free"] and estimate["stderr"] is None and not searched else text
+
+
+def _ranking_table(ranking: tuple[Ranked, ...], effects: Mapping[str, Effect]) -> Table:
+    made = table("effect", "ΔBIC", "rms σ", "held out", "explains", "parameters", left=1)
+    made.columns[5].justify, made.columns[5].no_wrap = "left", False
+    for each in ranking[:RANKED]:
+        made.add_row(
+            each.effect,
+            f"{each.delta_bic:.0f}",
+            f"{each.rms_sigma:.2f}",
+            "–" if each.held_out_rms_sigma is None else _sigma(each.held_out_rms_sigma),
+            percent(each.explained),
+            _in_short(each, effects[each.effect]),
+        )
+    return made
+
+
+def _sigma(value: float) -> str:
+    return f"{value:.2f}" if value < 1000 else readable(value, 3)
+
+
+def perfect(diagnosis: Diagnosis) -> float:
+    """Root mean square that a fit leaves of noise alone, in σ: less than 1, since it follows the noise a little."""
+    base, error = diagnosis.explanation.base, diagnosis.error
+    scatter = error.squares / error.freedom if error.measured else 1.0
+    return float((base.freedom * scatter / base.readings) ** 0.5)
+
+
+def _in_short(each: Ranked, effect: Effect) -> str:
+    """Tell the first free parameters; the knots of a level curve as one."""
+    plain = [name for name in each.form if not name.startswith(_KNOTS)]
+    words = [f"{name} {told(each.parameters[name], effect, name)}" for name in plain[:TOLD]]
+    more = len(plain) - TOLD
+    words += [f"{more} more"] if more > 0 else []
+    knots = len(each.form) - len(plain)
+    return ", ".join([*words, *([f"a curve of {knots} levels"] if knots else [])]) or "on"
+
+
+def _rivals(diagnosis: Diagnosis, again: str) -> list[str]:
+    lines = [f"These data cannot tell apart: {' and '.join(each)}." for each in diagnosis.verdict.rivals]
+    lines += [line for each in diagnosis.measure_next for line in _separation(each, again)]
+    return lines
+
+
+def _separation(each: Separation, again: str) -> Iterator[str]:
+    """Say what would tell two rivals apart, how often it must be read, or that nothing in one session would."""
+    one, other = each.separates
+    gain = each.after - each.before
+    times = ceil(max(CLEARLY - each.before, 1.0) / gain) if gain > 0 else TOO_OFTEN + 1
+    if times > TOO_OFTEN:
+        yield (
+            f"Nothing in one more session would tell {one} from {other}: as far as these readings go, they give the "
+            f"same LUTs."
+        )
+        return
+    often = f", read {times} times," if times > 1 else ""
+    yield (
+        f"To tell {one} from {other}: {each.name}. {len(each.patches)} readings{often} raise the χ² between them from "
+        f"{each.before:.3g} to {each.before + times * gain:.3g} ({CLEARLY:g} is clear).\n"
+        f"  lutgen plan {again} --between {one},{other} -o plan.csv"
+    )
+
+
+def _refutation(diagnosis: Diagnosis, effects: Mapping[str, Effect]) -> list[str]:
+    """What would show the verdict to be wrong."""
+    verdict = diagnosis.verdict
+    lines = []
+    for name in verdict.effects[:1] if verdict.name == "one-of" else verdict.effects:
+        confused = effects[name].confused_with or {}
+        others = [(other, how) for other, how in confused.items() if other not in verdict.effects][:REFUTED_BY]
+        lines += [f"  if it is {other} instead of {name}, this shows it: {how}" for other, how in others]
+    if verdict.effects:
+        lines.append("  a new session that the refined model misses by more than the noise (compare NEW.csv --model …)")
+    if verdict.name == "consistent":
+        lines.append("  readings of a kind that these are not: effects that cannot be seen above are not excluded")
+    if verdict.name == "unexplained":
+        lines.append("  an effect of your own, with which nothing but noise is left")
+    if verdict.name == "measurement-problem":
+        lines.append("  the same readings again, with the same result")
+    return ["What would refute this:", *lines] if lines else []
+
+
+def _next(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[str]:
+    verdict = diagnosis.verdict
+    if verdict.name == "unexplained":
+        yield from _own_effect(diagnosis, again, stub_file)
+    elif verdict.name == "measurement-problem":
+        yield "Next: measure again, or correct the file; nothing should be added to the model yet."
+    elif verdict.name == "consistent":
+        yield f"Next, what to measure to see more:  lutgen plan {again} -o plan.csv"
+    elif verdict.name == "one-of":
+        likeliest = f"lutgen refine {again} --add {verdict.effects[0]} -o my-display.toml"
+        yield f"Next, measure what tells them apart; or go on with the likeliest:  {likeliest}"
+    else:
+        yield f"Next:  lutgen refine {again} --add {','.join(verdict.effects)} -o my-display.toml"
+
+
+def _own_effect(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[str]:
+    file = stub_file or STUB_FILE
+    if stub_file:
+        yield f"An effect of your own to start from: {stub_file}"
+    else:
+        yield f"An effect of your own to start from (--stub {STUB_FILE} writes it):"
+        yield ""
+        yield stub(diagnosis)
+    yield f"Next:  lutgen refine {again} --effects {file} --add {STUB_NAME}"

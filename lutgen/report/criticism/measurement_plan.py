@@ -1,0 +1,128 @@
+"""The page of ``lutgen plan``: what to measure, and what it will bring."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rich.text import Text
+
+from lutgen.numerals import readable
+from lutgen.report.criticism.comparison import table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from rich.console import RenderableType
+    from rich.table import Table
+
+    from lutgen.criticism.plan import MeasurementPlan
+    from lutgen.criticism.separate import Patch
+
+#: What the numbers of a plan's sets are, by what it was made for.
+GAINS = {
+    "between": ("χ² between them today", "with this set"),
+    "effect": ("seen from today", "with this set"),
+    "coverage": ("", "effects that it opens"),
+}
+
+#: Columns as people call them.
+_SAID = {
+    "u": "u {}",
+    "v": "v {}",
+    "ambient_lx": "{} lx",
+    "warmup_min": "{} min after power-on",
+    "temperature_c": "{} °C",
+    "window": "window {}",
+    "surround": "surround {}",
+}
+
+
+def plan_page(plan: MeasurementPlan, kind: str, written: Sequence[str]) -> Iterator[RenderableType]:
+    """Yield what ``lutgen plan`` prints; ``kind`` is a key of ``GAINS``."""
+    yield Text(plan.sentence, style="bold")
+    yield ""
+    yield f"{len(plan.patches)} readings, in this order:"
+    yield _patch_table(plan.patches)
+    if plan.gains:
+        yield ""
+        yield _gain_table(plan, kind)
+    yield ""
+    yield from [f"Written: {path}" for path in written] or ["-o PLAN.csv writes the list to be filled in."]
+    if any(path.endswith(".ti1") for path in written) and any(patch.conditions for patch in plan.patches):
+        yield "A .ti1 holds code values alone: position, room light, minutes, temperature and window are in the .csv."
+
+
+def _patch_table(patches: Sequence[Patch]) -> Table:
+    """One row for neighbours under the same conditions, or whose conditions run through some values."""
+    made = table("readings", "conditions", "R, G, B", left=3)
+    for group in _joined(list(_grouped(patches))):
+        codes = group[0][1]
+        first = group[0][0]
+        said = [*_conditions([patch for patch, _ in group]), *([first.note] if first.note else [])]
+        count = len(group) * sum(codes.values())
+        made.add_row(str(count), ", ".join(said), "  ".join(_coded(code, n) for code, n in codes.items()))
+    return made
+
+
+#: Patches under the same conditions: the first of them, and how often each code is read.
+_Group = tuple["Patch", dict[tuple[float, float, float], int]]
+
+
+def _grouped(patches: Sequence[Patch]) -> Iterator[_Group]:
+    first: Patch | None = None
+    codes: dict[tuple[float, float, float], int] = {}
+    for patch in patches:
+        if first is not None and _told_together(patch) != _told_together(first):
+            yield first, codes
+            first, codes = None, {}
+        first = first or patch
+        codes[patch.code] = codes.get(patch.code, 0) + 1
+    if first is not None:
+        yield first, codes
+
+
+def _told_together(patch: Patch) -> tuple[object, ...]:
+    """What patches of one row share: conditions and note, and whether they are pure, grey, of a ramp or mixtures."""
+    lit = sum(value > 0 for value in patch.code)
+    pure = set(patch.code) <= {0.0, 1.0} and lit in {0, 1, 3}
+    kind = "pure" if pure else "grey" if len(set(patch.code)) == 1 else "ramp" if lit == 1 else "mixture"
+    return tuple(patch.conditions.items()), patch.note, "" if patch.conditions else kind
+
+
+def _joined(groups: Sequence[_Group]) -> Iterator[list[_Group]]:
+    """Put neighbours together that read the same codes under other values of the same conditions."""
+    run: list[_Group] = []
+    for group in groups:
+        if run and (group[1], [*group[0].conditions], group[0].note) != (
+            run[0][1],
+            [*run[0][0].conditions],
+            run[0][0].note,
+        ):
+            yield run
+            run = []
+        run.append(group)
+    yield run
+
+
+def _conditions(patches: Sequence[Patch]) -> list[str]:
+    values = [patch.conditions for patch in patches]
+    if len(values) > 1 and [*values[0]] == ["u", "v"]:
+        return ["u,v = " + " ".join(f"{each['u']:g},{each['v']:g}" for each in values)]
+    listed = {name: ", ".join(dict.fromkeys(f"{each[name]:g}" for each in values)) for name in values[0]}
+    return [_SAID[name].format(text) for name, text in listed.items()]
+
+
+def _coded(code: tuple[float, float, float], times: int) -> str:
+    text = f"{code[0]:g}" if code[0] == code[1] == code[2] else ",".join(f"{value:g}" for value in code)
+    return f"{text} ×{times}" if times > 1 else text
+
+
+def _gain_table(plan: MeasurementPlan, kind: str) -> Table:
+    """What each set brings, those that bring nothing left out."""
+    before, after = GAINS[kind]
+    made = table("set", *([before, after] if before else [after]))
+    for name, (today, then) in plan.gains.items():
+        cells = ["not at all" if each is None else readable(each, 3) for each in (today, then)]
+        if cells[0] != cells[1]:
+            made.add_row(name, *(cells if before else cells[1:]))
+    return made

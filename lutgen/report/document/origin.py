@@ -1,0 +1,159 @@
+"""Certificates and provenance: what was built and how true it is, and what all numbers of a page come from."""
+
+from __future__ import annotations
+
+import platform
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen import __version__
+from lutgen.bake.manifest import MANIFEST, Manifest, model_as_json, read_manifest, same_model
+from lutgen.bake.summary import summarise
+from lutgen.bindings import oiio
+from lutgen.display.aging import show
+from lutgen.errors import LutgenError
+from lutgen.files import file_sha256
+from lutgen.numerals import spaced
+from lutgen.report.document.markup import table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from lutgen.display import DisplayModel
+
+#: What the groups of a certificate's colours are.
+_GROUPS = {
+    "smooth": "where the display neither jumps nor is clipped",
+    "gamut": "at the edge of sRGB",
+    "border": "at the model's own jumps",
+    "reached": "shown through a correction, within reach",
+    "reached_border": "the same, at jumps and at the end of the drive",
+    "unreachable": "the same, out of the display's reach",
+    "inverse": "within reach, without a file",
+}
+
+#: How readings that nobody took say so, in their line `# source: …`.
+_NOT_MEASURED = ("RECONSTRUCTED", "SIMULATED")
+
+
+@dataclass(frozen=True)
+class Built:
+    """A folder of LUTs.
+
+    Attributes
+    ----------
+    folder
+        As the user named it.
+    manifest
+        What its files were found to be when they were made.
+    sha256
+        Of the manifest.
+
+    """
+
+    folder: str
+    manifest: Manifest
+    sha256: str
+
+
+def read_build(folder: str) -> Built:
+    """Read a build's manifest. Raises LutgenError where there is none."""
+    path = Path(folder) / MANIFEST
+    manifest = read_manifest(path)
+    if manifest is None:
+        raise LutgenError(f"{folder}: holds no {MANIFEST}. Give a folder that lutgen build has made.")
+    return Built(folder, manifest, file_sha256(path))
+
+
+def certificates_section(built: Built, model: DisplayModel) -> str:
+    """Write the table of certificates, and whether they are of the display in the pictures."""
+    manifest = built.manifest
+    luts = [record for record in manifest.files if record.kind == "lut"]
+    hours = sorted({record.hours for record in luts if record.hours is not None})
+    rows = [
+        (
+            *(row.mode, row.format, _GROUPS.get(row.group, row.group), row.files),
+            *(f"{value:.4f}" for value in (row.mean, row.p99, row.max)),
+        )
+        for row in summarise(luts)
+    ]
+    span = f", {spaced(hours[0])} to {spaced(hours[-1])} h" if hours else ""
+    heads = ("mode", "format", "colours", "files", "mean", "99 %", "max")
+    what = (
+        f"<p>{escape(built.folder)} holds {len(luts)} LUTs{span}. Each was read back through OpenColorIO when it was "
+        "made and compared with the model: ΔE2000 of the worst file. Whether the files are still these, "
+        f"<code>lutgen check {escape(built.folder)}</code> tells.</p>"
+    )
+    parts = [
+        '<section id="certificates">',
+        "<h2>How true the LUTs are</h2>",
+        what,
+        table(heads, rows, (True, True, True, False, False, False, False))
+        if rows
+        else '<p class="caution">The build was made without certificates.</p>',
+    ]
+    described = manifest.recipe.get("model", {})
+    try:
+        same = same_model(described, model_as_json(model, Path(built.folder)))
+    except (KeyError, TypeError, AttributeError):
+        same = False
+    if not same:
+        parts.append(
+            '<p class="caution">These LUTs are of another display or model than the pictures above: build again with '
+            "the same --display or --model to have both alike.</p>"
+        )
+    return "\n".join([*parts, "</section>"])
+
+
+def effects_section(model: DisplayModel) -> str:
+    """Write what the model has beside the paper's; nothing where it has none."""
+    if not model.effects:
+        return ""
+    shown = show(model)
+    items = "".join(f"<li>{escape(text)}</li>" for text in shown.told_effects())
+    remarks = "".join(f"<p>{escape(text)}</p>" for text in shown.remarks)
+    found = f"<p>How it was found: verdict {escape(model.verdict)}.</p>" if model.verdict else ""
+    return f'<section id="effects"><h2>Effects of the model</h2>\n<ul>{items}</ul>\n{remarks}{found}</section>'
+
+
+def label(model: DisplayModel) -> str:
+    """Say that a display was not measured, in front of everything; nothing where it was."""
+    source = model.measurements.metadata.get("source", "")
+    word = next((word for word in _NOT_MEASURED if source.startswith(word)), "")
+    return f'<p class="label">This display is {word.lower()}, not measured.</p>' if word else ""
+
+
+def provenance_section(image: Path, model: DisplayModel, built: Built | None, data: tuple[str, str] | None) -> str:
+    """Write files with their SHA-256, the model's choices and the versions; ``data`` is a file and its hash."""
+    readings = model.measurements
+    files = [("picture", str(image), file_sha256(image)), ("display", readings.file, readings.sha256)]
+    if model.file:
+        files.append(("model", model.file, file_sha256(Path(model.file))))
+    if data:
+        files.append(("readings", *data))
+    if built:
+        files.append(("build", str(Path(built.folder) / MANIFEST), built.sha256))
+    rows = [(what, Path(name).name if what == "display" else name, digest) for what, name, digest in files]
+    choices = "".join(f"<dt>{escape(name)}</dt><dd>{escape(text)}</dd>" for name, text in _choices(model))
+    return (
+        '<section id="provenance">\n<h2>Where all this comes from</h2>\n'
+        f"<p>{escape(readings.provenance)}</p>\n"
+        f"{table(('what', 'file', 'SHA-256'), rows, (True, True, True))}\n<dl>{choices}</dl>\n</section>"
+    )
+
+
+def _choices(model: DisplayModel) -> Iterator[tuple[str, str]]:
+    yield "lutgen", __version__
+    yield "Python, numpy, OpenImageIO", f"{platform.python_version()}, {np.__version__}, {oiio().VERSION_STRING}"
+    yield "matrix of a colour", model.selection
+    yield "reference", model.reference
+    law = ", ".join(f"{factor:g} at {spaced(hour)} h" for hour, factor in model.luminance.table)
+    yield "luminance law of chroma-luma", f"{model.luminance.name}{f': {law}' if law else ''}"
+    yield "baseline", model.baseline
+    stated = ", ".join(f"{name} {value}" for name, value in model.conditions.stated().items())
+    yield "seen", stated or "at the centre, in a dark room, warm, full screen"
+    yield from ((name, str(value)) for name, value in model.fit.items())

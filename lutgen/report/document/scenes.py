@@ -1,0 +1,195 @@
+"""The scenes of a report: for each mode and hour the aged picture, its ΔE2000 map and the numbers beside them."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.colorimetry import xyz_to_xyY
+from lutgen.display.hours import parse_hours
+from lutgen.errors import LutgenError
+from lutgen.report.document.png import data_uri, png
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
+
+    from lutgen.appearance.curve import Curve
+    from lutgen.appearance.frame import Frame
+    from lutgen.appearance.lifetime import Lifetimes
+    from lutgen.display import AgedDisplay, DisplayModel
+
+#: ΔE2000 at the end of every map's colours, so that any two maps compare; what is more looks the same.
+REACH = 20.0
+
+#: Colours of a map: steps of 0.16, finer than anybody sees, and small as a file.
+STEPS = 128
+
+#: Pixels of all frames of a page together: with their maps about 10 MB as text.
+PIXELS = 3_500_000
+
+#: Pixels across that a page has room for.
+WIDTH = 900
+
+#: Hours of which a page shows frames unless it is told which.
+USUAL = 7
+
+#: Hours of a page at most: more would leave the frames too small to be looked at.
+MOST = 40
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """What is said of a picture on one display: ΔE2000 over all pixels of the image, and the display's white.
+
+    ``luminance`` is relative to the un-aged display's white.
+    """
+
+    mode: str
+    hours: float
+    mean: float
+    sd: float
+    p95: float
+    max: float
+    white_x: float
+    white_y: float
+    luminance: float
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One mode at one hour; ``picture`` and ``map`` are addresses that hold a PNG."""
+
+    numbers: Numbers
+    picture: str
+    map: str
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the numbers."""
+        return asdict(self.numbers)
+
+
+@dataclass(frozen=True)
+class Scenes:
+    """All scenes.
+
+    Attributes
+    ----------
+    frame
+        The picture.
+    unaged
+        What the un-aged display shows of it.
+    hours
+        Increasing from 0.
+    modes
+        Mode → a scene an hour.
+
+    """
+
+    frame: Frame
+    unaged: str
+    hours: tuple[float, ...]
+    modes: dict[str, tuple[Scene, ...]]
+
+
+def hours_of(text: str | None, model: DisplayModel) -> tuple[list[float], list[float]]:
+    """Return the hours of the slider, hour 0 first, and those of the curve: measured times to the last, and these.
+
+    Raises
+    ------
+    LutgenError
+        ``text`` says no hours, hours outside the measured span, or more than ``MOST``.
+
+    """
+    measured = model.tips.hours
+    if text is None:
+        even = np.linspace(measured[0], measured[-1], USUAL)
+        hours = [float(measured[np.abs(measured - hour).argmin()]) for hour in even]
+    else:
+        hours = parse_hours(text, model.tips)
+    frames = sorted({0.0, *hours})
+    if len(frames) > MOST:
+        message = (
+            f"--hours {text}: a page shows at most {MOST} hours, not {len(frames)}. Give a step, such as "
+            f"0..{measured[-1]:g}:{measured[-1] / 6:g}."
+        )
+        raise LutgenError(message)
+    return frames, sorted({*frames, *(float(hour) for hour in measured if hour <= frames[-1])})
+
+
+def pixels_of_a_frame(hours: int, modes: int) -> int:
+    """Return how many pixels a frame may have, so that a page with so many hours stays small enough to be sent.
+
+    At hour 0 there is one frame for all modes, or few more.
+    """
+    return PIXELS // (1 + (hours - 1) * modes)
+
+
+def scenes_of(
+    frame: Frame,
+    model: DisplayModel,
+    found: Lifetimes,
+    hours: Sequence[float],
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
+) -> Scenes:
+    """Make every scene.
+
+    Parameters
+    ----------
+    frame
+        The picture.
+    model
+        The display.
+    found
+        Lifetimes of the whole image, at these hours and others: numbers are those of the image, not of the frame.
+    hours
+        Increasing from 0.
+    progress
+        Called with the scenes made and the scenes in all.
+
+    """
+    curves, unaged = found.images[0].curves, model.at("stable", 0.0)
+    made, modes = 0, {}
+    for mode, curve in curves.items():
+        scenes = []
+        for hour in hours:
+            scenes.append(_scene(frame, unaged, model.at(mode, hour), curve))
+            made += 1
+            progress(made, len(curves) * len(hours))
+        modes[mode] = tuple(scenes)
+    return Scenes(frame, _picture(frame, frame.shown(unaged)), tuple(hours), modes)
+
+
+def _scene(frame: Frame, unaged: AgedDisplay, aged: AgedDisplay, curve: Curve) -> Scene:
+    (row,) = np.flatnonzero(curve.hours == aged.hours)
+    x, y, luminance = xyz_to_xyY(aged.code_to_xyz(np.ones(3)))
+    luminance /= unaged.code_to_xyz(np.ones(3))[1]
+    mean, sd, p95, largest = (float(values[row]) for values in (curve.mean, curve.sd, curve.p95, curve.largest))
+    numbers = Numbers(aged.mode, aged.hours, mean, sd, p95, largest, float(x), float(y), float(luminance))
+    (difference,) = frame.differences(unaged, [aged])
+    return Scene(numbers, _picture(frame, frame.shown(aged)), _map(frame, difference))
+
+
+def _picture(frame: Frame, shown: NDArray[np.uint8]) -> str:
+    if frame.visible.all():
+        return data_uri(png(shown))
+    alpha = np.where(frame.visible, 255, 0).astype(np.uint8)
+    return data_uri(png(np.dstack([shown, alpha])))
+
+
+def _map(frame: Frame, difference: NDArray[np.float64]) -> str:
+    level = np.minimum(difference / REACH * STEPS, STEPS - 1).astype(np.uint8)
+    # The last colour of the palette is that of pixels that show nothing.
+    level[~frame.visible] = STEPS
+    return data_uri(png(level, np.vstack([map_colours(), np.full((1, 3), 255, np.uint8)])))
+
+
+def map_colours() -> NDArray[np.uint8]:
+    """Return the colours of a map from 0 to ``REACH``, (STEPS, 3): viridis, which is even to the eye."""
+    from matplotlib import colormaps
+
+    colours = colormaps["viridis"](np.linspace(0.0, 1.0, STEPS))[:, :3]
+    return np.rint(colours * 255.0).astype(np.uint8)

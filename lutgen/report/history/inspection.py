@@ -1,0 +1,101 @@
+"""The page of ``lutgen inspect``: a table of sessions, then what is worth a remark about each."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.text import Text
+
+from lutgen.colorimetry import xyz_to_xyY
+from lutgen.report.criticism.comparison import table
+from lutgen.sessions.patches import CHANNELS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from rich.console import RenderableType
+    from rich.table import Table
+
+    from lutgen.sessions import Inspection
+
+
+def inspect_page(found: Sequence[Inspection]) -> Iterator[RenderableType]:
+    """Yield what ``lutgen inspect`` prints."""
+    if len(found) > 1:
+        yield overview(found)
+    for number, each in enumerate(found, start=1):
+        if number > 1 or len(found) > 1:
+            yield ""
+        yield Text(f"{f'{number}  ' if len(found) > 1 else ''}{Path(each.session.file).name}", style="bold")
+        yield origin(each)
+        if len(found) == 1:
+            yield overview(found)
+        if each.primaries or each.calibration:
+            yield channels(each)
+        yield from (f"• {remark}" for remark in each.remarks)
+        if each.wanting:
+            yield f"Missing: {' '.join(each.wanting)}"
+
+
+def origin(found: Inspection) -> str:
+    """Say in a sentence what the file is."""
+    session = found.session
+    parts = [f"{len(session.drive)} readings", session.form]
+    parts += [text for text in (session.display, session.instrument) if text]
+    if session.created:
+        parts.append(f"{session.created:%Y-%m-%d %H:%M}")
+    simulated = next((text for key, text in session.metadata.items() if key.upper() == "SIMULATED"), "")
+    return f"{', '.join(parts)}.{f' Simulated: {simulated}.' if simulated else ''}"
+
+
+def overview(found: Sequence[Inspection]) -> Table:
+    """Rows are sessions, columns the figures that are asked first; a dash where the session cannot tell."""
+    unit = "cd/m²" if all(each.session.absolute for each in found) else "Y"
+    heads = ("x", "y", f"white {unit}", "black", "contrast", "γ", "max ΔL*", "W/ΣRGB", "max grey ΔE", "noise", "drift")
+    made = table("", *heads)
+    for number, each in enumerate(found, start=1):
+        made.add_row(str(number) if len(found) > 1 else "", *_figures(each))
+    return made
+
+
+def _figures(each: Inspection) -> list[str]:
+    dash = "–"
+    grey, steady = each.curves.get("grey"), each.steadiness
+    x, y, white = xyz_to_xyY(each.white).tolist() if each.white is not None else (None, None, None)
+    off = grey.lightness[grey.worst] if grey else None
+    return [
+        dash if value is None else f"{value:{form}}"
+        for value, form in (
+            (x, ".4f"),
+            (y, ".4f"),
+            (white, ".1f" if each.session.absolute else ".3f"),
+            (each.black[1] if each.black is not None else None, ".3g"),
+            (each.contrast, ".0f"),
+            (each.gamma, ".2f"),
+            (off, "+.1f"),
+            (each.additivity, ".3f"),
+            (each.greys.delta_e.max() if each.greys else None, ".1f"),
+            (steady.noise if steady else None, ".2%"),
+            (steady.drift if steady else None, "+.1%"),
+        )
+    ]
+
+
+def channels(found: Inspection) -> Table:
+    """Rows are red, green and blue: the primary, how far it is from the standards', γ, the calibration's end."""
+    tips, loop = found.primaries, found.calibration
+    gamuts = list(tips.shift) if tips else []
+    made = table("channel", "x", "y", "Y", *(f"Δu'v' {gamut}" for gamut in gamuts), "γ", "calibration ends")
+    for place, name in enumerate(CHANNELS):
+        known = tips is not None and name in tips.xyz
+        x, y, luminance = (
+            (f"{v:{f}}" for v, f in zip(xyz_to_xyY(tips.xyz[name]), (".4f", ".4f", ".4g"), strict=True))
+            if tips and known
+            else ("–",) * 3
+        )
+        shifts = [f"{tips.shift[gamut][name]:.3f}" if tips and known else "–" for gamut in gamuts]
+        curve = found.curves.get(name)
+        gamma = f"{curve.gamma:.2f}" if curve and curve.gamma is not None else "–"
+        made.add_row(name, x, y, luminance, *shifts, gamma, f"{loop.ends[place]:.3f}" if loop else "–")
+    return made

@@ -1,0 +1,118 @@
+"""The page of ``lutgen trend``: figures by session, laws, and limits with the time until each is passed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.numerals import spaced
+from lutgen.report.criticism.comparison import table
+from lutgen.report.history.explanation import simulated
+from lutgen.sessions.history import QUANTITIES
+from lutgen.sessions.trend import FEWEST, HORIZON, name_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rich.console import RenderableType
+    from rich.table import Table
+
+    from lutgen.sessions.limits import Limit
+    from lutgen.sessions.trend import Passing, Trend
+
+#: Digits of each quantity.
+_DIGITS = {
+    "white": ".1f",
+    "black": ".3f",
+    "contrast": ".0f",
+    "white-shift": ".4f",
+    "primaries-shift": ".4f",
+    "gamma": ".2f",
+}
+
+
+def trend_page(found: Trend) -> Iterator[RenderableType]:
+    """Yield what ``lutgen trend`` prints."""
+    yield from simulated(found.history.campaign)
+    yield headline(found)
+    yield sessions(found)
+    for here, why in found.why.items():
+        yield f"Left out: {name_of(found.history, here)}, which differs by {why} (lutgen sessions explain says more)."
+    yield laws(found)
+    kept = int(found.kept.sum())
+    if kept < FEWEST:
+        yield f"{kept} sessions: a law of decay cannot be told from fewer than {FEWEST}."
+    yield limits(found)
+    yield from (f"{each.limit.text}: {source(each.limit)}." for each in found.passings)
+
+
+def source(limit: Limit) -> str:
+    """Say who set a limit."""
+    return "as given by --limit" if limit.source == "user" else limit.source
+
+
+def headline(found: Trend) -> str:
+    """Say the next limit in a sentence."""
+    seen = found.history
+    name = seen.campaign.display or seen.campaign.file
+    passed = [each for each in found.passings if each.status == "passed"]
+    if passed:
+        return f"{name}: passed {' and '.join(each.limit.text for each in passed)} already."
+    ahead = [each for each in found.passings if each.status == "ahead" and each.time is not None]
+    if not ahead and any(each.status == "cannot-tell" for each in found.passings):
+        return f"{name}: no limit is seen passed, and when one will be cannot be told from these sessions."
+    if not ahead:
+        return f"{name}: no limit is passed, and none is in sight."
+    soonest = min(ahead, key=lambda each: each.time or np.inf)
+    return f"{name}: {soonest.limit.text} will be passed {when(soonest, seen.unit)}."
+
+
+def when(each: Passing, unit: str) -> str:
+    """Say when a limit is passed, with its interval."""
+    if each.status == "passed":
+        since = f"between {spaced(each.low)} and " if each.low is not None else "by "
+        return f"{since}{spaced(each.time or 0.0)} {unit}, as read"
+    if each.status == "cannot-tell":
+        return "cannot be told from these sessions"
+    if each.status == "kept":
+        early = f" (90 %: not before {_round(each.low)} {unit})" if each.low is not None else ""
+        return f"not within {1 + HORIZON:g} times the span measured{early}"
+    high = _round(each.high) if each.high is not None else "never"
+    mark = ", extrapolated" if each.extrapolated else ""
+    return f"at {_round(each.time)} {unit} (90 %: {_round(each.low)} to {high}{mark})"
+
+
+def _round(time: float | None) -> str:
+    return spaced(round(time or 0.0))
+
+
+def sessions(found: Trend) -> Table:
+    """Rows are sessions by time; a dash where one does not tell, a bracket around a time that is left out."""
+    seen = found.history
+    made = table("session", seen.unit, *QUANTITIES)
+    for here, time in enumerate(seen.time):
+        figures = [seen.values[name][here] for name in QUANTITIES]
+        cells = [f"{v:{_DIGITS[name]}}" if np.isfinite(v) else "–" for name, v in zip(QUANTITIES, figures, strict=True)]
+        shown = spaced(float(time))
+        made.add_row(name_of(seen, here), shown if found.kept[here] else f"({shown})", *cells)
+    return made
+
+
+def laws(found: Trend) -> Table:
+    """Rows are quantities: the law that was chosen, and those that fit as well."""
+    made = table("quantity", "law", "formula", "as good")
+    for name, course in found.courses.items():
+        if course.fits:
+            law = course.fits[0].law
+            made.add_row(name, law.name, law.formula, ", ".join(course.as_good) or "–")
+    return made
+
+
+def limits(found: Trend) -> Table:
+    """Rows are limits."""
+    made = table("limit", "bound", "passed")
+    for each in found.passings:
+        bound = f"{each.bound:.4g}" if np.isfinite(each.bound) else "–"
+        made.add_row(each.limit.text, bound, when(each, found.history.unit))
+    return made

@@ -1,0 +1,83 @@
+"""The page of ``lutgen lifetime``: for each image the paper's Table 1, and what was counted."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rich.text import Text
+
+from lutgen.numerals import pixels_of_colours, spaced
+from lutgen.report.criticism.comparison import table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rich.console import RenderableType
+    from rich.table import Table
+
+    from lutgen.appearance.lifetime import ImageLifetime, Lifetimes
+
+#: The columns of Table 1 for each tolerance: statistic and what the paper calls it.
+COLUMNS = {"max": "Max", "mean": "Avg"}
+
+
+def lifetime_page(found: Lifetimes) -> Iterator[RenderableType]:
+    """Yield what ``lutgen lifetime`` prints."""
+    for image in found.images:
+        yield Text(counted(image), style="bold")
+        yield life_table(found, image)
+        yield ""
+    never = f" –: not within the {spaced(found.last)} h looked at." if _any_never(found) else ""
+    known = found.images[0].intervals is not None
+    within = " Below: 95 % intervals from the model's own uncertainty." if known else ""
+    yield (
+        "Hours until the ΔE2000 between the un-aged and the aged display reaches a tolerance. Avg: mean over all "
+        f"pixels; Max: mean + 2 SD, as in the paper.{never}{within}"
+    )
+    yield found.model.measurements.provenance
+    yield from found.remarks()
+
+
+def counted(image: ImageLifetime) -> str:
+    """Say in one sentence what was counted."""
+    said = f"{image.file}: {pixels_of_colours(image.pixels, image.colours)}"
+    if image.binning_error:
+        said += f" ({image.bits} bits a channel: ΔE2000 of a pixel to ± {image.binning_error:.1g})"
+    if image.tissue is None:
+        return f"{said}."
+    if image.tissue.threshold is None:
+        return f"{said}; no bare glass was found, nothing was left out."
+    share, threshold = image.tissue.left_out_share, image.tissue.threshold
+    return f"{said}; {share:.1%} left out as bare glass, L* of {threshold:.1f} and more."
+
+
+def life_table(found: Lifetimes, image: ImageLifetime) -> Table:
+    """Table 1: rows are modes, columns the hours until Max and Avg reach each tolerance."""
+    columns = [(tolerance, statistic) for tolerance in found.tolerances for statistic in COLUMNS]
+    heads = (f"{COLUMNS[statistic]} ΔE2000 {tolerance:g}" for tolerance, statistic in columns)
+    made = table("hours until", *heads)
+    for mode, curve in image.curves.items():
+        cells = []
+        for tolerance, statistic in columns:
+            cell = hours_or_never(curve.hours_until(statistic, tolerance))
+            if image.intervals:
+                low, high = map(hours_or_never, image.intervals[mode][tolerance][statistic])
+                cell += f"\n{low} to {high}" if (low, high) != ("–", "–") else ""
+            cells.append(Text(cell))
+        made.add_row(Text(mode, no_wrap=True), *cells)
+    return made
+
+
+def hours_or_never(hours: float | None) -> str:
+    """Write hours to the hour; a dash for never."""
+    return "–" if hours is None else spaced(round(hours))
+
+
+def _any_never(found: Lifetimes) -> bool:
+    return any(
+        curve.hours_until(statistic, tolerance) is None
+        for image in found.images
+        for curve in image.curves.values()
+        for tolerance in found.tolerances
+        for statistic in COLUMNS
+    )

@@ -1,0 +1,104 @@
+"""The paper's Table 1: lifetimes of images beside those that the paper published, and the difference in %."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.text import Text
+
+from lutgen.appearance.published import TABLE_1, TABLE_1_COLUMNS
+from lutgen.appearance.schema import seen_on
+from lutgen.numerals import spaced
+from lutgen.report.criticism.comparison import table
+from lutgen.report.pictures.lifetime import COLUMNS, counted, hours_or_never
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rich.console import RenderableType
+    from rich.table import Table
+
+    from lutgen.appearance.lifetime import ImageLifetime, Lifetimes
+
+
+def table_1_page(found: Lifetimes) -> Iterator[RenderableType]:
+    """Yield what ``lutgen table 1`` prints; ``found`` has the tolerances and modes of the paper."""
+    for image in found.images:
+        yield Text(counted(image), style="bold")
+        yield _table(image)
+        yield ""
+    yield (
+        "Hours until the ΔE2000 between the un-aged and the aged display reaches 3 and 5; below: against the paper's. "
+        "Avg: mean over all pixels; Max: mean + 2 SD. The paper's picture (its Figure 2) was never published: other "
+        "pictures are expected to differ."
+        f"{f' –: not within {spaced(found.last)} h.' if any(_misses(found)) else ''}"
+    )
+    yield found.model.measurements.provenance
+    yield from found.remarks()
+
+
+def table_1_json(found: Lifetimes) -> dict[str, Any]:
+    """Return what ``--json`` writes: see ``lutgen/appearance/schema/table.json``."""
+    return {
+        "schema": 1,
+        "table": 1,
+        **seen_on(found.model),
+        "rows": [
+            {
+                "file": image.file,
+                "mode": mode,
+                "tolerance": tolerance,
+                "statistic": statistic,
+                "hours": hours,
+                "paper": paper,
+                "difference": difference(hours, paper),
+            }
+            for image in found.images
+            for mode in TABLE_1
+            for (tolerance, statistic), hours, paper in _cells(image, mode)
+        ],
+    }
+
+
+def table_1_csv(found: Lifetimes) -> str:
+    """Return what ``--csv`` writes: a line a cell; hours and difference are empty where never reached."""
+    lines = ["file,mode,tolerance,statistic,hours,paper_hours,difference_percent"]
+    for row in table_1_json(found)["rows"]:
+        quoted = row["file"].replace('"', '""')
+        file = f'"{quoted}"' if set(quoted) & set('",\n') else quoted
+        hours = "" if row["hours"] is None else f"{row['hours']:.1f}"
+        off = "" if row["difference"] is None else f"{100.0 * row['difference']:.2f}"
+        lines.append(f"{file},{row['mode']},{row['tolerance']:g},{row['statistic']},{hours},{row['paper']},{off}")
+    return "\n".join([*lines, ""])
+
+
+def difference(hours: float | None, paper: float) -> float | None:
+    """Return by what share hours exceed the paper's; None where they are never reached."""
+    return None if hours is None else hours / paper - 1.0
+
+
+def _table(image: ImageLifetime) -> Table:
+    heads = (f"{COLUMNS[statistic]} ΔE2000 {tolerance:g}" for tolerance, statistic in TABLE_1_COLUMNS)
+    made = table("hours until", *heads)
+    for mode, published in TABLE_1.items():
+        made.add_row(Text(f"{mode}, the paper", no_wrap=True), *(Text(spaced(hours)) for hours in published))
+        cells = []
+        for _, hours, paper in _cells(image, mode):
+            off = difference(hours, paper)
+            cells.append(Text(hours_or_never(hours) + ("" if off is None else f"\n{100.0 * off:+.1f} %")))
+        made.add_row(Text(f"{mode}, {Path(image.file).name}", no_wrap=True), *cells)
+    return made
+
+
+def _cells(image: ImageLifetime, mode: str) -> Iterator[tuple[tuple[float, str], float | None, int]]:
+    """Give each column, the hours until it is reached, and the paper's."""
+    curve = image.curves[mode]
+    for (tolerance, statistic), paper in zip(TABLE_1_COLUMNS, TABLE_1[mode], strict=True):
+        yield (tolerance, statistic), curve.hours_until(statistic, tolerance), paper
+
+
+def _misses(found: Lifetimes) -> Iterator[bool]:
+    for image in found.images:
+        for mode in TABLE_1:
+            yield from (hours is None for _, hours, _ in _cells(image, mode))
