@@ -23,9 +23,10 @@ from lutgen.bindings import oiio
 from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.display import default_display
 from lutgen.report.document.chart import ticks
-from lutgen.report.document.markup import table
+from lutgen.report.document.markup import printed
 from lutgen.report.document.png import png
 from lutgen.report.document.scenes import MOST, REACH, STEPS, hours_of, map_colours
+from lutgen.report.parts import Table
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -334,7 +335,7 @@ def test_usual_hours_are_measured_times_with_the_ends() -> None:
 
 
 def test_a_table_escapes_its_cells() -> None:
-    assert "&lt;b&gt;<br>c" in table(["x"], [("<b>\nc",)])
+    assert "&lt;b&gt;<br>c" in printed([Table(["x"], [("<b>\nc",)])])
 
 
 # Bad input ------------------------------------------------------------------------------------------------------------

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rich.table import Table
+from lutgen.report.parts import Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from rich.console import RenderableType
-
     from lutgen.bake.manifest import FileRecord
     from lutgen.bake.summary import SummaryRow
+    from lutgen.report.parts import Part
 
 _UNREACHABLE = {
     "clip": "Colours out of reach are clipped by channels of the drive; all others stay exact.",
@@ -20,16 +19,23 @@ _UNREACHABLE = {
 }
 
 
-def certificates(rows: list[SummaryRow]) -> Iterator[RenderableType]:
+def certificates(rows: list[SummaryRow]) -> Iterator[Part]:
     """Give the worst figures of each mode, format and group of colours."""
-    table = Table("mode", "format", "files", "largest ΔE2000", "mean", "99 %", "max", box=None, pad_edge=False)
-    for row in rows:
-        figures = [f"{value:.4f}" for value in (row.mean, row.p99, row.max)]
-        table.add_row(row.mode, row.format, str(row.files), row.group.replace("_", " "), *figures)
-    yield table
+    headings = ("mode", "format", "files", "largest ΔE2000", "mean", "99 %", "max")
+    cells = [
+        (
+            row.mode,
+            row.format,
+            str(row.files),
+            row.group.replace("_", " "),
+            *(f"{value:.4f}" for value in (row.mean, row.p99, row.max)),
+        )
+        for row in rows
+    ]
+    yield Table(headings, cells, words=range(len(headings)))
 
 
-def simulation(luts: list[FileRecord]) -> Iterator[RenderableType]:
+def simulation(luts: list[FileRecord]) -> Iterator[Part]:
     """Say how many colours are clipped, and what the groups are."""
     worst = max(luts, key=lambda record: record.certificate["clipped_share"] if record.certificate else 0.0)
     share = worst.certificate["clipped_share"] if worst.certificate else 0.0
@@ -37,11 +43,11 @@ def simulation(luts: list[FileRecord]) -> Iterator[RenderableType]:
     yield "smooth: the model without its jumps and clipping; gamut, border: where it clips, where it jumps."
 
 
-def compensation(luts: list[FileRecord], unreachable: str) -> Iterator[RenderableType]:
+def compensation(luts: list[FileRecord], unreachable: str) -> Iterator[Part]:
     """Give the colours out of reach and what is left of the aging, by mode and hour, from each display's first file."""
     yield "smooth, gamut, border: the files against the model's drives. The others: what the aged display shows through"
     yield "them against the un-aged display; border: where the table mixes across a jump or the end of the drive."
-    columns = (
+    headings = (
         "mode",
         "hours",
         "out of reach: all",
@@ -52,25 +58,27 @@ def compensation(luts: list[FileRecord], unreachable: str) -> Iterator[Renderabl
         "out of reach",
         "99 %",
     )
-    table = Table(*columns, box=None, pad_edge=False)
-    shown = set()
+    rows: dict[tuple[str | None, float | None], tuple[str, ...]] = {}
     for record in sorted(luts, key=lambda record: bool(record.clipped)):
-        said = record.certificate
-        if said and (record.mode, record.hours) not in shown:
-            shown.add((record.mode, record.hours))
-            shares = [said["unreachable_lattice_share"], said["unreachable_tissue_share"], said["scale"]]
-            groups = [said[group][figure] for group in ("reached", "unreachable") for figure in ("mean", "p99")]
-            table.add_row(
+        certificate = record.certificate
+        if certificate and (record.mode, record.hours) not in rows:
+            shares = [
+                certificate["unreachable_lattice_share"],
+                certificate["unreachable_tissue_share"],
+                certificate["scale"],
+            ]
+            groups = [certificate[group][figure] for group in ("reached", "unreachable") for figure in ("mean", "p99")]
+            rows[record.mode, record.hours] = (
                 str(record.mode),
                 f"{record.hours:g}",
                 *(f"{share:.1%}" for share in shares),
                 *(f"{value:.3f}" for value in groups),
             )
-    yield table
+    yield Table(headings, list(rows.values()), words=range(len(headings)))
     yield _UNREACHABLE[unreachable]
 
 
-def shaders(files: Iterable[FileRecord]) -> Iterator[RenderableType]:
+def shaders(files: Iterable[FileRecord]) -> Iterator[Part]:
     """Say how far the shaders were from the CPU, where they were run."""
     runs = [record.gpu for record in files if record.gpu]
     if runs:

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rich.table import Table
-
 from lutgen.criticism.compare import CLEAR
 from lutgen.numerals import spaced
+from lutgen.report.parts import Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rich.console import RenderableType
-
     from lutgen.criticism.compare import Comparison, Slice
     from lutgen.criticism.problem import Problem
+    from lutgen.report.parts import Part
 
 #: Rows of the tables: slices that stand out, and single readings.
 SLICES, READINGS = 12, 5
@@ -39,17 +37,7 @@ NAMES = {
 }
 
 
-def table(*heads: str, left: int = 1) -> Table:
-    """Make a bare table whose first ``left`` columns hold words and the others figures."""
-    made = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
-    for place, head in enumerate(heads):
-        made.add_column(
-            head, justify="left" if place < left else "right", no_wrap=place >= left, vertical="top", overflow="fold"
-        )
-    return made
-
-
-def compare_page(comparison: Comparison, again: str = "") -> Iterator[RenderableType]:
+def compare_page(comparison: Comparison, again: str = "") -> Iterator[Part]:
     """Yield what ``lutgen compare`` prints; ``again`` are the words after ``lutgen diagnose`` to go on with."""
     yield comparison.sentence()
     yield data_line(comparison.problem)
@@ -104,27 +92,27 @@ def data_line(problem: Problem) -> str:
 
 def error_table(comparison: Comparison) -> Table:
     """Errors, what noise alone gives, and their ratio."""
-    made = table("", "error", "noise alone", "ratio")
-    rows = {
+    quantities = {
         "mean ΔE2000": "delta_e_mean",
         "95 % of readings below": "delta_e_p95",
         "largest": "delta_e_max",
         "root mean square in σ": "rms_sigma",
     }
-    for name, key in rows.items():
+    rows = []
+    for name, key in quantities.items():
         error, floor = getattr(comparison.error, key), getattr(comparison.floor, key)
-        made.add_row(name, f"{error:.3f}", f"{floor:.3f}", f"{error / floor:.2f} ×" if floor else "–")
-    return made
+        rows.append((name, f"{error:.3f}", f"{floor:.3f}", f"{error / floor:.2f} ×" if floor else "–"))
+    return Table(("", "error", "noise alone", "ratio"), rows)
 
 
 def standing_out(comparison: Comparison) -> list[Slice]:
     """Slices whose error is more than noise and more than elsewhere, those that stand out most first."""
-    found = [
+    noticed = [
         each
         for each in comparison.where
         if over_noise(each) > max(1.0 + NOTICED / (6 * each.n) ** 0.5, BEYOND * comparison.ratio)
     ]
-    return sorted(found, key=lambda each: -(each.rms_sigma**2 - each.floor_rms_sigma**2) * each.n**0.5)
+    return sorted(noticed, key=lambda each: -(each.rms_sigma**2 - each.floor_rms_sigma**2) * each.n**0.5)
 
 
 def over_noise(each: Slice) -> float:
@@ -133,10 +121,8 @@ def over_noise(each: Slice) -> float:
 
 
 def _slice_table(slices: list[Slice]) -> Table:
-    made = table("by", "where", "readings", "mean ΔE2000", "noise alone", "rms σ", "noise alone", "ratio", left=2)
-    for each in slices:
-        ratio = over_noise(each)
-        made.add_row(
+    rows = [
+        (
             NAMES[each.by],
             each.slice,
             str(each.n),
@@ -144,25 +130,28 @@ def _slice_table(slices: list[Slice]) -> Table:
             f"{each.floor_delta_e_mean:.2f}",
             f"{each.rms_sigma:.2f}",
             f"{each.floor_rms_sigma:.2f}",
-            f"{ratio:.2f} ×",
-            style="bold" if ratio > CLEAR else "",
+            f"{over_noise(each):.2f} ×",
         )
-    return made
+        for each in slices
+    ]
+    clear = [number for number, each in enumerate(slices) if over_noise(each) > CLEAR]
+    headings = ("by", "where", "readings", "mean ΔE2000", "noise alone", "rms σ", "noise alone", "ratio")
+    return Table(headings, rows, words=range(2), strong=clear)
 
 
 def _worst_table(comparison: Comparison) -> Table:
-    made = table("line", "hour", "R, G, B", "conditions", "ΔE2000", "σ", left=4)
-    for each in comparison.worst[:READINGS]:
-        code = ", ".join(f"{value:g}" for value in each.code)
-        made.add_row(
+    rows = [
+        (
             str(each.line),
             spaced(each.hour),
-            code,
+            ", ".join(f"{value:g}" for value in each.code),
             _conditions(comparison.problem, each.line),
             f"{each.delta_e:.2f}",
             f"{each.sigma:.1f}",
         )
-    return made
+        for each in comparison.worst[:READINGS]
+    ]
+    return Table(("line", "hour", "R, G, B", "conditions", "ΔE2000", "σ"), rows, words=range(4))
 
 
 def _conditions(problem: Problem, line: int) -> str:
@@ -171,8 +160,8 @@ def _conditions(problem: Problem, line: int) -> str:
     row = int((readings.lines == line).argmax())
     usual = {"u": 0.5, "v": 0.5, "ambient_lx": 0.0, "window": 1.0, "surround": 0.0}
     values = {name: float(column[row]) for name, column in readings.conditions.items()}
-    said = [f"{name} {value:g}" for name, value in values.items() if name in usual and value != usual[name]]
+    unusual = [f"{name} {value:g}" for name, value in values.items() if name in usual and value != usual[name]]
     minutes = values.get("warmup_min", float("nan"))
-    said += [f"{minutes:g} min after power-on"] if minutes == minutes else []  # noqa: PLR0124 - NaN: warm
+    unusual += [f"{minutes:g} min after power-on"] if minutes == minutes else []  # noqa: PLR0124 - NaN: warm
     note = readings.note[row] if readings.note else ""
-    return ", ".join([*said, *([note] if note else [])])
+    return ", ".join([*unusual, *([note] if note else [])])

@@ -5,23 +5,20 @@ from __future__ import annotations
 from math import ceil
 from typing import TYPE_CHECKING, Any
 
-from rich.text import Text
-
 from lutgen.criticism.diagnose import parameters_of
 from lutgen.numerals import percent, readable, with_error
-from lutgen.report.criticism.comparison import data_line, fresh_lines, table
+from lutgen.report.criticism.comparison import data_line, fresh_lines
 from lutgen.report.criticism.effect_sketch import STUB_FILE, STUB_NAME, stub
+from lutgen.report.parts import Headline, Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
-
-    from rich.console import RenderableType
-    from rich.table import Table
 
     from lutgen.criticism.diagnose import Diagnosis, Ranked
     from lutgen.criticism.separate import Separation
     from lutgen.criticism.visibility import Visibility
     from lutgen.effects import Effect
+    from lutgen.report.parts import Part
 
 #: Rows of the ranking, and parameters that a row tells.
 RANKED, TOLD = 6, 2
@@ -38,7 +35,7 @@ _KNOTS = "level_"
 
 def diagnose_page(
     diagnosis: Diagnosis, effects: Mapping[str, Effect], again: str, stub_file: str | None = None
-) -> Iterator[RenderableType]:
+) -> Iterator[Part]:
     """Yield what ``lutgen diagnose`` prints; ``again`` are the words that name DATA and options once more."""
     verdict = diagnosis.verdict
     yield diagnosis.comparison.sentence()
@@ -50,7 +47,7 @@ def diagnose_page(
     yield "What these data can see (an effect of the size given is found in nine of ten campaigns like this):"
     yield visibility_table(diagnosis.visibility, effects)
     yield ""
-    yield Text(f"{verdict.name}: {verdict.sentence}", style="bold")
+    yield Headline(f"{verdict.name}: {verdict.sentence}")
     if verdict.effects:
         yield ""
         yield parameter_table(parameters_of(diagnosis.explanation.final), effects)
@@ -68,21 +65,22 @@ def diagnose_page(
 
 def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect]) -> Table:
     """What these data could show of each effect, the most visible first."""
-    made = table("effect", "seen from", "parameter", "typical", "absorbed by the tips", left=1)
-    made.columns[2].justify = "left"
-    for each in sorted(seen, key=lambda each: (not each.visible, relative_size(each, effects) or 0.0)):
+    rows = []
+    ordered = sorted(seen, key=lambda each: (not each.visible, relative_size(each, effects) or 0.0))
+    for each in ordered:
         parameter = effects[each.effect].parameters.get(each.parameter)
         unit = f" {each.unit}" if each.unit not in {"1", ""} else ""
         size = f"{readable(each.smallest_detectable, 3)}{unit}" if each.smallest_detectable is not None else "any"
-        made.add_row(
+        row = (
             each.effect,
             size if each.visible else "cannot be seen",
             each.parameter,
             f"{readable(typical_size(effects[each.effect], each.parameter), 3)}{unit}" if parameter else "–",
             percent(each.absorbed),
-            style="" if each.visible else "dim",
         )
-    return made
+        rows.append(row)
+    headings = ("effect", "seen from", "parameter", "typical", "absorbed by the tips")
+    return Table(headings, rows, words=(0, 2), faint=[n for n, each in enumerate(ordered) if not each.visible])
 
 
 def typical_size(effect: Effect, parameter: str) -> float:
@@ -105,20 +103,20 @@ def relative_size(seen: Visibility, effects: Mapping[str, Effect]) -> float | No
 
 def parameter_table(parameters: Mapping[str, Mapping[str, Mapping[str, Any]]], effects: Mapping[str, Effect]) -> Table:
     """Every fitted parameter ± its standard error, with what it means."""
-    made = table("effect", "parameter", "value", "what it is", left=2)
-    made.columns[3].justify, made.columns[3].no_wrap = "left", False
+    rows = []
     for name, values in parameters.items():
         shown = name
         for key, each in values.items():
             if each["free"]:
-                made.add_row(shown, key, told(each, effects[name], key), effects[name].parameters[key].meaning)
+                estimate = estimate_in_words(each, effects[name], key)
+                rows.append((shown, key, estimate, effects[name].parameters[key].meaning))
                 shown = ""
         if shown:
-            made.add_row(shown, "–", "on", effects[name].summary)
-    return made
+            rows.append((shown, "–", "on", effects[name].summary))
+    return Table(("effect", "parameter", "value", "what it is"), rows, words=(0, 1, 3))
 
 
-def told(estimate: Mapping[str, Any], effect: Effect, name: str) -> str:
+def estimate_in_words(estimate: Mapping[str, Any], effect: Effect, name: str) -> str:
     """Write value ± error with its unit, and what a reader must know of it."""
     text = with_error(estimate["value"], estimate["stderr"], estimate["unit"])
     if estimate["at_bound"]:
@@ -128,10 +126,8 @@ def told(estimate: Mapping[str, Any], effect: Effect, name: str) -> str:
 
 
 def _ranking_table(ranking: tuple[Ranked, ...], effects: Mapping[str, Effect]) -> Table:
-    made = table("effect", "ΔBIC", "rms σ", "held out", "explains", "parameters", left=1)
-    made.columns[5].justify, made.columns[5].no_wrap = "left", False
-    for each in ranking[:RANKED]:
-        made.add_row(
+    rows = [
+        (
             each.effect,
             f"{each.delta_bic:.0f}",
             f"{each.rms_sigma:.2f}",
@@ -139,7 +135,9 @@ def _ranking_table(ranking: tuple[Ranked, ...], effects: Mapping[str, Effect]) -
             percent(each.explained),
             _in_short(each, effects[each.effect]),
         )
-    return made
+        for each in ranking[:RANKED]
+    ]
+    return Table(("effect", "ΔBIC", "rms σ", "held out", "explains", "parameters"), rows, words=(0, 5))
 
 
 def _sigma(value: float) -> str:
@@ -156,7 +154,7 @@ def perfect(diagnosis: Diagnosis) -> float:
 def _in_short(each: Ranked, effect: Effect) -> str:
     """Tell the first free parameters; the knots of a level curve as one."""
     plain = [name for name in each.form if not name.startswith(_KNOTS)]
-    words = [f"{name} {told(each.parameters[name], effect, name)}" for name in plain[:TOLD]]
+    words = [f"{name} {estimate_in_words(each.parameters[name], effect, name)}" for name in plain[:TOLD]]
     more = len(plain) - TOLD
     words += [f"{more} more"] if more > 0 else []
     knots = len(each.form) - len(plain)

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rich.text import Text
-
 from lutgen.numerals import readable
-from lutgen.report.criticism.comparison import table
+from lutgen.report.parts import Headline, Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rich.console import RenderableType
-    from rich.table import Table
-
     from lutgen.criticism.plan import MeasurementPlan
     from lutgen.criticism.separate import Patch
+    from lutgen.report.parts import Part
 
 #: What the numbers of a plan's sets are, by what it was made for.
 GAINS = {
@@ -37,9 +33,9 @@ _SAID = {
 }
 
 
-def plan_page(plan: MeasurementPlan, kind: str, written: Sequence[str]) -> Iterator[RenderableType]:
+def plan_page(plan: MeasurementPlan, kind: str, written: Sequence[str]) -> Iterator[Part]:
     """Yield what ``lutgen plan`` prints; ``kind`` is a key of ``GAINS``."""
-    yield Text(plan.sentence, style="bold")
+    yield Headline(plan.sentence)
     yield ""
     yield f"{len(plan.patches)} readings, in this order:"
     yield _patch_table(plan.patches)
@@ -54,14 +50,14 @@ def plan_page(plan: MeasurementPlan, kind: str, written: Sequence[str]) -> Itera
 
 def _patch_table(patches: Sequence[Patch]) -> Table:
     """One row for neighbours under the same conditions, or whose conditions run through some values."""
-    made = table("readings", "conditions", "R, G, B", left=3)
+    rows = []
     for group in _joined(list(_grouped(patches))):
         codes = group[0][1]
         first = group[0][0]
-        said = [*_conditions([patch for patch, _ in group]), *([first.note] if first.note else [])]
+        conditions = [*_conditions([patch for patch, _ in group]), *([first.note] if first.note else [])]
         count = len(group) * sum(codes.values())
-        made.add_row(str(count), ", ".join(said), "  ".join(_coded(code, n) for code, n in codes.items()))
-    return made
+        rows.append((str(count), ", ".join(conditions), "  ".join(_coded(code, n) for code, n in codes.items())))
+    return Table(("readings", "conditions", "R, G, B"), rows, words=range(3))
 
 
 #: Patches under the same conditions: the first of them, and how often each code is read.
@@ -120,9 +116,9 @@ def _coded(code: tuple[float, float, float], times: int) -> str:
 def _gain_table(plan: MeasurementPlan, kind: str) -> Table:
     """What each set brings, those that bring nothing left out."""
     before, after = GAINS[kind]
-    made = table("set", *([before, after] if before else [after]))
+    rows = []
     for name, (today, then) in plan.gains.items():
         cells = ["not at all" if each is None else readable(each, 3) for each in (today, then)]
         if cells[0] != cells[1]:
-            made.add_row(name, *(cells if before else cells[1:]))
-    return made
+            rows.append((name, *(cells if before else cells[1:])))
+    return Table(("set", before, after) if before else ("set", after), rows)

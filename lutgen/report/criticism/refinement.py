@@ -4,28 +4,23 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rich.text import Text
-
 from lutgen.criticism.diagnose import parameters_of
-from lutgen.report.criticism.comparison import data_line, table
+from lutgen.report.criticism.comparison import data_line
 from lutgen.report.criticism.diagnosis import parameter_table
+from lutgen.report.parts import Headline, Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from rich.console import RenderableType
-    from rich.table import Table
-
     from lutgen.criticism.compare import Comparison
     from lutgen.criticism.refine import Refinement
     from lutgen.effects import Effect
+    from lutgen.report.parts import Part
 
 
-def refine_page(
-    refinement: Refinement, effects: Mapping[str, Effect], data: str, model: str | None
-) -> Iterator[RenderableType]:
+def refine_page(refinement: Refinement, effects: Mapping[str, Effect], data: str, model: str | None) -> Iterator[Part]:
     """Yield what ``lutgen refine`` prints; ``data`` is DATA as a shell reads it, ``model`` the file written."""
-    yield Text(refinement.sentence(), style="bold")
+    yield Headline(refinement.sentence())
     if refinement.diagnosis:
         verdict = refinement.diagnosis.verdict
         yield f"Verdict: {verdict.name}: {verdict.sentence}"
@@ -49,17 +44,18 @@ def refine_page(
 
 
 def _steps_table(refinement: Refinement) -> Table:
-    made = table("model", "mean ΔE2000", "noise alone", "rms σ", "noise alone", "ratio")
     terms = ", ".join(term.effect.name for term in refinement.before.terms)
-    _step(made, f"the model with {terms}" if terms else "the paper's model", refinement.before)
-    for step in refinement.steps:
-        _step(made, f"+ {step.effect}", step.comparison)
-    return made
+    stages = {
+        f"the model with {terms}" if terms else "the paper's model": refinement.before,
+        **{f"+ {step.effect}": step.comparison for step in refinement.steps},
+    }
+    headings = ("model", "mean ΔE2000", "noise alone", "rms σ", "noise alone", "ratio")
+    return Table(headings, [_errors(name, comparison) for name, comparison in stages.items()])
 
 
-def _step(made: Table, name: str, comparison: Comparison) -> None:
+def _errors(name: str, comparison: Comparison) -> tuple[str, ...]:
     error, floor = comparison.error, comparison.floor
-    made.add_row(
+    return (
         name,
         f"{error.delta_e_mean:.3f}",
         f"{floor.delta_e_mean:.3f}",

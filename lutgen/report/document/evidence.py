@@ -20,11 +20,10 @@ from lutgen.report.document.png import data_uri
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from rich.console import RenderableType
-
     from lutgen.criticism.diagnose import Diagnosis
     from lutgen.criticism.refine import Refinement
     from lutgen.effects import Effect
+    from lutgen.report.parts import Page, Part
 
 #: What each picture shows, for those who do not see it.
 _SHOWN = {
@@ -101,7 +100,7 @@ def evidence_section(evidence: Evidence) -> str:
     return "\n".join([*parts, "</section>"])
 
 
-def _new(page: Iterable[RenderableType], said: Sequence[RenderableType]) -> Iterator[RenderableType]:
+def _new(page: Page, said: Sequence[Part]) -> Iterator[Part]:
     """Leave out sentences that the page above has said already: each command's page begins with where it stands."""
     before = {part for part in said if isinstance(part, str)}
     return (part for part in page if not (isinstance(part, str) and part in before))

@@ -18,7 +18,8 @@ from lutgen.display.aging import show
 from lutgen.errors import LutgenError
 from lutgen.files import file_sha256
 from lutgen.numerals import spaced
-from lutgen.report.document.markup import table
+from lutgen.report.document.markup import table_html
+from lutgen.report.parts import Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -76,7 +77,7 @@ def certificates_section(built: Built, model: DisplayModel) -> str:
     hours = sorted({record.hours for record in luts if record.hours is not None})
     rows = [
         (
-            *(row.mode, row.format, _GROUPS.get(row.group, row.group), row.files),
+            *(row.mode, row.format, _GROUPS.get(row.group, row.group), str(row.files)),
             *(f"{value:.4f}" for value in (row.mean, row.p99, row.max)),
         )
         for row in summarise(luts)
@@ -92,7 +93,7 @@ def certificates_section(built: Built, model: DisplayModel) -> str:
         '<section id="certificates">',
         "<h2>How true the LUTs are</h2>",
         what,
-        table(heads, rows, (True, True, True, False, False, False, False))
+        table_html(Table(heads, rows, words=range(3)))
         if rows
         else '<p class="caution">The build was made without certificates.</p>',
     ]
@@ -142,7 +143,7 @@ def provenance_section(image: Path, model: DisplayModel, built: Built | None, da
     return (
         '<section id="provenance">\n<h2>Where all this comes from</h2>\n'
         f"<p>{escape(readings.provenance)}</p>\n"
-        f"{table(('what', 'file', 'SHA-256'), rows, (True, True, True))}\n<dl>{choices}</dl>\n</section>"
+        f"{table_html(Table(('what', 'file', 'SHA-256'), rows, words=range(3)))}\n<dl>{choices}</dl>\n</section>"
     )
 
 

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 from lutgen.numerals import spaced
 from lutgen.report.document.chart import chart
-from lutgen.report.document.markup import printed, table
+from lutgen.report.document.markup import printed
 from lutgen.report.document.png import data_uri, png
 from lutgen.report.document.scenes import REACH, map_colours
+from lutgen.report.parts import Table
 from lutgen.report.pictures.lifetime import lifetime_page
 
 if TYPE_CHECKING:
@@ -138,13 +139,16 @@ def _frame(scene: Scene, unaged: str) -> str:
 
 def number_tables(scenes: Scenes) -> str:
     """Write the numbers of every scene as tables, a mode each."""
-    heads = ("hours", *TILES.values())
-    left = [False] * len(heads)
-    rows = {
-        mode: [(spaced(each.numbers.hours), *numbers_of(each.numbers).values()) for each in made]
+    tables = (
+        Table(
+            ("hours", *TILES.values()),
+            [(spaced(each.numbers.hours), *numbers_of(each.numbers).values()) for each in made],
+            words=(),
+            caption=f"{mode}, at the hours shown",
+        )
         for mode, made in scenes.modes.items()
-    }
-    return "\n".join(table(heads, rows[mode], left, caption=f"{mode}, at the hours shown") for mode in rows)
+    )
+    return printed(tables)
 
 
 def lifetimes(found: Lifetimes, scenes: Scenes) -> str:

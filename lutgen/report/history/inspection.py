@@ -5,29 +5,25 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.text import Text
-
 from lutgen.colorimetry import xyz_to_xyY
-from lutgen.report.criticism.comparison import table
+from lutgen.report.parts import Headline, Table
 from lutgen.sessions.patches import CHANNELS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rich.console import RenderableType
-    from rich.table import Table
-
+    from lutgen.report.parts import Part
     from lutgen.sessions import Inspection
 
 
-def inspect_page(found: Sequence[Inspection]) -> Iterator[RenderableType]:
+def inspect_page(found: Sequence[Inspection]) -> Iterator[Part]:
     """Yield what ``lutgen inspect`` prints."""
     if len(found) > 1:
         yield overview(found)
     for number, each in enumerate(found, start=1):
         if number > 1 or len(found) > 1:
             yield ""
-        yield Text(f"{f'{number}  ' if len(found) > 1 else ''}{Path(each.session.file).name}", style="bold")
+        yield Headline(f"{f'{number}  ' if len(found) > 1 else ''}{Path(each.session.file).name}")
         yield origin(each)
         if len(found) == 1:
             yield overview(found)
@@ -53,10 +49,9 @@ def overview(found: Sequence[Inspection]) -> Table:
     """Rows are sessions, columns the figures that are asked first; a dash where the session cannot tell."""
     unit = "cd/m²" if all(each.session.absolute for each in found) else "Y"
     heads = ("x", "y", f"white {unit}", "black", "contrast", "γ", "max ΔL*", "W/ΣRGB", "max grey ΔE", "noise", "drift")
-    made = table("", *heads)
-    for number, each in enumerate(found, start=1):
-        made.add_row(str(number) if len(found) > 1 else "", *_figures(each))
-    return made
+    numbers = map(str, range(1, len(found) + 1)) if len(found) > 1 else [""]
+    rows = [(number, *_figures(each)) for number, each in zip(numbers, found, strict=True)]
+    return Table(("", *heads), rows)
 
 
 def _figures(each: Inspection) -> list[str]:
@@ -86,7 +81,7 @@ def channels(found: Inspection) -> Table:
     """Rows are red, green and blue: the primary, how far it is from the standards', γ, the calibration's end."""
     tips, loop = found.primaries, found.calibration
     gamuts = list(tips.shift) if tips else []
-    made = table("channel", "x", "y", "Y", *(f"Δu'v' {gamut}" for gamut in gamuts), "γ", "calibration ends")
+    rows = []
     for place, name in enumerate(CHANNELS):
         known = tips is not None and name in tips.xyz
         x, y, luminance = (
@@ -97,5 +92,6 @@ def channels(found: Inspection) -> Table:
         shifts = [f"{tips.shift[gamut][name]:.3f}" if tips and known else "–" for gamut in gamuts]
         curve = found.curves.get(name)
         gamma = f"{curve.gamma:.2f}" if curve and curve.gamma is not None else "–"
-        made.add_row(name, x, y, luminance, *shifts, gamma, f"{loop.ends[place]:.3f}" if loop else "–")
-    return made
+        rows.append((name, x, y, luminance, *shifts, gamma, f"{loop.ends[place]:.3f}" if loop else "–"))
+    headings = ("channel", "x", "y", "Y", *(f"Δu'v' {gamut}" for gamut in gamuts), "γ", "calibration ends")
+    return Table(headings, rows)

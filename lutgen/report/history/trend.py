@@ -7,17 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.numerals import spaced
-from lutgen.report.criticism.comparison import table
 from lutgen.report.history.explanation import simulated
+from lutgen.report.parts import Table
 from lutgen.sessions.history import QUANTITIES
 from lutgen.sessions.trend import FEWEST, HORIZON, name_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rich.console import RenderableType
-    from rich.table import Table
-
+    from lutgen.report.parts import Part
     from lutgen.sessions.limits import Limit
     from lutgen.sessions.trend import Passing, Trend
 
@@ -32,7 +30,7 @@ _DIGITS = {
 }
 
 
-def trend_page(found: Trend) -> Iterator[RenderableType]:
+def trend_page(found: Trend) -> Iterator[Part]:
     """Yield what ``lutgen trend`` prints."""
     yield from simulated(found.history.campaign)
     yield headline(found)
@@ -90,29 +88,33 @@ def _round(time: float | None) -> str:
 def sessions(found: Trend) -> Table:
     """Rows are sessions by time; a dash where one does not tell, a bracket around a time that is left out."""
     seen = found.history
-    made = table("session", seen.unit, *QUANTITIES)
+    rows = []
     for here, time in enumerate(seen.time):
         figures = [seen.values[name][here] for name in QUANTITIES]
         cells = [f"{v:{_DIGITS[name]}}" if np.isfinite(v) else "–" for name, v in zip(QUANTITIES, figures, strict=True)]
         shown = spaced(float(time))
-        made.add_row(name_of(seen, here), shown if found.kept[here] else f"({shown})", *cells)
-    return made
+        rows.append((name_of(seen, here), shown if found.kept[here] else f"({shown})", *cells))
+    return Table(("session", seen.unit, *QUANTITIES), rows)
 
 
 def laws(found: Trend) -> Table:
     """Rows are quantities: the law that was chosen, and those that fit as well."""
-    made = table("quantity", "law", "formula", "as good")
-    for name, course in found.courses.items():
-        if course.fits:
-            law = course.fits[0].law
-            made.add_row(name, law.name, law.formula, ", ".join(course.as_good) or "–")
-    return made
+    rows = [
+        (name, course.fits[0].law.name, course.fits[0].law.formula, ", ".join(course.as_good) or "–")
+        for name, course in found.courses.items()
+        if course.fits
+    ]
+    return Table(("quantity", "law", "formula", "as good"), rows)
 
 
 def limits(found: Trend) -> Table:
     """Rows are limits."""
-    made = table("limit", "bound", "passed")
-    for each in found.passings:
-        bound = f"{each.bound:.4g}" if np.isfinite(each.bound) else "–"
-        made.add_row(each.limit.text, bound, when(each, found.history.unit))
-    return made
+    rows = [
+        (
+            each.limit.text,
+            f"{each.bound:.4g}" if np.isfinite(each.bound) else "–",
+            when(each, found.history.unit),
+        )
+        for each in found.passings
+    ]
+    return Table(("limit", "bound", "passed"), rows)

@@ -4,24 +4,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rich.text import Text
-
 from lutgen.appearance.cohort.spread import coverage
 from lutgen.numerals import spaced
-from lutgen.report.criticism.comparison import table
+from lutgen.report.parts import Headline, Table
 from lutgen.report.pictures.lifetime import COLUMNS, hours_or_never
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rich.console import RenderableType
-    from rich.table import Table
-
     from lutgen.appearance.cohort import Cohort
     from lutgen.appearance.cohort.spread import Lives
+    from lutgen.report.parts import Part
 
 
-def cohort_page(found: Cohort) -> Iterator[RenderableType]:
+def cohort_page(found: Cohort) -> Iterator[Part]:
     """Yield what ``lutgen cohort`` prints."""
     yield counted(found)
     yield ""
@@ -33,7 +29,7 @@ def cohort_page(found: Cohort) -> Iterator[RenderableType]:
         yield found.slides.model.measurements.provenance
         yield from found.slides.remarks()
     for each in found.broken:
-        yield Text(f"Broken: {each.file}: {each.reason}", style="bold")
+        yield Headline(f"Broken: {each.file}: {each.reason}")
 
 
 def counted(found: Cohort) -> str:
@@ -51,17 +47,16 @@ def mode_table(found: Cohort, mode: str) -> Table:
     """Rows are slides, then what they have in common; columns the hours until Max and Avg reach each tolerance."""
     columns = [(tolerance, statistic) for tolerance in found.slides.tolerances for statistic in COLUMNS]
     heads = (f"{COLUMNS[statistic]} ΔE2000 {tolerance:g}" for tolerance, statistic in columns)
-    made = table(f"{mode}: hours until", *heads)
+    rows = []
     for image in found.slides.images:
         curve = image.curves[mode]
         lives = (curve.hours_until(statistic, tolerance) for tolerance, statistic in columns)
-        made.add_row(Text(image.file), *map(hours_or_never, lives))
-    made.add_section()
+        rows.append((image.file, *map(hours_or_never, lives)))
     over_all = [found.lives[mode][tolerance][statistic] for tolerance, statistic in columns]
     medians = (hours_or_never(lives.median) for lives in over_all)
-    made.add_row(Text(f"median of {_slides(len(found.slides.images))}", style="bold"), *medians)
-    made.add_row("95 % interval" if over_all[0].interval else "range", *map(ends, over_all))
-    return made
+    rows.append((f"median of {_slides(len(found.slides.images))}", *medians))
+    rows.append(("95 % interval" if over_all[0].interval else "range", *map(ends, over_all)))
+    return Table((f"{mode}: hours until", *heads), rows, strong=[len(rows) - 2])
 
 
 def ends(lives: Lives) -> str:

@@ -4,27 +4,23 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rich.text import Text
-
 from lutgen.numerals import pixels_of_colours, spaced
-from lutgen.report.criticism.comparison import table
+from lutgen.report.parts import Headline, Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rich.console import RenderableType
-    from rich.table import Table
-
     from lutgen.appearance.lifetime import ImageLifetime, Lifetimes
+    from lutgen.report.parts import Part
 
 #: The columns of Table 1 for each tolerance: statistic and what the paper calls it.
 COLUMNS = {"max": "Max", "mean": "Avg"}
 
 
-def lifetime_page(found: Lifetimes) -> Iterator[RenderableType]:
+def lifetime_page(found: Lifetimes) -> Iterator[Part]:
     """Yield what ``lutgen lifetime`` prints."""
     for image in found.images:
-        yield Text(counted(image), style="bold")
+        yield Headline(counted(image))
         yield life_table(found, image)
         yield ""
     never = f" –: not within the {spaced(found.last)} h looked at." if _any_never(found) else ""
@@ -55,7 +51,7 @@ def life_table(found: Lifetimes, image: ImageLifetime) -> Table:
     """Table 1: rows are modes, columns the hours until Max and Avg reach each tolerance."""
     columns = [(tolerance, statistic) for tolerance in found.tolerances for statistic in COLUMNS]
     heads = (f"{COLUMNS[statistic]} ΔE2000 {tolerance:g}" for tolerance, statistic in columns)
-    made = table("hours until", *heads)
+    rows = []
     for mode, curve in image.curves.items():
         cells = []
         for tolerance, statistic in columns:
@@ -63,9 +59,9 @@ def life_table(found: Lifetimes, image: ImageLifetime) -> Table:
             if image.intervals:
                 low, high = map(hours_or_never, image.intervals[mode][tolerance][statistic])
                 cell += f"\n{low} to {high}" if (low, high) != ("–", "–") else ""
-            cells.append(Text(cell))
-        made.add_row(Text(mode, no_wrap=True), *cells)
-    return made
+            cells.append(cell)
+        rows.append((mode, *cells))
+    return Table(("hours until", *heads), rows, unbroken=True)
 
 
 def hours_or_never(hours: float | None) -> str:

@@ -5,18 +5,14 @@ from __future__ import annotations
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from rich.text import Text
-
 from lutgen.numerals import spaced
-from lutgen.report.criticism.comparison import table
+from lutgen.report.parts import Headline, Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rich.console import RenderableType
-    from rich.table import Table
-
     from lutgen.appearance.conspicuity import Conspicuity
+    from lutgen.report.parts import Part
 
 #: Rows of the table of a mode, at most: the whole curve is in JSON and in the plot.
 ROWS = 5
@@ -29,9 +25,9 @@ MEASURED = (
 )
 
 
-def nuclei_page(found: Conspicuity) -> Iterator[RenderableType]:
+def nuclei_page(found: Conspicuity) -> Iterator[Part]:
     """Yield what ``lutgen nuclei`` prints."""
-    yield Text(headline(found), style="bold")
+    yield Headline(headline(found))
     yield table_of(found)
     yield ""
     yield f"{found.field.file}: {counted(found)}"
@@ -78,21 +74,22 @@ def counted(found: Conspicuity) -> str:
 def table_of(found: Conspicuity) -> Table:
     """Rows are modes and some hours, columns the distribution over nuclei and its change."""
     heads = ("median ΔE2000", "middle half", "5–95 %", "change of the median", f"losing > {found.loss:g} %")
-    made = table("mode", "hours", *heads)
+    rows = []
     for mode, contrast in found.contrasts.items():
         for place in shown_hours(len(found.hours)):
             low, first, median, third, high = contrast.percentiles[place]
             ends = None if contrast.intervals is None else contrast.intervals[place]
-            made.add_row(
-                Text(mode, no_wrap=True),
-                Text(spaced(found.hours[place]), no_wrap=True),
-                Text(f"{median:.1f}"),
-                Text(f"{first:.1f}–{third:.1f}"),
-                Text(f"{low:.1f}–{high:.1f}"),
-                Text(f"{percent(contrast.change[place])}{_between(ends, 1)}"),
-                Text(f"{contrast.lost[place]:.0%}{_between(ends, 2)}"),
+            row = (
+                mode,
+                spaced(found.hours[place]),
+                f"{median:.1f}",
+                f"{first:.1f}–{third:.1f}",
+                f"{low:.1f}–{high:.1f}",
+                f"{percent(contrast.change[place])}{_between(ends, 1)}",
+                f"{contrast.lost[place]:.0%}{_between(ends, 2)}",
             )
-    return made
+            rows.append(row)
+    return Table(("mode", "hours", *heads), rows, unbroken=True)
 
 
 def shown_hours(count: int) -> Sequence[int]:

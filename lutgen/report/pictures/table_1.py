@@ -5,27 +5,23 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.text import Text
-
 from lutgen.appearance.published import TABLE_1, TABLE_1_COLUMNS
 from lutgen.appearance.schema import seen_on
 from lutgen.numerals import spaced
-from lutgen.report.criticism.comparison import table
+from lutgen.report.parts import Headline, Table
 from lutgen.report.pictures.lifetime import COLUMNS, counted, hours_or_never
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rich.console import RenderableType
-    from rich.table import Table
-
     from lutgen.appearance.lifetime import ImageLifetime, Lifetimes
+    from lutgen.report.parts import Part
 
 
-def table_1_page(found: Lifetimes) -> Iterator[RenderableType]:
+def table_1_page(found: Lifetimes) -> Iterator[Part]:
     """Yield what ``lutgen table 1`` prints; ``found`` has the tolerances and modes of the paper."""
     for image in found.images:
-        yield Text(counted(image), style="bold")
+        yield Headline(counted(image))
         yield _table(image)
         yield ""
     yield (
@@ -80,15 +76,15 @@ def difference(hours: float | None, paper: float) -> float | None:
 
 def _table(image: ImageLifetime) -> Table:
     heads = (f"{COLUMNS[statistic]} ΔE2000 {tolerance:g}" for tolerance, statistic in TABLE_1_COLUMNS)
-    made = table("hours until", *heads)
+    rows = []
     for mode, published in TABLE_1.items():
-        made.add_row(Text(f"{mode}, the paper", no_wrap=True), *(Text(spaced(hours)) for hours in published))
+        rows.append([f"{mode}, the paper", *map(spaced, published)])
         cells = []
         for _, hours, paper in _cells(image, mode):
             off = difference(hours, paper)
-            cells.append(Text(hours_or_never(hours) + ("" if off is None else f"\n{100.0 * off:+.1f} %")))
-        made.add_row(Text(f"{mode}, {Path(image.file).name}", no_wrap=True), *cells)
-    return made
+            cells.append(hours_or_never(hours) + ("" if off is None else f"\n{100.0 * off:+.1f} %"))
+        rows.append([f"{mode}, {Path(image.file).name}", *cells])
+    return Table(("hours until", *heads), rows, unbroken=True)
 
 
 def _cells(image: ImageLifetime, mode: str) -> Iterator[tuple[tuple[float, str], float | None, int]]:

@@ -5,17 +5,13 @@ from __future__ import annotations
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from rich.text import Text
-
-from lutgen.report.criticism.comparison import table
+from lutgen.report.parts import Headline, Table
 from lutgen.study.analysis.sample import MEASURES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rich.console import RenderableType
-    from rich.table import Table
-
+    from lutgen.report.parts import Part
     from lutgen.study.analysis import Analysis
     from lutgen.study.analysis.intervals import Interval
     from lutgen.study.analysis.mixed import MixedModel
@@ -23,68 +19,75 @@ if TYPE_CHECKING:
 #: Digits behind the point of a mean, by measure, as the paper's Table 2 has them.
 _DIGITS = {"time": 1, "ease": 1}
 
+#: Why there is no McNemar test.
+_UNPAIRED = "No McNemar test: it needs readings of the same image by the same reader under both conditions."
 
-def study_page(found: Analysis) -> Iterator[RenderableType]:
+
+def study_page(analysis: Analysis) -> Iterator[Part]:
     """Yield what ``lutgen study analyse`` prints."""
-    yield from found.sources
+    yield from analysis.sources
     yield ""
-    yield Text("As in the paper", style="bold")
-    yield from _paper(found)
-    yield Text("Beyond the paper", style="bold")
-    yield from _beyond(found)
-    yield Text("What this design can and cannot show", style="bold")
-    for sentence in found.limits:
+    yield Headline("As in the paper")
+    yield from _paper(analysis)
+    yield Headline("Beyond the paper")
+    yield from _beyond(analysis)
+    yield Headline("What this design can and cannot show")
+    for sentence in analysis.limits:
         yield f"- {sentence}"
-    yield from found.remarks
+    yield from analysis.remarks
 
 
-def _paper(found: Analysis) -> Iterator[RenderableType]:
-    if found.table2.means:
+def _paper(analysis: Analysis) -> Iterator[Part]:
+    if analysis.table2.means:
         yield "Table 2: mean ± 95 % interval; p of unpaired two-sided t-tests, equal variances."
-        yield _table_2(found)
+        yield _table_2(analysis)
         yield ""
-    if found.table2.tests:
-        yield _table_2_tests(found)
+    if analysis.table2.tests:
+        yield _table_2_tests(analysis)
         yield ""
-    if found.table3:
+    if analysis.table3:
         yield "Table 3: agreement with the un-aged reading, positive or negative; 95 % by Wilson."
-        made = table("condition", "agreed", "disagreed", "percent", "95 % interval")
-        for row in found.table3:
-            agreed, disagreed = str(row.agreed), str(row.disagreed)
-            made.add_row(row.condition, agreed, disagreed, f"{row.percent:.2f}", between(row.ci95, 1))
-        yield made
+        yield Table(
+            ("condition", "agreed", "disagreed", "percent", "95 % interval"),
+            [
+                (row.condition, str(row.agreed), str(row.disagreed), f"{row.percent:.2f}", between(row.ci95, 1))
+                for row in analysis.table3
+            ],
+        )
         yield ""
-    if found.table4:
+    if analysis.table4:
         yield "Table 4: does agreement fall? One-tailed t-tests, equal variances; beside them the F-test of these."
-        made = table("null hypothesis", "p", "below 0.05", "F-test p")
-        for test in found.table4:
-            null = f"{test.greater} ≤ {test.less}"
-            made.add_row(null, p_value(test.p), _yes(test.p), p_value(test.variances_p))
-        yield made
+        yield Table(
+            ("null hypothesis", "p", "below 0.05", "F-test p"),
+            [
+                (f"{test.greater} ≤ {test.less}", p_value(test.p), _yes(test.p), p_value(test.variances_p))
+                for test in analysis.table4
+            ],
+        )
         yield ""
 
 
-def _table_2(found: Analysis) -> Table:
-    measures = [measure for measure in MEASURES if any(mean.measure == measure for mean in found.table2.means)]
-    made = table("condition", *(head for measure in measures for head in ("n", MEASURES[measure])))
-    for condition in dict.fromkeys(mean.condition for mean in found.table2.means):
+def _table_2(analysis: Analysis) -> Table:
+    measures = [measure for measure in MEASURES if any(mean.measure == measure for mean in analysis.table2.means)]
+    rows = []
+    for condition in dict.fromkeys(mean.condition for mean in analysis.table2.means):
         cells = []
         for measure in measures:
-            here = [mean for mean in found.table2.means if (mean.measure, mean.condition) == (measure, condition)]
+            here = [mean for mean in analysis.table2.means if (mean.measure, mean.condition) == (measure, condition)]
             digits = _DIGITS[measure]
             cells += [
                 cell
                 for mean in here
                 for cell in (str(mean.n), f"{mean.mean:.{digits}f} ± {figure(mean.ci95[1] - mean.mean, digits)}")
             ] or ["–", "–"]
-        made.add_row(condition, *cells)
-    return made
+        rows.append((condition, *cells))
+    headings = (heading for measure in measures for heading in ("n", MEASURES[measure]))
+    return Table(("condition", *headings), rows)
 
 
-def _table_2_tests(found: Analysis) -> Table:
-    made = table("", "conditions", "difference", "t", "df", "p", "below 0.05", left=2)
-    for test in found.table2.tests:
-        made.add_row(
+def _table_2_tests(analysis: Analysis) -> Table:
+    rows = [
+        (
             test.measure,
             f"{test.first} → {test.second}",
             signed(test.difference, _DIGITS[test.measure]),
@@ -93,80 +96,98 @@ def _table_2_tests(found: Analysis) -> Table:
             p_value(test.p),
             _yes(test.p),
         )
-    return made
+        for test in analysis.table2.tests
+    ]
+    return Table(("", "conditions", "difference", "t", "df", "p", "below 0.05"), rows, words=range(2))
 
 
-def _beyond(found: Analysis) -> Iterator[RenderableType]:
-    if found.means:
-        ranked = any(isfinite(each.rank_p) for each in found.means)
+def _beyond(analysis: Analysis) -> Iterator[Part]:
+    if analysis.means:
         yield "Means once more: Welch's t-test and interval (unequal variances), ranks, size in standard deviations."
-        heads = ("difference [95 %]", "Welch p", *(["Mann–Whitney p"] if ranked else []), "Hedges' g [95 %]")
-        made = table("", "conditions", *heads, left=2)
-        for each in found.means:
-            digits = _DIGITS[each.measure]
-            made.add_row(
-                each.measure,
-                f"{each.first} → {each.second}",
-                f"{signed(each.difference, digits)} {between(each.difference_ci95, digits)}",
-                p_value(each.welch_p),
-                *([p_value(each.rank_p)] if ranked else []),
-                f"{signed(each.hedges_g, 2)} {between(each.hedges_g_ci95, 2)}",
-            )
-        yield made
+        yield _means_table(analysis)
         yield ""
-    yield from _agreement(found)
-    if found.mixed:
+    yield from _agreement(analysis)
+    if analysis.mixed:
         yield "Mixed models over readers and images, all sessions:"
-        yield _mixed_table(found)
-        yield from (f"{model.measure}: {'; '.join(model.notes)}." for model in found.mixed if model.notes)
+        yield _mixed_table(analysis)
         yield ""
-    if found.holm:
-        yield f"The paper's tests, corrected for there being {len(found.holm)} (Holm):"
-        made = table("", "conditions", "p", "corrected", "below 0.05", left=2)
-        for test in found.holm:
-            pair = f"{test.first} → {test.second}"
-            made.add_row(test.measure, pair, p_value(test.p), p_value(test.p_holm), _yes(test.p_holm))
-        yield made
+    if analysis.holm:
+        yield f"The paper's tests, corrected for there being {len(analysis.holm)} (Holm):"
+        rows = [
+            (test.measure, f"{test.first} → {test.second}", p_value(test.p), p_value(test.p_holm), _yes(test.p_holm))
+            for test in analysis.holm
+        ]
+        yield Table(("", "conditions", "p", "corrected", "below 0.05"), rows, words=range(2))
         yield ""
 
 
-def _agreement(found: Analysis) -> Iterator[RenderableType]:
-    if found.agreement:
-        paired = any(each.mcnemar for each in found.agreement)
+def _agreement(analysis: Analysis) -> Iterator[Part]:
+    if analysis.agreement:
         yield "Agreement once more: exact tests, and the change with its interval (Newcombe; exact for odds)."
-        last = ["McNemar p (pairs)"] if paired else []
-        made = table(
-            "conditions", "change, points [95 %]", "odds ratio [95 %]", "Fisher one-tailed", "two-tailed", *last
-        )
-        for each in found.agreement:
-            tested = each.mcnemar
-            made.add_row(
-                f"{each.first} → {each.second}",
-                f"{signed(each.difference, 1)} {between(each.difference_ci95, 1)}",
-                f"{figure(each.odds_ratio, 2)} {between(each.odds_ratio_ci95, 2)}",
-                p_value(each.fisher_one_tailed),
-                p_value(each.fisher),
-                *([f"{p_value(tested.p)} ({tested.pairs})" if tested else "–"] if paired else []),
-            )
-        yield made
-        if not paired:
-            yield "No McNemar test: it needs readings of the same image by the same reader under both conditions."
+        yield _agreement_table(analysis)
         yield ""
-    if found.kappas:
+    if analysis.kappas:
         yield "Cohen's κ, agreement beyond chance, on sides and on categories:"
-        made = table("condition", "of", "pairs", "percent", "κ [95 %]", left=2)
-        for row in found.kappas:
-            value = f"{figure(row.kappa, 2)} {between(row.ci95, 2)}"
-            made.add_row(row.condition, row.of, str(row.n), f"{row.percent:.1f}", value)
-        yield made
+        rows = [
+            (
+                row.condition,
+                row.of,
+                str(row.n),
+                f"{row.percent:.1f}",
+                f"{figure(row.kappa, 2)} {between(row.ci95, 2)}",
+            )
+            for row in analysis.kappas
+        ]
+        yield Table(("condition", "of", "pairs", "percent", "κ [95 %]"), rows, words=range(2))
         yield ""
 
 
-def _mixed_table(found: Analysis) -> Table:
-    made = table("", "condition", "effect", "estimate [95 %]", "p", "SD: readers, images, rest", left=3)
-    for model in found.mixed:
+def _means_table(analysis: Analysis) -> Table:
+    ranked = any(isfinite(each.rank_p) for each in analysis.means)
+    rows = []
+    for each in analysis.means:
+        digits = _DIGITS[each.measure]
+        row = (
+            each.measure,
+            f"{each.first} → {each.second}",
+            f"{signed(each.difference, digits)} {between(each.difference_ci95, digits)}",
+            p_value(each.welch_p),
+            *([p_value(each.rank_p)] if ranked else []),
+            f"{signed(each.hedges_g, 2)} {between(each.hedges_g_ci95, 2)}",
+        )
+        rows.append(row)
+    ranks = ["Mann–Whitney p"] if ranked else []
+    headings = ("", "conditions", "difference [95 %]", "Welch p", *ranks, "Hedges' g [95 %]")
+    return Table(headings, rows, words=range(2))
+
+
+def _agreement_table(analysis: Analysis) -> Table:
+    paired = any(each.mcnemar for each in analysis.agreement)
+    rows = []
+    for each in analysis.agreement:
+        tested = each.mcnemar
+        row = (
+            f"{each.first} → {each.second}",
+            f"{signed(each.difference, 1)} {between(each.difference_ci95, 1)}",
+            f"{figure(each.odds_ratio, 2)} {between(each.odds_ratio_ci95, 2)}",
+            p_value(each.fisher_one_tailed),
+            p_value(each.fisher),
+            *([f"{p_value(tested.p)} ({tested.pairs})" if tested else "–"] if paired else []),
+        )
+        rows.append(row)
+    pairs = ["McNemar p (pairs)"] if paired else []
+    return Table(
+        ("conditions", "change, points [95 %]", "odds ratio [95 %]", "Fisher one-tailed", "two-tailed", *pairs),
+        rows,
+        notes=() if paired else (_UNPAIRED,),
+    )
+
+
+def _mixed_table(analysis: Analysis) -> Table:
+    rows = []
+    for model in analysis.mixed:
         for place, each in enumerate(model.effects):
-            made.add_row(
+            row = (
                 "" if place else model.measure,
                 f"{model.against} → {each.condition}",
                 model.effect,
@@ -174,9 +195,15 @@ def _mixed_table(found: Analysis) -> Table:
                 p_value(each.p),
                 "" if place else _spreads(model),
             )
+            rows.append(row)
         if not model.effects:
-            made.add_row(model.measure, "–", model.effect, "not fitted", "–", "")
-    return made
+            rows.append((model.measure, "–", model.effect, "not fitted", "–", ""))
+    return Table(
+        ("", "condition", "effect", "estimate [95 %]", "p", "SD: readers, images, rest"),
+        rows,
+        words=range(3),
+        notes=[f"{model.measure}: {'; '.join(model.notes)}." for model in analysis.mixed if model.notes],
+    )
 
 
 def _spreads(model: MixedModel) -> str:

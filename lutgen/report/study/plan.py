@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from rich.text import Text
-
 from lutgen.numerals import spaced
-from lutgen.report.criticism.comparison import table
+from lutgen.report.parts import Headline, Table
 from lutgen.report.study.power import SEVERAL, detectable_part
 from lutgen.study.design import UNAGED
 from lutgen.study.protocol import PROTOCOL
@@ -16,19 +14,17 @@ from lutgen.study.protocol import PROTOCOL
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rich.console import RenderableType
-    from rich.table import Table
-
+    from lutgen.report.parts import Part
     from lutgen.study.plan import Planned
 
-#: Names that are told of a list.
-TOLD = 8
+#: Names that a sentence lists; it counts the others.
+LISTED = 8
 
 
-def plan_page(planned: Planned) -> Iterator[RenderableType]:
+def plan_page(planned: Planned) -> Iterator[Part]:
     """Yield what ``lutgen study plan`` prints."""
     protocol, power = planned.protocol, planned.power
-    yield Text(headline(planned), style="bold")
+    yield Headline(headline(planned))
     yield condition_table(planned)
     yield ""
     yield from _sessions(planned)
@@ -66,17 +62,18 @@ def headline(planned: Planned) -> str:
 
 def condition_table(planned: Planned) -> Table:
     """Make a row for each condition: its images in session 1, and how true its LUT is."""
-    made = table("condition", "hours", "images a reader", "ΔE2000 of the LUT, worst")
+    rows = []
     for each in planned.protocol.conditions:
         lut = planned.protocol.model["luts"].get(each.name)
         count = planned.per_condition.get(each.name)
-        made.add_row(
+        row = (
             each.name,
             "–" if each == UNAGED else spaced(each.hours),
             "later sessions" if count is None else str(count),
             "no LUT: pixels as they are" if lut is None else _true_to(lut),
         )
-    return made
+        rows.append(row)
+    return Table(("condition", "hours", "images a reader", "ΔE2000 of the LUT, worst"), rows)
 
 
 def _true_to(lut: dict[str, float]) -> str:
@@ -102,5 +99,5 @@ def _counted(count: int, what: str) -> str:
 
 
 def _some(names: list[str] | tuple[str, ...]) -> str:
-    said = ", ".join(names[:TOLD])
-    return said if len(names) <= TOLD else f"{said} and {len(names) - TOLD} more"
+    listed = ", ".join(names[:LISTED])
+    return listed if len(names) <= LISTED else f"{listed} and {len(names) - LISTED} more"

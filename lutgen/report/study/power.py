@@ -4,22 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rich.text import Text
-
 from lutgen.numerals import percent
-from lutgen.report.criticism.comparison import table
+from lutgen.report.parts import Headline, Table
 from lutgen.study.power import ALPHA, FISHER, LEAST, MOST, ONE_TAILED, TARGET, TWO_SIDED
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rich.console import RenderableType
-    from rich.table import Table
-
+    from lutgen.report.parts import Part
     from lutgen.study.power import Power, Seen
 
 #: Tests as people call them.
-SAID = {TWO_SIDED: "t, two-sided", ONE_TAILED: "t, one-tailed", FISHER: "Fisher, one-tailed"}
+TESTS = {TWO_SIDED: "t, two-sided", ONE_TAILED: "t, one-tailed", FISHER: "Fisher, one-tailed"}
 
 #: What the figures rest on.
 ASSUMED = (
@@ -33,9 +29,9 @@ SEVERAL = (
 )
 
 
-def power_page(power: Power) -> Iterator[RenderableType]:
+def power_page(power: Power) -> Iterator[Part]:
     """Yield what ``lutgen study power`` prints."""
-    yield Text(headline(power), style="bold")
+    yield Headline(headline(power))
     yield ""
     yield from detectable_part(power)
     yield ""
@@ -69,41 +65,42 @@ def in_the_paper(power: Power) -> str:
     )
 
 
-def detectable_part(power: Power, *, agreement: bool = True) -> Iterator[RenderableType]:
+def detectable_part(power: Power, *, agreement: bool = True) -> Iterator[Part]:
     """Yield the smallest differences that are found, or why there are none; ``agreement``: whether sessions can."""
     if power.answers < LEAST:
         yield "One answer per condition has no variance: no test can be made. Plan at least 2, better 40."
         return
     yield f"Found {percent(TARGET)} of the time at a level of {percent(ALPHA)}, per comparison:"
-    made = table("measure", "test", "smallest difference", left=2)
+    rows = []
     for each in power.detectable:
         if each.base is not None and not agreement:
             continue
         if each.smallest is None:
-            said = "none"
+            smallest = "none"
         elif each.base is not None:
-            said = f"{100 * each.base:.1f} % falls to {100 * (each.base - each.smallest):.1f} %"
+            smallest = f"{100 * each.base:.1f} % falls to {100 * (each.base - each.smallest):.1f} %"
         else:
-            said = amount(each.measure, each.smallest)
-        made.add_row(each.measure, SAID[each.test], said)
-    yield made
+            smallest = amount(each.measure, each.smallest)
+        rows.append((each.measure, TESTS[each.test], smallest))
+    yield Table(("measure", "test", "smallest difference"), rows, words=range(2))
 
 
 def seen_table(power: Power) -> Table:
     """Make a row for each difference of the paper's Tables 2 and 3."""
     heads = ("between", "the paper saw", "test", "in the paper", f"with {power.answers}", f"{percent(TARGET)} takes")
-    made = table("measure", *heads, left=4)
-    for each in power.seen:
-        made.add_row(
+    rows = [
+        (
             each.measure,
             " – ".join(each.between),
             seen_values(each),
-            SAID[each.test],
+            TESTS[each.test],
             percent(each.paper),
             percent(each.yours),
             f"> {MOST}" if each.needed is None else str(each.needed),
         )
-    return made
+        for each in power.seen
+    ]
+    return Table(("measure", *heads), rows, words=range(4))
 
 
 def amount(measure: str, value: float) -> str:

@@ -4,37 +4,38 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rich.table import Table
+from lutgen.report.parts import Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from datetime import datetime
 
-    from rich.console import RenderableType
-
+    from lutgen.report.parts import Part
     from lutgen.study.progress import SessionProgress
     from lutgen.study.status import StudyStatus
 
 
-def study_status_page(status: StudyStatus) -> Iterator[RenderableType]:
+def study_status_page(status: StudyStatus) -> Iterator[Part]:
     """Yield a sentence and a table with a line a reader and session; nothing of what was answered."""
     sessions = [session for reader in status.readers for session in reader.sessions]
     complete = sum(session.state == "complete" for session in sessions)
     yield f"{status.protocol.title}: {complete} of {len(sessions)} sessions are complete."
     yield ""
-    table = Table("reader", "session", "state", "images", "began", "ended", "remarks", box=None, pad_edge=False)
-    for reader in status.readers:
-        for session, begin in zip(reader.sessions, reader.may_begin, strict=True):
-            table.add_row(
-                reader.reader or f"place {reader.place}, free",
-                str(session.session),
-                session.state,
-                f"{session.read} of {session.images}",
-                _when(session.started),
-                _when(session.ended),
-                _remarks(session, begin),
-            )
-    yield table
+    headings = ("reader", "session", "state", "images", "began", "ended", "remarks")
+    rows = [
+        (
+            reader.reader or f"place {reader.place}, free",
+            str(session.session),
+            session.state,
+            f"{session.read} of {session.images}",
+            _when(session.started),
+            _when(session.ended),
+            _remarks(session, begin),
+        )
+        for reader in status.readers
+        for session, begin in zip(reader.sessions, reader.may_begin, strict=True)
+    ]
+    yield Table(headings, rows, words=range(len(headings)))
 
 
 def _when(time: datetime | None) -> str:
@@ -42,7 +43,7 @@ def _when(time: datetime | None) -> str:
 
 
 def _remarks(session: SessionProgress, begin: datetime | None) -> str:
-    found = [f"may begin {_when(begin)} UTC"] if begin else []
-    found += [f"resumed {session.resumed} ×"] if session.resumed else []
-    found += [f"overridden: {reason}" for reason in dict.fromkeys(session.overrides)]
-    return "; ".join(found)
+    remarks = [f"may begin {_when(begin)} UTC"] if begin else []
+    remarks += [f"resumed {session.resumed} ×"] if session.resumed else []
+    remarks += [f"overridden: {reason}" for reason in dict.fromkeys(session.overrides)]
+    return "; ".join(remarks)
