@@ -23,9 +23,9 @@ from lutgen.bindings import oiio
 from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.display import default_display
 from lutgen.report.document.chart import ticks
-from lutgen.report.document.markup import printed
 from lutgen.report.document.png import png
 from lutgen.report.document.scenes import MOST, REACH, STEPS, hours_of, map_colours
+from lutgen.report.document.templates import environment
 from lutgen.report.parts import Table
 
 if TYPE_CHECKING:
@@ -335,7 +335,11 @@ def test_usual_hours_are_measured_times_with_the_ends() -> None:
 
 
 def test_a_table_escapes_its_cells() -> None:
-    assert "&lt;b&gt;<br>c" in printed([Table(["x"], [("<b>\nc",)])])
+    parts: Any = environment().get_template("parts.html").module
+    written = str(parts.table(Table(["x & y"], [("<b>\nc",)], notes=["1 < 2"])))
+    assert "&lt;b&gt;<br>c</th>" in written
+    assert "x &amp; y</th>" in written
+    assert "<p>1 &lt; 2</p>" in written
 
 
 # Bad input ------------------------------------------------------------------------------------------------------------

@@ -5,7 +5,6 @@ from __future__ import annotations
 import shlex
 from dataclasses import dataclass
 from functools import partial
-from html import escape
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -14,19 +13,19 @@ from lutgen.report.criticism.comparison import compare_page
 from lutgen.report.criticism.diagnosis import diagnose_page
 from lutgen.report.criticism.plots import FIT, RESIDUALS, STEPS, VISIBILITY, plot_diagnosis, plot_refinement
 from lutgen.report.criticism.refinement import refine_page
-from lutgen.report.document.markup import printed
-from lutgen.report.document.png import data_uri
+from lutgen.report.document.section import Section
+from lutgen.report.drawing.png_file import data_address
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from lutgen.criticism.diagnose import Diagnosis
     from lutgen.criticism.refine import Refinement
     from lutgen.effects import Effect
     from lutgen.report.parts import Page, Part
 
-#: What each picture shows, for those who do not see it.
-_SHOWN = {
+#: What each picture shows; its caption, and what is read aloud in its place.
+CAPTIONS = {
     RESIDUALS: "Where the model fails: residuals by hour, colour and condition, beside what noise alone gives",
     STEPS: "How the error falls toward the noise as effects are added",
     FIT: "What the effects explain: the readings and the fitted effects",
@@ -64,46 +63,44 @@ class Evidence:
         return self.refinement.diagnosis
 
 
-def evidence_section(evidence: Evidence) -> str:
-    """Write the section: where the model fails, what is missing, how far that takes the error down."""
+@dataclass(frozen=True)
+class Plot:
+    """A picture inside the page: the address that holds it, and what it shows."""
+
+    address: str
+    caption: str
+
+
+def evidence_section(evidence: Evidence) -> Section:
+    """Gather where the model fails, which effect is missing, and how far that effect takes the error down."""
     diagnosis, refinement = evidence.diagnosis, evidence.refinement
     readings = diagnosis.problem.readings
-    before = _pictures(partial(plot_diagnosis, diagnosis, evidence.effects))
-    where = list(compare_page(diagnosis.comparison))
+    pictures = _pictures(partial(plot_diagnosis, diagnosis, evidence.effects))
+    comparison = list(compare_page(diagnosis.comparison))
     which = list(diagnose_page(diagnosis, evidence.effects, evidence.again))
-    parts = [
-        '<section id="readings">',
-        "<h2>Does the model hold?</h2>",
-        f'<p class="finding">{escape(diagnosis.verdict.name)}: {escape(diagnosis.verdict.sentence)}</p>',
-    ]
-    if evidence.model:
-        parts.append(
-            f'<p class="caution">The pictures above show the display of {escape(evidence.model)}; what follows judges '
-            f"the readings of {escape(Path(readings.file).name)}.</p>"
-        )
-    parts += [
-        "<h3>Where the model fails</h3>",
-        printed(where),
-        _figures(before, (RESIDUALS,)),
-        "<h3>Which effect is missing</h3>",
-        printed(_new(which, where)),
-        _figures(before, (STEPS, FIT, VISIBILITY)),
-    ]
+    values = {
+        "verdict": f"{diagnosis.verdict.name}: {diagnosis.verdict.sentence}",
+        "model": evidence.model,
+        "readings": Path(readings.file).name,
+        "comparison": comparison,
+        "residuals": _plots(pictures, (RESIDUALS,)),
+        "diagnosis": _without_repetition(which, comparison),
+        "effects": _plots(pictures, (STEPS, FIT, VISIBILITY)),
+        "refinement": [],
+        "refined": [],
+    }
     if refinement.steps:
-        data = shlex.quote(readings.file)
-        parts += [
-            "<h3>The model with it</h3>",
-            "<p>The pictures above do not have it yet: write the refined model, and give it with --model.</p>",
-            printed(_new(refine_page(refinement, evidence.effects, data, None), [*where, *which])),
-            _figures(_pictures(partial(plot_refinement, refinement, evidence.effects)), (RESIDUALS,)),
-        ]
-    return "\n".join([*parts, "</section>"])
+        page = refine_page(refinement, evidence.effects, shlex.quote(readings.file), None)
+        refined = _pictures(partial(plot_refinement, refinement, evidence.effects))
+        values["refinement"] = _without_repetition(page, [*comparison, *which])
+        values["refined"] = _plots(refined, (RESIDUALS,))
+    return Section("readings", "Does the model hold?", "readings.html", values)
 
 
-def _new(page: Page, said: Sequence[Part]) -> Iterator[Part]:
-    """Leave out sentences that the page above has said already: each command's page begins with where it stands."""
-    before = {part for part in said if isinstance(part, str)}
-    return (part for part in page if not (isinstance(part, str) and part in before))
+def _without_repetition(page: Page, before: Sequence[Part]) -> list[Part]:
+    """Leave out sentences that stand above already: the page of each command begins with the same ones."""
+    sentences = {part for part in before if isinstance(part, str)}
+    return [part for part in page if not (isinstance(part, str) and part in sentences)]
 
 
 def _pictures(plot: Callable[[str], list[Path]]) -> dict[str, bytes]:
@@ -112,10 +109,5 @@ def _pictures(plot: Callable[[str], list[Path]]) -> dict[str, bytes]:
         return {path.name: path.read_bytes() for path in plot(folder)}
 
 
-def _figures(pictures: Mapping[str, bytes], names: Iterable[str]) -> str:
-    return "\n".join(
-        f'<figure class="plot"><img src="{data_uri(pictures[name])}" alt="{escape(_SHOWN[name])}">'
-        f"<figcaption>{escape(_SHOWN[name])}.</figcaption></figure>"
-        for name in names
-        if name in pictures
-    )
+def _plots(pictures: Mapping[str, bytes], names: Iterable[str]) -> list[Plot]:
+    return [Plot(data_address(pictures[name]), CAPTIONS[name]) for name in names if name in pictures]

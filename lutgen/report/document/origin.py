@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import platform
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,7 +17,7 @@ from lutgen.display.aging import show
 from lutgen.errors import LutgenError
 from lutgen.files import file_sha256
 from lutgen.numerals import spaced
-from lutgen.report.document.markup import table_html
+from lutgen.report.document.section import Section
 from lutgen.report.parts import Table
 
 if TYPE_CHECKING:
@@ -70,10 +69,9 @@ def read_build(folder: str) -> Built:
     return Built(folder, manifest, file_sha256(path))
 
 
-def certificates_section(built: Built, model: DisplayModel) -> str:
-    """Write the table of certificates, and whether they are of the display in the pictures."""
-    manifest = built.manifest
-    luts = [record for record in manifest.files if record.kind == "lut"]
+def certificates_section(built: Built, model: DisplayModel) -> Section:
+    """Gather the certificates, and whether they are of the display in the pictures."""
+    luts = [record for record in built.manifest.files if record.kind == "lut"]
     hours = sorted({record.hours for record in luts if record.hours is not None})
     rows = [
         (
@@ -82,69 +80,55 @@ def certificates_section(built: Built, model: DisplayModel) -> str:
         )
         for row in summarise(luts)
     ]
-    span = f", {spaced(hours[0])} to {spaced(hours[-1])} h" if hours else ""
-    heads = ("mode", "format", "colours", "files", "mean", "99 %", "max")
-    what = (
-        f"<p>{escape(built.folder)} holds {len(luts)} LUTs{span}. Each was read back through OpenColorIO when it was "
-        "made and compared with the model: ΔE2000 of the worst file. Whether the files are still these, "
-        f"<code>lutgen check {escape(built.folder)}</code> tells.</p>"
-    )
-    parts = [
-        '<section id="certificates">',
-        "<h2>How true the LUTs are</h2>",
-        what,
-        table_html(Table(heads, rows, words=range(3)))
-        if rows
-        else '<p class="caution">The build was made without certificates.</p>',
-    ]
-    described = manifest.recipe.get("model", {})
+    headings = ("mode", "format", "colours", "files", "mean", "99 %", "max")
+    values = {
+        "folder": built.folder,
+        "count": len(luts),
+        "span": f", {spaced(hours[0])} to {spaced(hours[-1])} h" if hours else "",
+        "table": Table(headings, rows, words=range(3)) if rows else None,
+        "same": _is_of(built, model),
+    }
+    return Section("certificates", "How true the LUTs are", "certificates.html", values)
+
+
+def _is_of(built: Built, model: DisplayModel) -> bool:
+    """Whether a build is of this display and model; one whose manifest does not say so is not."""
     try:
-        same = same_model(described, model_as_json(model, Path(built.folder)))
+        return same_model(built.manifest.recipe.get("model", {}), model_as_json(model, Path(built.folder)))
     except (KeyError, TypeError, AttributeError):
-        same = False
-    if not same:
-        parts.append(
-            '<p class="caution">These LUTs are of another display or model than the pictures above: build again with '
-            "the same --display or --model to have both alike.</p>"
-        )
-    return "\n".join([*parts, "</section>"])
+        return False
 
 
-def effects_section(model: DisplayModel) -> str:
-    """Write what the model has beside the paper's; nothing where it has none."""
-    if not model.effects:
-        return ""
-    shown = show(model)
-    items = "".join(f"<li>{escape(text)}</li>" for text in shown.told_effects())
-    remarks = "".join(f"<p>{escape(text)}</p>" for text in shown.remarks)
-    found = f"<p>How it was found: verdict {escape(model.verdict)}.</p>" if model.verdict else ""
-    return f'<section id="effects"><h2>Effects of the model</h2>\n<ul>{items}</ul>\n{remarks}{found}</section>'
+def effects_section(model: DisplayModel) -> Section:
+    """Gather what the model has beside the paper's."""
+    aging = show(model)
+    values = {"effects": aging.told_effects(), "remarks": aging.remarks, "verdict": model.verdict}
+    return Section("effects", "Effects of the model", "effects.html", values)
 
 
 def label(model: DisplayModel) -> str:
     """Say that a display was not measured, in front of everything; nothing where it was."""
     source = model.measurements.metadata.get("source", "")
     word = next((word for word in _NOT_MEASURED if source.startswith(word)), "")
-    return f'<p class="label">This display is {word.lower()}, not measured.</p>' if word else ""
+    return f"This display is {word.lower()}, not measured." if word else ""
 
 
-def provenance_section(image: Path, model: DisplayModel, built: Built | None, data: tuple[str, str] | None) -> str:
-    """Write files with their SHA-256, the model's choices and the versions; ``data`` is a file and its hash."""
+def provenance_section(image: Path, model: DisplayModel, built: Built | None, data: tuple[str, str] | None) -> Section:
+    """Gather files with their SHA-256, the model's choices and the versions; ``data`` is a file and its hash."""
     readings = model.measurements
-    files = [("picture", str(image), file_sha256(image)), ("display", readings.file, readings.sha256)]
+    rows = [("picture", str(image), file_sha256(image)), ("display", Path(readings.file).name, readings.sha256)]
     if model.file:
-        files.append(("model", model.file, file_sha256(Path(model.file))))
+        rows.append(("model", model.file, file_sha256(Path(model.file))))
     if data:
-        files.append(("readings", *data))
+        rows.append(("readings", *data))
     if built:
-        files.append(("build", str(Path(built.folder) / MANIFEST), built.sha256))
-    rows = [(what, Path(name).name if what == "display" else name, digest) for what, name, digest in files]
-    choices = "".join(f"<dt>{escape(name)}</dt><dd>{escape(text)}</dd>" for name, text in _choices(model))
-    return (
-        '<section id="provenance">\n<h2>Where all this comes from</h2>\n'
-        f"<p>{escape(readings.provenance)}</p>\n"
-        f"{table_html(Table(('what', 'file', 'SHA-256'), rows, words=range(3)))}\n<dl>{choices}</dl>\n</section>"
-    )
+        rows.append(("build", str(Path(built.folder) / MANIFEST), built.sha256))
+    values = {
+        "readings": readings.provenance,
+        "files": Table(("what", "file", "SHA-256"), rows, words=range(3)),
+        "choices": list(_choices(model)),
+    }
+    return Section("provenance", "Where all this comes from", "provenance.html", values)
 
 
 def _choices(model: DisplayModel) -> Iterator[tuple[str, str]]:

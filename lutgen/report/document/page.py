@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from html import escape
-from importlib.resources import files
 from pathlib import Path
-from string import Template
 from typing import TYPE_CHECKING
 
 from lutgen.display.aging import show
 from lutgen.files import write_atomically
-from lutgen.report.document import sections
 from lutgen.report.document.evidence import Evidence, evidence_section
-from lutgen.report.document.origin import (
-    Built,
-    certificates_section,
-    effects_section,
-    label,
-    provenance_section,
-)
+from lutgen.report.document.lifetimes import finding, lifetimes_section, picture_caption
+from lutgen.report.document.origin import Built, certificates_section, effects_section, label, provenance_section
+from lutgen.report.document.templates import render
+from lutgen.report.document.viewer import frames_section, script_data, viewer_section
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from lutgen.appearance.lifetime import Lifetimes
     from lutgen.report.document.scenes import Scenes
+    from lutgen.report.document.section import Section
 
 
 @dataclass(frozen=True)
@@ -32,7 +28,7 @@ class Run:
 
     Attributes
     ----------
-    found
+    lifetimes
         Lifetimes of one image.
     scenes
         The image on the aged displays.
@@ -43,7 +39,7 @@ class Run:
 
     """
 
-    found: Lifetimes
+    lifetimes: Lifetimes
     scenes: Scenes
     built: Built | None = None
     evidence: Evidence | None = None
@@ -56,28 +52,32 @@ def write_report(run: Run, path: str | Path) -> None:
 
 def html(run: Run) -> str:
     """Return the page."""
-    model, image = run.found.model, Path(run.found.images[0].file)
+    model, image = run.lifetimes.model, Path(run.lifetimes.images[0].file)
     kind = model.measurements.metadata.get("display") or Path(model.measurements.file).name
-    about = [
-        sections.lifetimes(run.found, run.scenes),
-        sections.frames(run.scenes),
-        evidence_section(run.evidence) if run.evidence else "",
-        effects_section(model),
-        certificates_section(run.built, model) if run.built else "",
-        provenance_section(image, model, run.built, _data(run.evidence)),
-    ]
-    return Template(_part("page.html")).substitute(
-        title=escape(f"{image.name} on an aged display"),
-        finding=escape(sections.finding(run.found)),
-        display=escape(f"Display: {kind.rstrip('.')}. {show(model).sentence()}"),
+    return render(
+        "page.html",
+        title=f"{image.name} on an aged display",
+        finding=finding(run.lifetimes),
+        display=f"Display: {kind.rstrip('.')}. {show(model).sentence()}",
         label=label(model),
-        caption=escape(sections.picture_caption(run.found, run.scenes)),
-        viewer=sections.viewer(run.scenes),
-        sections="\n".join(part for part in about if part),
-        style=_part("page.css"),
-        script=_part("page.js"),
-        data=sections.data_of(run.scenes),
+        caption=picture_caption(run.lifetimes, run.scenes),
+        sections=list(_sections(run)),
+        data=script_data(run.scenes),
     )
+
+
+def _sections(run: Run) -> Iterator[Section]:
+    model, image = run.lifetimes.model, Path(run.lifetimes.images[0].file)
+    yield viewer_section(run.scenes)
+    yield lifetimes_section(run.lifetimes, run.scenes)
+    yield frames_section(run.scenes)
+    if run.evidence:
+        yield evidence_section(run.evidence)
+    if model.effects:
+        yield effects_section(model)
+    if run.built:
+        yield certificates_section(run.built, model)
+    yield provenance_section(image, model, run.built, _data(run.evidence))
 
 
 def _data(evidence: Evidence | None) -> tuple[str, str] | None:
@@ -85,7 +85,3 @@ def _data(evidence: Evidence | None) -> tuple[str, str] | None:
         return None
     readings = evidence.diagnosis.problem.readings
     return readings.file, readings.sha256
-
-
-def _part(name: str) -> str:
-    return files("lutgen.report").joinpath("templates", name).read_text(encoding="utf-8")

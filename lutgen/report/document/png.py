@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import zlib
-from base64 import b64encode
 from struct import pack
 from typing import TYPE_CHECKING, Any
 
@@ -35,11 +34,6 @@ def png(pixels: NDArray[np.uint8], palette: NDArray[np.uint8] | None = None) -> 
     return _SIGNATURE + b"".join(
         pack(">I", len(data)) + name + data + pack(">I", zlib.crc32(name + data)) for name, data in chunks
     )
-
-
-def data_uri(image: bytes) -> str:
-    """Return a PNG as an address that holds the picture itself."""
-    return f"data:image/png;base64,{b64encode(image).decode()}"
 
 
 def _unfiltered(rows: NDArray[np.uint8]) -> bytes:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lutgen.colorimetry import xyz_to_xyY
 from lutgen.display.hours import parse_hours
 from lutgen.errors import LutgenError
-from lutgen.report.document.png import data_uri, png
+from lutgen.report.document.png import png
+from lutgen.report.drawing.png_file import data_address
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -66,10 +67,6 @@ class Scene:
     numbers: Numbers
     picture: str
     map: str
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the numbers."""
-        return asdict(self.numbers)
 
 
 @dataclass(frozen=True)
@@ -131,7 +128,7 @@ def pixels_of_a_frame(hours: int, modes: int) -> int:
 def scenes_of(
     frame: Frame,
     model: DisplayModel,
-    found: Lifetimes,
+    lifetimes: Lifetimes,
     hours: Sequence[float],
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Scenes:
@@ -143,7 +140,7 @@ def scenes_of(
         The picture.
     model
         The display.
-    found
+    lifetimes
         Lifetimes of the whole image, at these hours and others: numbers are those of the image, not of the frame.
     hours
         Increasing from 0.
@@ -151,14 +148,14 @@ def scenes_of(
         Called with the scenes made and the scenes in all.
 
     """
-    curves, unaged = found.images[0].curves, model.at("stable", 0.0)
-    made, modes = 0, {}
+    curves, unaged = lifetimes.images[0].curves, model.at("stable", 0.0)
+    count, modes = 0, {}
     for mode, curve in curves.items():
         scenes = []
         for hour in hours:
             scenes.append(_scene(frame, unaged, model.at(mode, hour), curve))
-            made += 1
-            progress(made, len(curves) * len(hours))
+            count += 1
+            progress(count, len(curves) * len(hours))
         modes[mode] = tuple(scenes)
     return Scenes(frame, _picture(frame, frame.shown(unaged)), tuple(hours), modes)
 
@@ -175,16 +172,16 @@ def _scene(frame: Frame, unaged: AgedDisplay, aged: AgedDisplay, curve: Curve) -
 
 def _picture(frame: Frame, shown: NDArray[np.uint8]) -> str:
     if frame.visible.all():
-        return data_uri(png(shown))
+        return data_address(png(shown))
     alpha = np.where(frame.visible, 255, 0).astype(np.uint8)
-    return data_uri(png(np.dstack([shown, alpha])))
+    return data_address(png(np.dstack([shown, alpha])))
 
 
 def _map(frame: Frame, difference: NDArray[np.float64]) -> str:
     level = np.minimum(difference / REACH * STEPS, STEPS - 1).astype(np.uint8)
     # The last colour of the palette is that of pixels that show nothing.
     level[~frame.visible] = STEPS
-    return data_uri(png(level, np.vstack([map_colours(), np.full((1, 3), 255, np.uint8)])))
+    return data_address(png(level, np.vstack([map_colours(), np.full((1, 3), 255, np.uint8)])))
 
 
 def map_colours() -> NDArray[np.uint8]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -43,3 +44,8 @@ def new_png(path: str | Path, *, force: bool) -> Iterator[Path]:
     """Give the temporary path of a picture that takes its place whole; errors as in :func:`check_new_png`."""
     with replacing(check_new_png(path, force=force)) as partial:
         yield partial
+
+
+def data_address(image: bytes) -> str:
+    """Return a PNG as an address that holds the picture itself (RFC 2397)."""
+    return f"data:image/png;base64,{b64encode(image).decode()}"
