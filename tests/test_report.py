@@ -19,11 +19,11 @@ from skimage.io import imread, imsave
 
 from lutgen import DisplayModel, apply_to_image, cli, lifetime, read_measurements
 from lutgen.appearance.frame import fitting, read_frame, turned
+from lutgen.appearance.png import page_png
 from lutgen.bindings import oiio
 from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.display import default_display
 from lutgen.report.document.chart import ticks
-from lutgen.report.document.png import png
 from lutgen.report.document.scenes import MOST, REACH, STEPS, hours_of, map_colours
 from lutgen.report.document.templates import environment
 from lutgen.report.parts import Table
@@ -306,15 +306,15 @@ def test_png_is_read_back_by_others() -> None:
     random = np.random.default_rng(0)
     for channels in (3, 4):
         picture = random.integers(0, 256, (7, 11, channels), np.uint8)
-        with Image.open(io.BytesIO(png(picture))) as image:
+        with Image.open(io.BytesIO(page_png(picture))) as image:
             assert (np.asarray(image) == picture).all()
     smooth = np.add.outer(np.arange(40), np.arange(50)).astype(np.uint8)[..., None].repeat(3, axis=2)
-    with Image.open(io.BytesIO(png(smooth))) as image:
+    with Image.open(io.BytesIO(page_png(smooth))) as image:
         assert (np.asarray(image) == smooth).all()
-    assert len(png(smooth)) < smooth.size / 20
+    assert len(page_png(smooth)) < smooth.size / 20
     level = random.integers(0, 5, (7, 11), np.uint8)
     palette = random.integers(0, 256, (5, 3), np.uint8)
-    with Image.open(io.BytesIO(png(level, palette))) as image:
+    with Image.open(io.BytesIO(page_png(level, palette))) as image:
         assert (np.asarray(image.convert("RGB")) == palette[level]).all()
 
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.appearance.png import page_png
 from lutgen.colorimetry import xyz_to_xyY
 from lutgen.display.hours import parse_hours
 from lutgen.errors import LutgenError
-from lutgen.report.document.png import png
 from lutgen.report.drawing.png_file import data_address
 
 if TYPE_CHECKING:
@@ -172,16 +172,16 @@ def _scene(frame: Frame, unaged: AgedDisplay, aged: AgedDisplay, curve: Curve) -
 
 def _picture(frame: Frame, shown: NDArray[np.uint8]) -> str:
     if frame.visible.all():
-        return data_address(png(shown))
+        return data_address(page_png(shown))
     alpha = np.where(frame.visible, 255, 0).astype(np.uint8)
-    return data_address(png(np.dstack([shown, alpha])))
+    return data_address(page_png(np.dstack([shown, alpha])))
 
 
 def _map(frame: Frame, difference: NDArray[np.float64]) -> str:
     level = np.minimum(difference / REACH * STEPS, STEPS - 1).astype(np.uint8)
     # The last colour of the palette is that of pixels that show nothing.
     level[~frame.visible] = STEPS
-    return data_address(png(level, np.vstack([map_colours(), np.full((1, 3), 255, np.uint8)])))
+    return data_address(page_png(level, np.vstack([map_colours(), np.full((1, 3), 255, np.uint8)])))
 
 
 def map_colours() -> NDArray[np.uint8]:

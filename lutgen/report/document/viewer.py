@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from lutgen.appearance.png import page_png
 from lutgen.numerals import spaced
-from lutgen.report.document.png import png
 from lutgen.report.document.scenes import REACH, map_colours
 from lutgen.report.document.section import Section
 from lutgen.report.drawing.png_file import data_address
@@ -49,7 +49,7 @@ def colour_bar() -> ColourBar:
     colours = map_colours()
     marks = [(f"{100 * value / REACH:g}", f"{value:g}") for value in _MARKS[:-1]]
     last = f"≥\N{NARROW NO-BREAK SPACE}{_MARKS[-1]:g}"
-    return ColourBar(data_address(png(colours[None])), len(colours), f"{REACH:g}", [*marks, ("100", last)])
+    return ColourBar(data_address(page_png(colours[None])), len(colours), f"{REACH:g}", [*marks, ("100", last)])
 
 
 def numbers_in_words(numbers: Numbers) -> dict[str, str]:

@@ -10,7 +10,8 @@ import numpy as np
 from lutgen.appearance.rings import outlines
 from lutgen.numerals import spaced
 from lutgen.report.drawing.figure import BLUE, GREY, RED, picture, tidy
-from lutgen.report.drawing.png_file import METADATA, new_png
+from lutgen.report.drawing.grey_page import save_page
+from lutgen.report.drawing.png_file import new_png
 from lutgen.report.pictures.nuclei import counted, headline, percent
 
 if TYPE_CHECKING:
@@ -49,7 +50,7 @@ def plot_nuclei(found: Conspicuity, folder: str | Path, *, force: bool = False) 
     page, whole = (Path(folder) / name for name in picture_names(found.field.file))
     _page(found, page, force=force)
     with new_png(whole, force=force) as partial:
-        _save(partial, outlined(found, *((0, size) for size in found.field.shape)))
+        save_page(outlined(found, *((0, size) for size in found.field.shape)), partial)
     return [page, whole]
 
 
@@ -116,9 +117,3 @@ def outlined(found: Conspicuity, rows: tuple[int, int], columns: tuple[int, int]
 
 def _grown(values: NDArray[_Kind], zoom: int) -> NDArray[_Kind]:
     return values.repeat(zoom, axis=0).repeat(zoom, axis=1)
-
-
-def _save(path: Path, pixels: NDArray[np.uint8]) -> None:
-    from matplotlib.image import imsave
-
-    imsave(path, pixels, format="png", metadata=METADATA)
