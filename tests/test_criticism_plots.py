@@ -17,6 +17,7 @@ from lutgen.criticism.compare import compare
 from lutgen.criticism.diagnose import diagnose
 from lutgen.criticism.fit import fit
 from lutgen.criticism.fit_view import View, patch_name
+from lutgen.criticism.panels import panels
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.refine import refine
 from lutgen.criticism.search import family
@@ -31,7 +32,6 @@ from lutgen.report.criticism.plots import (
     plot_diagnosis,
     plot_refinement,
 )
-from lutgen.report.criticism.residual_plot import panels
 from tests.campaigns import CAMPAIGNS, text_of
 
 if TYPE_CHECKING:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lutgen.criticism.compare import CLEAR
+from lutgen.criticism.standing_out import over_noise, standing_out
 from lutgen.numerals import spaced
 from lutgen.report.parts import Table
 
@@ -17,12 +18,6 @@ if TYPE_CHECKING:
 
 #: Rows of the tables: slices that stand out, and single readings.
 SLICES, READINGS = 12, 5
-
-#: A slice is worth a row when its error over noise lies so many standard deviations of that ratio above 1 ...
-NOTICED = 4.0
-
-#: ... and above what all readings together have by this factor.
-BEYOND = 1.1
 
 #: How the dimensions of slices are called in a table.
 NAMES = {
@@ -103,21 +98,6 @@ def error_table(comparison: Comparison) -> Table:
         error, floor = getattr(comparison.error, key), getattr(comparison.floor, key)
         rows.append((name, f"{error:.3f}", f"{floor:.3f}", f"{error / floor:.2f} ×" if floor else "–"))
     return Table(("", "error", "noise alone", "ratio"), rows)
-
-
-def standing_out(comparison: Comparison) -> list[Slice]:
-    """Slices whose error is more than noise and more than elsewhere, those that stand out most first."""
-    noticed = [
-        each
-        for each in comparison.where
-        if over_noise(each) > max(1.0 + NOTICED / (6 * each.n) ** 0.5, BEYOND * comparison.ratio)
-    ]
-    return sorted(noticed, key=lambda each: -(each.rms_sigma**2 - each.floor_rms_sigma**2) * each.n**0.5)
-
-
-def over_noise(each: Slice) -> float:
-    """Error of a slice over what noise alone gives, by root mean square."""
-    return each.rms_sigma / each.floor_rms_sigma if each.floor_rms_sigma else 0.0
 
 
 def _slice_table(slices: list[Slice]) -> Table:

@@ -6,6 +6,7 @@ from math import ceil
 from typing import TYPE_CHECKING, Any
 
 from lutgen.criticism.diagnose import parameters_of
+from lutgen.criticism.effect_size import relative_size, typical_size
 from lutgen.numerals import percent, readable, with_error
 from lutgen.report.criticism.comparison import data_line, fresh_lines
 from lutgen.report.criticism.effect_sketch import STUB_FILE, STUB_NAME, stub
@@ -53,7 +54,7 @@ def diagnose_page(
         yield parameter_table(parameters_of(diagnosis.explanation.final), effects)
     if diagnosis.ranking and verdict.name != "consistent":
         yield ""
-        yield f"Each effect alone, fitted with white and primaries, best first (noise: {perfect(diagnosis):.2f} σ):"
+        yield f"Each effect alone, fitted with white and primaries, best first (noise: {noise_rms(diagnosis):.2f} σ):"
         yield _ranking_table(diagnosis.ranking, effects)
     for part in (_rivals(diagnosis, again), verdict.remarks, _refutation(diagnosis, effects)):
         if part:
@@ -81,24 +82,6 @@ def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect]
         rows.append(row)
     headings = ("effect", "seen from", "parameter", "typical", "absorbed by the tips")
     return Table(headings, rows, words=(0, 2), faint=[n for n, each in enumerate(ordered) if not each.visible])
-
-
-def typical_size(effect: Effect, parameter: str) -> float:
-    """How far a parameter typically is from where the effect does nothing."""
-    return abs(effect.parameters[parameter].value - effect.neutral.get(parameter, 0.0))
-
-
-def relative_size(seen: Visibility, effects: Mapping[str, Effect]) -> float | None:
-    """Smallest detectable size over the typical one; None where either has no meaning."""
-    effect = effects[seen.effect]
-    if (
-        seen.smallest_detectable is None
-        or seen.parameter not in effect.neutral
-        or effect.parameters[seen.parameter].grid
-    ):
-        return None
-    typical = typical_size(effect, seen.parameter)
-    return seen.smallest_detectable / typical if typical else None
 
 
 def parameter_table(parameters: Mapping[str, Mapping[str, Mapping[str, Any]]], effects: Mapping[str, Effect]) -> Table:
@@ -144,8 +127,8 @@ def _sigma(value: float) -> str:
     return f"{value:.2f}" if value < 1000 else readable(value, 3)
 
 
-def perfect(diagnosis: Diagnosis) -> float:
-    """Root mean square that a fit leaves of noise alone, in σ: less than 1, since it follows the noise a little."""
+def noise_rms(diagnosis: Diagnosis) -> float:
+    """Root mean square in σ that a fit leaves of noise alone; below 1, since the free parameters follow the noise."""
     base, error = diagnosis.explanation.base, diagnosis.error
     scatter = error.squares / error.freedom if error.measured else 1.0
     return float((base.freedom * scatter / base.readings) ** 0.5)

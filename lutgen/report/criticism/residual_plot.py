@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import xyz_to_lab
-from lutgen.criticism.anchored import is_anchor, noise_only
 from lutgen.criticism.compare import CLEAR
 from lutgen.criticism.direction import CALLED
-from lutgen.criticism.families import condition_of, slices
-from lutgen.criticism.linear import whiten
+from lutgen.criticism.panels import panels
 from lutgen.numerals import spaced
 from lutgen.report.criticism.comparison import NAMES
 from lutgen.report.drawing.figure import BAND, BLACK, BLUE, GREY, RED, picture, tidy
@@ -23,157 +19,24 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
     from lutgen.criticism.compare import Comparison
-    from lutgen.criticism.problem import Problem
-
-#: Colour families in the order in which people think of them.
-FAMILIES = (
-    "black", "grey", "red ramp", "green ramp", "blue ramp", "secondary", "mixture", "tips", "lens cap",
-)  # fmt: skip
+    from lutgen.criticism.panels import Panel
 
 #: Panels side by side; ratios from which on an axis is logarithmic; ΔL*, Δa*, Δb* that it shows at least.
 ACROSS, LOGARITHMIC, LEAST_LAB = 4, 6.0, 0.3
-
-#: Dimensions that are conditions, and how readings that depart from rest in them are called.
-CONDITIONS = {
-    "position": "position",
-    "ambient_lx": "ambient",
-    "warmup_min": "cold",
-    "temperature_c": "heat",
-    "window": "window",
-}
 
 #: Axes of L*a*b*: name, colour and mark.
 AXES = (("ΔL*", BLACK, "o"), ("Δa*", RED, "s"), ("Δb*", BLUE, "^"))
 
 
-@dataclass(frozen=True)
-class Panel:
-    """Errors by one dimension, k slices in order.
-
-    Attributes
-    ----------
-    by
-        The dimension.
-    told
-        Index of the slice that the title tells: the worst, of a condition the worst that departs from rest.
-    labels, places
-        Name and position on the axis of each slice; for ``position`` u, v of shape (k, 2).
-    ratio, band
-        Root mean square over that of noise alone, (k,), and its span in campaigns of noise alone, (k, 2).
-    lab, scatter
-        Mean ΔL*, Δa*, Δb*, measured less predicted, (k, 3), and two standard deviations of noise alone, (k, 3).
-
-    """
-
-    by: str
-    told: int
-    labels: tuple[str, ...]
-    places: Array
-    ratio: Array
-    band: Array
-    lab: Array
-    scatter: Array
-
-    @property
-    def worst(self) -> float:
-        """Error over noise in the slice that the title tells."""
-        return float(self.ratio[self.told])
-
-    @property
-    def title(self) -> str:
-        """Say where the error of this dimension is largest."""
-        if self.worst < CLEAR:
-            return f"{NAMES[self.by]}: at most {self.worst:.1f} × noise"
-        where = self.labels[self.told].replace("u ", "").replace("v ", "")
-        return f"{NAMES[self.by]}: {_short(self.worst)} × noise at {where}"
-
-
-def panels(comparison: Comparison) -> list[Panel]:
-    """Sort the residuals of a comparison into panels."""
-    problem, predicted = comparison.problem, comparison.predicted
-    judged = ~is_anchor(problem)
-    white = problem.measured_tips[0, 0]
-    lab = xyz_to_lab(predicted, white)
-
-    def sizes(residual: Array) -> tuple[Array, Array]:
-        return (whiten(problem, residual) ** 2).mean(axis=1), xyz_to_lab(predicted + residual, white) - lab
-
-    found = sizes(comparison.residual)
-    noise = [sizes(each) for each in noise_only(problem, predicted)]
-    made = []
-    for by, label in slices(problem).items():
-        among = judged & _comparable(problem, by)
-        names = _in_order(problem, by, label, among)
-        chosen = [among & (label == name) for name in names]
-        if len(names) < 2:
-            continue
-        drawn = np.array([[each[0][here].mean() for here in chosen] for each in noise])
-        floor = np.sqrt(drawn.mean(axis=0))
-        means = np.array([[each[1][here].mean(axis=0) for here in chosen] for each in noise])
-        ratio = np.sqrt([found[0][here].mean() for here in chosen]) / floor
-        made.append(
-            Panel(
-                by,
-                _told(problem, by, chosen, ratio),
-                tuple(names),
-                _places(problem, by, chosen),
-                ratio,
-                np.stack([np.sqrt(drawn.min(axis=0)), np.sqrt(drawn.max(axis=0))], axis=1) / floor[:, np.newaxis],
-                np.array([found[1][here].mean(axis=0) for here in chosen]),
-                2.0 * np.sqrt((means**2).mean(axis=0)),
-            )
-        )
-    return made
-
-
-def _comparable(problem: Problem, by: str) -> NDArray[np.bool_]:
-    """Readings that only the dimension tells apart: of a condition, patches that were read in and out of rest."""
-    condition = condition_of(problem)
-    everything = np.ones(problem.rows.size, dtype=bool)
-    if by not in CONDITIONS or not (condition == CONDITIONS[by]).any():
-        return everything
-    drive = problem.readings.drive[problem.rows]
-    off = {tuple(code) for code in drive[condition == CONDITIONS[by]].tolist()}
-    known = np.array([tuple(code) in off for code in drive.tolist()])
-    return known & np.isin(condition, ["", CONDITIONS[by]])
-
-
-def _told(problem: Problem, by: str, chosen: Sequence[NDArray[np.bool_]], ratio: Array) -> int:
-    condition = condition_of(problem)
-    off = [by in CONDITIONS and bool((condition[here] == CONDITIONS[by]).any()) for here in chosen]
-    return int(np.argmax(np.where(off, ratio, -1.0) if any(off) else ratio))
-
-
-def _column(problem: Problem, by: str) -> Array:
-    if by == "hour":
-        return problem.hours[problem.hour_of]
-    if by == "level":
-        return np.asarray(problem.readings.drive[problem.rows].max(axis=1))
-    if by == "position":
-        conditions = problem.readings.conditions
-        return np.asarray(conditions["v"][problem.rows] * 1e3 + conditions["u"][problem.rows])
-    return problem.readings.conditions[by][problem.rows]
-
-
-def _in_order(problem: Problem, by: str, label: NDArray[np.str_], among: NDArray[np.bool_]) -> list[str]:
-    names = [str(name) for name in np.unique(label[among])]
-    if by == "family":
-        return sorted(names, key=FAMILIES.index)
-    column = np.nan_to_num(_column(problem, by), nan=np.inf)
-    return sorted(names, key=lambda name: float(column[among & (label == name)].mean()))
-
-
-def _places(problem: Problem, by: str, chosen: Sequence[NDArray[np.bool_]]) -> Array:
-    if by == "hour":
-        return np.array([float(_column(problem, by)[here].mean()) for here in chosen])
-    if by == "position":
-        u, v = (problem.readings.conditions[name][problem.rows] for name in ("u", "v"))
-        return np.array([(float(u[here].mean()), float(v[here].mean())) for here in chosen])
-    return np.arange(len(chosen), dtype=np.float64)
+def title_of(panel: Panel) -> str:
+    """Say where the error of this dimension is largest."""
+    if panel.worst < CLEAR:
+        return f"{NAMES[panel.by]}: at most {panel.worst:.1f} × noise"
+    where = panel.labels[panel.headed].replace("u ", "").replace("v ", "")
+    return f"{NAMES[panel.by]}: {_short(panel.worst)} × noise at {where}"
 
 
 def plot_residuals(
@@ -200,7 +63,7 @@ def plot_residuals(
 
 
 def _most_telling(comparison: Comparison) -> str:
-    """Find the dimension in which the sentence says where the error is worst."""
+    """Return the dimension that the sentence of the comparison names as the worst; "" where it names none."""
     where = comparison.direction.where
     return next((each.by for each in comparison.where if CALLED[each.by].format(each.slice) == where), "")
 
@@ -233,7 +96,7 @@ def _draw(
             axes, below = figure.add_subplot(halves[0]), figure.add_subplot(halves[1])
             _sizes(axes, panel, earlier.get(panel.by), most)
             _directions(below, panel, widest, legend=place == 0)
-        axes.set_title(panel.title, loc="left", fontsize=11, color=RED if clear else BLACK, weight=bold)
+        axes.set_title(title_of(panel), loc="left", fontsize=11, color=RED if clear else BLACK, weight=bold)
 
 
 def _sizes(axes: Axes, panel: Panel, earlier: Panel | None, most: float) -> None:
@@ -260,7 +123,7 @@ def _sizes(axes: Axes, panel: Panel, earlier: Panel | None, most: float) -> None
 
 
 def _widened(band: Array) -> Array:
-    """Eight campaigns show two thirds of what noise does: make their span what twenty would show."""
+    """Widen the span of eight simulated campaigns to what twenty would span: eight reach two thirds of it."""
     middle = band.mean(axis=1, keepdims=True)
     return np.asarray(middle + 1.3 * (band - middle))
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from lutgen.report.criticism.diagnosis import perfect
+from lutgen.report.criticism.diagnosis import noise_rms
 from lutgen.report.criticism.residual_plot import LOGARITHMIC
 from lutgen.report.drawing.figure import BAND, BLACK, BLUE, GREY, RED, picture, tidy
 
@@ -98,7 +98,7 @@ def _way(axes: Axes, stages: Sequence[Stage]) -> None:
 
 
 def _alone(axes: Axes, diagnosis: Diagnosis) -> None:
-    rows, noise, base = alone(diagnosis), perfect(diagnosis), diagnosis.explanation.base
+    rows, noise, base = alone(diagnosis), noise_rms(diagnosis), diagnosis.explanation.base
     nothing = (base.chi2 / base.readings) ** 0.5
     for row, each in enumerate(rows):
         axes.barh(row, each.rms_sigma, 0.66, color=BLUE if each.found else "#bbbbbb")

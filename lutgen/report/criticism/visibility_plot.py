@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.criticism.effect_size import relative_size
 from lutgen.numerals import percent, readable
-from lutgen.report.criticism.diagnosis import relative_size
 from lutgen.report.drawing.figure import BLACK, BLUE, RED, picture, tidy
 
 if TYPE_CHECKING:
