@@ -1,16 +1,16 @@
-"""Numbers as engineers read them: 12.31 ± 0.24, 1.53 ×10⁻⁵, 8.1 %."""
+"""Numbers in the form in which engineers read them: 12.31 ± 0.24, 1.53 ×10⁻⁵, 8.1 %, 18 000."""
 
 from __future__ import annotations
 
 from math import floor, isfinite, log10
 
-#: Figures that are printed of a value, and of its error.
+#: Significant figures of a value, and of its error.
 FIGURES, OF_AN_ERROR = 4, 2
 
-#: More figures than these nobody reads, however small the error is.
+#: Significant figures of a value at most, however small its error is.
 MOST = 6
 
-#: Below this an error has too many zeros before its figures.
+#: An error below this is written with a power of ten: it has too many zeros.
 LEAST = 1e-5
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -44,7 +44,7 @@ def with_error(value: float, stderr: float | None, unit: str = "1") -> str:
 
 
 def percent(share: float | None) -> str:
-    """Write a share in percent; one that is all but nothing, or all but everything, is said to be so."""
+    """Write a share in percent; a share just above 0 is "< 1 %", one just below 1 is "> 99 %"; None is a dash."""
     if share is None:
         return "–"
     if 0 < share < 0.01:
@@ -67,7 +67,7 @@ def pixels_of_colours(pixels: int, colours: int) -> str:
 
 
 def _power(value: float) -> int:
-    """Power of ten, a multiple of three, that is written apart."""
+    """Return the power of ten, a multiple of three, that is written as a factor."""
     exponent = floor(log10(abs(value)))
     return 0 if -4 <= exponent < 4 else 3 * (exponent // 3)
 

@@ -1,4 +1,4 @@
-"""What a picture of a missing effect is drawn from: the readings where it shows most, with it and without it."""
+"""An effect of a fit, prepared for drawing: the readings it changes most, predicted with it and without it."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 #: Curves in one picture, and patches in a row of bars.
 CURVES, PATCHES = 3, 12
 
-#: X or Z is drawn instead of Y where the effect shows so many times better there.
+#: X or Z is drawn instead of Y if the effect changes it this many times more, in σ.
 BETTER = 2.0
 
-#: Share of white's light below which differences are told in cd/m², above it in percent.
+#: Share of white's light below which differences are given in cd/m², above it in percent.
 DARK = 0.05
 
 #: Names of pure codes.
@@ -45,8 +45,8 @@ NAMES = {
 }
 
 
-#: Unusual conditions, as a patch's name tells them: columns and form.
-_TOLD: dict[str, tuple[tuple[str, ...], str]] = {
+#: Condition other than rest → its columns, and their form in the name of a patch.
+_FORMS: dict[str, tuple[tuple[str, ...], str]] = {
     "position": (("u", "v"), "({:g}, {:g})"),
     "ambient": (("ambient_lx",), "{:g} lx"),
     "cold": (("warmup_min",), "{:g} min"),
@@ -54,15 +54,15 @@ _TOLD: dict[str, tuple[tuple[str, ...], str]] = {
     "heat": (("temperature_c",), "{:.0f} °C"),
 }
 
-#: Words before these in a sentence.
+#: Condition → the word before its value in a sentence.
 _BEFORE = {"position": "at ", "ambient": "in ", "cold": "after ", "window": "in a ", "heat": "at "}
 
-#: A patch has a bar when the effect changes it by this share of the largest change.
+#: A patch has a bar if the effect changes it by at least this share of the largest change.
 WORTH_A_BAR = 0.04
 
 
 class Bar(NamedTuple):
-    """A patch: name, code value, and what was measured and what the effect says, less the model without it, in σ."""
+    """A patch: name, code value, and measured and predicted change against the model without the effect, in σ."""
 
     name: str
     code: Array
@@ -71,7 +71,7 @@ class Bar(NamedTuple):
 
 
 class Way(NamedTuple):
-    """What the first plot of an effect runs over: a name for it, its values (n,), and the columns it stands for."""
+    """The horizontal axis of an effect's first plot: label, values (n,), and the columns of the readings behind it."""
 
     name: str
     values: Array
@@ -79,7 +79,7 @@ class Way(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """Readings along a way: places, measured, its 1 σ, and with the effect, less the model without it; (m,) each."""
+    """Readings along that axis: places, measured change, its 1 σ, predicted change; (m,) each."""
 
     name: str
     places: Array
@@ -90,7 +90,7 @@ class Curve(NamedTuple):
 
 @dataclass(frozen=True)
 class View:
-    """An effect drawn in: predictions without it and with it.
+    """One effect of a fit: predictions without it and with it.
 
     Attributes
     ----------
@@ -108,7 +108,7 @@ class View:
 
     @classmethod
     def of(cls, problem: Problem, terms: Sequence[Term], effect: Effect) -> View:
-        """Look at one of the effects of a fit; the others stay as they are."""
+        """Take one effect out of a fit; the other effects keep their parameters."""
         rest = [term for term in terms if term.effect.name != effect.name]
         return cls(problem, effect, anchored(problem, rest), anchored(problem, terms))
 
@@ -120,19 +120,19 @@ class View:
 
     @cached_property
     def axis(self) -> int:
-        """Which of X, Y and Z shows the effect best; Y unless another does much better."""
+        """Index of the component of XYZ that shows the effect best; Y unless another shows it much better."""
         strength = (((self.with_it - self.without) / self.sigma) ** 2).sum(axis=0)
         best = int(np.argmax(strength))
         return best if strength[best] > BETTER**2 * strength[1] else 1
 
     @cached_property
     def change(self) -> Array:
-        """What the effect changes in that component, in σ, (n,)."""
+        """Change of that component by the effect, in σ, (n,)."""
         return np.asarray(((self.with_it - self.without) / self.sigma)[:, self.axis])
 
     @cached_property
-    def found(self) -> Array:
-        """What was measured beyond the model without the effect in that component, in σ, (n,)."""
+    def residual(self) -> Array:
+        """Measured less predicted without the effect in that component, in σ, (n,)."""
         return np.asarray(((self.problem.xyz - self.without) / self.sigma)[:, self.axis])
 
     @property
@@ -142,7 +142,7 @@ class View:
 
     @cached_property
     def way(self) -> Way:
-        """What the effect runs over: the condition that it needs, the level, or the hours."""
+        """Horizontal axis: the condition that the effect needs, or else the code value or the hours, by its stage."""
         problem, needs = self.problem, self.effect.needs
         scene = problem.scene(problem.measured_tips)
         full = problem.rows.size
@@ -167,7 +167,7 @@ class View:
 
     @cached_property
     def curves(self) -> list[Curve]:
-        """Readings that differ in nothing but the way, those that show the effect most."""
+        """Curves of readings that differ only along the axis, for the patches that show the effect best."""
         groups = self._groups()
         strength = {key: float((self.change[here] ** 2).sum()) for key, here in groups.items()}
         order = sorted((key for key in groups if strength[key] > 0), key=lambda key: -strength[key])
@@ -186,28 +186,28 @@ class View:
         self, order: list[tuple[float, ...]], groups: dict[tuple[float, ...], NDArray[np.intp]]
     ) -> list[tuple[float, ...]]:
         """The strongest groups, no two of the same code value."""
-        found: dict[tuple[float, ...], tuple[float, ...]] = {}
+        strongest: dict[tuple[float, ...], tuple[float, ...]] = {}
         for key in order:
             code = tuple(self._codes[groups[key][0]])
-            found.setdefault(code, key)
-        return list(found.values())[:CURVES]
+            strongest.setdefault(code, key)
+        return list(strongest.values())[:CURVES]
 
     @property
     def _codes(self) -> Array:
         return self.problem.readings.drive[self.problem.rows]
 
     def _patch_of(self, here: NDArray[np.intp]) -> tuple[float, ...]:
-        """What readings along a way share, hours apart."""
+        """What the readings of one curve have in common, without their hour."""
         return tuple(np.delete(self._keys[here[0]], 0).tolist())
 
     @cached_property
     def _keys(self) -> Array:
-        """Hour, and all else that tells readings apart but the way, (n, m)."""
+        """Hour and all other properties in which readings differ, except those of the axis, (n, m)."""
         problem, columns = self.problem, self.way.columns
         levels = self.way.name == "code value"
         code = self._codes
         top = code.max(axis=1, keepdims=True)
-        # Along levels a colour is told by the ratio of its channels.
+        # Along code values the ratio of its channels identifies a colour.
         patch = np.round(code / np.where(top > 0, top, 1.0), 2) if levels else code
         hour = np.zeros(len(code)) if "hour" in columns else problem.hours[problem.hour_of]
         kept = [
@@ -217,11 +217,11 @@ class View:
         return np.column_stack([hour, *patch.T, *conditions, is_capped(problem.readings)[problem.rows].astype(float)])
 
     def _groups(self) -> dict[tuple[float, ...], NDArray[np.intp]]:
-        found: dict[tuple[float, ...], list[int]] = {}
+        rows_of: dict[tuple[float, ...], list[int]] = {}
         for index, key in enumerate(map(tuple, self._keys.tolist())):
             if self.way.name != "code value" or self.way.values[index] > 0:
-                found.setdefault(key, []).append(index)
-        groups = {key: np.array(rows) for key, rows in found.items()}
+                rows_of.setdefault(key, []).append(index)
+        groups = {key: np.array(rows) for key, rows in rows_of.items()}
         return {key: here for key, here in groups.items() if np.unique(self.way.values[here]).size >= 3}
 
     def _curve(self, here: NDArray[np.intp]) -> Curve:
@@ -256,7 +256,7 @@ class View:
         return self._scale
 
     def named(self, index: int) -> str:
-        """Name a reading as a curve's legend does: patch and hour, without what the way runs over."""
+        """Name a reading for the legend of a curve: patch and hour, without the quantity of the axis."""
         hour = (
             ""
             if "hour" in self.way.columns
@@ -273,30 +273,30 @@ class View:
         return f"{patch}{_joint(condition)}{condition}{hour}"
 
     def patches(self) -> list[Bar]:
-        """Patches where the effect shows most, at the hour at which it does."""
+        """Patches that the effect changes most, at the hour at which it changes them most."""
         hour = int(np.argmax(np.bincount(self.problem.hour_of, self.change**2)))
-        found: dict[str, list[int]] = {}
+        rows_of: dict[str, list[int]] = {}
         for index in np.flatnonzero(self.problem.hour_of == hour):
             condition = self._condition(int(index))
             name = patch_name(self._codes[index])
-            found.setdefault(f"{name}{_joint(condition)}{condition}", []).append(int(index))
+            rows_of.setdefault(f"{name}{_joint(condition)}{condition}", []).append(int(index))
         bars = [
-            Bar(name, self._codes[here[0]], float(self.found[here].mean()), float(self.change[here].mean()))
-            for name, here in found.items()
+            Bar(name, self._codes[here[0]], float(self.residual[here].mean()), float(self.change[here].mean()))
+            for name, here in rows_of.items()
         ]
         bars.sort(key=lambda bar: -abs(bar.with_it))
         return [bar for bar in bars if abs(bar.with_it) > WORTH_A_BAR * abs(bars[0].with_it)][:PATCHES]
 
     def _condition(self, index: int) -> str:
-        """Say how a reading was taken, where that is unusual."""
+        """Name the condition of a reading if it is not at rest."""
         row, kind = self.problem.rows[index], str(condition_of(self.problem)[index])
         if is_capped(self.problem.readings)[row]:
             return "lens cap"
-        columns, form = _TOLD.get(kind, ((), ""))
+        columns, form = _FORMS.get(kind, ((), ""))
         return form.format(*(float(self.problem.readings.conditions[name][row]) for name in columns))
 
     def sentence(self) -> str:
-        """Say where the effect shows most and how much of the difference it takes away."""
+        """Name the reading that the effect changes most, and its error without the effect and with it."""
         strong = int(np.argmax(np.abs(self.change)))
         kin = (np.abs(self._codes - self._codes[strong]).max(axis=1) < 1e-9) & (self._same_condition(strong))
         measured = float((self.problem.xyz - self.without)[kin, self.axis].mean())
@@ -307,11 +307,13 @@ class View:
         )
         where = patch_name(self._codes[strong])
         condition = self._condition(strong)
-        said = f"{where} {_BEFORE.get(str(condition_of(self.problem)[strong]), '')}{condition}" if condition else where
+        reading = (
+            f"{where} {_BEFORE.get(str(condition_of(self.problem)[strong]), '')}{condition}" if condition else where
+        )
         when = spaced(float(self.problem.hours[self.problem.hour_of[strong]]))
         return (
-            f"Without {self.effect.name}, {said} at {when} h is {size} {more[0] if measured > 0 else more[1]} than the "
-            f"model says; with it {rest} is left"
+            f"Without {self.effect.name}, {reading} at {when} h is {size} {more[0] if measured > 0 else more[1]} than "
+            f"the model says; with it {rest} is left"
         )
 
     def _same_condition(self, index: int) -> NDArray[np.bool_]:

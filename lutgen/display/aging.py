@@ -1,4 +1,4 @@
-"""``lutgen show``: how far a measured display has aged, in the numbers that display engineers use.
+"""How far a measured display has aged, in the numbers that display engineers use: what ``lutgen show`` prints.
 
 Chromaticity differences are Euclidean in the CIE 1976 UCS diagram (CIE 15:2018, 8.1). Correlated colour temperature
 (CCT) and D_uv, the distance from the Planckian locus, follow Ohno 2013, doi:10.1080/15502724.2014.839020.
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 #: CIE 15:2018, 9.5: farther from the Planckian locus than this, no temperature correlates with a colour.
 MAX_DUV = 0.05
 
-#: Δu'v' below which a shift has no direction worth a word: a good meter repeats to about this.
+#: Δu'v' below which no direction of a shift is given: a good meter repeats to about this.
 UNMOVED = 0.001
 
-#: White within this share of its first luminance is called held: medical displays' sensors keep 1 to 2 %.
+#: White that stays within this share of its first luminance is called held: sensors of medical displays hold 1 to 2 %.
 HELD = 0.02
 
 
@@ -64,7 +64,7 @@ class Shown:
     effects
         Of the model, in the order of the light's way.
     remarks
-        What is fixed, and what no LUT of the model can carry.
+        The conditions that a LUT fixes, and the effects that no LUT of the model can carry.
     verdict
         How the model was found.
 
@@ -91,7 +91,7 @@ class Shown:
         return self.measurements.provenance
 
     def sentence(self) -> str:
-        """Say in one sentence what a display engineer should know of the last hour."""
+        """Summarise the last hour in one sentence: white point, luminance, the primary that has changed most."""
         parts = [f"By {spaced(self.hours[-1])} h {self._white()}", self._luminance(), self._primary()]
         return "; ".join(part for part in parts if part) + "."
 
@@ -110,9 +110,9 @@ class Shown:
             "hours": [self._hour_as_json(row) for row in range(self.hours.size)],
         }
 
-    def told_effects(self) -> list[str]:
-        """Say each effect's fitted parameters, and the others that do something, one line an effect."""
-        return [f"{each.effect.name}: {', '.join(_told(each)) or 'on'}" for each in self.effects]
+    def effects_in_words(self) -> list[str]:
+        """List for each effect its fitted parameters and those that differ from rest, one line an effect."""
+        return [f"{each.effect.name}: {', '.join(_values_in_words(each)) or 'on'}" for each in self.effects]
 
     def _model_as_json(self) -> dict[str, Any]:
         effects = [
@@ -212,15 +212,15 @@ def show(model: DisplayModel, hours: Sequence[float] | None = None) -> Shown:
     )
 
 
-def _told(each: AppliedEffect) -> list[str]:
-    rest, told = each.effect.rest(), []
+def _values_in_words(each: AppliedEffect) -> list[str]:
+    rest, values = each.effect.rest(), []
     for name, estimate in each.estimates.items():
         if name in each.free or estimate.value != rest[name]:
             unit = each.effect.parameters[name].unit
             error = f" ± {estimate.stderr:.2g}" if estimate.stderr is not None else ""
-            told.append(f"{name} {estimate.value:.4g}{error}{f' {unit}' if unit != '1' else ''}")
-            told[-1] += " (at its bound)" if estimate.at_bound else ""
-    return told
+            values.append(f"{name} {estimate.value:.4g}{error}{f' {unit}' if unit != '1' else ''}")
+            values[-1] += " (at its bound)" if estimate.at_bound else ""
+    return values
 
 
 def cct_and_duv(uv: Array) -> tuple[Array, Array]:

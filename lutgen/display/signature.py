@@ -1,8 +1,9 @@
-"""What an effect does to colours at its typical size, on the un-aged default display.
+"""The signature of an effect: the colour differences that it makes at its typical size on the un-aged default display.
 
-Two differences tell it. The whole effect: the display with it beside the display without it. And what remains of it
-where white and primaries are measured again at every hour, as in the paper: the display with the effect beside the
-paper's model through that display's own tips. What does not remain, readings beside such tips cannot show.
+There are two differences. ``whole`` compares the display with the effect to the display without it. ``rest`` compares
+the display with the effect to the paper's model, which takes white and primaries as measured on that display at every
+hour. A change of white and primaries alone therefore leaves no ``rest``, and readings cannot show it under the baseline
+that measures them anew.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class Condition(NamedTuple):
-    """A column of the readings: where an effect that needs it is shown, and the range over which it is followed."""
+    """A column of the readings: the value at which effects that need it are shown, range of the plot, label."""
 
     shown: float
     low: float
@@ -48,8 +49,8 @@ CONDITIONS = {
     "surround": Condition(1.0, 0.0, 1.0, "code value of the surround"),
 }
 
-#: Codes over which the size of an effect is told: greys, primaries, secondaries, pale and dark mixtures.
-TOLD = np.array(
+#: Code values over which the size of an effect is stated: greys, primaries, secondaries, pale and dark mixtures.
+CODES = np.array(
     [
         *np.repeat(np.linspace(0.0, 1.0, 11)[:, np.newaxis], 3, axis=1),
         *np.vstack([level * (1 - np.eye(3)) for level in (0.5, 1.0)]),
@@ -58,7 +59,7 @@ TOLD = np.array(
     ]
 )
 
-#: ΔE2000 below which nothing is worth a word, and the share of an effect below which tips absorb it.
+#: ΔE2000 below which an effect counts as none, and share of an effect below which the tips absorb all of it.
 LEAST, ABSORBED = 0.005, 0.02
 
 
@@ -112,14 +113,14 @@ class Signature:
 
     @classmethod
     def of(cls, effect: Effect) -> Signature:
-        """Show an effect where it can be seen: off the centre, in a lit room, cold, …, as it needs."""
+        """Choose conditions under which the effect is visible: off the centre, in a lit room, cold, …, as it needs."""
         shown = {name: CONDITIONS[name].shown for name in effect.needs}
         if "window" in shown or "surround" in shown:
             shown = {name: CONDITIONS[name].shown for name in ("window", "surround")} | shown
         return cls(effect, shown)
 
     def seen(self, code: Array, hours: Array | float, conditions: Mapping[str, Array] | None = None) -> Difference:
-        """Compute colours of code (n or 1, 3) at hours (n or 1,), under other conditions (n, 1) where given."""
+        """Compute the colours of ``code``, (n or 1, 3), at ``hours``, (n or 1,), under ``conditions``, (n, 1)."""
         tips, light = _display()
         columns: dict[str, Any] = {name: np.full((1, 1), value) for name, value in self.conditions.items()}
         columns |= conditions or {}
@@ -141,7 +142,7 @@ class Signature:
 
     @property
     def _selection(self) -> str:
-        """Without the paper's jumps, which are no effect's; save for the effect that is made of them."""
+        """Selection of the paper's matrix: without its jumps, except for the effect that consists of them."""
         return "nearest" if self.effect.stage == SELECTION_STAGE else "continuous"
 
     def _report(self, scene: Scene) -> Array:
@@ -150,18 +151,18 @@ class Signature:
         return np.broadcast_to(reported(applied, panel(applied, scene, self._selection), tips, scene), scene.code.shape)
 
     def sentence(self) -> str:
-        """Say how large it is, where, and how much of it tips measured again absorb."""
-        sizes = {hours: self.seen(TOLD, hours) for hours in (0.0, LIFE_H / 2, LIFE_H)}
+        """Say how large the effect is, for which colour, and which share remains when the tips are measured anew."""
+        sizes = {hours: self.seen(CODES, hours) for hours in (0.0, LIFE_H / 2, LIFE_H)}
         hour = max(sizes, key=lambda hours: float(sizes[hours].whole.max()))
         whole, rest = sizes[hour].whole, sizes[hour].rest
         if whole.max() < LEAST:
             return "At its typical size it changes none of the colours and conditions that are drawn."
-        code = ", ".join(f"{value:g}" for value in TOLD[int(np.argmax(whole))])
+        code = ", ".join(f"{value:g}" for value in CODES[int(np.argmax(whole))])
         left = float(np.sqrt((rest**2).sum() / (whole**2).sum()))
-        said = f"Up to {whole.max():.2g} ΔE2000 (code {code} at {spaced(hour)} h), {whole.mean():.2g} in the mean. "
+        size = f"Up to {whole.max():.2g} ΔE2000 (code {code} at {spaced(hour)} h), {whole.mean():.2g} in the mean. "
         if left < ABSORBED:
-            return f"{said}Tips measured again absorb it all: --baseline fresh sees it."
-        return f"{said}Beside tips measured again, {left:.0%} of that is left."
+            return f"{size}Tips measured again absorb it all: --baseline fresh sees it."
+        return f"{size}Beside tips measured again, {left:.0%} of that is left."
 
 
 _DRIVES = np.vstack([np.ones(3), np.eye(3)])

@@ -99,7 +99,7 @@ def _report(shown: Shown, plot: str | None) -> None:
     console.print("\nadd.: non-additivity of luminance, (R + G + B − W) / W.")
     if shown.effects:
         console.print(f"\nThe model's effects{f' ({shown.verdict})' if shown.verdict else ''}:", markup=False)
-    for line in (*shown.told_effects(), *shown.remarks):
+    for line in (*shown.effects_in_words(), *shown.remarks):
         console.print(line, soft_wrap=True, markup=False)
     if plot:
         console.print(plot, soft_wrap=True, markup=False)

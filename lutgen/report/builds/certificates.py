@@ -1,4 +1,4 @@
-"""What ``lutgen build`` and ``lutgen check`` say of the files: certificates, colours out of reach, shaders."""
+"""The pages of ``lutgen build`` and ``lutgen check``: certificates of the files, colours out of reach, shaders."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _UNREACHABLE = {
 
 
 def certificates(rows: list[SummaryRow]) -> Iterator[Part]:
-    """Give the worst figures of each mode, format and group of colours."""
+    """Tabulate the worst figures of each mode, format and group of colours."""
     headings = ("mode", "format", "files", "largest ΔE2000", "mean", "99 %", "max")
     cells = [
         (
@@ -36,7 +36,7 @@ def certificates(rows: list[SummaryRow]) -> Iterator[Part]:
 
 
 def simulation(luts: list[FileRecord]) -> Iterator[Part]:
-    """Say how many colours are clipped, and what the groups are."""
+    """Say which share of colours is clipped at most, and define the groups of colours."""
     worst = max(luts, key=lambda record: record.certificate["clipped_share"] if record.certificate else 0.0)
     share = worst.certificate["clipped_share"] if worst.certificate else 0.0
     yield f"Up to {share:.1%} of the test colours leave the viewer's sRGB gamut ({worst.mode}, {worst.hours:g} h)."
@@ -44,7 +44,7 @@ def simulation(luts: list[FileRecord]) -> Iterator[Part]:
 
 
 def compensation(luts: list[FileRecord], unreachable: str) -> Iterator[Part]:
-    """Give the colours out of reach and what is left of the aging, by mode and hour, from each display's first file."""
+    """Tabulate by mode and hour the colours out of reach and the aging that is left, from the first file of each."""
     yield "smooth, gamut, border: the files against the model's drives. The others: what the aged display shows through"
     yield "them against the un-aged display; border: where the table mixes across a jump or the end of the drive."
     headings = (
@@ -79,7 +79,7 @@ def compensation(luts: list[FileRecord], unreachable: str) -> Iterator[Part]:
 
 
 def shaders(files: Iterable[FileRecord]) -> Iterator[Part]:
-    """Say how far the shaders were from the CPU, where they were run."""
+    """Say how far the shaders differ from the CPU, if they were run."""
     runs = [record.gpu for record in files if record.gpu]
     if runs:
         largest = max(view["max"] for run in runs for view in run["views"].values())
@@ -87,7 +87,7 @@ def shaders(files: Iterable[FileRecord]) -> Iterator[Part]:
 
 
 def shader_sentence(renderer: str, configs: int, largest: float) -> str:
-    """Say how far the shaders of some configs were from the CPU at most, in code values."""
+    """Say by how many code values the shaders of some configs differ from the CPU at most."""
     count = f"{configs} config{'s' if configs != 1 else ''}"
     away = f"{largest:.1e} of code value from the CPU ({largest * 255:.4f} of 255)"
     return f"Shaders of {count} on {renderer}: at most {away}."

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def lint_page(linted: Linted) -> Iterator[Part]:
-    """Yield what ``lutgen lint`` prints of one file: a sentence, who does what, what was found, what was tried."""
+    """Yield what ``lutgen lint`` prints of one file: a summary, a table of the readers, the findings, failed trials."""
     yield Headline(headline(linted))
     yield ", ".join(linted.facts)
     yield readers_table(linted)
@@ -30,7 +30,7 @@ def lint_page(linted: Linted) -> Iterator[Part]:
 
 
 def headline(linted: Linted) -> str:
-    """Say in a sentence who reads the file as it is meant."""
+    """Say in a sentence which readers read the file as it is meant."""
     good = [reader for reader in linted.readers if linted.fate(reader)[0].outcome == READS]
     if len(good) == len(linted.readers):
         failed = [trial.reader for trial in linted.trials if trial.outcome not in {READS, ""}]
@@ -43,7 +43,7 @@ def headline(linted: Linted) -> str:
 
 
 def readers_table(linted: Linted) -> Table:
-    """One row for a reader: what it will do, by which rule, and what it did when it was tried."""
+    """Tabulate the readers: what each is expected to do, by which rule, and what it did in a trial here."""
     tried = {trial.reader: trial for trial in linted.trials}
     headings = ("reader", "will", "how", "rule")
     rows = []

@@ -1,4 +1,4 @@
-"""The page of ``lutgen compare``: how large the error is beside the noise, and where."""
+"""The page of ``lutgen compare``: how large the error of a model is compared with the noise, and where it is large."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 #: Rows of the tables: slices that stand out, and single readings.
 SLICES, READINGS = 12, 5
 
-#: How the dimensions of slices are called in a table.
+#: Name of each dimension of slices in a table.
 NAMES = {
     "hour": "hour",
     "level": "code value",
@@ -33,7 +33,7 @@ NAMES = {
 
 
 def compare_page(comparison: Comparison, again: str = "") -> Iterator[Part]:
-    """Yield what ``lutgen compare`` prints; ``again`` are the words after ``lutgen diagnose`` to go on with."""
+    """Yield what ``lutgen compare`` prints; ``again`` are the arguments with which ``lutgen diagnose`` goes on."""
     yield comparison.sentence()
     yield data_line(comparison.problem)
     yield from fresh_lines(comparison)
@@ -57,7 +57,7 @@ def compare_page(comparison: Comparison, again: str = "") -> Iterator[Part]:
 
 
 def fresh_lines(comparison: Comparison) -> Iterator[str]:
-    """Say how near the paper's fresh display and the native one are to the first session."""
+    """Say how well the model predicts the first session: sRGB's curves, and the display's own model if it is used."""
     first, native = comparison.first_session, comparison.problem.native
     if first:
         hint = " Start from its own: --baseline native." if first.is_another and not native else ""
@@ -67,7 +67,7 @@ def fresh_lines(comparison: Comparison) -> Iterator[str]:
 
 
 def data_line(problem: Problem) -> str:
-    """Say what was read: readings, hours, noise and source."""
+    """Count the readings, and name their hours, their noise and their source."""
     readings, noise = problem.readings, problem.noise
     hours = problem.hours
     known = {
@@ -86,7 +86,7 @@ def data_line(problem: Problem) -> str:
 
 
 def error_table(comparison: Comparison) -> Table:
-    """Errors, what noise alone gives, and their ratio."""
+    """Tabulate the errors, the errors that noise alone gives, and the ratio of the two."""
     quantities = {
         "mean ΔE2000": "delta_e_mean",
         "95 % of readings below": "delta_e_p95",
@@ -135,7 +135,7 @@ def _worst_table(comparison: Comparison) -> Table:
 
 
 def _conditions(problem: Problem, line: int) -> str:
-    """Say what is unusual about how a reading was taken."""
+    """List the conditions of a reading that differ from rest: position, room light, window, minutes, note."""
     readings = problem.readings
     row = int((readings.lines == line).argmax())
     usual = {"u": 0.5, "v": 0.5, "ambient_lx": 0.0, "window": 1.0, "surround": 0.0}

@@ -1,4 +1,4 @@
-"""The page of ``lutgen diagnose``: what these data can see, what is missing, what else it could be, what to do next."""
+"""The page of ``lutgen diagnose``: which effects the readings can show, the verdict, its rivals, what to do next."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ if TYPE_CHECKING:
     from lutgen.effects import Effect
     from lutgen.report.parts import Part
 
-#: Rows of the ranking, and parameters that a row tells.
-RANKED, TOLD = 6, 2
+#: Rows of the ranking, and parameters that a row lists.
+RANKED, LISTED = 6, 2
 
-#: Rivals that a verdict's sentence of refutation names.
+#: Rivals of each effect that the part on refutation names.
 REFUTED_BY = 3
 
-#: χ² between two rivals that tells them apart, and readings of a set that nobody will repeat more often.
+#: χ² between two rivals that separates them clearly; more repetitions of a set than this are not proposed.
 CLEARLY, TOO_OFTEN = 20.0, 10
 
-#: Parameters that go by such names are one curve, told in one line.
+#: Beginning of the names of parameters that together are one curve over code values; one line counts them.
 _KNOTS = "level_"
 
 
 def diagnose_page(
     diagnosis: Diagnosis, effects: Mapping[str, Effect], again: str, stub_file: str | None = None
 ) -> Iterator[Part]:
-    """Yield what ``lutgen diagnose`` prints; ``again`` are the words that name DATA and options once more."""
+    """Yield what ``lutgen diagnose`` prints; ``again`` are DATA and options as a next command repeats them."""
     verdict = diagnosis.verdict
     yield diagnosis.comparison.sentence()
     yield data_line(diagnosis.problem)
@@ -65,7 +65,7 @@ def diagnose_page(
 
 
 def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect]) -> Table:
-    """What these data could show of each effect, the most visible first."""
+    """Tabulate the smallest size of each effect that the readings would show, the most visible effect first."""
     rows = []
     ordered = sorted(seen, key=lambda each: (not each.visible, relative_size(each, effects) or 0.0))
     for each in ordered:
@@ -85,7 +85,7 @@ def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect]
 
 
 def parameter_table(parameters: Mapping[str, Mapping[str, Mapping[str, Any]]], effects: Mapping[str, Effect]) -> Table:
-    """Every fitted parameter ± its standard error, with what it means."""
+    """Tabulate every fitted parameter ± its standard error, and its meaning."""
     rows = []
     for name, values in parameters.items():
         shown = name
@@ -100,7 +100,7 @@ def parameter_table(parameters: Mapping[str, Mapping[str, Mapping[str, Any]]], e
 
 
 def estimate_in_words(estimate: Mapping[str, Any], effect: Effect, name: str) -> str:
-    """Write value ± error with its unit, and what a reader must know of it."""
+    """Write value ± standard error with its unit; say when it lies at its bound or has no influence."""
     text = with_error(estimate["value"], estimate["stderr"], estimate["unit"])
     if estimate["at_bound"]:
         return f"{text}, at its bound"
@@ -135,10 +135,10 @@ def noise_rms(diagnosis: Diagnosis) -> float:
 
 
 def _in_short(each: Ranked, effect: Effect) -> str:
-    """Tell the first free parameters; the knots of a level curve as one."""
+    """List the first free parameters; the knots of a level curve count as one."""
     plain = [name for name in each.form if not name.startswith(_KNOTS)]
-    words = [f"{name} {estimate_in_words(each.parameters[name], effect, name)}" for name in plain[:TOLD]]
-    more = len(plain) - TOLD
+    words = [f"{name} {estimate_in_words(each.parameters[name], effect, name)}" for name in plain[:LISTED]]
+    more = len(plain) - LISTED
     words += [f"{more} more"] if more > 0 else []
     knots = len(each.form) - len(plain)
     return ", ".join([*words, *([f"a curve of {knots} levels"] if knots else [])]) or "on"
@@ -151,7 +151,7 @@ def _rivals(diagnosis: Diagnosis, again: str) -> list[str]:
 
 
 def _separation(each: Separation, again: str) -> Iterator[str]:
-    """Say what would tell two rivals apart, how often it must be read, or that nothing in one session would."""
+    """Say which readings separate two rivals and how often to repeat them, or that no readings of one session do."""
     one, other = each.separates
     gain = each.after - each.before
     times = ceil(max(CLEARLY - each.before, 1.0) / gain) if gain > 0 else TOO_OFTEN + 1
@@ -170,7 +170,7 @@ def _separation(each: Separation, again: str) -> Iterator[str]:
 
 
 def _refutation(diagnosis: Diagnosis, effects: Mapping[str, Effect]) -> list[str]:
-    """What would show the verdict to be wrong."""
+    """List the observations that would show the verdict to be wrong."""
     verdict = diagnosis.verdict
     lines = []
     for name in verdict.effects[:1] if verdict.name == "one-of" else verdict.effects:

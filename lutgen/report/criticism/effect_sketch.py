@@ -1,4 +1,4 @@
-"""A first sketch of an effect that the catalogue lacks, with the stage and columns that the data suggest."""
+"""The Python file of a new effect, for an error that no known effect explains: a first sketch."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from lutgen.effects import STAGES
 if TYPE_CHECKING:
     from lutgen.criticism.diagnose import Diagnosis
 
-#: The file that is suggested, and the name of the effect in it.
+#: Suggested name of the file, and the name of the effect in it.
 STUB_FILE, STUB_NAME = "my_effect.py", "my-effect"
 
 
 class Sketch(NamedTuple):
-    """What effects of a kind look like: stage, needed columns, what the size means, and the formula with ``{size}``."""
+    """The pattern of a kind of effect: stage, needed columns, meaning of its size, formula with ``{size}``, bounds."""
 
     stage: str
     needs: tuple[str, ...]
@@ -41,7 +41,7 @@ def _light(need: str, factor: str, what: str, **given: str) -> Sketch:
     return Sketch("optics", (need,), f"share of the light {what}", f"xyz * (1.0 + {{size}} * {factor})", **given)
 
 
-#: Beginning of what the leftover follows → sketch; the first that fits.
+#: Pattern of the name of what the remaining error follows → sketch; the first pattern that matches is used.
 FOLLOWS = {
     r"light added by (room light|ambient)": Sketch(
         "viewing",
@@ -78,7 +78,7 @@ FOLLOWS = {
     r"": Sketch("optics", (), "share of the light", "xyz * (1.0 + {size})"),
 }
 
-#: Endings of what the leftover follows → the part of X, Y, Z or of the channels that the size acts on.
+#: Pattern of the same name → the component of X, Y, Z, or the channel, that the size acts on.
 _PARTS = {
     r"light.* in X$": "np.array([1.0, 0.0, 0.0])",
     r"light.* in Z$": "np.array([0.0, 0.0, 1.0])",
@@ -89,7 +89,7 @@ _PARTS = {
 
 
 def stub(diagnosis: Diagnosis) -> str:
-    """Write the file of an effect that follows what the model as it was leaves."""
+    """Return the Python source of an effect that follows the error that the model leaves."""
     follows = probe(diagnosis.explanation.base, diagnosis.error).names
     where, course = strongest(diagnosis.explanation)
     if follows:
@@ -97,14 +97,14 @@ def stub(diagnosis: Diagnosis) -> str:
     return sketched(f"{where}, {course}", misfit=f"it is strongest in the readings called '{where}', {course}")
 
 
-def sketched(told: str, *, misfit: str) -> str:
-    """Write the file of an effect that does what a probe, or the name of some readings, tells.
+def sketched(name: str, *, misfit: str) -> str:
+    """Return the Python source of an effect whose formula follows a probe, or readings, of this ``name``.
 
-    It keeps the contract as it stands, and does what its formula says.
+    The source keeps the contract of effects without any change.
     """
-    sketch = next(each for pattern, each in FOLLOWS.items() if re.match(pattern, told))
-    part = next((each for pattern, each in _PARTS.items() if re.match(pattern, told)), "")
-    growing = "growing" in told
+    sketch = next(each for pattern, each in FOLLOWS.items() if re.match(pattern, name))
+    part = next((each for pattern, each in _PARTS.items() if re.match(pattern, name)), "")
+    growing = "growing" in name
     size = " * ".join(["size", *(["scene.tau"] if growing else []), *([part] if part else [])])
     formula = sketch.formula.format(size=size)
     signal = formula.partition(" ")[0]

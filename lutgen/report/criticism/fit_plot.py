@@ -1,4 +1,4 @@
-"""The picture of a missing effect drawn in: readings beside the model without it (dashed) and with it (solid)."""
+"""The picture of what an effect explains: readings, the model without the effect (dashed) and with it (solid)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 #: Colours and marks of curves.
 LOOKS = ((BLUE, "o"), (RED, "s"), (GREEN, "^"))
 
-#: Rows in one picture: effects.
+#: Effects in one picture, at most; each has one row.
 MOST = 3
 
 
@@ -29,11 +29,11 @@ def plot_fit(views: Sequence[View], path: Path, *, title: str, foot: str, force:
     shown = list(views)[:MOST]
     height = 1.9 + 4.3 * len(shown)
     when = " of hour 0" if shown[0].problem.baseline == "fresh" else ""
-    said = (
+    legend = (
         "Dots: measured, ± 1 σ. Dashed: the model without the effect. Solid: with it. All readings are predicted from "
         f"white and primaries{when} alone. "
     )
-    with picture(path, title, foot=said + foot, height=height, force=force) as (figure, low, high):
+    with picture(path, title, foot=legend + foot, height=height, force=force) as (figure, low, high):
         bottom, top = low + 0.25 / height, high
         row = (top - bottom) / len(shown)
         for index, view in enumerate(shown):
@@ -76,13 +76,13 @@ def _curves(axes: Axes, view: View) -> None:
 
 
 def _warm(places: np.ndarray) -> float:
-    """Place of a warm display on an axis of minutes: beyond the last."""
+    """Return the place of readings of a warm display on the axis of minutes: to the right of all others."""
     finite = places[np.isfinite(places)]
     return 2.2 * float(finite.max()) if finite.size else 100.0
 
 
 def _limit(axes: Axes, view: View) -> None:
-    """Leave room for the curves, not for the noise of dark readings."""
+    """Fit the axis to the curves; readings three times as noisy as the median do not widen it."""
     values = np.concatenate([np.append(curve.with_it, 0.0) for curve in view.curves])
     measured = np.concatenate([curve.measured[curve.sigma < 3 * np.median(curve.sigma)] for curve in view.curves])
     low, high = float(min(values.min(), measured.min())), float(max(values.max(), measured.max()))
@@ -106,9 +106,9 @@ def _patches(axes: Axes, view: View) -> None:
 
 
 def _against(axes: Axes, view: View) -> None:
-    low = min(float(view.change.min()), float(view.found.min()))
-    high = max(float(view.change.max()), float(view.found.max()))
-    axes.plot(view.change, view.found, ".", color=BLUE, markersize=4, alpha=0.5)
+    low = min(float(view.change.min()), float(view.residual.min()))
+    high = max(float(view.change.max()), float(view.residual.max()))
+    axes.plot(view.change, view.residual, ".", color=BLUE, markersize=4, alpha=0.5)
     axes.plot([low, high], [low, high], "-", color=BLACK, linewidth=1.2)
     axes.axhline(0.0, color=BLACK, linewidth=1.4, linestyle="--")
     axes.set_xlabel("change by the effect, σ")

@@ -1,4 +1,4 @@
-"""The page of ``lutgen plan``: what to measure, and what it will bring."""
+"""The page of ``lutgen plan``: which patches to measure, and how much each set of them adds to the readings."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ if TYPE_CHECKING:
     from lutgen.criticism.separate import Patch
     from lutgen.report.parts import Part
 
-#: What the numbers of a plan's sets are, by what it was made for.
+#: Purpose of a plan → headings of the two numbers of each set: with the readings of today, and with the set.
 GAINS = {
     "between": ("χ² between them today", "with this set"),
     "effect": ("seen from today", "with this set"),
     "coverage": ("", "effects that it opens"),
 }
 
-#: Columns as people call them.
-_SAID = {
+#: Condition → its value in words.
+_IN_WORDS = {
     "u": "u {}",
     "v": "v {}",
     "ambient_lx": "{} lx",
@@ -49,7 +49,7 @@ def plan_page(plan: MeasurementPlan, kind: str, written: Sequence[str]) -> Itera
 
 
 def _patch_table(patches: Sequence[Patch]) -> Table:
-    """One row for neighbours under the same conditions, or whose conditions run through some values."""
+    """Tabulate the patches; neighbours share a row when they differ in one condition at most."""
     rows = []
     for group in _joined(list(_grouped(patches))):
         codes = group[0][1]
@@ -68,7 +68,7 @@ def _grouped(patches: Sequence[Patch]) -> Iterator[_Group]:
     first: Patch | None = None
     codes: dict[tuple[float, float, float], int] = {}
     for patch in patches:
-        if first is not None and _told_together(patch) != _told_together(first):
+        if first is not None and _row_key(patch) != _row_key(first):
             yield first, codes
             first, codes = None, {}
         first = first or patch
@@ -77,8 +77,8 @@ def _grouped(patches: Sequence[Patch]) -> Iterator[_Group]:
         yield first, codes
 
 
-def _told_together(patch: Patch) -> tuple[object, ...]:
-    """What patches of one row share: conditions and note, and whether they are pure, grey, of a ramp or mixtures."""
+def _row_key(patch: Patch) -> tuple[object, ...]:
+    """Return what patches of one row have in common: conditions, note, and kind (pure, grey, ramp, mixture)."""
     lit = sum(value > 0 for value in patch.code)
     pure = set(patch.code) <= {0.0, 1.0} and lit in {0, 1, 3}
     kind = "pure" if pure else "grey" if len(set(patch.code)) == 1 else "ramp" if lit == 1 else "mixture"
@@ -86,7 +86,7 @@ def _told_together(patch: Patch) -> tuple[object, ...]:
 
 
 def _joined(groups: Sequence[_Group]) -> Iterator[list[_Group]]:
-    """Put neighbours together that read the same codes under other values of the same conditions."""
+    """Join neighbouring groups that have the same code values under other values of the same conditions."""
     run: list[_Group] = []
     for group in groups:
         if run and (group[1], [*group[0].conditions], group[0].note) != (
@@ -105,7 +105,7 @@ def _conditions(patches: Sequence[Patch]) -> list[str]:
     if len(values) > 1 and [*values[0]] == ["u", "v"]:
         return ["u,v = " + " ".join(f"{each['u']:g},{each['v']:g}" for each in values)]
     listed = {name: ", ".join(dict.fromkeys(f"{each[name]:g}" for each in values)) for name in values[0]}
-    return [_SAID[name].format(text) for name, text in listed.items()]
+    return [_IN_WORDS[name].format(text) for name, text in listed.items()]
 
 
 def _coded(code: tuple[float, float, float], times: int) -> str:
@@ -114,7 +114,7 @@ def _coded(code: tuple[float, float, float], times: int) -> str:
 
 
 def _gain_table(plan: MeasurementPlan, kind: str) -> Table:
-    """What each set brings, those that bring nothing left out."""
+    """Tabulate what each set adds, without the sets that add nothing."""
     before, after = GAINS[kind]
     rows = []
     for name, (today, then) in plan.gains.items():

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
 RESIDUALS, STEPS, FIT, VISIBILITY = "residuals.png", "steps.png", "fit.png", "visibility.png"
 
-#: Pictures that each command may write.
+#: Pictures that compare, diagnose and refine may write.
 OF_COMPARE, OF_DIAGNOSE, OF_REFINE = (RESIDUALS,), (RESIDUALS, STEPS, FIT, VISIBILITY), (RESIDUALS, STEPS, FIT)
 
-#: What the model is called before anything is added.
+#: Name of the model before an effect is added.
 FIRST = "the model"
 
 
@@ -41,19 +41,20 @@ def plot_diagnosis(
 ) -> list[Path]:
     """Draw a diagnosis; errors as in :func:`plot_comparison`.
 
-    The fit is drawn of what the verdict names; where it names nothing, of the nearest effect, unless all is noise.
+    The fit is drawn of the effects that the verdict names. For ``unexplained`` it is drawn of the effect that comes
+    nearest; other verdicts that name no effect have no such picture.
     """
     place, foot = Path(folder), diagnosis.problem.readings.provenance
     explanation, problem = diagnosis.explanation, diagnosis.problem
-    # Steps of which the verdict names nothing are rejected ones.
+    # A verdict that names no effect has rejected the steps of the search.
     steps = explanation.steps if diagnosis.verdict.effects else ()
-    made = plot_comparison(diagnosis.comparison, folder, force=force)
+    pictures = plot_comparison(diagnosis.comparison, folder, force=force)
     stages = [Stage(FIRST, diagnosis.comparison)]
     for step, trail in zip(steps, explanation.trail, strict=False):
         stages.append(Stage(f"+ {step.name}", compare_problem(problem, trail.terms)))
     plot_steps(stages, diagnosis, place / STEPS, foot=foot, force=force)
     plot_visibility(diagnosis.visibility, effects, place / VISIBILITY, foot=foot, force=force)
-    made += [place / STEPS, place / VISIBILITY]
+    pictures += [place / STEPS, place / VISIBILITY]
     if steps:
         title, terms = diagnosis.verdict.sentence.rstrip("."), explanation.final.terms
         shown = [step.chosen.effect for step in steps]
@@ -65,10 +66,10 @@ def plot_diagnosis(
         )
         shown = [nearest.effect]
     else:
-        return made
+        return pictures
     views = [View.of(problem, terms, effect) for effect in shown]
     plot_fit(views, place / FIT, title=title, foot=foot, force=force)
-    return [*made, place / FIT]
+    return [*pictures, place / FIT]
 
 
 def plot_refinement(
@@ -84,10 +85,10 @@ def plot_refinement(
         *(Stage(f"+ {step.effect}", step.comparison) for step in refinement.steps),
     ]
     plot_steps(stages, None, place / STEPS, foot=foot, force=force)
-    made = [place / RESIDUALS, place / STEPS]
+    pictures = [place / RESIDUALS, place / STEPS]
     new = [effects[step.effect] for step in refinement.steps]
     if not new:
-        return made
+        return pictures
     views = [View.of(refinement.found.problem, refinement.found.terms, effect) for effect in new]
     plot_fit(views, place / FIT, title=refinement.sentence().rstrip("."), foot=foot, force=force)
-    return [*made, place / FIT]
+    return [*pictures, place / FIT]

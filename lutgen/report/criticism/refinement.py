@@ -1,4 +1,4 @@
-"""The page of ``lutgen refine``: the error step by step, what was fitted, what LUTs of the model will carry."""
+"""The page of ``lutgen refine``: the error after each added effect, the fitted parameters, what LUTs can carry."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def refine_page(refinement: Refinement, effects: Mapping[str, Effect], data: str, model: str | None) -> Iterator[Part]:
-    """Yield what ``lutgen refine`` prints; ``data`` is DATA as a shell reads it, ``model`` the file written."""
+    """Yield what ``lutgen refine`` prints; ``data`` is DATA quoted for a shell, ``model`` the model file written."""
     yield Headline(refinement.sentence())
     if refinement.diagnosis:
         verdict = refinement.diagnosis.verdict

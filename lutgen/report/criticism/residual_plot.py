@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from lutgen.criticism.compare import Comparison
     from lutgen.criticism.panels import Panel
 
-#: Panels side by side; ratios from which on an axis is logarithmic; ΔL*, Δa*, Δb* that it shows at least.
+#: Panels side by side; ratio above which an axis is logarithmic; least reach of an axis of ΔL*, Δa*, Δb*.
 ACROSS, LOGARITHMIC, LEAST_LAB = 4, 6.0, 0.3
 
 #: Axes of L*a*b*: name, colour and mark.
@@ -42,7 +42,7 @@ def title_of(panel: Panel) -> str:
 def plot_residuals(
     comparison: Comparison, path: Path, *, force: bool, added: str = "", before: Comparison | None = None
 ) -> None:
-    """Draw the page; what was ``before`` effects were ``added`` is hollow. Errors as in :func:`picture`."""
+    """Draw the page; the error ``before`` the effects were ``added`` has hollow dots. Errors as :func:`picture`."""
     drawn = panels(comparison)
     earlier = {panel.by: panel for panel in panels(before)} if before else {}
     first, _, rest = comparison.sentence().partition(". ")

@@ -1,4 +1,4 @@
-"""The picture of how the error falls: effect by effect toward the floor, and what each effect alone would leave."""
+"""The picture of how the error falls with each added effect, and of the error that each effect alone would leave."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ if TYPE_CHECKING:
     from lutgen.criticism.compare import Comparison
     from lutgen.criticism.diagnose import Diagnosis
 
-#: Effects alone that are drawn.
+#: Effects that are drawn alone, at most.
 ALONE = 12
 
-#: Half the width of the band within which an error is the floor.
+#: Half the height of the band around 1 in which an error counts as noise.
 NEAR = 0.1
 
 
 class Stage(NamedTuple):
-    """A model on the way, and the comparison with it."""
+    """A model with some of the effects added: its name, and its comparison with the readings."""
 
     name: str
     comparison: Comparison
@@ -38,7 +38,7 @@ class Alone(NamedTuple):
 
     name: str
     rms_sigma: float
-    found: bool
+    named: bool
 
 
 def alone(diagnosis: Diagnosis) -> list[Alone]:
@@ -48,13 +48,13 @@ def alone(diagnosis: Diagnosis) -> list[Alone]:
 
 
 def plot_steps(stages: Sequence[Stage], diagnosis: Diagnosis | None, path: Path, *, foot: str, force: bool) -> None:
-    """Draw the way of the error, and beside it the effects alone. Errors as in :func:`picture`."""
-    said = (
+    """Draw the error after each step, and each effect alone or the errors in ΔE2000. Raises as :func:`picture`."""
+    legend = (
         "Error: root mean square over that of noise alone, for readings predicted from white and primaries; grey: "
         "within a tenth of the noise. "
     )
     height = 6.4
-    with picture(path, _title(stages), foot=said + foot, height=height, force=force) as (figure, low, high):
+    with picture(path, _title(stages), foot=legend + foot, height=height, force=force) as (figure, low, high):
         bottom, top = low + 0.75 / height, high - 0.4 / height
         wide = 0.34 if diagnosis else 0.42
         _way(figure.add_axes((0.055, bottom, wide, top - bottom)), stages)
@@ -101,7 +101,7 @@ def _alone(axes: Axes, diagnosis: Diagnosis) -> None:
     rows, noise, base = alone(diagnosis), noise_rms(diagnosis), diagnosis.explanation.base
     nothing = (base.chi2 / base.readings) ** 0.5
     for row, each in enumerate(rows):
-        axes.barh(row, each.rms_sigma, 0.66, color=BLUE if each.found else "#bbbbbb")
+        axes.barh(row, each.rms_sigma, 0.66, color=BLUE if each.named else "#bbbbbb")
         axes.annotate(
             f"{each.rms_sigma / noise:.3g} ×",
             (max(each.rms_sigma, noise), row),

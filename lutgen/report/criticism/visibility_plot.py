@@ -1,4 +1,4 @@
-"""The picture of what data can see: of every effect the smallest size that would be found, beside its typical size."""
+"""The picture of what readings can show: the smallest detectable size of each effect over its typical size."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ if TYPE_CHECKING:
     from lutgen.criticism.visibility import Visibility
     from lutgen.effects import Effect
 
-#: Inches that an effect's bar takes.
+#: Height of an effect's row, in inches.
 ROW = 0.34
 
-#: The axis reaches from here to here at least, as shares of the typical size.
+#: Least and greatest share of the typical size that the axis shows at least.
 LEAST, MOST = 1e-3, 10.0
 
 
 def plot_visibility(
     seen: Sequence[Visibility], effects: Mapping[str, Effect], path: Path, *, foot: str, force: bool
 ) -> None:
-    """Draw a bar an effect: how large it must be, over how large it typically is. Errors as :func:`picture`."""
+    """Draw one bar for each effect: smallest detectable size over typical size. Errors as :func:`picture`."""
     sizes = {each.effect: relative_size(each, effects) for each in seen}
     order = sorted(seen, key=lambda each: (not each.visible, sizes[each.effect] or 0.0))
     explained = (
@@ -69,14 +69,14 @@ def _bars(axes: Axes, order: Sequence[Visibility], sizes: Mapping[str, float | N
                       bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5})  # fmt: skip
         elif size is None:
             size_there = each.smallest_detectable
-            said = f"seen up to {readable(size_there)} {each.unit}" if size_there else "seen when it is there"
-            axes.text(low * 1.15, row, said, va="center", fontsize=10, color=BLUE)
+            label = f"seen up to {readable(size_there)} {each.unit}" if size_there else "seen when it is there"
+            axes.text(low * 1.15, row, label, va="center", fontsize=10, color=BLUE)
         else:
             axes.barh(row, size - low, 0.62, left=low, color=BLUE if size <= 1 else RED)
             unit = "" if each.unit == "1" else f" {each.unit}"
-            said = f"{each.parameter} from {readable(each.smallest_detectable or 0.0, 3)}{unit}"
+            label = f"{each.parameter} from {readable(each.smallest_detectable or 0.0, 3)}{unit}"
             box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
-            axes.text(size * 1.06, row, said, va="center", fontsize=10, color=BLACK, bbox=box)
+            axes.text(size * 1.06, row, label, va="center", fontsize=10, color=BLACK, bbox=box)
     axes.axvline(1.0, color=BLACK, linewidth=1.2, linestyle="--")
     axes.text(1.0, -0.75, "typical size", ha="center", va="bottom", fontsize=10)
     axes.set_yticks(range(len(order)), [each.effect for each in order], fontsize=11)

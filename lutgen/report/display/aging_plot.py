@@ -32,10 +32,10 @@ if TYPE_CHECKING:
 #: Inches: 1500 × 900 pixels, which a laptop shows whole.
 PAGE = (15.0, 9.0)
 
-#: Letters that fit in a line of the footer, of which there are at most two.
+#: Characters in a line of the footer, which has two lines at most.
 FOOTER = 180
 
-#: What white, red, green and blue are drawn in; dark and muted enough for a white page.
+#: Colours in which white, red, green and blue are drawn: dark enough for a white page.
 TIP_COLOURS = ("#222222", "#c8322d", "#2a8c3c", "#2f55c8")
 
 #: Kelvins marked on the Planckian locus.
@@ -97,7 +97,7 @@ def chromaticity(axes: Axes, shown: Shown) -> None:
 
 
 def luminance(axes: Axes, shown: Shown, model: DisplayModel) -> None:
-    """Draw the luminance of all tips against hours, and the laws that mode chroma-luma goes by."""
+    """Draw the luminance of all tips against hours, and the luminance laws of mode chroma-luma."""
     for i, (name, colour) in enumerate(zip(TIP_NAMES, TIP_COLOURS, strict=True)):
         label = f"{name}, {'as the model shows it' if shown.effects else 'measured'}"
         # White lies under the others and is wider: where all fall alike, it stays visible.
@@ -118,11 +118,11 @@ def luminance(axes: Axes, shown: Shown, model: DisplayModel) -> None:
 
 
 def non_additivity(axes: Axes, shown: Shown) -> None:
-    """Draw by how much the primaries' luminances add up to more than white's, against hours."""
+    """Draw against hours by which share the sum of the primaries' luminances exceeds white's."""
     percent = 100.0 * shown.non_additivity
     axes.plot(shown.hours, percent, ".-", color=TIP_COLOURS[0], linewidth=1.4, markersize=5)
     axes.axhline(0.0, color="#bbbbbb", linewidth=0.8, zorder=0)
-    # At least ±1 %: what a meter repeats to must not look like a fault.
+    # At least ±1 %, so that the repeatability of a meter does not look like a fault.
     low, high = min(-1.0, float(percent.min())), max(1.0, float(percent.max()))
     axes.set(title="Non-additivity of luminance, (R + G + B − W) / W in %", xlabel="operating hours")
     axes.set_ylim(1.15 * low, 1.15 * high)
@@ -146,7 +146,7 @@ def _spectral_locus() -> Array:
 
 
 def _draw_diagram(axes: Axes, locus: Array, points: int = 400) -> None:
-    """Fill the spectral locus, pale, with the sRGB colours nearest to its chromaticities."""
+    """Fill the spectral locus with pale sRGB colours of about its chromaticities."""
     from matplotlib.patches import Polygon
 
     extent = (0.0, 0.64, 0.0, 0.6)
@@ -172,7 +172,7 @@ def _draw_drift(axes: Axes, shown: Shown, size: float) -> ScalarMappable:
 
 
 def _label_tips(axes: Axes, shown: Shown) -> None:
-    """Write beside each tip its Δu'v'."""
+    """Write its Δu'v' beside each tip."""
     places = (("left", 12, -12), ("right", -16, -10), ("left", 6, -20), ("left", 12, 2))
     for i, (name, (align, right, up)) in enumerate(zip(TIP_NAMES, places, strict=True)):
         axes.annotate(
@@ -235,13 +235,13 @@ def _draw_rings(axes: Axes, centre: Array, reach: float) -> None:
 
 
 def _inside(axes: Axes, place: Array, margin_x: float, margin_y: float) -> bool:
-    """Whether a point lies inside the axes, with margins as shares of them, so that its label does too."""
+    """Whether a point lies inside the axes and so far from their edges, in shares of them, that its label fits."""
     across, up = axes.transAxes.inverted().transform(axes.transData.transform(place))
     return bool(margin_x < across < 1.0 - margin_x and margin_y < up < 1.0 - margin_y)
 
 
 def _round_step(rough: float) -> float:
-    """Return the largest of 1, 2, 5 times a power of ten that is not above ``rough``."""
+    """Return the largest 1, 2 or 5 times a power of ten that is not above ``rough``."""
     power = 10.0 ** np.floor(np.log10(rough))
     return float(max(factor * power for factor in (1, 2, 5) if factor * power <= rough * (1 + 1e-9)))
 

@@ -1,4 +1,4 @@
-"""The page that shows what an effect does: on the greys and primaries' ramps, to single colours, over a condition.
+"""The page of an effect: what it does to greys and ramps of the primaries, to single colours, and over a condition.
 
 One function a plot, each drawing into the axes that it is given, as in :mod:`lutgen.report.display.aging_plot`.
 """
@@ -27,25 +27,25 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.effects import Effect
 
-#: Hours of the curves and their colours: light when new, dark when old.
+#: Hours of the curves and their colours: the later, the darker.
 HOURS, SHADES = (0.0, LIFE_H / 2, LIFE_H), ("#9ecae1", "#4a90c4", "#08306b")
 
 #: Hours marked on an axis.
 HOURS_MARKED = np.linspace(0.0, LIFE_H, 7)
 
-#: Steps of a ramp, which meet no rounding to bits: the teeth of 8 bits are to be seen.
+#: Steps of a ramp: far more than 256, so that rounding to 8 bits appears as a staircase.
 STEPS = 1201
 
-#: Turns along a ramp from which on they are teeth, and the part of the ramp that is drawn then.
-TEETH, CLOSER = 20, (0.1, 0.2)
+#: A curve with at least this many sign changes of its slope is a staircase; then only this part of it is drawn.
+STAIRCASE, CLOSER = 20, (0.1, 0.2)
 
-#: The least that an axis shows, in ΔL*, Δa*, Δb* to either side and in ΔE2000: what is smaller nobody sees.
+#: Least reach of an axis, in ΔL*, Δa*, Δb* to either side and in ΔE2000: nobody sees smaller differences.
 LEAST_LAB, LEAST_DELTA_E = 0.5, 1.0
 
-#: Letters in a line below the title.
+#: Characters in a line below the title.
 LINE = 190
 
-#: Colours of the bars: code value and what they are drawn in.
+#: Colours of the bars: code value, and the colour in which the bar is drawn.
 PATCHES = {
     "white": ((1, 1, 1), "#dddddd"),
     "grey\n½": ((0.5, 0.5, 0.5), "#8a8a8a"),
@@ -59,7 +59,7 @@ PATCHES = {
     "tissue": ((0.85, 0.6, 0.75), "#d999bf"),
 }
 
-#: Greys that are followed over hours or a condition: code value and colour.
+#: Greys of the plot over hours or a condition: code value and colour.
 FOLLOWED = {1.0: "#111111", 0.5: "#2b8a8a", 0.1: "#c07a20"}
 
 
@@ -96,7 +96,7 @@ def _draw_page(figure: Figure, signature: Signature) -> None:
 
 
 def _values(signature: Signature) -> str:
-    """Say with which values and under which conditions the page is drawn."""
+    """List the parameter values and the conditions of the page."""
     effect = signature.effect
     typical = effect.typical()
     moved = [name for name, value in typical.items() if value not in {0.0, effect.neutral.get(name)}]
@@ -131,11 +131,11 @@ def grey_ramp(axes: Sequence[Axes], signature: Signature) -> None:
 
 
 def _levels(signature: Signature) -> tuple[Array, str]:
-    """Code values of the ramps and the label of their axis: where an effect has teeth, a part of the ramps is drawn."""
+    """Return code values of the ramps and the label of their axis; of a staircase, only a part of the ramp."""
     level = np.linspace(0.0, 1.0, STEPS)
     difference = signature.seen(np.repeat(level[:, np.newaxis], 3, axis=1), LIFE_H)
     slope = np.diff((difference.aged - difference.new)[:, 0])
-    if np.count_nonzero(slope[1:] * slope[:-1] < -1e-12) < TEETH:
+    if np.count_nonzero(slope[1:] * slope[:-1] < -1e-12) < STAIRCASE:
         return level, "code value"
     return np.linspace(*CLOSER, STEPS), f"code value, {CLOSER[0]:g} to {CLOSER[1]:g} only: there are teeth"
 
@@ -166,7 +166,7 @@ def patches(axes: Axes, signature: Signature) -> None:
 
 def followed(axes: Axes, signature: Signature) -> None:
     """Draw ΔE2000 of three greys over the condition that the effect needs when old, or else over the hours."""
-    label, title, place, hours, conditions = _way(signature)
+    label, title, place, hours, conditions = _axis(signature)
     for level, colour in FOLLOWED.items():
         difference = signature.seen(np.full((1, 3), level), hours, conditions)
         _pair(axes, place, (difference.whole, difference.rest), colour, f"grey of code {level:g}")
@@ -178,8 +178,8 @@ def followed(axes: Axes, signature: Signature) -> None:
     _frame(axes)
 
 
-def _way(signature: Signature) -> tuple[str, str, Array, Array, dict[str, Array]]:
-    """What the last plot runs over: its label and title, places on its axis, hours, and conditions of shape (n, 1)."""
+def _axis(signature: Signature) -> tuple[str, str, Array, Array, dict[str, Array]]:
+    """Return the horizontal axis of the last plot: label, title, places, hours, and conditions of shape (n, 1)."""
     reads = signature.effect.needs or reacts_to(signature.effect)
     share = np.linspace(0.0, 1.0, 241)
     if not reads:
@@ -196,7 +196,7 @@ def _way(signature: Signature) -> tuple[str, str, Array, Array, dict[str, Array]
 
 
 def _pair(axes: Axes, place: Array, values: tuple[Array, Array], colour: str, label: str) -> None:
-    """Draw the whole effect as a thick line and what remains as a thin dotted one."""
+    """Draw the whole effect as a thick line, and its rest as a thin line with dots."""
     whole, rest = values
     axes.plot(place, whole, color=colour, linewidth=3.0, alpha=0.85, label=label, solid_capstyle="butt")
     axes.plot(place, rest, color=colour, linewidth=1.2, marker="o", markersize=4, markevery=len(place) // 12)

@@ -1,4 +1,4 @@
-"""What readings say of the model: compare, diagnose and refine, with the words and pictures that the commands give."""
+"""Whether readings agree with the model: the pages and pictures of compare, diagnose and refine, in one section."""
 
 from __future__ import annotations
 
@@ -35,18 +35,18 @@ CAPTIONS = {
 
 @dataclass(frozen=True)
 class Evidence:
-    """Readings held against the model.
+    """Readings compared with the model.
 
     Attributes
     ----------
     refinement
-        What ``lutgen refine --auto`` found, its diagnosis with it.
+        The result of ``lutgen refine --auto``, with its diagnosis.
     effects
         All effects by name.
     again
-        The words that name the readings and options in a command.
+        The readings and options, as arguments of a next command.
     model
-        What the model of the pictures was read from, if that was not these readings; "" otherwise.
+        File of the display in the pictures, if it is not that of these readings; "" otherwise.
 
     """
 

@@ -40,7 +40,7 @@ def picture_caption(lifetimes: Lifetimes, scenes: Scenes) -> str:
 
 def lifetimes_section(lifetimes: Lifetimes, scenes: Scenes) -> Section:
     """Gather the curves, Table 1 and the numbers of every frame."""
-    # Where the readings come from is said at the end of the page.
+    # The section on provenance names the source of the readings.
     source = lifetimes.model.measurements.provenance
     values = {
         "chart": chart(lifetimes),

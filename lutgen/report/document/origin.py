@@ -1,4 +1,4 @@
-"""Certificates and provenance: what was built and how true it is, and what all numbers of a page come from."""
+"""Certificates and provenance: the accuracy of a build, and the files and choices behind all numbers of the page."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from lutgen.display import DisplayModel
 
-#: What the groups of a certificate's colours are.
+#: Group of a certificate → which colours it holds.
 _GROUPS = {
     "smooth": "where the display neither jumps nor is clipped",
     "gamut": "at the edge of sRGB",
@@ -36,7 +36,7 @@ _GROUPS = {
     "inverse": "within reach, without a file",
 }
 
-#: How readings that nobody took say so, in their line `# source: …`.
+#: First words of the line `# source: …` of readings that were not measured.
 _NOT_MEASURED = ("RECONSTRUCTED", "SIMULATED")
 
 
@@ -49,7 +49,7 @@ class Built:
     folder
         As the user named it.
     manifest
-        What its files were found to be when they were made.
+        Its files with their certificates, from the time of the build.
     sha256
         Of the manifest.
 
@@ -100,14 +100,14 @@ def _is_of(built: Built, model: DisplayModel) -> bool:
 
 
 def effects_section(model: DisplayModel) -> Section:
-    """Gather what the model has beside the paper's."""
+    """Gather the effects that the model adds to the paper's."""
     aging = show(model)
-    values = {"effects": aging.told_effects(), "remarks": aging.remarks, "verdict": model.verdict}
+    values = {"effects": aging.effects_in_words(), "remarks": aging.remarks, "verdict": model.verdict}
     return Section("effects", "Effects of the model", "effects.html", values)
 
 
 def label(model: DisplayModel) -> str:
-    """Say that a display was not measured, in front of everything; nothing where it was."""
+    """Say that the display was not measured; "" if it was."""
     source = model.measurements.metadata.get("source", "")
     word = next((word for word in _NOT_MEASURED if source.startswith(word)), "")
     return f"This display is {word.lower()}, not measured." if word else ""

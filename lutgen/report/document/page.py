@@ -24,18 +24,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Run:
-    """What a report gathers.
+    """The results that a report shows.
 
     Attributes
     ----------
     lifetimes
         Lifetimes of one image.
     scenes
-        The image on the aged displays.
+        The image on the aged displays, hour by hour.
     built
-        A folder of LUTs; None: none was given.
+        A folder of LUTs, or None.
     evidence
-        Readings held against the model; None: none were given.
+        Readings compared with the model, or None.
 
     """
 

@@ -23,28 +23,28 @@ if TYPE_CHECKING:
     from lutgen.appearance.lifetime import Lifetimes
     from lutgen.display import AgedDisplay, DisplayModel
 
-#: ΔE2000 at the end of every map's colours, so that any two maps compare; what is more looks the same.
+#: ΔE2000 at the end of the colours of every map, so that maps can be compared; larger values have the last colour.
 REACH = 20.0
 
-#: Colours of a map: steps of 0.16, finer than anybody sees, and small as a file.
+#: Colours of a map: steps of ΔE2000 0.16, which nobody sees, and which keep the file small.
 STEPS = 128
 
 #: Pixels of all frames of a page together: with their maps about 10 MB as text.
 PIXELS = 3_500_000
 
-#: Pixels across that a page has room for.
+#: Width of a frame in pixels, at most.
 WIDTH = 900
 
-#: Hours of which a page shows frames unless it is told which.
+#: Hours for which a page shows frames by default.
 USUAL = 7
 
-#: Hours of a page at most: more would leave the frames too small to be looked at.
+#: Hours of a page, at most: with more, the frames would be too small.
 MOST = 40
 
 
 @dataclass(frozen=True)
 class Numbers:
-    """What is said of a picture on one display: ΔE2000 over all pixels of the image, and the display's white.
+    """Numbers of a picture on one display: ΔE2000 over all pixels of the image, and the display's white.
 
     ``luminance`` is relative to the un-aged display's white.
     """
@@ -62,7 +62,7 @@ class Numbers:
 
 @dataclass(frozen=True)
 class Scene:
-    """One mode at one hour; ``picture`` and ``map`` are addresses that hold a PNG."""
+    """One mode at one hour; ``picture`` and ``map`` are data addresses of a PNG."""
 
     numbers: Numbers
     picture: str
@@ -78,11 +78,11 @@ class Scenes:
     frame
         The picture.
     unaged
-        What the un-aged display shows of it.
+        Data address of what the un-aged display shows.
     hours
         Increasing from 0.
     modes
-        Mode → a scene an hour.
+        Mode → one scene for each hour.
 
     """
 
@@ -93,12 +93,12 @@ class Scenes:
 
 
 def hours_of(text: str | None, model: DisplayModel) -> tuple[list[float], list[float]]:
-    """Return the hours of the slider, hour 0 first, and those of the curve: measured times to the last, and these.
+    """Return the hours of the slider, hour 0 first, and of the curve, which adds the measured times up to the last.
 
     Raises
     ------
     LutgenError
-        ``text`` says no hours, hours outside the measured span, or more than ``MOST``.
+        ``text`` holds no hours, hours outside the measured span, or more than ``MOST``.
 
     """
     measured = model.tips.hours
@@ -118,9 +118,9 @@ def hours_of(text: str | None, model: DisplayModel) -> tuple[list[float], list[f
 
 
 def pixels_of_a_frame(hours: int, modes: int) -> int:
-    """Return how many pixels a frame may have, so that a page with so many hours stays small enough to be sent.
+    """Return the most pixels of a frame, so that a page with this many hours stays small enough for mail.
 
-    At hour 0 there is one frame for all modes, or few more.
+    At hour 0 all modes share one frame.
     """
     return PIXELS // (1 + (hours - 1) * modes)
 
@@ -141,11 +141,11 @@ def scenes_of(
     model
         The display.
     lifetimes
-        Lifetimes of the whole image, at these hours and others: numbers are those of the image, not of the frame.
+        Lifetimes of the whole image, at least at these hours: the numbers are those of the image, not of the frame.
     hours
         Increasing from 0.
     progress
-        Called with the scenes made and the scenes in all.
+        Called with the number of finished scenes and the number of all scenes.
 
     """
     curves, unaged = lifetimes.images[0].curves, model.at("stable", 0.0)
@@ -179,7 +179,7 @@ def _picture(frame: Frame, shown: NDArray[np.uint8]) -> str:
 
 def _map(frame: Frame, difference: NDArray[np.float64]) -> str:
     level = np.minimum(difference / REACH * STEPS, STEPS - 1).astype(np.uint8)
-    # The last colour of the palette is that of pixels that show nothing.
+    # The last colour of the palette is for transparent pixels.
     level[~frame.visible] = STEPS
     return data_address(page_png(level, np.vstack([map_colours(), np.full((1, 3), 255, np.uint8)])))
 

@@ -1,4 +1,4 @@
-"""The picture as the display ages: the viewer, which a script runs, and every frame of it, which is printed."""
+"""The picture as the display ages: the viewer, which needs a script, and all frames, which are printed."""
 
 from __future__ import annotations
 

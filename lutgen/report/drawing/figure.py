@@ -1,4 +1,4 @@
-"""One picture of a report: a page with a finding as its title, the same bytes on every run."""
+"""The figure of a picture: a page with a finding as its title and a foot, the same bytes on every run."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: Dots an inch, and inches across: 1500 pixels, which a laptop shows whole.
+#: Dots per inch, and width in inches: 1500 pixels, which fit the screen of a laptop.
 DPI, WIDTH = 100, 15.0
 
 #: Colours that people with any colour vision tell apart: Okabe & Ito 2008, https://jfly.uni-koeln.de/color/.
 BLACK, BLUE, RED, GREEN, YELLOW = "#222222", "#0072B2", "#D55E00", "#009E73", "#F0E442"
 GREY, BAND = "#777777", "#d9d9d9"
 
-#: Letters in a line of the title, of the line below it and of the foot, at their sizes.
+#: Characters in a line of the title, of the second line and of the foot, at their font sizes.
 _TITLE, _SECOND, _FOOT = 102, 150, 190
 
-#: Share of an inch that a line of title, second line and foot takes.
+#: Height of a line of title, second line and foot, in inches.
 _LINES = {"title": 0.30, "second": 0.22, "foot": 0.19}
 
 
@@ -79,7 +79,7 @@ def picture(
 
 
 def named_once(names: list[str], what: str) -> list[str]:
-    """Return names of pictures of several sessions, images, … Raises LutgenError where two are the same."""
+    """Return the names of pictures of several ``what``. Raises LutgenError if two names are the same."""
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice:
         message = f"{twice}: two {what} would be drawn into this file. Draw them one after the other, or rename one."
@@ -88,7 +88,7 @@ def named_once(names: list[str], what: str) -> list[str]:
 
 
 def tidy(axes: Axes) -> None:
-    """Give axes a quiet grid and no frame above and to the right."""
+    """Give axes a pale grid, and no frame above and to the right."""
     axes.grid(color="#eeeeee")
     axes.set_axisbelow(True)
     for side in ("top", "right"):

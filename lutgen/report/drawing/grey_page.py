@@ -1,4 +1,4 @@
-"""A neutral grey page with white letters, between which pictures are laid one to one."""
+"""A neutral grey page with white text, on which pictures are placed pixel by pixel."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 Pixels = NDArray[np.uint8]
 
-#: Code value of L* = 50: a surround that favours neither light nor dark pictures.
+#: Code value of L* = 50: a surround halfway between light and dark pictures.
 GREY = 119
 
 
 class Text(NamedTuple):
-    """A text: column, row of its top, letters, their height in pixels, and which side the column is (``left``, …)."""
+    """A text: its column, row of its top, the text, its height in pixels, its side at the column (``left``, …)."""
 
     column: int
     top: int
@@ -37,7 +37,7 @@ def grey_page(height: int, width: int, texts: Iterable[Text]) -> Pixels:
     from matplotlib.figure import Figure
 
     with style.context("default"):
-        # At 72 dots an inch a point is a pixel; the part of one more keeps rounding from losing a row.
+        # At 72 dots per inch a point is a pixel; a tenth of a pixel more, so that rounding does not lose a row.
         figure = Figure(figsize=((width + 0.1) / 72, (height + 0.1) / 72), dpi=72, facecolor=(GREY / 255,) * 3)
         canvas: Any = FigureCanvasAgg(figure)
         for text in texts:
@@ -57,7 +57,7 @@ def grey_page(height: int, width: int, texts: Iterable[Text]) -> Pixels:
 
 
 def wrapped(text: str, width: int, size: int) -> list[str]:
-    """Break a text into lines of ``width`` pixels: letters of DejaVu Sans are at most 0.6 of their size on average."""
+    """Break a text into lines of ``width`` pixels: a character of DejaVu Sans is on average at most 0.6 em wide."""
     return textwrap.wrap(text, max(int(width / (0.6 * size)), 10))
 
 

@@ -1,4 +1,4 @@
-"""The file of a picture: checked before any work is done for it, and put in place whole."""
+"""The PNG file of a picture: its path is checked before any work, and it is renamed into place when it is whole."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def check_new_png(path: str | Path, *, force: bool) -> Path:
 
 @contextmanager
 def new_png(path: str | Path, *, force: bool) -> Iterator[Path]:
-    """Give the temporary path of a picture that takes its place whole; errors as in :func:`check_new_png`."""
+    """Yield a temporary path that is renamed to ``path`` on success; errors as in :func:`check_new_png`."""
     with replacing(check_new_png(path, force=force)) as partial:
         yield partial
 

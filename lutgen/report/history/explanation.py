@@ -1,4 +1,4 @@
-"""The page of ``lutgen sessions explain``: a table of verdicts, then what each rests on."""
+"""The page of ``lutgen sessions explain``: a table of verdicts, then the evidence for each."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from lutgen.sessions.separate import Separation
 
 
-def separate_page(found: Separation) -> Iterator[Part]:
+def separate_page(separation: Separation) -> Iterator[Part]:
     """Yield what ``lutgen sessions explain`` prints."""
-    reference = found.campaign.entries[found.reference].session
-    yield from simulated(found.campaign)
+    reference = separation.campaign.entries[separation.reference].session
+    yield from simulated(separation.campaign)
     yield f"Held against {Path(reference.file).name}."
     yield Table(
         ("session", "days", "verdict", "cause", "the display"),
@@ -30,10 +30,10 @@ def separate_page(found: Separation) -> Iterator[Part]:
                 (" and " if verdict.kind == "several" else " or ").join(verdict.names) or "–",
                 verdict.display,
             )
-            for pair, verdict in zip(found.pairs, found.verdicts, strict=True)
+            for pair, verdict in zip(separation.pairs, separation.verdicts, strict=True)
         ],
     )
-    for pair, verdict in zip(found.pairs, found.verdicts, strict=True):
+    for pair, verdict in zip(separation.pairs, separation.verdicts, strict=True):
         yield ""
         yield Headline(Path(pair.after.session.file).name)
         yield verdict.sentence
@@ -42,7 +42,7 @@ def separate_page(found: Separation) -> Iterator[Part]:
 
 
 def simulated(campaign: Campaign) -> Iterator[str]:
-    """Yield a line that says so where sessions are simulated."""
+    """Yield a line that says that sessions are simulated, if any is."""
     notices = [
         text for entry in campaign.entries for key, text in entry.session.metadata.items() if key.upper() == "SIMULATED"
     ]

@@ -1,4 +1,4 @@
-"""The page of ``lutgen inspect``: a table of sessions, then what is worth a remark about each."""
+"""The page of ``lutgen inspect``: a table of sessions, then the channels and the remarks of each."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
     from lutgen.sessions import Inspection
 
 
-def inspect_page(found: Sequence[Inspection]) -> Iterator[Part]:
+def inspect_page(inspections: Sequence[Inspection]) -> Iterator[Part]:
     """Yield what ``lutgen inspect`` prints."""
-    if len(found) > 1:
-        yield overview(found)
-    for number, each in enumerate(found, start=1):
-        if number > 1 or len(found) > 1:
+    if len(inspections) > 1:
+        yield overview(inspections)
+    for number, each in enumerate(inspections, start=1):
+        if number > 1 or len(inspections) > 1:
             yield ""
-        yield Headline(f"{f'{number}  ' if len(found) > 1 else ''}{Path(each.session.file).name}")
+        yield Headline(f"{f'{number}  ' if len(inspections) > 1 else ''}{Path(each.session.file).name}")
         yield origin(each)
-        if len(found) == 1:
-            yield overview(found)
+        if len(inspections) == 1:
+            yield overview(inspections)
         if each.primaries or each.calibration:
             yield channels(each)
         yield from (f"• {remark}" for remark in each.remarks)
@@ -34,9 +34,9 @@ def inspect_page(found: Sequence[Inspection]) -> Iterator[Part]:
             yield f"Missing: {' '.join(each.wanting)}"
 
 
-def origin(found: Inspection) -> str:
-    """Say in a sentence what the file is."""
-    session = found.session
+def origin(inspection: Inspection) -> str:
+    """Name the origin of a session: readings, format, display, instrument, date."""
+    session = inspection.session
     parts = [f"{len(session.drive)} readings", session.form]
     parts += [text for text in (session.display, session.instrument) if text]
     if session.created:
@@ -45,12 +45,12 @@ def origin(found: Inspection) -> str:
     return f"{', '.join(parts)}.{f' Simulated: {simulated}.' if simulated else ''}"
 
 
-def overview(found: Sequence[Inspection]) -> Table:
-    """Rows are sessions, columns the figures that are asked first; a dash where the session cannot tell."""
-    unit = "cd/m²" if all(each.session.absolute for each in found) else "Y"
+def overview(inspections: Sequence[Inspection]) -> Table:
+    """Tabulate the main figures of the sessions; a dash where a session has no reading for one."""
+    unit = "cd/m²" if all(each.session.absolute for each in inspections) else "Y"
     heads = ("x", "y", f"white {unit}", "black", "contrast", "γ", "max ΔL*", "W/ΣRGB", "max grey ΔE", "noise", "drift")
-    numbers = map(str, range(1, len(found) + 1)) if len(found) > 1 else [""]
-    rows = [(number, *_figures(each)) for number, each in zip(numbers, found, strict=True)]
+    numbers = map(str, range(1, len(inspections) + 1)) if len(inspections) > 1 else [""]
+    rows = [(number, *_figures(each)) for number, each in zip(numbers, inspections, strict=True)]
     return Table(("", *heads), rows)
 
 
@@ -77,9 +77,9 @@ def _figures(each: Inspection) -> list[str]:
     ]
 
 
-def channels(found: Inspection) -> Table:
-    """Rows are red, green and blue: the primary, how far it is from the standards', γ, the calibration's end."""
-    tips, loop = found.primaries, found.calibration
+def channels(inspection: Inspection) -> Table:
+    """Tabulate red, green and blue: chromaticity, distance from the standards, γ, end of the calibration curve."""
+    tips, loop = inspection.primaries, inspection.calibration
     gamuts = list(tips.shift) if tips else []
     rows = []
     for place, name in enumerate(CHANNELS):
@@ -90,7 +90,7 @@ def channels(found: Inspection) -> Table:
             else ("–",) * 3
         )
         shifts = [f"{tips.shift[gamut][name]:.3f}" if tips and known else "–" for gamut in gamuts]
-        curve = found.curves.get(name)
+        curve = inspection.curves.get(name)
         gamma = f"{curve.gamma:.2f}" if curve and curve.gamma is not None else "–"
         rows.append((name, x, y, luminance, *shifts, gamma, f"{loop.ends[place]:.3f}" if loop else "–"))
     headings = ("channel", "x", "y", "Y", *(f"Δu'v' {gamut}" for gamut in gamuts), "γ", "calibration ends")

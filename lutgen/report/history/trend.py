@@ -30,35 +30,35 @@ _DIGITS = {
 }
 
 
-def trend_page(found: Trend) -> Iterator[Part]:
+def trend_page(trend: Trend) -> Iterator[Part]:
     """Yield what ``lutgen trend`` prints."""
-    yield from simulated(found.history.campaign)
-    yield headline(found)
-    yield sessions(found)
-    for here, why in found.why.items():
-        yield f"Left out: {name_of(found.history, here)}, which differs by {why} (lutgen sessions explain says more)."
-    yield laws(found)
-    kept = int(found.kept.sum())
+    yield from simulated(trend.history.campaign)
+    yield headline(trend)
+    yield sessions(trend)
+    for here, why in trend.why.items():
+        yield f"Left out: {name_of(trend.history, here)}, which differs by {why} (lutgen sessions explain says more)."
+    yield laws(trend)
+    kept = int(trend.kept.sum())
     if kept < FEWEST:
         yield f"{kept} sessions: a law of decay cannot be told from fewer than {FEWEST}."
-    yield limits(found)
-    yield from (f"{each.limit.text}: {source(each.limit)}." for each in found.passings)
+    yield limits(trend)
+    yield from (f"{each.limit.text}: {source(each.limit)}." for each in trend.passings)
 
 
 def source(limit: Limit) -> str:
-    """Say who set a limit."""
+    """Name the source of a limit."""
     return "as given by --limit" if limit.source == "user" else limit.source
 
 
-def headline(found: Trend) -> str:
-    """Say the next limit in a sentence."""
-    seen = found.history
+def headline(trend: Trend) -> str:
+    """Name the limits that are passed already, or else the limit that will be passed next."""
+    seen = trend.history
     name = seen.campaign.display or seen.campaign.file
-    passed = [each for each in found.passings if each.status == "passed"]
+    passed = [each for each in trend.passings if each.status == "passed"]
     if passed:
         return f"{name}: passed {' and '.join(each.limit.text for each in passed)} already."
-    ahead = [each for each in found.passings if each.status == "ahead" and each.time is not None]
-    if not ahead and any(each.status == "cannot-tell" for each in found.passings):
+    ahead = [each for each in trend.passings if each.status == "ahead" and each.time is not None]
+    if not ahead and any(each.status == "cannot-tell" for each in trend.passings):
         return f"{name}: no limit is seen passed, and when one will be cannot be told from these sessions."
     if not ahead:
         return f"{name}: no limit is passed, and none is in sight."
@@ -85,36 +85,36 @@ def _round(time: float | None) -> str:
     return spaced(round(time or 0.0))
 
 
-def sessions(found: Trend) -> Table:
-    """Rows are sessions by time; a dash where one does not tell, a bracket around a time that is left out."""
-    seen = found.history
+def sessions(trend: Trend) -> Table:
+    """Tabulate the quantities by session; a dash: not measured, a time in brackets: the session is left out."""
+    seen = trend.history
     rows = []
     for here, time in enumerate(seen.time):
         figures = [seen.values[name][here] for name in QUANTITIES]
         cells = [f"{v:{_DIGITS[name]}}" if np.isfinite(v) else "–" for name, v in zip(QUANTITIES, figures, strict=True)]
         shown = spaced(float(time))
-        rows.append((name_of(seen, here), shown if found.kept[here] else f"({shown})", *cells))
+        rows.append((name_of(seen, here), shown if trend.kept[here] else f"({shown})", *cells))
     return Table(("session", seen.unit, *QUANTITIES), rows)
 
 
-def laws(found: Trend) -> Table:
-    """Rows are quantities: the law that was chosen, and those that fit as well."""
+def laws(trend: Trend) -> Table:
+    """Tabulate for each quantity the chosen law and the laws that fit as well."""
     rows = [
         (name, course.fits[0].law.name, course.fits[0].law.formula, ", ".join(course.as_good) or "–")
-        for name, course in found.courses.items()
+        for name, course in trend.courses.items()
         if course.fits
     ]
     return Table(("quantity", "law", "formula", "as good"), rows)
 
 
-def limits(found: Trend) -> Table:
-    """Rows are limits."""
+def limits(trend: Trend) -> Table:
+    """Tabulate the limits, their bounds, and when each is passed."""
     rows = [
         (
             each.limit.text,
             f"{each.bound:.4g}" if np.isfinite(each.bound) else "–",
-            when(each, found.history.unit),
+            when(each, trend.history.unit),
         )
-        for each in found.passings
+        for each in trend.passings
     ]
     return Table(("limit", "bound", "passed"), rows)

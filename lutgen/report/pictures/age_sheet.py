@@ -1,4 +1,4 @@
-"""The sheet of ages: one image, a row a mode and a column an hour, on neutral grey."""
+"""The sheet of ages: one image, in a row for each mode and a column for each hour, on neutral grey."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
     from lutgen.appearance.aged_series import AgedSeries
 
-#: Pixels across a sheet, about: pictures of many hours are made smaller to fit.
+#: Width of a sheet in pixels, about: pictures of many hours are reduced to fit.
 ACROSS = 3600
 
 #: Pixels of a picture's longest side, at most and at least.
 MOST, LEAST = 1000, 160
 
-#: Columns of a sheet: more are not told apart.
+#: Columns of a sheet, at most: more pictures would be too small to be compared.
 COLUMNS = 20
 
 
@@ -97,8 +97,8 @@ def age_sheet(series: AgedSeries, hours: Sequence[float], path: str | Path, *, f
         for row, mode in enumerate(modes):
             for column, hour in enumerate(chosen):
                 top = layout.top(row, above) + layout.height + layout.text // 2
-                said = f"{mode}, {spaced(hour)} h\n{series.told(mode, hour)}"
-                yield Text(layout.left(column) + layout.width // 2, top, said, layout.text, "center")
+                caption = f"{mode}, {spaced(hour)} h\n{series.told(mode, hour)}"
+                yield Text(layout.left(column) + layout.width // 2, top, caption, layout.text, "center")
         yield Text(layout.gap, below, "\n".join(foot), layout.text)
 
     with new_png(path, force=force) as partial:
@@ -112,13 +112,13 @@ def age_sheet(series: AgedSeries, hours: Sequence[float], path: str | Path, *, f
 
 
 def title_of(series: AgedSeries, hours: Sequence[float]) -> str:
-    """Say the finding: the mean ΔE2000 at the last hour."""
+    """State the mean ΔE2000 at the last hour."""
     parts = [f"{series.told(mode, hours[-1])} in {mode}" for mode in series.curves]
     return f"{Path(series.file).name} by {spaced(hours[-1])} h: {', '.join(parts)}"
 
 
 def footer(series: AgedSeries) -> str:
-    """Say what the pictures and the numbers are, and where the readings come from."""
+    """Explain the pictures and the numbers, and name model and readings."""
     model = series.model
     smaller = f" Each pixel is the mean light of {series.factor} × {series.factor}." if series.factor > 1 else ""
     return (

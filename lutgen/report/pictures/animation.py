@@ -1,4 +1,4 @@
-"""The animation of an image over hours: APNG, or MP4 where ffmpeg is. Every frame says its hour."""
+"""The animation of an image over hours, as APNG, or as MP4 by ffmpeg. Every frame shows its hour."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from lutgen.appearance.aged_series import AgedSeries
     from lutgen.report.drawing.grey_page import Pixels
 
-#: What an animation is written as.
+#: Suffixes of the formats of an animation.
 SUFFIXES = (".png", ".apng", ".mp4")
 
 #: Pixels of the longest side of the picture, and across a frame at least.
@@ -29,7 +29,7 @@ LONGEST, ACROSS = 640, 420
 SECONDS = 8.0
 _SHORTEST, _LONGEST = 0.02, 10.0
 
-#: Height of letters, and of the bar that shows how far the hours are.
+#: Height of the text, and of the bar whose filled part grows with the hours.
 _TEXT, _BAR = 14, 6
 
 
@@ -76,11 +76,11 @@ def animate(
     series
         The image, with the curve of ``mode`` at ``hours``.
     mode, hours
-        What is shown, in this order.
+        The mode, and the hours in the order of the frames.
     path
         .png or .apng (animated PNG), or .mp4.
     seconds
-        Of the whole.
+        Duration of the animation.
     progress
         Called with the frames done and the frames in all.
 

@@ -17,68 +17,72 @@ if TYPE_CHECKING:
     from lutgen.report.parts import Part
 
 
-def cohort_page(found: Cohort) -> Iterator[Part]:
+def cohort_page(cohort: Cohort) -> Iterator[Part]:
     """Yield what ``lutgen cohort`` prints."""
-    yield counted(found)
+    yield counted(cohort)
     yield ""
-    if found.lives:
-        for mode in found.modes:
-            yield mode_table(found, mode)
+    if cohort.lives:
+        for mode in cohort.modes:
+            yield mode_table(cohort, mode)
             yield ""
-        yield explained(found)
-        yield found.slides.model.measurements.provenance
-        yield from found.slides.remarks()
-    for each in found.broken:
+        yield explained(cohort)
+        yield cohort.slides.model.measurements.provenance
+        yield from cohort.slides.remarks()
+    for each in cohort.broken:
         yield Headline(f"Broken: {each.file}: {each.reason}")
 
 
-def counted(found: Cohort) -> str:
-    """Say in one or two sentences what was done."""
-    done, broken = len(found.slides.images), len(found.broken)
-    said = f"{_slides(done)} in {found.folder}"
-    if found.kept:
-        said += f", {found.kept} of them from an earlier run"
+def counted(cohort: Cohort) -> str:
+    """Count the slides that were read, that were kept from an earlier run, and that are broken."""
+    done, broken = len(cohort.slides.images), len(cohort.broken)
+    sentence = f"{_slides(done)} in {cohort.folder}"
+    if cohort.kept:
+        sentence += f", {cohort.kept} of them from an earlier run"
     if not broken:
-        return f"{said}."
-    return f"{said}; {_slides(broken)} broken, named below and left out of all figures. The same command tries again."
+        return f"{sentence}."
+    return (
+        f"{sentence}; {_slides(broken)} broken, named below and left out of all figures. The same command tries again."
+    )
 
 
-def mode_table(found: Cohort, mode: str) -> Table:
-    """Rows are slides, then what they have in common; columns the hours until Max and Avg reach each tolerance."""
-    columns = [(tolerance, statistic) for tolerance in found.slides.tolerances for statistic in COLUMNS]
+def mode_table(cohort: Cohort, mode: str) -> Table:
+    """Tabulate the hours until Max and Avg reach each tolerance: one row a slide, then the median and its interval."""
+    columns = [(tolerance, statistic) for tolerance in cohort.slides.tolerances for statistic in COLUMNS]
     heads = (f"{COLUMNS[statistic]} ΔE2000 {tolerance:g}" for tolerance, statistic in columns)
     rows = []
-    for image in found.slides.images:
+    for image in cohort.slides.images:
         curve = image.curves[mode]
         lives = (curve.hours_until(statistic, tolerance) for tolerance, statistic in columns)
         rows.append((image.file, *map(hours_or_never, lives)))
-    over_all = [found.lives[mode][tolerance][statistic] for tolerance, statistic in columns]
+    over_all = [cohort.lives[mode][tolerance][statistic] for tolerance, statistic in columns]
     medians = (hours_or_never(lives.median) for lives in over_all)
-    rows.append((f"median of {_slides(len(found.slides.images))}", *medians))
+    rows.append((f"median of {_slides(len(cohort.slides.images))}", *medians))
     rows.append(("95 % interval" if over_all[0].interval else "range", *map(ends, over_all)))
     return Table((f"{mode}: hours until", *heads), rows, strong=[len(rows) - 2])
 
 
 def ends(lives: Lives) -> str:
-    """Write the interval of the median, or where there is none the range of the slides."""
+    """Write the interval of the median, or the range of the slides if there are too few for an interval."""
     low, high = map(hours_or_never, lives.interval or lives.range)
     return f"{low} to {high}"
 
 
-def explained(found: Cohort) -> str:
-    """Say what the figures are."""
-    size = len(found.slides.images)
-    said = (
+def explained(cohort: Cohort) -> str:
+    """Define the figures of the tables."""
+    size = len(cohort.slides.images)
+    sentence = (
         "Hours until the ΔE2000 between the un-aged and the aged display reaches a tolerance. Avg: mean over all "
         "pixels; Max: mean + 2 SD, as in the paper."
     )
-    if any(lives.reached < size for of in found.lives.values() for by in of.values() for lives in by.values()):
-        said += f" –: not within the {spaced(found.slides.last)} h looked at; in medians such a slide is the longest."
+    if any(lives.reached < size for of in cohort.lives.values() for by in of.values() for lives in by.values()):
+        sentence += (
+            f" –: not within the {spaced(cohort.slides.last)} h looked at; in medians such a slide is the longest."
+        )
     chance = coverage(size)
     if chance is None:
-        return f"{said} Fewer than six slides give no 95 % interval of a median."
+        return f"{sentence} Fewer than six slides give no 95 % interval of a median."
     return (
-        f"{said} The interval holds the median of all slides like these with {chance:.1%}, if they were drawn "
+        f"{sentence} The interval holds the median of all slides like these with {chance:.1%}, if they were drawn "
         f"independently; it does not carry the model's own uncertainty."
     )
 

@@ -42,7 +42,7 @@ class Layout:
 
     @property
     def text(self) -> int:
-        """Height of a letter in pixels; grows with the images, as people look at the sheet as a whole."""
+        """Height of the text in pixels; it grows with the images, because people look at the sheet as a whole."""
         return max(13, self.cell // 30)
 
     @property
@@ -52,7 +52,7 @@ class Layout:
 
     @property
     def caption(self) -> int:
-        """Room under each image for a caption of two lines."""
+        """Height of the space under each image for a caption of two lines."""
         return 4 * self.text
 
     @property
@@ -82,7 +82,7 @@ def contact_sheet(
     title
         Written in the free corner at the upper left; wrapped.
     footer
-        What display and model these are; wrapped.
+        Display and model of the images; wrapped.
     force
         Replace an existing file.
 
@@ -126,7 +126,7 @@ def _write_texts(layout: Layout, captions: list[str], title: str, footer: str) -
 
 
 def _texts(layout: Layout, captions: list[str], title: str, below: list[str], rows: int) -> Iterator[Text]:
-    """Give everything that is written."""
+    """Yield title, captions and footer with their places."""
     heading = round(1.5 * layout.text)
     yield Text(layout.gap, layout.gap, "\n".join(wrapped(title, layout.cell, heading)), heading)
     for place, caption in zip(PLACES, captions, strict=True):

@@ -39,16 +39,16 @@ _TALL, _WIDE = 10.0, 9.2
 #: Inches left of a map, from it to the scale, of the scale, from it to the histogram, and right of that for labels.
 _LEFT, _GAP, _SCALE, _NEXT, _LABELS = 0.6, 0.35, 0.3, 0.9, 1.35
 
-#: Share of pixels above the scale from which another is suggested.
+#: Share of pixels above the scale from which another scale is suggested.
 _MANY = 0.01
 
 #: Least inches of a histogram's height.
 _LEAST = 3.4
 
-#: The points of the scale's ends, as a share of its length.
+#: Length of the pointed ends of the scale, as a share of its length.
 _POINT = 0.04
 
-#: Share of the histogram's height that a label takes, one inch high.
+#: Height of a label, in inches.
 _LINE = 0.17
 
 
@@ -63,7 +63,9 @@ def check_range(low: float, high: float) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def plot_map(found: DifferenceMap, path: str | Path, *, ends: tuple[float, float] = RANGE, force: bool = False) -> Path:
+def plot_map(
+    difference: DifferenceMap, path: str | Path, *, ends: tuple[float, float] = RANGE, force: bool = False
+) -> Path:
     """Draw a map as a PNG: the same bytes on every run.
 
     Raises
@@ -72,34 +74,34 @@ def plot_map(found: DifferenceMap, path: str | Path, *, ends: tuple[float, float
         ``ends`` is no scale, as :func:`check_range` says, or ``path`` cannot be written.
 
     """
-    _draw([found], Path(path), title_of(found), check_range(*ends), force=force)
+    _draw([difference], Path(path), title_of(difference), check_range(*ends), force=force)
     return Path(path)
 
 
-def plot_figure_6(found: Sequence[DifferenceMap], path: str | Path, *, force: bool = False) -> Path:
+def plot_figure_6(difference: Sequence[DifferenceMap], path: str | Path, *, force: bool = False) -> Path:
     """Draw maps below one another on the scale of the paper's Figure 6, 1 to 8."""
-    parts = [f"{each.mode} at {spaced(each.hours)} h by {each.mean:.1f}" for each in found]
+    parts = [f"{each.mode} at {spaced(each.hours)} h by {each.mean:.1f}" for each in difference]
     title = f"Mean change of a pixel, ΔE2000: {', '.join(parts)} (Figure 6)"
-    _draw(found, Path(path), title, MAP_RANGE, force=force)
+    _draw(difference, Path(path), title, MAP_RANGE, force=force)
     return Path(path)
 
 
-def title_of(found: DifferenceMap) -> str:
-    """Say the finding."""
+def title_of(difference: DifferenceMap) -> str:
+    """Say by how much pixels change on average, and at most."""
     return (
-        f"{found.mode} at {spaced(found.hours)} h changes pixels by ΔE2000 {found.mean:.1f} on average, "
-        f"{found.largest:.1f} at most"
+        f"{difference.mode} at {spaced(difference.hours)} h changes pixels by ΔE2000 {difference.mean:.1f} on average, "
+        f"{difference.largest:.1f} at most"
     )
 
 
-def counted(found: DifferenceMap) -> str:
-    """Say in one sentence what was looked at."""
-    said = f"{Path(found.file).name}: {pixels_of_colours(found.pixels, found.colours)}"
-    if found.binning_error:
-        said += f" (statistics to ± {found.binning_error:.1g}, since colours were counted in bins)"
-    if found.factor > 1:
-        said += f". Each point of the map is the mean of {found.factor} × {found.factor} pixels"
-    return f"{said}."
+def counted(difference: DifferenceMap) -> str:
+    """Name the image, its pixels and colours, and the precision of the statistics."""
+    sentence = f"{Path(difference.file).name}: {pixels_of_colours(difference.pixels, difference.colours)}"
+    if difference.binning_error:
+        sentence += f" (statistics to ± {difference.binning_error:.1g}, since colours were counted in bins)"
+    if difference.factor > 1:
+        sentence += f". Each point of the map is the mean of {difference.factor} × {difference.factor} pixels"
+    return f"{sentence}."
 
 
 def _draw(maps: Sequence[DifferenceMap], path: Path, title: str, ends: tuple[float, float], *, force: bool) -> None:
@@ -112,11 +114,13 @@ def _draw(maps: Sequence[DifferenceMap], path: Path, title: str, ends: tuple[flo
     with picture(path, title, second=counted(first), foot=foot, height=height, force=force) as (figure, low, top):
         bottom = low * height + 0.6
         room = (top * height - bottom) / len(maps)
-        for row, found in enumerate(reversed(maps)):
+        for row, difference in enumerate(reversed(maps)):
             base, across, up = bottom + row * room, wide * inches, high * inches
-            drawn = draw_map(_axes(figure, (_LEFT, base + (each - up) / 2.0, across, up), height), found, ends)
+            drawn = draw_map(_axes(figure, (_LEFT, base + (each - up) / 2.0, across, up), height), difference, ends)
             if len(maps) > 1:
-                drawn.axes.set_title(f"{found.mode}, {spaced(found.hours)} h", fontsize=13, weight="bold", loc="left")
+                drawn.axes.set_title(
+                    f"{difference.mode}, {spaced(difference.hours)} h", fontsize=13, weight="bold", loc="left"
+                )
             left = _LEFT + across + _GAP
             below = _POINT * each if ends[0] > 0 else 0.0
             scale = _axes(figure, (left, base - below, _SCALE, (1.0 + _POINT) * each + below), height)
@@ -124,15 +128,15 @@ def _draw(maps: Sequence[DifferenceMap], path: Path, title: str, ends: tuple[flo
             scale.yaxis.set_visible(False)
             left += _SCALE + _NEXT
             beside = _axes(figure, (left, base, WIDTH - left - _LABELS, each), height)
-            draw_histogram(beside, found, ends, drawn)
-            if found.largest > ends[1]:
-                beside.set_title(told_above(found, ends), fontsize=11, loc="left", color=MAGENTA, weight="bold")
+            draw_histogram(beside, difference, ends, drawn)
+            if difference.largest > ends[1]:
+                beside.set_title(told_above(difference, ends), fontsize=11, loc="left", color=MAGENTA, weight="bold")
             if row == 0:
                 beside.set_xlabel(f"% of the pixels in a bin of {BIN:g}", fontsize=11)
 
 
 def scale_of(ends: tuple[float, float]) -> str:
-    """Say what the colours and the histogram mean."""
+    """Explain the colours and the histogram."""
     kind = {RANGE: "the usual one, so that maps compare", MAP_RANGE: "as in the paper"}.get(ends, "as asked for")
     below = "; black: below it" if ends[0] > 0 else ""
     return (
@@ -146,28 +150,32 @@ def _axes(figure: Figure, inches: tuple[float, float, float, float], height: flo
     return figure.add_axes((left / WIDTH, bottom / height, across / WIDTH, up / height))
 
 
-def told_above(found: DifferenceMap, ends: tuple[float, float]) -> str:
-    """Say how many pixels lie above the scale, and where many do, which scale would hold them."""
-    share = found.share(ends[1])
-    more = f"; --range {ends[0]:g},{np.ceil(found.largest):g} holds all" if share > _MANY and ends != MAP_RANGE else ""
+def told_above(difference: DifferenceMap, ends: tuple[float, float]) -> str:
+    """Say which share of pixels lies above the scale; of a large share, which scale would hold them all."""
+    share = difference.share(ends[1])
+    more = (
+        f"; --range {ends[0]:g},{np.ceil(difference.largest):g} holds all"
+        if share > _MANY and ends != MAP_RANGE
+        else ""
+    )
     return f"{f'{share:.1%}' if share > 0.0005 else '< 0.1%'} above{more}"
 
 
-def draw_map(axes: Axes, found: DifferenceMap, ends: tuple[float, float]) -> Any:
+def draw_map(axes: Axes, difference: DifferenceMap, ends: tuple[float, float]) -> Any:
     """Draw the map; matplotlib's image of it, which carries the scale, is returned."""
     from matplotlib import colormaps
 
     colours = colormaps["viridis"].with_extremes(over=MAGENTA, under=BLACK, bad="white")
-    # Many points for few dots of the page are averaged, not left out.
-    drawn = axes.imshow(found.shown, cmap=colours, vmin=ends[0], vmax=ends[1], interpolation="auto", aspect="auto")
+    # interpolation="auto" averages the points of a map that is larger than its place on the page.
+    drawn = axes.imshow(difference.shown, cmap=colours, vmin=ends[0], vmax=ends[1], interpolation="auto", aspect="auto")
     axes.set_xticks([])
     axes.set_yticks([])
     return drawn
 
 
-def draw_histogram(axes: Axes, found: DifferenceMap, ends: tuple[float, float], drawn: Any) -> None:
+def draw_histogram(axes: Axes, difference: DifferenceMap, ends: tuple[float, float], drawn: Any) -> None:
     """Draw the share of pixels in each bin, ΔE2000 upwards, in the colours of the map; and mean and quantiles."""
-    shares = 100.0 * found.histogram() / found.pixels
+    shares = 100.0 * difference.histogram() / difference.pixels
     middles = BIN * (np.arange(len(shares)) + 0.5)
     axes.barh(middles, shares, BIN, color=drawn.cmap(drawn.norm(middles)))
     axes.set_ylim(*ends)
@@ -177,7 +185,12 @@ def draw_histogram(axes: Axes, found: DifferenceMap, ends: tuple[float, float], 
     axes.set_xlim(0.0, 1.05 * max(inside.max(initial=0.0), 0.1))
     line = _LINE * (ends[1] - ends[0]) * DPI / axes.get_window_extent().height
     place = -np.inf
-    for name, value in (("mean", found.mean), ("95 %", found.p95), ("99 %", found.p99), ("largest", found.largest)):
+    for name, value in (
+        ("mean", difference.mean),
+        ("95 %", difference.p95),
+        ("99 %", difference.p99),
+        ("largest", difference.largest),
+    ):
         if ends[0] <= value <= ends[1]:
             place = max(value, place + line)
             axes.axhline(value, color=BLACK, linewidth=1.0, linestyle="-" if name == "mean" else ":")

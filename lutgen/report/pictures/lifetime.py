@@ -1,4 +1,4 @@
-"""The page of ``lutgen lifetime``: for each image the paper's Table 1, and what was counted."""
+"""The page of ``lutgen lifetime``: for each image the paper's Table 1, and the pixels that are counted."""
 
 from __future__ import annotations
 
@@ -13,43 +13,43 @@ if TYPE_CHECKING:
     from lutgen.appearance.lifetime import ImageLifetime, Lifetimes
     from lutgen.report.parts import Part
 
-#: The columns of Table 1 for each tolerance: statistic and what the paper calls it.
+#: The columns of Table 1 for each tolerance: statistic and its name in the paper.
 COLUMNS = {"max": "Max", "mean": "Avg"}
 
 
-def lifetime_page(found: Lifetimes) -> Iterator[Part]:
+def lifetime_page(lifetimes: Lifetimes) -> Iterator[Part]:
     """Yield what ``lutgen lifetime`` prints."""
-    for image in found.images:
+    for image in lifetimes.images:
         yield Headline(counted(image))
-        yield life_table(found, image)
+        yield life_table(lifetimes, image)
         yield ""
-    never = f" –: not within the {spaced(found.last)} h looked at." if _any_never(found) else ""
-    known = found.images[0].intervals is not None
+    never = f" –: not within the {spaced(lifetimes.last)} h looked at." if _any_never(lifetimes) else ""
+    known = lifetimes.images[0].intervals is not None
     within = " Below: 95 % intervals from the model's own uncertainty." if known else ""
     yield (
         "Hours until the ΔE2000 between the un-aged and the aged display reaches a tolerance. Avg: mean over all "
         f"pixels; Max: mean + 2 SD, as in the paper.{never}{within}"
     )
-    yield found.model.measurements.provenance
-    yield from found.remarks()
+    yield lifetimes.model.measurements.provenance
+    yield from lifetimes.remarks()
 
 
 def counted(image: ImageLifetime) -> str:
-    """Say in one sentence what was counted."""
-    said = f"{image.file}: {pixels_of_colours(image.pixels, image.colours)}"
+    """Count pixels, colours and pixels left out, in one sentence."""
+    sentence = f"{image.file}: {pixels_of_colours(image.pixels, image.colours)}"
     if image.binning_error:
-        said += f" ({image.bits} bits a channel: ΔE2000 of a pixel to ± {image.binning_error:.1g})"
+        sentence += f" ({image.bits} bits a channel: ΔE2000 of a pixel to ± {image.binning_error:.1g})"
     if image.tissue is None:
-        return f"{said}."
+        return f"{sentence}."
     if image.tissue.threshold is None:
-        return f"{said}; no bare glass was found, nothing was left out."
+        return f"{sentence}; no bare glass was found, nothing was left out."
     share, threshold = image.tissue.left_out_share, image.tissue.threshold
-    return f"{said}; {share:.1%} left out as bare glass, L* of {threshold:.1f} and more."
+    return f"{sentence}; {share:.1%} left out as bare glass, L* of {threshold:.1f} and more."
 
 
-def life_table(found: Lifetimes, image: ImageLifetime) -> Table:
+def life_table(lifetimes: Lifetimes, image: ImageLifetime) -> Table:
     """Table 1: rows are modes, columns the hours until Max and Avg reach each tolerance."""
-    columns = [(tolerance, statistic) for tolerance in found.tolerances for statistic in COLUMNS]
+    columns = [(tolerance, statistic) for tolerance in lifetimes.tolerances for statistic in COLUMNS]
     heads = (f"{COLUMNS[statistic]} ΔE2000 {tolerance:g}" for tolerance, statistic in columns)
     rows = []
     for mode, curve in image.curves.items():
@@ -69,11 +69,11 @@ def hours_or_never(hours: float | None) -> str:
     return "–" if hours is None else spaced(round(hours))
 
 
-def _any_never(found: Lifetimes) -> bool:
+def _any_never(lifetimes: Lifetimes) -> bool:
     return any(
         curve.hours_until(statistic, tolerance) is None
-        for image in found.images
+        for image in lifetimes.images
         for curve in image.curves.values()
-        for tolerance in found.tolerances
+        for tolerance in lifetimes.tolerances
         for statistic in COLUMNS
     )

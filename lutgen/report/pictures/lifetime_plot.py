@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 #: Colour of each statistic of Table 1: mean, and mean + 2 SD.
 COLOURS = {"mean": BLUE, "max": RED}
 
-#: Inches of a bar of the hours until a tolerance is reached.
+#: Height of a bar of the hours until a tolerance is reached, in inches.
 _ROW = 0.27
 
-#: Headroom above the highest curve, for labels.
+#: Top of the axis over the highest curve: space for labels.
 _HEADROOM = 1.12
 
 
@@ -34,49 +34,49 @@ def picture_names(images: Sequence[str]) -> list[str]:
     return named_once([f"lifetime-{Path(image).stem}.png" for image in images], "images")
 
 
-def plot_lifetimes(found: Lifetimes, folder: str | Path, *, force: bool = False) -> list[Path]:
+def plot_lifetimes(lifetimes: Lifetimes, folder: str | Path, *, force: bool = False) -> list[Path]:
     """Draw one picture an image into a folder; the same bytes on every run. Errors as :func:`picture_names`."""
-    names = picture_names([image.file for image in found.images])
+    names = picture_names([image.file for image in lifetimes.images])
     paths = [Path(folder) / name for name in names]
-    for image, path in zip(found.images, paths, strict=True):
-        plot_lifetime(found, image, path, force=force)
+    for image, path in zip(lifetimes.images, paths, strict=True):
+        plot_lifetime(lifetimes, image, path, force=force)
     return paths
 
 
-def plot_lifetime(found: Lifetimes, image: ImageLifetime, path: Path, *, force: bool = False) -> None:
+def plot_lifetime(lifetimes: Lifetimes, image: ImageLifetime, path: Path, *, force: bool = False) -> None:
     """Draw one image's picture: the same bytes on every run."""
     foot = (
         "Dots: mean over all pixels; bars: ± 2 standard deviations, not below 0 (the paper's Figure 5). Dashed: "
         "tolerances; rings: where mean (Avg) and mean + 2 SD (Max) reach them, and below the hours until then"
         f"{', with 95 % intervals from the uncertainty of the model' if image.intervals else ''}. "
     )
-    height = 7.6 + _ROW * 2 * len(found.tolerances)
-    title, whole = title_of(found, image), foot + found.model.measurements.provenance
+    height = 7.6 + _ROW * 2 * len(lifetimes.tolerances)
+    title, whole = title_of(lifetimes, image), foot + lifetimes.model.measurements.provenance
     with picture(path, title, second=counted(image), foot=whole, height=height, force=force) as (figure, low, high):
         top = max(float(np.maximum(curve.max, curve.p99).max()) for curve in image.curves.values())
-        top = _HEADROOM * max(top, 1.2 * min(found.tolerances))
-        width, strip = 0.92 / len(image.curves), _ROW * 2 * len(found.tolerances) / height
+        top = _HEADROOM * max(top, 1.2 * min(lifetimes.tolerances))
+        width, strip = 0.92 / len(image.curves), _ROW * 2 * len(lifetimes.tolerances) / height
         bottom = low + 0.6 / height
         for number, (mode, curve) in enumerate(image.curves.items()):
             left, across = 0.05 + number * width, width - 0.04
             lives = figure.add_axes((left, bottom, across, strip))
             above = bottom + strip + 0.12 / height
             axes = figure.add_axes((left, above, across, high - above - 0.45 / height), sharex=lives)
-            draw_curve(axes, curve, found.tolerances, top)
-            draw_lives(lives, found, image, mode)
+            draw_curve(axes, curve, lifetimes.tolerances, top)
+            draw_lives(lives, lifetimes, image, mode)
             axes.set_title(mode, fontsize=13, weight="bold", loc="left")
             if number == 0:
                 axes.set_ylabel("ΔE2000, un-aged against aged", fontsize=11)
 
 
-def title_of(found: Lifetimes, image: ImageLifetime) -> str:
-    """Say the finding: when the mean reaches the first tolerance."""
-    tolerance = min(found.tolerances)
+def title_of(lifetimes: Lifetimes, image: ImageLifetime) -> str:
+    """Say when the mean reaches the first tolerance in each mode."""
+    tolerance = min(lifetimes.tolerances)
     parts = []
     for mode, curve in image.curves.items():
         hours = curve.hours_until("mean", tolerance)
         parts.append(
-            f"{mode} at {spaced(round(hours))} h" if hours is not None else f"{mode} not by {spaced(found.last)} h"
+            f"{mode} at {spaced(round(hours))} h" if hours is not None else f"{mode} not by {spaced(lifetimes.last)} h"
         )
     return f"The mean ΔE2000 reaches {tolerance:g}: {', '.join(parts)}"
 
@@ -109,15 +109,15 @@ def draw_curve(axes: Axes, curve: Curve, tolerances: Sequence[float], top: float
     axes.legend(loc="upper left", frameon=False, fontsize=10)
 
 
-def draw_lives(axes: Axes, found: Lifetimes, image: ImageLifetime, mode: str) -> None:
+def draw_lives(axes: Axes, lifetimes: Lifetimes, image: ImageLifetime, mode: str) -> None:
     """Draw one mode's row of Table 1: a bar from hour 0 until each tolerance is reached."""
-    curve, last = image.curves[mode], found.last
-    rows = [(tolerance, statistic) for tolerance in found.tolerances for statistic in COLUMNS]
+    curve, last = image.curves[mode], lifetimes.last
+    rows = [(tolerance, statistic) for tolerance in lifetimes.tolerances for statistic in COLUMNS]
     axes.set(xlim=(-0.02 * last, 1.02 * last), ylim=(len(rows) - 0.4, -0.6))
     for row, (tolerance, statistic) in enumerate(rows):
         when, colour = curve.hours_until(statistic, tolerance), COLOURS[statistic]
         axes.barh(row, last if when is None else when, 0.66, color=colour, alpha=0.25 if when is None else 0.85)
-        said, end = f"not within {spaced(last)} h" if when is None else f"{spaced(round(when))} h", when or 0.0
+        text, end = f"not within {spaced(last)} h" if when is None else f"{spaced(round(when))} h", when or 0.0
         if image.intervals:
             low, high = (last if each is None else each for each in image.intervals[mode][tolerance][statistic])
             axes.hlines(row, low, high, color=BLACK, linewidth=2.5)
@@ -126,7 +126,7 @@ def draw_lives(axes: Axes, found: Lifetimes, image: ImageLifetime, mode: str) ->
         place, side, shade = (0.005 * last, "left", BLACK) if when is None else (end + 0.01 * last, "left", BLACK)
         if inside:
             place, side, shade = min(when or end, end) - 0.02 * last, "right", "white"
-        axes.text(place, row, said, ha=side, va="center", fontsize=10, color=shade)
+        axes.text(place, row, text, ha=side, va="center", fontsize=10, color=shade)
     axes.set_yticks(range(len(rows)), [f"{COLUMNS[name]} {tolerance:g}" for tolerance, name in rows], fontsize=10)
     axes.set_xlabel("operating hours", fontsize=11)
     axes.xaxis.set_major_formatter(lambda value, _place: spaced(value))

@@ -1,4 +1,4 @@
-"""MP4 through the program ffmpeg, which need not be there until somebody asks for one."""
+"""MP4 through the program ffmpeg, which only MP4 needs."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ _TAGS = ("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "iec
 
 
 def check_ffmpeg() -> str:
-    """Return the path of ffmpeg. Raises LutgenError saying how to get it, and what goes without."""
-    found = shutil.which("ffmpeg")
-    if found is None:
+    """Return the path of ffmpeg. Raises LutgenError that says how to install it, and which format needs no program."""
+    program = shutil.which("ffmpeg")
+    if program is None:
         message = (
             "MP4 is written by the program ffmpeg, which is not on the PATH. Install it (Debian: apt install ffmpeg), "
             "or give a name that ends in .png: an animated PNG needs no other program."
         )
         raise LutgenError(message)
-    return found
+    return program
 
 
 def write_mp4(frames: Iterable[Pixels], seconds: float, path: Path, name: str) -> None:
-    """Write frames, uint8 of one shape (h, w, 3), each for so many seconds; errors call the file ``name``.
+    """Write frames, uint8 of one shape (h, w, 3), each shown for ``seconds``; error messages call the file ``name``.
 
     Raises
     ------
     LutgenError
-        ffmpeg is not there, or cannot write the file, with what it says.
+        ffmpeg is not installed, or cannot write the file; the message quotes ffmpeg.
 
     """
     program, frames = check_ffmpeg(), iter(frames)
@@ -55,14 +55,14 @@ def write_mp4(frames: Iterable[Pixels], seconds: float, path: Path, name: str) -
         "-vf", _COLOURS, *_TAGS, "-movflags", "+faststart", "-fflags", "+bitexact", "-flags:v", "+bitexact",
         "-f", "mp4", str(path),
     ]  # fmt: skip
-    with tempfile.TemporaryFile() as said:
-        running = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=said)  # noqa: S603 - no shell
-        # Where ffmpeg closes the pipe early, what it says explains why.
+    with tempfile.TemporaryFile() as errors:
+        running = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=errors)  # noqa: S603 - no shell
+        # If ffmpeg closes the pipe early, its error output explains why.
         with running, suppress(BrokenPipeError):
             for frame in chain([first], frames):
                 running.stdin.write(frame.tobytes())  # type: ignore[union-attr]
         if running.returncode:
-            said.seek(0)
-            why = " ".join(said.read().decode(errors="replace").split()) or f"it ended with {running.returncode}"
+            errors.seek(0)
+            why = " ".join(errors.read().decode(errors="replace").split()) or f"it ended with {running.returncode}"
             message = f"{name}: ffmpeg cannot write it: {why}. Write an animated PNG (.png) instead."
             raise LutgenError(message)

@@ -1,4 +1,4 @@
-"""The page of ``lutgen nuclei``: one sentence, a table by hours, and what was measured and what not."""
+"""The page of ``lutgen nuclei``: one sentence, a table by hours, and the definition of the contrast."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from lutgen.appearance.conspicuity import Conspicuity
     from lutgen.report.parts import Part
 
-#: Rows of the table of a mode, at most: the whole curve is in JSON and in the plot.
+#: Rows of the table of a mode, at most; JSON and the plot have all hours.
 ROWS = 5
 
-#: What the figures are, and what they are not.
+#: Definition of the contrast, and its limits.
 MEASURED = (
     "ΔE2000 between the mean colour of each nucleus and that of a ring around it, as the un-aged and the aged display "
     "show them to an eye adapted to the un-aged white. It is a contrast of mean colours: no texture, no sharpness, no "
@@ -25,37 +25,37 @@ MEASURED = (
 )
 
 
-def nuclei_page(found: Conspicuity) -> Iterator[Part]:
+def nuclei_page(conspicuity: Conspicuity) -> Iterator[Part]:
     """Yield what ``lutgen nuclei`` prints."""
-    yield Headline(headline(found))
-    yield table_of(found)
+    yield Headline(headline(conspicuity))
+    yield table_of(conspicuity)
     yield ""
-    yield f"{found.field.file}: {counted(found)}"
+    yield f"{conspicuity.field.file}: {counted(conspicuity)}"
     yield (
         f"{MEASURED} In brackets: 95 % bootstrap over nuclei, as if drawn one by one."
-        if next(iter(found.contrasts.values())).intervals is not None
+        if next(iter(conspicuity.contrasts.values())).intervals is not None
         else f"{MEASURED} No intervals: too few nuclei to say how they scatter."
     )
-    yield found.model.measurements.provenance
-    yield from found.remarks()
+    yield conspicuity.model.measurements.provenance
+    yield from conspicuity.remarks()
 
 
-def headline(found: Conspicuity) -> str:
-    """Say the finding in a sentence."""
-    contrasts = found.contrasts
+def headline(conspicuity: Conspicuity) -> str:
+    """Say how much nuclei stand out when the display is new and at the last hour."""
+    contrasts = conspicuity.contrasts
     new = contrasts[next(iter(contrasts))].percentiles[0, 2]
     parts = [f"{each.median[-1]:.1f} in {mode} ({percent(each.change[-1])})" for mode, each in contrasts.items()]
-    of = f"median of {spaced(found.nuclei.count)}" if found.nuclei.count > 1 else "the only one"
+    of = f"median of {spaced(conspicuity.nuclei.count)}" if conspicuity.nuclei.count > 1 else "the only one"
     return (
-        f"Nuclei stand out by ΔE2000 {new:.1f} ({of}) when the display is new; at {spaced(found.hours[-1])} h by "
+        f"Nuclei stand out by ΔE2000 {new:.1f} ({of}) when the display is new; at {spaced(conspicuity.hours[-1])} h by "
         f"{' and '.join(parts)}."
     )
 
 
-def counted(found: Conspicuity) -> str:
-    """Say in one sentence what was compared."""
-    nuclei, rings = found.nuclei, found.rings
-    said = (
+def counted(conspicuity: Conspicuity) -> str:
+    """Count the nuclei that are compared and those left out, in one sentence or two."""
+    nuclei, rings = conspicuity.nuclei, conspicuity.rings
+    sentence = (
         f"{spaced(nuclei.count)} {'nucleus' if nuclei.count == 1 else 'nuclei'}, {nuclei.found}, typically "
         f"{nuclei.width:.0f} pixels wide; rings of {rings.width} pixels after a gap of {rings.gap}"
     )
@@ -64,24 +64,24 @@ def counted(found: Conspicuity) -> str:
         for number, why in (
             (nuclei.small, "too small"),
             (nuclei.large, "too large"),
-            (found.ringless, "without room for a ring"),
+            (conspicuity.ringless, "without room for a ring"),
         )
         if number
     ]
-    return f"{said}. Left out: {', '.join(left)}." if left else f"{said}."
+    return f"{sentence}. Left out: {', '.join(left)}." if left else f"{sentence}."
 
 
-def table_of(found: Conspicuity) -> Table:
-    """Rows are modes and some hours, columns the distribution over nuclei and its change."""
-    heads = ("median ΔE2000", "middle half", "5–95 %", "change of the median", f"losing > {found.loss:g} %")
+def table_of(conspicuity: Conspicuity) -> Table:
+    """Tabulate for each mode and some hours the distribution over nuclei and its change."""
+    heads = ("median ΔE2000", "middle half", "5–95 %", "change of the median", f"losing > {conspicuity.loss:g} %")
     rows = []
-    for mode, contrast in found.contrasts.items():
-        for place in shown_hours(len(found.hours)):
+    for mode, contrast in conspicuity.contrasts.items():
+        for place in shown_hours(len(conspicuity.hours)):
             low, first, median, third, high = contrast.percentiles[place]
             ends = None if contrast.intervals is None else contrast.intervals[place]
             row = (
                 mode,
-                spaced(found.hours[place]),
+                spaced(conspicuity.hours[place]),
                 f"{median:.1f}",
                 f"{first:.1f}–{third:.1f}",
                 f"{low:.1f}–{high:.1f}",
@@ -93,7 +93,7 @@ def table_of(found: Conspicuity) -> Table:
 
 
 def shown_hours(count: int) -> Sequence[int]:
-    """Places of at most ``ROWS`` of so many hours, the first and the last among them."""
+    """Return the indices of at most ``ROWS`` of ``count`` hours, the first and the last among them."""
     return sorted({round(step * (count - 1) / (ROWS - 1)) for step in range(ROWS)})
 
 

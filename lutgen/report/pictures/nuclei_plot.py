@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 
 _Kind = TypeVar("_Kind", bound=np.generic)
 
-#: Code values of outlines: nuclei in green that no stain has, rings in black.
+#: Code values of outlines: nuclei in a green that stains do not have, rings in black.
 NUCLEUS, RING = (0, 255, 60), (20, 20, 20)
 
-#: Pixels across that the picture of outlines has at least, and by how much each pixel of the image grows at most.
+#: Least width of the picture of outlines in pixels, and largest factor by which a pixel of the image is enlarged.
 WIDE, ZOOM = 1500, 4
 
-#: Pixels of the image along the side of the part that the page shows.
+#: Side of the part of the image that the page shows, in pixels.
 DETAIL = 150
 
 
@@ -38,7 +38,7 @@ def picture_names(image: str) -> list[str]:
     return [f"nuclei-{stem}.png", f"nuclei-{stem}-outlines.png"]
 
 
-def plot_nuclei(found: Conspicuity, folder: str | Path, *, force: bool = False) -> list[Path]:
+def plot_nuclei(conspicuity: Conspicuity, folder: str | Path, *, force: bool = False) -> list[Path]:
     """Draw both pictures into a folder; the same bytes on every run.
 
     Raises
@@ -47,40 +47,44 @@ def plot_nuclei(found: Conspicuity, folder: str | Path, *, force: bool = False) 
         One of them cannot be written, or exists and ``force`` is not given.
 
     """
-    page, whole = (Path(folder) / name for name in picture_names(found.field.file))
-    _page(found, page, force=force)
+    page, whole = (Path(folder) / name for name in picture_names(conspicuity.field.file))
+    _page(conspicuity, page, force=force)
     with new_png(whole, force=force) as partial:
-        save_page(outlined(found, *((0, size) for size in found.field.shape)), partial)
+        save_page(outlined(conspicuity, *((0, size) for size in conspicuity.field.shape)), partial)
     return [page, whole]
 
 
-def _page(found: Conspicuity, path: Path, *, force: bool) -> None:
+def _page(conspicuity: Conspicuity, path: Path, *, force: bool) -> None:
     foot = (
         "Line: median over nuclei of the ΔE2000 between a nucleus's mean colour and that of the ring around it; bands: "
         "middle half, and 5 to 95 %; dashed: un-aged median. Right: the part of the image with most nuclei, which are "
         "outlined in green, rings in black. "
     )
-    whole = foot + found.model.measurements.provenance
-    second = f"{found.field.file}: {counted(found)}"
-    with picture(path, headline(found), second=second, foot=whole, height=6.4, force=force) as (figure, low, high):
-        top = 1.1 * max(float(each.percentiles.max()) for each in found.contrasts.values())
-        width, bottom = 0.6 / len(found.contrasts), low + 0.6 / 6.4
-        for number, (mode, contrast) in enumerate(found.contrasts.items()):
+    whole = foot + conspicuity.model.measurements.provenance
+    second = f"{conspicuity.field.file}: {counted(conspicuity)}"
+    with picture(path, headline(conspicuity), second=second, foot=whole, height=6.4, force=force) as (
+        figure,
+        low,
+        high,
+    ):
+        top = 1.1 * max(float(each.percentiles.max()) for each in conspicuity.contrasts.values())
+        width, bottom = 0.6 / len(conspicuity.contrasts), low + 0.6 / 6.4
+        for number, (mode, contrast) in enumerate(conspicuity.contrasts.items()):
             axes = figure.add_axes((0.05 + number * width, bottom, width - 0.03, high - bottom - 0.4 / 6.4))
-            draw_contrast(axes, found, mode)
+            draw_contrast(axes, conspicuity, mode)
             axes.set_ylim(0.0, max(top, 1.0))
             change = percent(contrast.change[-1])
             axes.set_title(f"{mode}: {change}", fontsize=13, weight="bold", loc="left")
             if number == 0:
                 axes.set_ylabel("ΔE2000, nucleus against ring", fontsize=11)
         axes = figure.add_axes((0.655, bottom - 0.3 / 6.4, 0.325, high - bottom + 0.2 / 6.4))
-        axes.imshow(outlined(found, *crowded(found)), interpolation="antialiased")
+        axes.imshow(outlined(conspicuity, *crowded(conspicuity)), interpolation="antialiased")
         axes.set_axis_off()
 
 
-def draw_contrast(axes: Axes, found: Conspicuity, mode: str) -> None:
+def draw_contrast(axes: Axes, conspicuity: Conspicuity, mode: str) -> None:
     """Draw one mode: the distribution over nuclei against hours."""
-    contrast, hours = found.contrasts[mode], found.hours
+    contrast, hours = conspicuity.contrasts[mode], conspicuity.hours
     low, first, median, third, high = contrast.percentiles.T
     axes.fill_between(hours, low, high, color=BLUE, alpha=0.15, linewidth=0, label="5–95 % of nuclei")
     axes.fill_between(hours, first, third, color=BLUE, alpha=0.3, linewidth=0, label="middle half")
@@ -93,26 +97,26 @@ def draw_contrast(axes: Axes, found: Conspicuity, mode: str) -> None:
     tidy(axes)
 
 
-def crowded(found: Conspicuity) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Rows and columns, from and to, of the part of the image that holds the most of nuclei."""
+def crowded(conspicuity: Conspicuity) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Return rows and columns, each from and to, of the part of the image with the largest share of nuclei."""
     from scipy import ndimage
 
-    rows, columns = found.field.shape
+    rows, columns = conspicuity.field.shape
     side = min(DETAIL, rows, columns)
-    share = ndimage.uniform_filter((found.nuclei.labels > 0).astype(np.float32), side, mode="constant")
+    share = ndimage.uniform_filter((conspicuity.nuclei.labels > 0).astype(np.float32), side, mode="constant")
     inside = share[side // 2 : rows - (side - 1) // 2, side // 2 : columns - (side - 1) // 2]
     row, column = np.unravel_index(int(np.argmax(inside)), inside.shape)
     return (int(row), int(row) + side), (int(column), int(column) + side)
 
 
-def outlined(found: Conspicuity, rows: tuple[int, int], columns: tuple[int, int]) -> NDArray[np.uint8]:
+def outlined(conspicuity: Conspicuity, rows: tuple[int, int], columns: tuple[int, int]) -> NDArray[np.uint8]:
     """Part of the image, enlarged, with the outlines of nuclei and rings, (height, width, 3)."""
     part = np.s_[rows[0] : rows[1], columns[0] : columns[1]]
     zoom = min(max(-(-WIDE // (columns[1] - columns[0])), 1), ZOOM)
-    made = _grown(found.field.rgb()[part], zoom)
-    for labels, colour in ((found.rings.labels, RING), (found.nuclei.labels, NUCLEUS)):
-        made[outlines(_grown(labels[part], zoom))] = colour
-    return made
+    enlarged = _grown(conspicuity.field.rgb()[part], zoom)
+    for labels, colour in ((conspicuity.rings.labels, RING), (conspicuity.nuclei.labels, NUCLEUS)):
+        enlarged[outlines(_grown(labels[part], zoom))] = colour
+    return enlarged
 
 
 def _grown(values: NDArray[_Kind], zoom: int) -> NDArray[_Kind]:

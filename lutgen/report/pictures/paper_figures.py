@@ -1,4 +1,4 @@
-"""The paper's Figures 2 to 6, redrawn from an image of the user's.
+"""The paper's Figures 2 to 6, drawn from the user's own image.
 
 Figures 2, 3 and 4 have one layout and show three images, 5 and 6 show the first of them again. The paper's images were
 never published, so each figure is drawn from the image that is given.
@@ -74,8 +74,8 @@ def draw_figure(
     if number not in FIGURES:
         raise pick_one("figure", number, FIGURES)
     if number == "5":
-        found = lifetime([image], model, source=source, progress=progress)
-        plot_lifetime(found, found.images[0], Path(path), force=force)
+        lifetimes = lifetime([image], model, source=source, progress=progress)
+        plot_lifetime(lifetimes, lifetimes.images[0], Path(path), force=force)
     elif number == "6":
         maps: list[DifferenceMap] = []
         for mode, hour in MAPS:

@@ -1,4 +1,4 @@
-"""The paper's Table 1: lifetimes of images beside those that the paper published, and the difference in %."""
+"""The paper's Table 1: lifetimes of images, those that the paper published, and the difference in percent."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from lutgen.report.parts import Part
 
 
-def table_1_page(found: Lifetimes) -> Iterator[Part]:
-    """Yield what ``lutgen table 1`` prints; ``found`` has the tolerances and modes of the paper."""
-    for image in found.images:
+def table_1_page(lifetimes: Lifetimes) -> Iterator[Part]:
+    """Yield what ``lutgen table 1`` prints; ``lifetimes`` has the tolerances and modes of the paper."""
+    for image in lifetimes.images:
         yield Headline(counted(image))
         yield _table(image)
         yield ""
@@ -28,18 +28,18 @@ def table_1_page(found: Lifetimes) -> Iterator[Part]:
         "Hours until the ΔE2000 between the un-aged and the aged display reaches 3 and 5; below: against the paper's. "
         "Avg: mean over all pixels; Max: mean + 2 SD. The paper's picture (its Figure 2) was never published: other "
         "pictures are expected to differ."
-        f"{f' –: not within {spaced(found.last)} h.' if any(_misses(found)) else ''}"
+        f"{f' –: not within {spaced(lifetimes.last)} h.' if any(_misses(lifetimes)) else ''}"
     )
-    yield found.model.measurements.provenance
-    yield from found.remarks()
+    yield lifetimes.model.measurements.provenance
+    yield from lifetimes.remarks()
 
 
-def table_1_json(found: Lifetimes) -> dict[str, Any]:
+def table_1_json(lifetimes: Lifetimes) -> dict[str, Any]:
     """Return what ``--json`` writes: see ``lutgen/appearance/schema/table.json``."""
     return {
         "schema": 1,
         "table": 1,
-        **seen_on(found.model),
+        **seen_on(lifetimes.model),
         "rows": [
             {
                 "file": image.file,
@@ -50,17 +50,17 @@ def table_1_json(found: Lifetimes) -> dict[str, Any]:
                 "paper": paper,
                 "difference": difference(hours, paper),
             }
-            for image in found.images
+            for image in lifetimes.images
             for mode in TABLE_1
             for (tolerance, statistic), hours, paper in _cells(image, mode)
         ],
     }
 
 
-def table_1_csv(found: Lifetimes) -> str:
+def table_1_csv(lifetimes: Lifetimes) -> str:
     """Return what ``--csv`` writes: a line a cell; hours and difference are empty where never reached."""
     lines = ["file,mode,tolerance,statistic,hours,paper_hours,difference_percent"]
-    for row in table_1_json(found)["rows"]:
+    for row in table_1_json(lifetimes)["rows"]:
         quoted = row["file"].replace('"', '""')
         file = f'"{quoted}"' if set(quoted) & set('",\n') else quoted
         hours = "" if row["hours"] is None else f"{row['hours']:.1f}"
@@ -88,13 +88,13 @@ def _table(image: ImageLifetime) -> Table:
 
 
 def _cells(image: ImageLifetime, mode: str) -> Iterator[tuple[tuple[float, str], float | None, int]]:
-    """Give each column, the hours until it is reached, and the paper's."""
+    """Yield for each column the hours until its tolerance is reached, and the hours of the paper."""
     curve = image.curves[mode]
     for (tolerance, statistic), paper in zip(TABLE_1_COLUMNS, TABLE_1[mode], strict=True):
         yield (tolerance, statistic), curve.hours_until(statistic, tolerance), paper
 
 
-def _misses(found: Lifetimes) -> Iterator[bool]:
-    for image in found.images:
+def _misses(lifetimes: Lifetimes) -> Iterator[bool]:
+    for image in lifetimes.images:
         for mode in TABLE_1:
             yield from (hours is None for _, hours, _ in _cells(image, mode))

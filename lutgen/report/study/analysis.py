@@ -1,4 +1,4 @@
-"""The page of ``lutgen study analyse``: the paper's tables first, then what lies beyond them, then what it can show."""
+"""The page of ``lutgen study analyse``: the paper's tables, further tests, and the limits of the design."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from lutgen.study.analysis.intervals import Interval
     from lutgen.study.analysis.mixed import MixedModel
 
-#: Digits behind the point of a mean, by measure, as the paper's Table 2 has them.
+#: Measure → decimals of its mean, as in the paper's Table 2.
 _DIGITS = {"time": 1, "ease": 1}
 
 #: Why there is no McNemar test.
@@ -222,7 +222,7 @@ def p_value(p: float) -> str:
 
 
 def figure(value: float, digits: int) -> str:
-    """Write a number with a true minus; ∞ and a dash for what is none."""
+    """Write a number with a minus sign (−), ∞ for an infinite one, and a dash for NaN."""
     if value != value:  # noqa: PLR0124 - NaN
         return "–"
     if not isfinite(value):

@@ -1,4 +1,4 @@
-"""The page of ``lutgen study plan``: what was decided, what readers will do, and what the study can find."""
+"""The page of ``lutgen study plan``: the design, what readers will do, and the differences that the study can find."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ def plan_page(planned: Planned) -> Iterator[Part]:
     yield ""
     yield from _sessions(planned)
     if protocol.practice:
-        yield f"Practice, un-aged and not analysed: {_some([each.name for each in protocol.practice])}."
+        yield f"Practice, un-aged and not analysed: {_listed([each.name for each in protocol.practice])}."
     if planned.left_out:
-        yield f"Read by nobody: {_counted(len(planned.left_out), 'image')} given ({_some(planned.left_out)})."
+        yield f"Read by nobody: {_counted(len(planned.left_out), 'image')} given ({_listed(planned.left_out)})."
     if planned.rounded:
-        yield f"Of 16 bits a channel, of which readers see the nearest 8: {_some(planned.rounded)}."
+        yield f"Of 16 bits a channel, of which readers see the nearest 8: {_listed(planned.rounded)}."
     yield from planned.remarks
     if power is not None:
         yield ""
@@ -49,7 +49,7 @@ def plan_page(planned: Planned) -> Iterator[Part]:
 
 
 def headline(planned: Planned) -> str:
-    """Say what was planned."""
+    """Count images, readers, sessions and pictures of the plan."""
     protocol = planned.protocol
     counts = (
         _counted(len(protocol.images), "image"),
@@ -61,7 +61,7 @@ def headline(planned: Planned) -> str:
 
 
 def condition_table(planned: Planned) -> Table:
-    """Make a row for each condition: its images in session 1, and how true its LUT is."""
+    """Tabulate the conditions: images of each in session 1, and the largest error of its LUT."""
     rows = []
     for each in planned.protocol.conditions:
         lut = planned.protocol.model["luts"].get(each.name)
@@ -70,13 +70,13 @@ def condition_table(planned: Planned) -> Table:
             each.name,
             "–" if each == UNAGED else spaced(each.hours),
             "later sessions" if count is None else str(count),
-            "no LUT: pixels as they are" if lut is None else _true_to(lut),
+            "no LUT: pixels as they are" if lut is None else _lut_error(lut),
         )
         rows.append(row)
     return Table(("condition", "hours", "images a reader", "ΔE2000 of the LUT, worst"), rows)
 
 
-def _true_to(lut: dict[str, float]) -> str:
+def _lut_error(lut: dict[str, float]) -> str:
     return f"{lut['worst_smooth_delta_e_2000']:.4f} ({lut['worst_delta_e_2000']:.2f} where the model jumps)"
 
 
@@ -98,6 +98,6 @@ def _counted(count: int, what: str) -> str:
     return f"{spaced(count)} {what}{'' if count == 1 else 's'}"
 
 
-def _some(names: list[str] | tuple[str, ...]) -> str:
+def _listed(names: list[str] | tuple[str, ...]) -> str:
     listed = ", ".join(names[:LISTED])
     return listed if len(names) <= LISTED else f"{listed} and {len(names) - LISTED} more"

@@ -1,4 +1,4 @@
-"""The page of ``lutgen study power``: what a study of this size finds, and how sure the paper could be."""
+"""The page of ``lutgen study power``: the differences that a study of this size finds, and the power of the paper."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from lutgen.report.parts import Part
     from lutgen.study.power import Power, Seen
 
-#: Tests as people call them.
+#: Test → its name in tables.
 TESTS = {TWO_SIDED: "t, two-sided", ONE_TAILED: "t, one-tailed", FISHER: "Fisher, one-tailed"}
 
-#: What the figures rest on.
+#: Assumptions behind the figures.
 ASSUMED = (
     "Standard deviations: the paper's (Avanaki et al. 2015, Table 2: 95 % intervals read as ± 1.96 standard errors of "
     "39, 40 and 40 answers), pooled. Agreement: exact, from the paper's 27 of 39 un-aged. Your readers and images will "
@@ -45,7 +45,7 @@ def power_page(power: Power) -> Iterator[Part]:
 
 
 def headline(power: Power) -> str:
-    """Say in one sentence what the paper's largest question, agreement, would take."""
+    """Say how often the paper's fall of agreement is found, and how many answers the target power takes."""
     seen = _agreement(power)
     first, second = (f"{100 * value:.1f} %" for value in seen.values)
     counted = "1 answer" if power.answers == 1 else f"{power.answers} answers"
@@ -56,7 +56,7 @@ def headline(power: Power) -> str:
 
 
 def in_the_paper(power: Power) -> str:
-    """Say how likely the paper was to find what it saw."""
+    """Say which power the paper had to find the fall of agreement that it saw."""
     seen = _agreement(power)
     return (
         f"The paper's own numbers find such a fall of agreement {percent(seen.paper)} of the time: that it was not "
@@ -66,7 +66,7 @@ def in_the_paper(power: Power) -> str:
 
 
 def detectable_part(power: Power, *, agreement: bool = True) -> Iterator[Part]:
-    """Yield the smallest differences that are found, or why there are none; ``agreement``: whether sessions can."""
+    """Yield the smallest detectable differences, or why there are none; ``agreement``: whether the plan measures it."""
     if power.answers < LEAST:
         yield "One answer per condition has no variance: no test can be made. Plan at least 2, better 40."
         return
@@ -86,7 +86,7 @@ def detectable_part(power: Power, *, agreement: bool = True) -> Iterator[Part]:
 
 
 def seen_table(power: Power) -> Table:
-    """Make a row for each difference of the paper's Tables 2 and 3."""
+    """Tabulate the power for each difference of the paper's Tables 2 and 3."""
     heads = ("between", "the paper saw", "test", "in the paper", f"with {power.answers}", f"{percent(TARGET)} takes")
     rows = [
         (
@@ -115,5 +115,5 @@ def seen_values(each: Seen) -> str:
 
 
 def _agreement(power: Power) -> Seen:
-    """The paper's first comparison of agreement, by its own test."""
+    """Return the paper's first comparison of agreement, by the test that the paper used."""
     return next(each for each in power.seen if (each.measure, each.test) == ("agreement", ONE_TAILED))

@@ -1,4 +1,4 @@
-"""Power against answers per condition for the differences that the paper saw: what a study must be to find them."""
+"""The picture of power against answers per condition, for the differences that the paper saw."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
     from lutgen.study.power import Power, Seen
 
-#: The picture in the folder.
+#: Name of the file.
 PICTURE = "study-power.png"
 
-#: A colour for each measure, a line for each aging.
+#: Line of each aging, and colour of each measure.
 LINES = {"chroma": "--", "chroma-luma": "-"}
 COLOURS = {"time": BLUE, "ease": GREEN, "agreement": RED}
 
-#: Answers per condition that the picture reaches, unless the study has more.
+#: Answers per condition at the right edge, unless the study has more.
 WIDE = 160
 
 #: Answers per condition of the paper.
@@ -76,16 +76,16 @@ def _draw(axes: Axes, power: Power) -> None:
 
 
 def drawn(power: Power) -> list[Seen]:
-    """The differences of the picture: from un-aged to each aging, by the paper's own tests."""
+    """Return the differences that are drawn: from un-aged to each aging, by the tests that the paper used."""
     return [each for each in power.seen if each.between[0] == "none" and each.test != FISHER]
 
 
 def _label(axes: Axes, ends: list[tuple[float, Seen]]) -> None:
-    """Name the curves on the right, from the one that ends highest down: the line, what was seen, what it takes."""
+    """Name the curves on the right, the highest first: line, difference in the paper, answers for the target power."""
     for row, (_, each) in enumerate(sorted(ends, key=lambda end: (end[1].needed or MOST, -end[0]))):
         height, colour = 0.97 - 0.1 * row, COLOURS[each.measure]
         axes.plot([1.015, 1.05], [height, height], LINES[each.between[1]], color=colour, linewidth=2.2, clip_on=False,
                   transform=axes.transAxes)  # fmt: skip
         takes = f"over {MOST}" if each.needed is None else str(each.needed)
-        said = f"{each.measure}, {each.between[1]}: {seen_values(each)}\n{percent(TARGET)} takes {takes}"
-        axes.text(1.06, height, said, fontsize=11, color=colour, va="center", transform=axes.transAxes)
+        label = f"{each.measure}, {each.between[1]}: {seen_values(each)}\n{percent(TARGET)} takes {takes}"
+        axes.text(1.06, height, label, fontsize=11, color=colour, va="center", transform=axes.transAxes)

@@ -1,4 +1,4 @@
-"""The page of ``lutgen study status``: who has read what."""
+"""The page of ``lutgen study status``: how far each reader is in each session."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def study_status_page(status: StudyStatus) -> Iterator[Part]:
-    """Yield a sentence and a table with a line a reader and session; nothing of what was answered."""
+    """Yield a sentence and a table of one row for each reader and session, without any answer."""
     sessions = [session for reader in status.readers for session in reader.sessions]
     complete = sum(session.state == "complete" for session in sessions)
     yield f"{status.protocol.title}: {complete} of {len(sessions)} sessions are complete."
