@@ -15,7 +15,7 @@ import numpy as np
 from lutgen.colorimetry import LINEAR_TO_XYZ, xy_to_uv, xyz_to_xyY
 from lutgen.display import what_luts_carry
 from lutgen.measurements import TIP_NAMES
-from lutgen.numerals import spaced
+from lutgen.numerals import spaced, with_error
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -216,10 +216,8 @@ def _values_in_words(each: AppliedEffect) -> list[str]:
     rest, values = each.effect.rest(), []
     for name, estimate in each.estimates.items():
         if name in each.free or estimate.value != rest[name]:
-            unit = each.effect.parameters[name].unit
-            error = f" ± {estimate.stderr:.2g}" if estimate.stderr is not None else ""
-            values.append(f"{name} {estimate.value:.4g}{error}{f' {unit}' if unit != '1' else ''}")
-            values[-1] += " (at its bound)" if estimate.at_bound else ""
+            value = with_error(estimate.value, estimate.stderr, each.effect.parameters[name].unit)
+            values.append(f"{name} {value}{' (at its bound)' if estimate.at_bound else ''}")
     return values
 
 

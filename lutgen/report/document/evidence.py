@@ -64,6 +64,21 @@ class Evidence:
 
 
 @dataclass(frozen=True)
+class Answer:
+    """The verdict for the top of the page: its sentence, and how large the error is or becomes."""
+
+    verdict: str
+    error: str
+
+
+def answer(evidence: Evidence) -> Answer:
+    """Say in two sentences what the readings say of the model."""
+    verdict, refinement = evidence.diagnosis.verdict, evidence.refinement
+    error = refinement.sentence() if refinement.steps else evidence.diagnosis.comparison.sentence()
+    return Answer(f"{verdict.name}: {verdict.sentence}", error)
+
+
+@dataclass(frozen=True)
 class Plot:
     """A picture inside the page: the address that holds it, and what it shows."""
 

@@ -16,7 +16,7 @@ from lutgen.bindings import oiio
 from lutgen.display.aging import show
 from lutgen.errors import LutgenError
 from lutgen.files import file_sha256
-from lutgen.numerals import spaced
+from lutgen.numerals import readable, spaced
 from lutgen.report.document.section import Section
 from lutgen.report.parts import Table
 
@@ -34,6 +34,16 @@ _GROUPS = {
     "reached_border": "the same, at jumps and at the end of the drive",
     "unreachable": "the same, out of the display's reach",
     "inverse": "within reach, without a file",
+}
+
+#: Entry of a model's ``[fit]`` → what it is.
+_FITTED = {
+    "noise_relative": "noise of a reading, share",
+    "noise_floor_cd_m2": "noise of a reading, cd/m²",
+    "rms_sigma_before": "error before the fit, σ",
+    "rms_sigma_after": "error after the fit, σ",
+    "rms_sigma_floor": "error of noise alone, σ",
+    "sentence": "verdict",
 }
 
 #: First words of the line `# source: …` of readings that were not measured.
@@ -141,4 +151,5 @@ def _choices(model: DisplayModel) -> Iterator[tuple[str, str]]:
     yield "baseline", model.baseline
     stated = ", ".join(f"{name} {value}" for name, value in model.conditions.stated().items())
     yield "seen", stated or "at the centre, in a dark room, warm, full screen"
-    yield from ((name, str(value)) for name, value in model.fit.items())
+    for name, value in model.fit.items():
+        yield _FITTED.get(name, name), readable(value) if isinstance(value, float) else str(value)

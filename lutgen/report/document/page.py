@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from lutgen.display.aging import show
 from lutgen.files import write_atomically
-from lutgen.report.document.evidence import Evidence, evidence_section
+from lutgen.report.document.evidence import Evidence, answer, evidence_section
 from lutgen.report.document.lifetimes import finding, lifetimes_section, picture_caption
 from lutgen.report.document.origin import Built, certificates_section, effects_section, label, provenance_section
 from lutgen.report.document.templates import render
@@ -60,6 +60,7 @@ def html(run: Run) -> str:
         finding=finding(run.lifetimes),
         display=f"Display: {kind.rstrip('.')}. {show(model).sentence()}",
         label=label(model),
+        answer=answer(run.evidence) if run.evidence else None,
         caption=picture_caption(run.lifetimes, run.scenes),
         sections=list(_sections(run)),
         data=script_data(run.scenes),

@@ -23,10 +23,11 @@ if TYPE_CHECKING:
     from lutgen.appearance.lifetime import Lifetimes
     from lutgen.display import AgedDisplay, DisplayModel
 
-#: ΔE2000 at the end of the colours of every map, so that maps can be compared; larger values have the last colour.
-REACH = 20.0
+#: ΔE2000 at which the colours of the maps may end. A page takes the first of them that no map exceeds in more than 5 %
+#: of its pixels, and takes it for all its maps, so that they can be compared.
+REACHES = (2.0, 3.0, 5.0, 8.0, 12.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 100.0)
 
-#: Colours of a map: steps of ΔE2000 0.16, which nobody sees, and which keep the file small.
+#: Colours of a map: nobody sees steps of less than a hundredth of the scale, and few colours keep the file small.
 STEPS = 128
 
 #: Pixels of all frames of a page together: with their maps about 10 MB as text.
@@ -83,6 +84,8 @@ class Scenes:
         Increasing from 0.
     modes
         Mode → one scene for each hour.
+    reach
+        ΔE2000 at the end of the colours of all maps; larger values have the last colour.
 
     """
 
@@ -90,6 +93,7 @@ class Scenes:
     unaged: str
     hours: tuple[float, ...]
     modes: dict[str, tuple[Scene, ...]]
+    reach: float
 
 
 def hours_of(text: str | None, model: DisplayModel) -> tuple[list[float], list[float]]:
@@ -148,26 +152,27 @@ def scenes_of(
         Called with the number of finished scenes and the number of all scenes.
 
     """
+    reach = reach_of(lifetimes, hours)
     curves, unaged = lifetimes.images[0].curves, model.at("stable", 0.0)
     count, modes = 0, {}
     for mode, curve in curves.items():
         scenes = []
         for hour in hours:
-            scenes.append(_scene(frame, unaged, model.at(mode, hour), curve))
+            scenes.append(_scene(frame, unaged, model.at(mode, hour), curve, reach))
             count += 1
             progress(count, len(curves) * len(hours))
         modes[mode] = tuple(scenes)
-    return Scenes(frame, _picture(frame, frame.shown(unaged)), tuple(hours), modes)
+    return Scenes(frame, _picture(frame, frame.shown(unaged)), tuple(hours), modes, reach)
 
 
-def _scene(frame: Frame, unaged: AgedDisplay, aged: AgedDisplay, curve: Curve) -> Scene:
+def _scene(frame: Frame, unaged: AgedDisplay, aged: AgedDisplay, curve: Curve, reach: float) -> Scene:
     (row,) = np.flatnonzero(curve.hours == aged.hours)
     x, y, luminance = xyz_to_xyY(aged.code_to_xyz(np.ones(3)))
     luminance /= unaged.code_to_xyz(np.ones(3))[1]
     mean, sd, p95, largest = (float(values[row]) for values in (curve.mean, curve.sd, curve.p95, curve.largest))
     numbers = Numbers(aged.mode, aged.hours, mean, sd, p95, largest, float(x), float(y), float(luminance))
     (difference,) = frame.differences(unaged, [aged])
-    return Scene(numbers, _picture(frame, frame.shown(aged)), _map(frame, difference))
+    return Scene(numbers, _picture(frame, frame.shown(aged)), _map(frame, difference, reach))
 
 
 def _picture(frame: Frame, shown: NDArray[np.uint8]) -> str:
@@ -177,15 +182,21 @@ def _picture(frame: Frame, shown: NDArray[np.uint8]) -> str:
     return data_address(page_png(np.dstack([shown, alpha])))
 
 
-def _map(frame: Frame, difference: NDArray[np.float64]) -> str:
-    level = np.minimum(difference / REACH * STEPS, STEPS - 1).astype(np.uint8)
+def _map(frame: Frame, difference: NDArray[np.float64], reach: float) -> str:
+    level = np.minimum(difference / reach * STEPS, STEPS - 1).astype(np.uint8)
     # The last colour of the palette is for transparent pixels.
     level[~frame.visible] = STEPS
     return data_address(page_png(level, np.vstack([map_colours(), np.full((1, 3), 255, np.uint8)])))
 
 
+def reach_of(lifetimes: Lifetimes, hours: Sequence[float]) -> float:
+    """Return the ΔE2000 at which the colours of all maps end: one of ``REACHES``, by the 95th percentiles."""
+    largest = max(float(curve.p95[np.isin(curve.hours, hours)].max()) for curve in lifetimes.images[0].curves.values())
+    return next((reach for reach in REACHES if reach >= largest), REACHES[-1])
+
+
 def map_colours() -> NDArray[np.uint8]:
-    """Return the colours of a map from 0 to ``REACH``, (STEPS, 3): viridis, which is even to the eye."""
+    """Return the colours of a map from 0 to its end, (STEPS, 3): viridis, which is even to the eye."""
     from matplotlib import colormaps
 
     colours = colormaps["viridis"](np.linspace(0.0, 1.0, STEPS))[:, :3]

@@ -26,7 +26,7 @@ class Section:
     kind
         ``live``: seen where scripts run, not printed; ``still``: printed, and seen where no script runs; "": always.
     label
-        What programs that read the page aloud call it; "": its heading.
+        Its name for programs that read the page aloud; "": its heading.
 
     """
 

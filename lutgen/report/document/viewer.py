@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.appearance.png import page_png
 from lutgen.numerals import spaced
-from lutgen.report.document.scenes import REACH, map_colours
+from lutgen.report.document.chart import ticks
+from lutgen.report.document.scenes import map_colours
 from lutgen.report.document.section import Section
 from lutgen.report.drawing.png_file import data_address
 
@@ -30,9 +31,6 @@ TILES = {
     "luminance": "white's luminance",
 }
 
-#: ΔE2000 at which the bar of the map has a number.
-_MARKS = (0, 3, 5, 10, 15, 20)
-
 
 @dataclass(frozen=True)
 class ColourBar:
@@ -44,12 +42,12 @@ class ColourBar:
     marks: list[tuple[str, str]]
 
 
-def colour_bar() -> ColourBar:
-    """Make the bar of every map."""
+def colour_bar(reach: float) -> ColourBar:
+    """Make the bar of all maps, whose colours end at ``reach``."""
     colours = map_colours()
-    marks = [(f"{100 * value / REACH:g}", f"{value:g}") for value in _MARKS[:-1]]
-    last = f"≥\N{NARROW NO-BREAK SPACE}{_MARKS[-1]:g}"
-    return ColourBar(data_address(page_png(colours[None])), len(colours), f"{REACH:g}", [*marks, ("100", last)])
+    marks = [(f"{100 * value / reach:g}", f"{value:g}") for value in ticks(reach) if value <= 0.9 * reach]
+    last = f"≥\N{NARROW NO-BREAK SPACE}{reach:g}"
+    return ColourBar(data_address(page_png(colours[None])), len(colours), f"{reach:g}", [*marks, ("100", last)])
 
 
 def numbers_in_words(numbers: Numbers) -> dict[str, str]:
@@ -76,7 +74,7 @@ def viewer_section(scenes: Scenes) -> Section:
             "tiles": TILES,
             "width": scenes.frame.width,
             "height": scenes.frame.height,
-            "bar": colour_bar(),
+            "bar": colour_bar(scenes.reach),
         },
         kind="live",
         label="The picture on the aged display",
@@ -103,7 +101,7 @@ def frames_section(scenes: Scenes) -> Section:
         )
         for mode, scenes_of_mode in scenes.modes.items()
     ]
-    values = {"unaged": scenes.unaged, "bar": colour_bar(), "modes": modes}
+    values = {"unaged": scenes.unaged, "bar": colour_bar(scenes.reach), "modes": modes}
     return Section("frames", "The picture at each hour", "frames.html", values, kind="still")
 
 
@@ -119,5 +117,6 @@ def script_data(scenes: Scenes) -> dict[str, Any]:
             mode: [numbers_in_words(each.numbers) for each in scenes_of_mode]
             for mode, scenes_of_mode in scenes.modes.items()
         },
+        "map_reach": scenes.reach,
         "hour_names": [f"{spaced(hours)} h" for hours in scenes.hours],
     }

@@ -45,8 +45,8 @@ def plot_study(analysis: Analysis, folder: str | Path, *, force: bool = False) -
     several = f"; not corrected for there being {len(analysis.holm)}" if len(analysis.holm) > 1 else ""
     foot = (
         f"{'Small dots: single answers. ' if any(each.values for each in analysis.samples) else ''}"
-        "Large: mean or share, with 95 % intervals (agreement: Wilson). Below: change against the first condition and p "
-        f"as in the paper: two-sided t-tests, one-tailed for agreement{several}."
+        "Large: mean or share, with 95 % intervals (agreement: Wilson). Below: change against the first condition and "
+        f"p as in the paper: two-sided t-tests, one-tailed for agreement{several}."
     )
     second = " ".join(analysis.sources)
     with picture(path, title(analysis), second=second, foot=foot, height=7.5, force=force) as (page, low, high):
