@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 #: of its pixels, and takes it for all its maps, so that they can be compared.
 REACHES = (2.0, 3.0, 5.0, 8.0, 12.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 100.0)
 
-#: Colours of a map: nobody sees steps of less than a hundredth of the scale, and few colours keep the file small.
+#: Colours of a map: so many look continuous, and few colours keep the file small.
 STEPS = 128
 
 #: Pixels of all frames of a page together: with their maps about 10 MB as text.
