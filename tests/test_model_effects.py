@@ -899,7 +899,7 @@ def test_show_tells_the_effects_and_their_errors(
     assert lutgen(monkeypatch, "show", "--model", tmp_path / "my.toml", "--plot", tmp_path / "page.png") == 0
     said = capsys.readouterr().out
     assert "The model's effects (named):" in said
-    assert "black-level: grown 0.033330 ± 0.000010, tint_z 1.00 ± 0.25 (at its bound)" in said
+    assert "black-level: grown 0.033333 ± 0.000010, tint_z 1.00 ± 0.25 (at its bound)" in said
     assert "meter-offset: offset 0.01 cd/m²" in said
     assert "meter-offset is left out" in said
     assert lutgen(monkeypatch, "show", "--model", tmp_path / "my.toml", "--json") == 0
