@@ -27,14 +27,14 @@ from lutgen.cli.shared import progress_bar
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab
 from lutgen.display import default_display, hour_name
 from lutgen.display.hours import parse_hours
-from lutgen.report import provenance, spaced
-from lutgen.report.contact_sheet import contact_sheet
+from lutgen.numerals import spaced
+from lutgen.report.pictures.contact_sheet import contact_sheet
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
-    from lutgen.report.contact_sheet import Pixels
+    from lutgen.report.pictures.contact_sheet import Pixels
 
 #: Clockwise from the top, as in the paper.
 AGES = (("chroma", 10_000.0), ("chroma", 18_000.0), ("chroma-luma", 10_000.0), ("chroma-luma", 18_000.0))
@@ -61,7 +61,7 @@ class Rendering:
 def main(out: Path) -> None:
     """Build, render, compare, lay out."""
     model = DisplayModel(read_measurements(default_display()))
-    print(provenance(model.measurements))
+    print(model.measurements.provenance)
     build_all(model, out / "aged")
     source: Pixels = immunohistochemistry()
     folder = out / "aged" / AGES[0][0] / hour_name(AGES[0][1])
@@ -73,7 +73,7 @@ def main(out: Path) -> None:
         images,
         out / "demo" / "contact-sheet.png",
         title="Tissue on an aging display, seen on an un-aged sRGB viewer",
-        footer=f"{provenance(model.measurements)} Model: Avanaki et al. 2015, reference {model.reference}, selection "
+        footer=f"{model.measurements.provenance} Model: Avanaki et al. 2015, reference {model.reference}, selection "
         f"{model.selection}, luminance law {model.luminance.name}. Image: skimage.data.immunohistochemistry().",
         force=True,
     )

@@ -35,7 +35,7 @@ _HOME = {
     "lifetime": "lutgen.appearance.lifetime",
     "cohort": "lutgen.appearance.cohort",
     "nuclei": "lutgen.appearance.conspicuity",
-    "show": "lutgen.report.show",
+    "show": "lutgen.display.aging",
     "compare": "lutgen.criticism.compare",
     "diagnose": "lutgen.criticism.diagnose",
     "refine": "lutgen.criticism.refine",
@@ -93,12 +93,12 @@ if TYPE_CHECKING:
     from lutgen.criticism.plan import plan
     from lutgen.criticism.refine import refine
     from lutgen.display import AppliedEffect, DisplayModel, default_display, load_model, save_model
+    from lutgen.display.aging import show
     from lutgen.errors import LutgenError
     from lutgen.lint import lint
     from lutgen.measurements import Measurements, read_measurements
     from lutgen.measurements.sessions import read_session
     from lutgen.merge import merge
-    from lutgen.report.show import show
     from lutgen.sessions.inspect import inspect_session
     from lutgen.study.analysis import analyse_answers
     from lutgen.study.answers import read_answers

@@ -21,7 +21,7 @@ from skimage.io import imsave
 from lutgen.cli import group, main
 from lutgen.display import DisplayModel, default_display
 from lutgen.measurements import read_measurements
-from lutgen.report.stub import sketched
+from lutgen.report.criticism.effect_sketch import sketched
 
 ROOT = Path(__file__).resolve().parents[1]
 

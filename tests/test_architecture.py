@@ -19,7 +19,7 @@ PACKAGE = ROOT / "lutgen"
 #: A row imports only from rows above it; two siblings of a row do not import each other.
 ROWS = (
     {"errors", "cells"},
-    {"colorimetry", "bindings", "files", "icc_tags", "schemas"},
+    {"colorimetry", "bindings", "files", "icc_tags", "numerals", "schemas"},
     {"config_parts"},
     {"measurements", "effects"},
     {"display"},
@@ -111,7 +111,7 @@ def test_nothing_imports_the_command_line(path: Path) -> None:
         ("from lutgen import report, errors", "bake/build.py", 1),
         ("from lutgen.effects import leak", "measurements/csv.py", 1),
         ("from lutgen.appearance.apply import x", "bake/build.py", 1),
-        ("def f():\n    from lutgen.cli import main", "report/show.py", 1),
+        ("def f():\n    from lutgen.cli import main", "report/terminal.py", 1),
         ("from ..bake import lut", "display/chain.py", 1),
         ("from lutgen.utils import f", "bake/build.py", 1),
         ("from lutgen.errors import LutgenError", "colorimetry.py", 0),

@@ -18,7 +18,7 @@ from referencing import Registry, Resource
 from lutgen import lifetime
 from lutgen.appearance.cohort import cluster
 from lutgen.appearance.schema import NAMES, schema
-from lutgen.report.lifetime_page import hours_or_never
+from lutgen.report.pictures.lifetime import hours_or_never
 from tests.altered import altered
 from tests.cohort_slides import break_slide, make_slides, model
 from tests.command import Done, in_process

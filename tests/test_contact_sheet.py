@@ -9,12 +9,12 @@ import pytest
 from PIL import Image
 
 from lutgen import LutgenError
-from lutgen.report.contact_sheet import GREY, PLACES, Layout, contact_sheet
+from lutgen.report.pictures.contact_sheet import GREY, PLACES, Layout, contact_sheet
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from lutgen.report.contact_sheet import Pixels
+    from lutgen.report.pictures.contact_sheet import Pixels
 
 SIZES = ((512, 512), (61, 47), (333, 701), (700, 401))
 

@@ -18,9 +18,9 @@ from lutgen.criticism.separate import POOL, Separation
 from lutgen.display import load_model
 from lutgen.effects.contract import check_file
 from lutgen.measurements import read_measurements
-from lutgen.report import diagnose_page
-from lutgen.report.numbers import percent, readable, with_error
-from lutgen.report.stub import FOLLOWS, sketched
+from lutgen.numerals import percent, readable, with_error
+from lutgen.report.criticism import diagnosis as diagnosis_page
+from lutgen.report.criticism.effect_sketch import FOLLOWS, sketched
 from tests.campaigns import single, text_of, write
 from tests.command import Done, in_process
 
@@ -364,7 +364,7 @@ def test_force_replaces_what_is_there(run: Callable[..., Done], tmp_path: Path) 
 )
 def test_what_separates_rivals_is_told_with_how_often_to_read_it(before: float, after: float, says: str) -> None:
     each = Separation(("black-level", "meter-offset"), "lens cap", POOL["lens cap"], before, after)
-    (told,) = list(diagnose_page._separation(each, "data.csv"))
+    (told,) = list(diagnosis_page._separation(each, "data.csv"))
     assert says in told
     assert ("lutgen plan data.csv --between black-level,meter-offset" in told) == ("Nothing" not in says)
 

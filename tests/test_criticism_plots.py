@@ -16,12 +16,15 @@ from lutgen import LutgenError
 from lutgen.criticism.compare import compare
 from lutgen.criticism.diagnose import diagnose
 from lutgen.criticism.fit import fit
+from lutgen.criticism.fit_view import View, patch_name
+from lutgen.criticism.panels import panels
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.refine import refine
 from lutgen.criticism.search import family
 from lutgen.effects import catalogue
 from lutgen.measurements import csv
-from lutgen.report.criticism_plots import (
+from lutgen.report.criticism.fit_plot import plot_fit
+from lutgen.report.criticism.plots import (
     OF_COMPARE,
     OF_DIAGNOSE,
     OF_REFINE,
@@ -29,9 +32,6 @@ from lutgen.report.criticism_plots import (
     plot_diagnosis,
     plot_refinement,
 )
-from lutgen.report.fit_plot import plot_fit
-from lutgen.report.fit_view import View, patch_name
-from lutgen.report.residual_plot import panels
 from tests.campaigns import CAMPAIGNS, text_of
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from lutgen.appearance.blocks import Place
 from lutgen.appearance.difference_map import BIN, difference_map
 from lutgen.bindings import oiio
 from lutgen.colorimetry import LINEAR_TO_XYZ
-from lutgen.report.map_picture import (
+from lutgen.report.pictures.difference_map import (
     MAGENTA,
     RANGE,
     check_range,

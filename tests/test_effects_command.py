@@ -17,13 +17,13 @@ from PIL import Image
 
 from lutgen.cli import group, main
 from lutgen.display import default_display
+from lutgen.display.signature import CODES, Signature
 from lutgen.effects import STAGES, catalogue
 from lutgen.effects.expression import parse
 from lutgen.effects.scene import LIFE_H
-from lutgen.report.effect_plot import plot_effect
-from lutgen.report.picture import DPI
-from lutgen.report.plots import PAGE
-from lutgen.report.signature import TOLD, Signature
+from lutgen.report.display.aging_plot import PAGE
+from lutgen.report.display.effect_plot import plot_effect
+from lutgen.report.drawing.figure import DPI
 
 pytestmark = pytest.mark.numbers
 
@@ -133,10 +133,10 @@ def test_every_effect_can_be_drawn(name: str, tmp_path: Path) -> None:
 
 
 def test_what_tips_absorb_is_gone_from_the_signature() -> None:
-    absorbed = Signature.of(catalogue()["backlight-decay"]).seen(TOLD, LIFE_H)
+    absorbed = Signature.of(catalogue()["backlight-decay"]).seen(CODES, LIFE_H)
     assert absorbed.whole.max() > 5
     assert absorbed.rest.max() < 1e-6
-    leak = Signature.of(catalogue()["black-level"]).seen(TOLD, LIFE_H)
+    leak = Signature.of(catalogue()["black-level"]).seen(CODES, LIFE_H)
     assert 0.5 < np.linalg.norm(leak.rest) / np.linalg.norm(leak.whole) < 1
     crosstalk = Signature.of(catalogue()["crosstalk"]).seen(np.eye(3), LIFE_H)
     assert crosstalk.whole.max() < 1e-6, "the ramps of one channel do not show crosstalk"
@@ -146,7 +146,7 @@ def test_what_tips_absorb_is_gone_from_the_signature() -> None:
 def test_what_needs_a_condition_is_shown_under_it(name: str) -> None:
     effect = catalogue()[name]
     assert set(effect.needs) <= set(Signature.of(effect).conditions)
-    assert Signature.of(effect).seen(TOLD, 0.0).whole.max() > 0.3
+    assert Signature.of(effect).seen(CODES, 0.0).whole.max() > 0.3
 
 
 def test_a_doubled_light_is_what_the_signature_says() -> None:

@@ -18,11 +18,11 @@ from lutgen.appearance.aged_series import GREY, aged_series
 from lutgen.cli.commands import animate as animate_command
 from lutgen.cli.commands import figure as figure_command
 from lutgen.colorimetry import code_to_linear, linear_to_code
-from lutgen.report.age_sheet import COLUMNS, check_hours, longest
-from lutgen.report.animation import LONGEST, SECONDS, SUFFIXES, animate, frame
-from lutgen.report.contact_sheet import Layout
-from lutgen.report.lifetime_plot import plot_lifetime
-from lutgen.report.paper_figures import FIGURES, draw_figure
+from lutgen.report.pictures.age_sheet import COLUMNS, check_hours, longest
+from lutgen.report.pictures.animation import LONGEST, SECONDS, SUFFIXES, animate, frame
+from lutgen.report.pictures.contact_sheet import Layout
+from lutgen.report.pictures.lifetime_plot import plot_lifetime
+from lutgen.report.pictures.paper_figures import FIGURES, draw_figure
 from tests.command import Done, in_process
 
 if TYPE_CHECKING:
@@ -144,15 +144,15 @@ def test_figure_6_holds_two_maps_on_the_papers_scale(
     run: Callable[..., Done], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     drawn: list[tuple[str, float, tuple[float, float]]] = []
-    from lutgen.report import map_picture
+    from lutgen.report.pictures import difference_map
 
-    real = map_picture.draw_map
+    real = difference_map.draw_map
 
     def spy(axes: Any, found: Any, ends: tuple[float, float]) -> Any:
         drawn.append((found.mode, axes.get_position().y0, ends))
         return real(axes, found, ends)
 
-    monkeypatch.setattr(map_picture, "draw_map", spy)
+    monkeypatch.setattr(difference_map, "draw_map", spy)
     assert run("figure", "6", "a.png", "-o", "f.png").code == 0
     assert pixels(tmp_path / "f.png").shape[1] == 1500
     assert [mode for mode, _, _ in sorted(drawn, key=lambda each: -each[1])] == ["chroma", "chroma-luma"]

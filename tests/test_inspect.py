@@ -18,8 +18,8 @@ from lutgen import LutgenError
 from lutgen.cli.outputs import write_json
 from lutgen.colorimetry import SRGB_XY, xy_to_uv
 from lutgen.measurements.sessions import read_session
-from lutgen.report.inspect_page import inspect_page
-from lutgen.report.inspect_plot import headline, picture_names, plot_inspection
+from lutgen.report.history.inspection import inspect_page
+from lutgen.report.history.inspection_plot import headline, picture_names, plot_inspection
 from lutgen.sessions import Inspection, inspect_session
 from lutgen.sessions.calibration import native_gamma, native_ramp
 from lutgen.sessions.primaries import GAMUTS, _covered

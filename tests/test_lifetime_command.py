@@ -15,9 +15,9 @@ from lutgen import DisplayModel, lifetime, read_measurements
 from lutgen.appearance.lifetime import TOLERANCES
 from lutgen.cli.commands import lifetime as lifetime_command
 from lutgen.display import default_display
-from lutgen.report import pixels_of_colours
-from lutgen.report.lifetime_page import hours_or_never, lifetime_page
-from lutgen.report.lifetime_plot import draw_curve, draw_lives, plot_lifetimes, title_of
+from lutgen.numerals import pixels_of_colours
+from lutgen.report.pictures.lifetime import hours_or_never, lifetime_page
+from lutgen.report.pictures.lifetime_plot import draw_curve, draw_lives, plot_lifetimes, title_of
 from tests.command import Done, in_process
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from lutgen.appearance.lifetime import MODES
 from lutgen.appearance.schema import schema
 from lutgen.cli import picture_options
 from lutgen.cli.commands import map as map_command
-from lutgen.report.map_picture import RANGE
+from lutgen.report.pictures.difference_map import RANGE
 from tests.command import Done, in_process
 
 if TYPE_CHECKING:

@@ -42,6 +42,7 @@ from lutgen.display import (
     what_luts_carry,
     what_pictures_carry,
 )
+from lutgen.display.aging import show
 from lutgen.display.effect_chain import without_steps
 from lutgen.display.modes import luminance_law
 from lutgen.effects import catalogue
@@ -49,7 +50,6 @@ from lutgen.effects.expression import parse
 from lutgen.effects.own import load_file
 from lutgen.errors import LutgenError
 from lutgen.measurements import Measurements, read_measurements
-from lutgen.report.show import show
 from tests.twin import PAPER_LAW, Twin, rows_of_csv
 
 if TYPE_CHECKING:
@@ -899,7 +899,7 @@ def test_show_tells_the_effects_and_their_errors(
     assert lutgen(monkeypatch, "show", "--model", tmp_path / "my.toml", "--plot", tmp_path / "page.png") == 0
     said = capsys.readouterr().out
     assert "The model's effects (named):" in said
-    assert "black-level: grown 0.03333 ± 1e-05, tint_z 1 ± 0.25 (at its bound)" in said
+    assert "black-level: grown 0.033333 ± 0.000010, tint_z 1.00 ± 0.25 (at its bound)" in said
     assert "meter-offset: offset 0.01 cd/m²" in said
     assert "meter-offset is left out" in said
     assert lutgen(monkeypatch, "show", "--model", tmp_path / "my.toml", "--json") == 0

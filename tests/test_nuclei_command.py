@@ -15,8 +15,9 @@ from lutgen.appearance.conspicuity import LOSS
 from lutgen.appearance.nuclei import STAINS
 from lutgen.cli.commands import nuclei as nuclei_command
 from lutgen.display import default_display
-from lutgen.report.nuclei_page import ROWS, headline, nuclei_page, percent, shown_hours
-from lutgen.report.nuclei_plot import DETAIL, NUCLEUS, RING, crowded, draw_contrast, outlined, plot_nuclei
+from lutgen.report.parts import Headline
+from lutgen.report.pictures.nuclei import ROWS, headline, nuclei_page, percent, shown_hours
+from lutgen.report.pictures.nuclei_plot import DETAIL, NUCLEUS, RING, crowded, draw_contrast, outlined, plot_nuclei
 from tests.command import Done, in_process
 
 if TYPE_CHECKING:
@@ -219,4 +220,4 @@ def test_the_page_shows_where_most_nuclei_are(found: Conspicuity) -> None:
 
 def test_the_headline_and_the_page_agree(found: Conspicuity) -> None:
     first, *_ = nuclei_page(found)
-    assert str(first) == headline(found)
+    assert first == Headline(headline(found))

@@ -19,13 +19,14 @@ from skimage.io import imread, imsave
 
 from lutgen import DisplayModel, apply_to_image, cli, lifetime, read_measurements
 from lutgen.appearance.frame import fitting, read_frame, turned
+from lutgen.appearance.png import page_png
 from lutgen.bindings import oiio
 from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.display import default_display
-from lutgen.report.html.chart import ticks
-from lutgen.report.html.markup import table
-from lutgen.report.html.png import png
-from lutgen.report.html.scenes import MOST, REACH, STEPS, hours_of, map_colours
+from lutgen.report.document.chart import ticks
+from lutgen.report.document.scenes import MOST, STEPS, hours_of, map_colours, reach_of
+from lutgen.report.document.templates import environment
+from lutgen.report.parts import Table
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -140,10 +141,29 @@ def test_the_page_fetches_nothing(run: Callable[..., Done], tmp_path: Path) -> N
     text = (tmp_path / "r.html").read_text()
     page = Read(text)
     assert not [found for _, found in page.elements if not found.get("src", "data:").startswith("data:")]
-    assert not [found for _, found in page.elements if not found.get("href", "data:").startswith("data:")]
+    assert not [found for _, found in page.elements if not found.get("href", "data:").startswith(("data:", "#"))]
     assert not re.findall(r"https?://|url\(|@import|\bfetch\(|XMLHttpRequest|import\(", text)
     (policy,) = page.all("meta", http_equiv="Content-Security-Policy")
     assert policy["content"].startswith("default-src 'none'")
+
+
+def test_the_table_of_contents_names_every_section_and_leads_there(run: Callable[..., Done], tmp_path: Path) -> None:
+    assert run("--hours", "18000", "--format", "clf", "-o", "aged", command="build").code == 0
+    run("a.png", "-o", "r.html", "--build", "aged", *HOURS)
+    page = Read((tmp_path / "r.html").read_text())
+    links = [found["href"].removeprefix("#") for found in page.all("a")]
+    assert links == [found["id"] for found in page.all("section")]
+    assert "How true the LUTs are" in page.text.partition("No script runs here")[0]
+
+
+def test_the_scale_of_the_maps_is_the_first_that_holds_95_percent_of_every_map(tmp_path: Path) -> None:
+    imsave(tmp_path / "a.png", tissue(), check_contrast=False)
+    lives = lifetime([tmp_path / "a.png"], MODEL, hours=[0.0, 2000.0, 18_000.0])
+    curves = lives.images[0].curves.values()
+    reaches = [reach_of(lives, hours) for hours in ([0.0], [0.0, 2000.0], [0.0, 18_000.0])]
+    assert reaches[0] == 2.0
+    assert reaches == sorted(reaches)
+    assert reaches[-1] >= max(float(curve.p95[-1]) for curve in curves) > reaches[-1] / 2
 
 
 def test_the_numbers_are_those_of_lifetime(run: Callable[..., Done], tmp_path: Path) -> None:
@@ -163,9 +183,12 @@ def test_the_numbers_are_those_of_lifetime(run: Callable[..., Done], tmp_path: P
         assert [last["white_x"], last["luminance"]] == pytest.approx([white[0] / white.sum(), white[1]])
 
 
-def test_frames_are_what_apply_writes_and_maps_are_on_the_fixed_scale(run: Callable[..., Done], tmp_path: Path) -> None:
+def test_frames_are_what_apply_writes_and_maps_are_on_one_scale(run: Callable[..., Done], tmp_path: Path) -> None:
     run("a.png", "-o", "r.html", *HOURS)
-    page = Read((tmp_path / "r.html").read_text())
+    text = (tmp_path / "r.html").read_text()
+    page, data = Read(text), data_in(text)
+    largest = max(scene["p95"] for scenes in data["modes"].values() for scene in scenes)
+    assert data["map_reach"] / 2 <= largest <= data["map_reach"], "the scale fits the data"
     for mode in ("chroma", "chroma-luma"):
         (picture,) = page.all("img", data_mode=mode, data_hours="10000.0", data_kind="picture")
         apply_to_image("a.png", "aged.png", MODEL.at(mode, 10_000), force=True)
@@ -173,7 +196,7 @@ def test_frames_are_what_apply_writes_and_maps_are_on_the_fixed_scale(run: Calla
         (shown,) = page.all("img", data_mode=mode, data_hours="10000.0", data_kind="map")
         frame = read_frame(Path("a.png"), pixels=10**6, width=900)
         (difference,) = frame.differences(MODEL.at("stable", 0), [MODEL.at(mode, 10_000)])
-        level = np.minimum(difference / REACH * STEPS, STEPS - 1).astype(int)
+        level = np.minimum(difference / data["map_reach"] * STEPS, STEPS - 1).astype(int)
         assert (pixels(shown["src"]) == map_colours()[level]).all()
     (unaged,) = page.all("img", id="unaged")
     assert (pixels(unaged["src"]) == tissue()).all()
@@ -221,6 +244,10 @@ def test_readings_add_the_diagnosis_and_the_pictures_are_of_their_display(
     assert "the error falls from" in page.text
     assert "This display is simulated, not measured." in page.text
     assert "what follows judges" not in page.text
+    before, _, after = page.text.partition("The picture as the display ages")
+    assert "several: More than one effect is missing: black-level" in before, "the verdict is on top"
+    assert "the error falls from 39.6" in before
+    assert "several: More than one effect is missing: black-level" in after
     assert len(page.all("figure", **{"class": "plot"})) == 6
 
 
@@ -233,7 +260,7 @@ def test_a_model_adds_its_effects(run: Callable[..., Done], tmp_path: Path) -> N
     done = run("a.png", "--model", "m.toml", "-o", "r.html", "--hours", "0,18000")
     assert done.code == 0, done.err
     text = Read((tmp_path / "r.html").read_text()).text
-    assert "Effects of the model black-level: new 0.002 ± 0.0001" in text
+    assert "Effects of the model black-level: new 0.00200 ± 0.00010" in text
     assert "m.toml" in text
 
 
@@ -305,15 +332,15 @@ def test_png_is_read_back_by_others() -> None:
     random = np.random.default_rng(0)
     for channels in (3, 4):
         picture = random.integers(0, 256, (7, 11, channels), np.uint8)
-        with Image.open(io.BytesIO(png(picture))) as image:
+        with Image.open(io.BytesIO(page_png(picture))) as image:
             assert (np.asarray(image) == picture).all()
     smooth = np.add.outer(np.arange(40), np.arange(50)).astype(np.uint8)[..., None].repeat(3, axis=2)
-    with Image.open(io.BytesIO(png(smooth))) as image:
+    with Image.open(io.BytesIO(page_png(smooth))) as image:
         assert (np.asarray(image) == smooth).all()
-    assert len(png(smooth)) < smooth.size / 20
+    assert len(page_png(smooth)) < smooth.size / 20
     level = random.integers(0, 5, (7, 11), np.uint8)
     palette = random.integers(0, 256, (5, 3), np.uint8)
-    with Image.open(io.BytesIO(png(level, palette))) as image:
+    with Image.open(io.BytesIO(page_png(level, palette))) as image:
         assert (np.asarray(image.convert("RGB")) == palette[level]).all()
 
 
@@ -334,7 +361,11 @@ def test_usual_hours_are_measured_times_with_the_ends() -> None:
 
 
 def test_a_table_escapes_its_cells() -> None:
-    assert "&lt;b&gt;<br>c" in table(["x"], [("<b>\nc",)])
+    parts: Any = environment().get_template("parts.html").module
+    written = str(parts.table(Table(["x & y"], [("<b>\nc",)], notes=["1 < 2"])))
+    assert "&lt;b&gt;<br>c</th>" in written
+    assert "x &amp; y</th>" in written
+    assert "<p>1 &lt; 2</p>" in written
 
 
 # Bad input ------------------------------------------------------------------------------------------------------------

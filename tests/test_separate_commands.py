@@ -12,7 +12,7 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from lutgen.measurements.campaign import read_campaign
-from lutgen.report.trend_plot import plot_trend
+from lutgen.report.history.trend_plot import plot_trend
 from lutgen.sessions.schema import schema
 from lutgen.sessions.trend import trend
 from tests.command import Done, in_process

@@ -15,11 +15,11 @@ from PIL import Image
 from lutgen import DisplayModel, LutgenError, read_measurements, show
 from lutgen.colorimetry import xy_to_uv
 from lutgen.display import default_display
+from lutgen.display.aging import cct_and_duv, toward
 from lutgen.display.modes import luminance_law
-from lutgen.report import spaced
-from lutgen.report.picture import DPI
-from lutgen.report.plots import PAGE, plot_display
-from lutgen.report.show import cct_and_duv, toward
+from lutgen.numerals import spaced
+from lutgen.report.display.aging_plot import PAGE, plot_display
+from lutgen.report.drawing.figure import DPI
 
 if TYPE_CHECKING:
     from pathlib import Path

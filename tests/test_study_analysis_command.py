@@ -14,8 +14,8 @@ from skimage.io import imread
 
 from lutgen import LutgenError
 from lutgen.cli.commands.study.analyse import INTERVALS
-from lutgen.report.study_page import between, figure, p_value, signed
-from lutgen.report.study_plot import PICTURE, _draw_agreement, abreast, changes, title
+from lutgen.report.study.analysis import between, figure, p_value, signed
+from lutgen.report.study.analysis_plot import PICTURE, _draw_agreement, abreast, changes, title
 from lutgen.study.analysis import analyse_answers, analyse_figures
 from lutgen.study.analysis.agreement import Counts
 from lutgen.study.analysis.answer_table import answer_table, read_answer_table

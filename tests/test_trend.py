@@ -11,7 +11,7 @@ from scipy.optimize import curve_fit
 from lutgen import LutgenError
 from lutgen.cli.commands.trend import SETS as NAMED
 from lutgen.measurements.campaign import read_campaign
-from lutgen.report.trend_page import headline
+from lutgen.report.history.trend import headline
 from lutgen.sessions.decay import LAWS, fit_laws
 from lutgen.sessions.limits import SETS, Limit, limits_of, parse_limit
 from lutgen.sessions.trend import FEWEST, trend

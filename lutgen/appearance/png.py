@@ -1,13 +1,8 @@
-"""Plain PNG (PNG Third Edition, https://www.w3.org/TR/png-3/): pixels and nothing else, the same bytes everywhere.
-
-What image libraries add (gamma, chromaticities, resolution, texts) differs from one to the next, and changes how some
-programs show the picture.
-"""
+"""PNG in memory, by Pillow: OpenImageIO writes no palettes, and adds chunks of its own."""
 
 from __future__ import annotations
 
-import struct
-import zlib
+import io
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,39 +10,35 @@ from numpy.typing import NDArray
 #: Pixels, uint8 of shape (height, width, 3).
 Pixels = NDArray[np.uint8]
 
-SIGNATURE = b"\x89PNG\r\n\x1a\n"
-
-#: Eight bits a channel, RGB; deflate, adaptive filters, not interlaced.
-KIND = bytes((8, 2, 0, 0, 0))
-
-#: How hard zlib tries.
-LEVEL = 6
-
-#: The filter of every row: Paeth's, the best single one for photographs.
-_PAETH = 4
+#: How hard zlib tries: pictures of a study are many and large, those of a page are sent by mail.
+LEVEL, SMALLEST = 6, 9
 
 
 def plain_png(pixels: Pixels) -> bytes:
-    """Return the PNG of pixels, uint8 of shape (height, width, 3): header, pixels, end."""
-    size = struct.pack(">2I", pixels.shape[1], pixels.shape[0])
-    return SIGNATURE + chunk(b"IHDR", size + KIND) + chunk(b"IDAT", packed(pixels)) + chunk(b"IEND", b"")
+    """Return the PNG of pixels, uint8 of shape (height, width, 3): header, pixels, end.
+
+    Gamma, chromaticities, resolution or texts would change how some programs show the picture.
+    """
+    from PIL import Image
+
+    file = io.BytesIO()
+    Image.fromarray(pixels).save(file, "png", compress_level=LEVEL)
+    return file.getvalue()
 
 
-def chunk(kind: bytes, data: bytes) -> bytes:
-    """Return a chunk: length, kind, data, checksum (section 5.3)."""
-    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+def page_png(pixels: NDArray[np.uint8], palette: NDArray[np.uint8] | None = None) -> bytes:
+    """Return the PNG of RGB or RGBA, (h, w, 3 or 4), or with a ``palette`` (n, 3) of its indices (h, w).
 
+    It says that its colours are sRGB, and is as small as zlib makes it.
+    """
+    from PIL import Image
+    from PIL.PngImagePlugin import PngInfo
 
-def packed(pixels: Pixels) -> bytes:
-    """Compress rows less what Paeth's predictor says of them (section 9.4), each behind the filter's number."""
-    padded = np.pad(pixels.astype(np.int16), ((1, 0), (1, 0), (0, 0)))
-    left, above, corner = padded[1:, :-1], padded[:-1, 1:], padded[:-1, :-1]
-    guess = left + above - corner
-    off_left, off_above, off_corner = (np.abs(guess - each) for each in (left, above, corner))
-    predicted = np.where(
-        (off_left <= off_above) & (off_left <= off_corner), left, np.where(off_above <= off_corner, above, corner)
-    )
-    rows = np.empty((pixels.shape[0], 1 + pixels.shape[1] * 3), np.uint8)
-    rows[:, 0] = _PAETH
-    rows[:, 1:] = (pixels - predicted).astype(np.uint8).reshape(pixels.shape[0], -1)
-    return zlib.compress(rows.tobytes(), LEVEL)
+    image = Image.fromarray(pixels)
+    if palette is not None:
+        image.putpalette(palette.tobytes())
+    info = PngInfo()
+    info.add(b"sRGB", b"\0")  # perceptual intent (PNG Third Edition, 11.3.2.5)
+    file = io.BytesIO()
+    image.save(file, "png", compress_level=SMALLEST, pnginfo=info)
+    return file.getvalue()

@@ -18,7 +18,7 @@ from lutgen.files import write_atomically
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from rich.console import RenderableType
+    from lutgen.report.parts import Headline, Page, Table
 
 #: ``--json`` to standard output.
 STANDARD_OUTPUT = "-"
@@ -95,7 +95,7 @@ def _plain(content: Any) -> Any:
     return content
 
 
-def print_page(page: Iterable[RenderableType]) -> None:
+def print_page(page: Page) -> None:
     """Print sentences, which the terminal wraps, and tables, of which nothing is cut off."""
     for part in page:
         if isinstance(part, str):
@@ -105,15 +105,21 @@ def print_page(page: Iterable[RenderableType]) -> None:
             _print(part)
 
 
-def _print(part: RenderableType) -> None:
+def _print(part: Headline | Table) -> None:
     from rich.console import Console
-    from rich.table import Table
 
     from lutgen.cli.narrow import fitted
+    from lutgen.report.parts import Headline
+    from lutgen.report.terminal import headline_text, terminal_table
 
     console = Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH)
-    wide_enough = fitted(part, console) if isinstance(part, Table) else console
-    wide_enough.print(part, soft_wrap=hasattr(part, "plain"), markup=False)
+    if isinstance(part, Headline):
+        console.print(headline_text(part), soft_wrap=True)
+        return
+    laid_out = terminal_table(part)
+    fitted(laid_out, console).print(laid_out)
+    for note in part.notes:
+        click.echo(note)
 
 
 @dataclass(frozen=True)
@@ -144,7 +150,7 @@ class Outputs:
 
     def write(
         self,
-        page: Iterable[RenderableType],
+        page: Page,
         as_json: Callable[[], Any],
         *,
         as_csv: Callable[[], str] = str,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import xyz_to_lab
+from lutgen.criticism.families import dimension, slices
 from lutgen.measurements.conditions import CONDITIONS
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ NOTICEABLE = 0.05
 
 #: How a sentence says where a slice lies, by its dimension.
 CALLED = {"hour": "at {}", "level": "at levels {}", "family": "on {} patches"} | {
-    each.columns[0].name if len(each.columns) == 1 else each.name: each.sentence for each in CONDITIONS
+    dimension(each): each.sentence for each in CONDITIONS
 }
 
 
@@ -64,8 +65,6 @@ def _words(lab: tuple[float, float, float]) -> list[str]:
 
 def direction(problem: Problem, predicted: Array, judged: NDArray[np.bool_], where: Sequence[Slice]) -> Direction:
     """Find the slice that stands out most, by its error over its floor weighed with its size, and look which way."""
-    from lutgen.criticism.families import slices
-
     if not where:
         return Direction("", (0.0, 0.0, 0.0), "")
     worst = max(where, key=lambda each: (each.rms_sigma**2 - each.floor_rms_sigma**2) * np.sqrt(each.n))

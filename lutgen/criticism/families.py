@@ -56,6 +56,11 @@ def condition_of(problem: Problem) -> NDArray[np.str_]:
     return named
 
 
+def dimension(condition: Condition) -> str:
+    """Name of a condition as a dimension of errors: that of its column, where it has one."""
+    return condition.columns[0].name if len(condition.columns) == 1 else condition.name
+
+
 def slices(problem: Problem) -> Mapping[str, NDArray[np.str_]]:
     """Label every reading in every way in which errors are reported: dimension → labels (n,); '' is left out.
 
@@ -73,7 +78,7 @@ def slices(problem: Problem) -> Mapping[str, NDArray[np.str_]]:
             alike = _alike(problem, condition)
             values = [problem.readings.column(name)[problem.rows] for name in names]
             said = np.array([condition.label(*row) for row in zip(*values, strict=True)])
-            labels[names[0] if len(names) == 1 else condition.name] = np.where(alike, said, "")
+            labels[dimension(condition)] = np.where(alike, said, "")
     return {by: label for by, label in labels.items() if np.unique(label[label != ""]).size > 1}
 
 

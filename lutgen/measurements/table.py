@@ -6,6 +6,7 @@ from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import permutations
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -121,6 +122,14 @@ class Measurements:
     def rest(self) -> Rest:
         """The conditions under which the colour points of each reading's session were read."""
         return rest_of(self.sessions, self.hours, self.drive, is_capped(self), self.conditions)
+
+    @property
+    def provenance(self) -> str:
+        """One sentence: the file, and its ``source`` line, in which readings that nobody took say so."""
+        file, source = Path(self.file).name, self.metadata.get("source", "")
+        if not source:
+            return f"Readings: {file}, which does not say where they come from (no line `# source: …`)."
+        return f"Readings: {file}. Source: {source}."
 
     def at_rest(self) -> NDArray[np.bool_]:
         """Readings under the same conditions as the colour points of their session, (n,)."""

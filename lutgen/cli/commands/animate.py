@@ -54,7 +54,7 @@ def command(
     """
     from lutgen.appearance.aged_series import aged_series
     from lutgen.display.hours import parse_hours
-    from lutgen.report.animation import animate, check_animation
+    from lutgen.report.pictures.animation import animate, check_animation
 
     path = check_output(output, image, force=force, suffixes=SUFFIXES)
     model = model_from(**options)

@@ -132,7 +132,7 @@ def _report(built: Built, plan: Plan, output: str) -> None:
         return
     # Tables take their time to be imported.
     from lutgen.cli.outputs import print_page
-    from lutgen.report.build_page import certificates, compensation, shaders, simulation
+    from lutgen.report.builds.certificates import certificates, compensation, shaders, simulation
 
     if rows:
         print_page(certificates(rows))

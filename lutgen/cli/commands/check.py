@@ -95,7 +95,7 @@ def _check(
 
 
 def _report(path: str, result: Checked) -> None:
-    from lutgen.report.build_page import shader_sentence
+    from lutgen.report.builds.certificates import shader_sentence
 
     for remark in result.remarks:
         click.echo(f"note: {remark}")

@@ -55,7 +55,7 @@ def command(
     """
     from lutgen.appearance.cohort import cohort
     from lutgen.display.hours import parse_hours
-    from lutgen.report.cohort_page import cohort_page
+    from lutgen.report.pictures.cohort import cohort_page
 
     if jobs and scheduler:
         message = "--jobs are processes of this machine, and --scheduler has its own. Leave one of them out."

@@ -29,8 +29,8 @@ def command(*, json_to: str | None, plots: str | None, force: bool, **options: A
         raise click.UsageError("--effects helps --model to find effects; compare adds none. Use lutgen diagnose.")
     from lutgen.criticism.compare import compare_problem
     from lutgen.criticism.problem import Problem
-    from lutgen.report.compare_page import compare_page
-    from lutgen.report.criticism_plots import OF_COMPARE, plot_comparison
+    from lutgen.report.criticism.comparison import compare_page
+    from lutgen.report.criticism.plots import OF_COMPARE, plot_comparison
 
     outputs = Outputs(json_to, plots=plots, pictures=lambda: OF_COMPARE, force=force)
     question = question_from(**options)

@@ -41,8 +41,8 @@ def command(
       lutgen diagnose examples/display-a.csv --without black-level --plots plots/diagnose --json diagnosis.json
     """
     from lutgen.criticism.diagnose import diagnose
-    from lutgen.report.criticism_plots import OF_DIAGNOSE, plot_diagnosis
-    from lutgen.report.diagnose_page import diagnose_page
+    from lutgen.report.criticism.diagnosis import diagnose_page
+    from lutgen.report.criticism.plots import OF_DIAGNOSE, plot_diagnosis
 
     outputs = Outputs(json_to, plots=plots, pictures=lambda: OF_DIAGNOSE, force=force)
     if stub:
@@ -72,7 +72,7 @@ def _write_stub(diagnosis: Diagnosis, to: str | None) -> str | None:
         click.echo(f"{to} is not written: nothing is left that an effect of your own could explain.", err=True)
         return None
     from lutgen.files import write_atomically
-    from lutgen.report.stub import stub
+    from lutgen.report.criticism.effect_sketch import stub
 
     write_atomically(Path(to), stub(diagnosis).encode())
     return to

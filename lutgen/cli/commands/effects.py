@@ -83,7 +83,7 @@ def command(
     if name:
         _explain(_chosen(effects, name), plot, limit_s, force=force, as_json=as_json)
     elif as_json:
-        from lutgen.report.effect_json import registry_json
+        from lutgen.effects.registry_json import registry_json
 
         echo_json(registry_json(effects.values()))
     else:
@@ -122,14 +122,14 @@ def _list(effects: Mapping[str, Effect]) -> None:
 
 
 def _explain(effect: Effect, plot: str | None, limit_s: float, *, force: bool, as_json: bool) -> None:
-    from lutgen.report import check_new_png
-    from lutgen.report.effect_json import registry_json
+    from lutgen.effects.registry_json import registry_json
+    from lutgen.report.drawing.png_file import check_new_png
 
     if plot:
         check_new_png(plot, force=force)
     said = "" if as_json and not plot else _said(effect, limit_s, must_be_sound=bool(plot))
     if plot:
-        from lutgen.report.effect_plot import plot_effect
+        from lutgen.report.display.effect_plot import plot_effect
 
         plot_effect(effect, plot, force=force)
     if as_json:
@@ -157,8 +157,8 @@ def _explain(effect: Effect, plot: str | None, limit_s: float, *, force: bool, a
 
 def _said(effect: Effect, limit_s: float, *, must_be_sound: bool) -> str:
     """Say how large an effect is, or, of anybody's own, that it breaks the contract."""
+    from lutgen.display.signature import Signature
     from lutgen.effects.contract import check, refuse_broken
-    from lutgen.report.signature import Signature
 
     report = None if effect.origin == "built-in" else check(effect, limit_s=limit_s)
     if report and must_be_sound:

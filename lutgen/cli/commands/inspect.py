@@ -34,13 +34,13 @@ def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, f
       lutgen inspect examples/session.ti3
       lutgen inspect examples/session.ti3 --plots plots/inspect --json inspect.json
     """
-    from lutgen.report.inspect_page import inspect_page
+    from lutgen.report.history.inspection import inspect_page
     from lutgen.sessions import inspect_session
     from lutgen.sessions.schema import as_json
 
     alone = check_json(json_to, force=force)
     if plots:
-        from lutgen.report.inspect_plot import picture_names, plot_inspection
+        from lutgen.report.history.inspection_plot import picture_names, plot_inspection
     found = []
     with progress_bar("inspecting", quiet=alone) as progress:
         for number, session in enumerate(_sessions(files)):

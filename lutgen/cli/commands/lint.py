@@ -34,7 +34,7 @@ def command(*, files: tuple[str, ...], ask_readers: bool, json_to: str | None, f
       lutgen lint aged/config.ocio --json -
     """
     from lutgen.lint import lint
-    from lutgen.report.lint_page import lint_page
+    from lutgen.report.builds.lint import lint_page
 
     if json_to and json_to != STANDARD_OUTPUT:
         check_new_file(json_to, force=force)

@@ -60,7 +60,7 @@ def command(
       lutgen map slide.png --mode chroma --hours 18000 -o slide-map.exr -o slide-map.tif --json slide-map.json
     """
     from lutgen.appearance.difference_map import difference_map
-    from lutgen.report.map_picture import check_range, plot_map
+    from lutgen.report.pictures.difference_map import check_range, plot_map
 
     low, high = check_range(*_numbers(ends))
     alone = check_json(json_to, force=force)
@@ -99,8 +99,7 @@ def _check_different(outputs: tuple[str, ...]) -> None:
 
 
 def _sentences(found: DifferenceMap) -> list[str]:
-    from lutgen.report import provenance
-    from lutgen.report.map_picture import counted, title_of
+    from lutgen.report.pictures.difference_map import counted, title_of
 
     quantiles = f"95 % of the pixels are within {found.p95:.2f}, 99 % within {found.p99:.2f}."
-    return [f"{title_of(found)}. {quantiles}", counted(found), provenance(found.model.measurements)]
+    return [f"{title_of(found)}. {quantiles}", counted(found), found.model.measurements.provenance]

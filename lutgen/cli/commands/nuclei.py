@@ -62,8 +62,8 @@ def command(
     """
     from lutgen.appearance.conspicuity import nuclei
     from lutgen.display.hours import parse_hours
-    from lutgen.report.nuclei_page import nuclei_page
-    from lutgen.report.nuclei_plot import picture_names, plot_nuclei
+    from lutgen.report.pictures.nuclei import nuclei_page
+    from lutgen.report.pictures.nuclei_plot import picture_names, plot_nuclei
 
     outputs = Outputs(json_to, csv_to, plots, lambda: picture_names(image), force=force)
     model = model_from(**options)

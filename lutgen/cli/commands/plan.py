@@ -41,7 +41,7 @@ def command(
     if pair and effect:
         raise click.UsageError("--between and --effect ask for two different plans. Leave one out.")
     from lutgen.criticism.plan import plan
-    from lutgen.report.plan_page import plan_page
+    from lutgen.report.criticism.measurement_plan import plan_page
 
     alone = check_json(json_to, force=force)
     wanted = {path: suffix for path, suffix in ((output, ".csv"), (ti1, ".ti1")) if path}

@@ -12,7 +12,7 @@ from lutgen.cli.shared import model_from, model_options, numbers, progress_bar
 
 if TYPE_CHECKING:
     from lutgen.display import DisplayModel
-    from lutgen.report.html.evidence import Evidence
+    from lutgen.report.document.evidence import Evidence
 
 
 @click.command()
@@ -61,9 +61,9 @@ def command(
 
     from lutgen.appearance.frame import read_frame
     from lutgen.appearance.lifetime import MODES, check_tolerances, lifetime
-    from lutgen.report.html.origin import read_build
-    from lutgen.report.html.page import Run, write_report
-    from lutgen.report.html.scenes import WIDTH, hours_of, pixels_of_a_frame, scenes_of
+    from lutgen.report.document.origin import read_build
+    from lutgen.report.document.page import Run, write_report
+    from lutgen.report.document.scenes import WIDTH, hours_of, pixels_of_a_frame, scenes_of
 
     tolerances = check_tolerances(numbers("--tolerance", tolerance))
     check_new_file(output, force=force, suffixes=(".html", ".htm"))
@@ -88,7 +88,7 @@ def command(
 def _evidence(data: str, model: DisplayModel, options: dict[str, Any], instrument: str | None) -> Evidence:
     from lutgen.cli.data_options import question_from
     from lutgen.criticism.refine import refine
-    from lutgen.report.html.evidence import Evidence
+    from lutgen.report.document.evidence import Evidence
 
     question = question_from(
         data,

@@ -41,7 +41,7 @@ def command(
     """
     from lutgen.appearance.aged_series import aged_series
     from lutgen.display.hours import parse_hours
-    from lutgen.report.age_sheet import age_sheet, check_hours, longest
+    from lutgen.report.pictures.age_sheet import age_sheet, check_hours, longest
 
     path = check_output(output, image, force=force)
     model = model_from(**options)

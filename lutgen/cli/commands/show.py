@@ -10,7 +10,7 @@ from lutgen.cli.shared import echo_json, model_from, model_options
 
 if TYPE_CHECKING:
     from lutgen.display import Tips
-    from lutgen.report.show import Shown
+    from lutgen.display.aging import Shown
 
 #: Rows of the table when --hours does not choose them.
 _ROWS = 8
@@ -45,9 +45,9 @@ def command(
       lutgen show --plot display.png
       lutgen show --display my-display.csv --hours 0,5000,10000
     """
+    from lutgen.display.aging import show
     from lutgen.display.hours import parse_hours
-    from lutgen.report import check_new_png
-    from lutgen.report.show import show
+    from lutgen.report.drawing.png_file import check_new_png
 
     if plot:
         check_new_png(plot, force=force)
@@ -55,7 +55,7 @@ def command(
     chosen = parse_hours(hours, model.tips) if hours else None if as_json else _even(model.tips)
     shown = show(model, chosen)
     if plot:
-        from lutgen.report.plots import plot_display
+        from lutgen.report.display.aging_plot import plot_display
 
         plot_display(model, plot, force=force)
     if as_json:
@@ -99,7 +99,7 @@ def _report(shown: Shown, plot: str | None) -> None:
     console.print("\nadd.: non-additivity of luminance, (R + G + B − W) / W.")
     if shown.effects:
         console.print(f"\nThe model's effects{f' ({shown.verdict})' if shown.verdict else ''}:", markup=False)
-    for line in (*shown.told_effects(), *shown.remarks):
+    for line in (*shown.effects_in_words(), *shown.remarks):
         console.print(line, soft_wrap=True, markup=False)
     if plot:
         console.print(plot, soft_wrap=True, markup=False)

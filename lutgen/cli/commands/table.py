@@ -43,7 +43,7 @@ def command(
 
     from lutgen.appearance.lifetime import lifetime
     from lutgen.files import write_atomically
-    from lutgen.report.table_1 import table_1_csv, table_1_json, table_1_page
+    from lutgen.report.pictures.table_1 import table_1_csv, table_1_json, table_1_page
 
     alone = check_json(json_to, force=force)
     if csv_to:

@@ -50,7 +50,7 @@ def command(
       lutgen trend examples/campaign/campaign.toml --limit 'white>=80%' --plot trend.png --json trend.json
     """
     from lutgen.measurements.campaign import read_campaign
-    from lutgen.report.trend_page import trend_page
+    from lutgen.report.history.trend import trend_page
     from lutgen.sessions.limits import limits_of, parse_limit
     from lutgen.sessions.trend import trend
     from lutgen.sessions.trend_json import trend_as_json
@@ -64,7 +64,7 @@ def command(
     if not alone:
         print_page(trend_page(found))
     if path:
-        from lutgen.report.trend_plot import plot_trend
+        from lutgen.report.history.trend_plot import plot_trend
 
         plot_trend(found, path, force=force)
         if not alone:

@@ -114,6 +114,10 @@ class Condition:
         Where a sentence puts a label: "in a room of {}".
     heading
         Heading of its part of a table of errors; "" where it has none.
+    short, before
+        Its values in the name of a patch, "{:g} lx", and the word before that in a sentence.
+    axis
+        Label of an axis along which the condition runs.
     matters
         Values → to which readings it matters at all, (n,).
     signatures
@@ -135,6 +139,9 @@ class Condition:
     label: Callable[..., str]
     sentence: str
     heading: str
+    short: str
+    before: str
+    axis: str
     matters: Callable[[Values], NDArray[np.bool_]] = everywhere
     signatures: Callable[[Values, Values], dict[str, Array]] = nothing
     strange: tuple[str, ...] = ()

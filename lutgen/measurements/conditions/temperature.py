@@ -46,6 +46,9 @@ CONDITION = Condition(
     label=lambda celsius: "unknown" if isnan(celsius) else f"{2 * round(celsius / 2):g} °C",
     sentence="at {}",
     heading="temperature",
+    short="{:.0f} °C",
+    before="at ",
+    axis="temperature, °C",
     signatures=_signatures,
     variations=(joined("in a room 8 K warmer", greys((1.0, 0.6), temperature_c=REFERENCE_C + 8.0)),),
 )

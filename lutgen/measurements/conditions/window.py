@@ -53,6 +53,9 @@ CONDITION = Condition(
     label="{:g}".format,
     sentence="in windows of {}",
     heading="window",
+    short="window {:g}",
+    before="in a ",
+    axis="share of the screen",
     signatures=_signatures,
     variations=(Variation("10 % windows", tuple((code, {"window": 0.1}, "") for code in _COLOURS)),),
 )

@@ -30,7 +30,7 @@ def command(*, files: tuple[str, ...], reference: str | None, json_to: str | Non
       lutgen sessions explain examples/campaign/campaign.toml --reference 2021-06.ti3 --json explain.json
     """
     from lutgen.measurements.campaign import campaign_of, read_campaign
-    from lutgen.report.separate_page import separate_page
+    from lutgen.report.history.explanation import separate_page
     from lutgen.sessions.separate import separate
     from lutgen.sessions.separate_json import separation_as_json
 

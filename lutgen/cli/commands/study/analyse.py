@@ -65,13 +65,13 @@ def command(
     with progress_bar("analysing", quiet=alone):
         found = _analysis(study, answers, counts, summary, ci)
     if not alone:
-        from lutgen.report.study_page import study_page
+        from lutgen.report.study.analysis import study_page
 
         print_page(study_page(found))
     if csv_to:
         _write_tables(found, csv_to)
     if plots:
-        from lutgen.report.study_plot import plot_study
+        from lutgen.report.study.analysis_plot import plot_study
 
         picture = plot_study(found, plots, force=force)
         if not alone:
@@ -90,7 +90,7 @@ def _check(csv_to: str | None, plots: str | None, *, force: bool) -> None:
         for name in FILES:
             check_new_file(str(Path(csv_to) / name), force=force)
     if plots:
-        from lutgen.report.study_plot import PICTURE
+        from lutgen.report.study.analysis_plot import PICTURE
 
         check_pictures(plots, [PICTURE], force=force)
 

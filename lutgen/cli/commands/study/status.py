@@ -24,7 +24,7 @@ def command(*, study: str, json_to: str | None, force: bool) -> None:
       lutgen study status study/
       lutgen study status study/ --json -
     """
-    from lutgen.report.study_status_page import study_status_page
+    from lutgen.report.study.status import study_status_page
     from lutgen.study.status import study_status
 
     alone = check_json(json_to, force=force)

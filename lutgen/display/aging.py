@@ -1,0 +1,251 @@
+"""How far a measured display has aged, in the numbers that display engineers use: what ``lutgen show`` prints.
+
+Chromaticity differences are Euclidean in the CIE 1976 UCS diagram (CIE 15:2018, 8.1). Correlated colour temperature
+(CCT) and D_uv, the distance from the Planckian locus, follow Ohno 2013, doi:10.1080/15502724.2014.839020.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.colorimetry import LINEAR_TO_XYZ, xy_to_uv, xyz_to_xyY
+from lutgen.display import what_luts_carry
+from lutgen.measurements import TIP_NAMES
+from lutgen.numerals import spaced, with_error
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lutgen.colorimetry import Array
+    from lutgen.display import AppliedEffect, DisplayModel
+    from lutgen.measurements import Measurements
+
+#: CIE 15:2018, 9.5: farther from the Planckian locus than this, no temperature correlates with a colour.
+MAX_DUV = 0.05
+
+#: Δu'v' below which no direction of a shift is given: a good meter repeats to about this.
+UNMOVED = 0.001
+
+#: White that stays within this share of its first luminance is called held: sensors of medical displays hold 1 to 2 %.
+HELD = 0.02
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A display's aging at n hours. Second axes run over white, red, green, blue.
+
+    Attributes
+    ----------
+    measurements
+        The readings.
+    hours
+        Shape (n,), increasing.
+    xyY
+        As measured, Y in cd/m², piecewise linear between measured times; with effects as the model shows them.
+        Shape (n, 4, 3).
+    uv
+        CIE 1976 u', v', shape (n, 4, 2).
+    cct, duv
+        Of white: kelvin (NaN where white is too far from the Planckian locus), and D_uv, positive above it. Shape (n,).
+    cct_new
+        CCT at hour 0, kelvin.
+    shift
+        Δu'v' since hour 0, shape (n, 4).
+    direction
+        Which way white has gone since hour 0: the nearest of the six hues of sRGB, or "" where it has not moved.
+    luminance
+        Y relative to hour 0, shape (n, 4).
+    non_additivity
+        (Y_r + Y_g + Y_b − Y_w) / Y_w, shape (n,).
+    effects
+        Of the model, in the order of the light's way.
+    remarks
+        The conditions that a LUT fixes, and the effects that no LUT of the model can carry.
+    verdict
+        How the model was found.
+
+    """
+
+    measurements: Measurements
+    hours: Array
+    xyY: Array  # noqa: N815 - the CIE's own spelling
+    uv: Array
+    cct: Array
+    duv: Array
+    cct_new: float
+    shift: Array
+    direction: tuple[str, ...]
+    luminance: Array
+    non_additivity: Array
+    effects: tuple[AppliedEffect, ...] = ()
+    remarks: tuple[str, ...] = ()
+    verdict: str = ""
+
+    @property
+    def provenance(self) -> str:
+        """Where the readings come from, in one sentence."""
+        return self.measurements.provenance
+
+    def sentence(self) -> str:
+        """Summarise the last hour in one sentence: white point, luminance, the primary that has changed most."""
+        parts = [f"By {spaced(self.hours[-1])} h {self._white()}", self._luminance(), self._primary()]
+        return "; ".join(part for part in parts if part) + "."
+
+    def as_json(self) -> dict[str, Any]:
+        """Return everything for a program: schema, display, and one object an hour."""
+        readings = self.measurements
+        return {
+            "schema": 1,
+            "display": {
+                "file": Path(readings.file).name,
+                "sha256": readings.sha256,
+                "metadata": dict(readings.metadata),
+                "summary": self.sentence(),
+            },
+            **({"model": self._model_as_json()} if self.effects else {}),
+            "hours": [self._hour_as_json(row) for row in range(self.hours.size)],
+        }
+
+    def effects_in_words(self) -> list[str]:
+        """List for each effect its fitted parameters and those that differ from rest, one line an effect."""
+        return [f"{each.effect.name}: {', '.join(_values_in_words(each)) or 'on'}" for each in self.effects]
+
+    def _model_as_json(self) -> dict[str, Any]:
+        effects = [
+            {
+                "name": each.effect.name,
+                "origin": each.effect.origin,
+                "parameters": {
+                    name: {**asdict(estimate), "unit": each.effect.parameters[name].unit, "free": name in each.free}
+                    for name, estimate in each.estimates.items()
+                },
+            }
+            for each in self.effects
+        ]
+        return {"verdict": self.verdict, "effects": effects, "remarks": list(self.remarks)}
+
+    def _white(self) -> str:
+        moved = self.shift[-1, 0]
+        if not self.direction[-1]:
+            return f"white has hardly moved (Δu'v' {moved:.4f})"
+        kelvin = f" ({self.cct_new:.0f} K → {self.cct[-1]:.0f} K)"
+        known = np.isfinite(self.cct_new) and np.isfinite(self.cct[-1])
+        return f"white has moved Δu'v' {moved:.3f} toward {self.direction[-1]}{kelvin if known else ''}"
+
+    def _luminance(self) -> str:
+        white = self.luminance[:, 0]
+        off = float(np.abs(white - 1.0).max())
+        if off <= HELD:
+            return f"its luminance is held to {100 * off:.1f} %"
+        return f"its luminance has {'fallen' if white[-1] < 1 else 'risen'} to {100 * white[-1]:.0f} %"
+
+    def _primary(self) -> str:
+        """Name the primary whose share of the light has changed most."""
+        against_white = self.luminance[-1, 1:] / self.luminance[-1, 0] - 1.0
+        worst = int(np.argmax(np.abs(against_white)))
+        change = against_white[worst]
+        if abs(change) < HELD:
+            return ""
+        return (
+            f"{TIP_NAMES[1 + worst]} has {'lost' if change < 0 else 'gained'} {100 * abs(change):.0f} % against white"
+        )
+
+    def _hour_as_json(self, row: int) -> dict[str, Any]:
+        tips = {
+            name: {
+                "x": float(self.xyY[row, i, 0]),
+                "y": float(self.xyY[row, i, 1]),
+                "Y_cd_m2": float(self.xyY[row, i, 2]),
+                "delta_uv": float(self.shift[row, i]),
+                "relative_luminance": float(self.luminance[row, i]),
+            }
+            for i, name in enumerate(TIP_NAMES)
+        }
+        return {
+            "hours": float(self.hours[row]),
+            "cct_k": float(self.cct[row]) if np.isfinite(self.cct[row]) else None,
+            "duv": float(self.duv[row]) if np.isfinite(self.duv[row]) else None,
+            "direction": self.direction[row] or None,
+            "non_additivity": float(self.non_additivity[row]),
+            **tips,
+        }
+
+
+def show(model: DisplayModel, hours: Sequence[float] | None = None) -> Shown:
+    """Describe how the display of ``model`` has aged.
+
+    Parameters
+    ----------
+    hours
+        Increasing; default: every measured time.
+
+    Raises
+    ------
+    LutgenError
+        Hours outside the measured span.
+
+    """
+    times = model.tips.hours if hours is None else np.array(hours, dtype=np.float64)
+    fresh, xyY = model.shown_tips(0.0), np.array([model.shown_tips(float(hour)) for hour in times])
+    uv, new = xy_to_uv(xyY[..., :2]), xy_to_uv(fresh[:, :2])
+    cct, duv = cct_and_duv(np.concatenate([new[:1], uv[:, 0]]))
+    luminance = xyY[..., 2]
+    return Shown(
+        measurements=model.measurements,
+        hours=times,
+        xyY=xyY,
+        uv=uv,
+        cct=cct[1:],
+        duv=duv[1:],
+        cct_new=float(cct[0]),
+        shift=np.linalg.norm(uv - new, axis=-1),
+        direction=tuple(toward(moved) for moved in uv[:, 0] - new[0]),
+        luminance=luminance / fresh[:, 2],
+        non_additivity=(luminance[:, 1:].sum(axis=1) - luminance[:, 0]) / luminance[:, 0],
+        effects=model.effects,
+        remarks=tuple(what_luts_carry(model)),
+        verdict=model.verdict,
+    )
+
+
+def _values_in_words(each: AppliedEffect) -> list[str]:
+    rest, values = each.effect.rest(), []
+    for name, estimate in each.estimates.items():
+        if name in each.free or estimate.value != rest[name]:
+            value = with_error(estimate.value, estimate.stderr, each.effect.parameters[name].unit)
+            values.append(f"{name} {value}{' (at its bound)' if estimate.at_bound else ''}")
+    return values
+
+
+def cct_and_duv(uv: Array) -> tuple[Array, Array]:
+    """CIE 1976 u', v' (n, 2) → CCT in kelvin and D_uv, each (n,); both NaN beyond ``MAX_DUV``."""
+    from colour.temperature import uv_to_CCT_Ohno2013
+
+    cct, duv = np.moveaxis(np.asarray(uv_to_CCT_Ohno2013(uv * (1.0, 2.0 / 3.0)), dtype=np.float64), -1, 0)
+    near = np.abs(duv) <= MAX_DUV
+    return np.where(near, cct, np.nan), np.where(near, duv, np.nan)
+
+
+def toward(moved: Array) -> str:
+    """Name the hue that a shift in u'v', shape (2,), points to; "" when it is shorter than ``UNMOVED``."""
+    if np.hypot(*moved) < UNMOVED:
+        return ""
+    return max(_HUES, key=lambda name: float(_HUES[name] @ moved))
+
+
+def _hues() -> dict[str, Array]:
+    """Directions in u'v' from sRGB's white to its primaries and their pairs, of length 1."""
+    drives = {"red": "100", "yellow": "110", "green": "010", "cyan": "011", "blue": "001", "magenta": "101"}
+    white = xy_to_uv(xyz_to_xyY(LINEAR_TO_XYZ.sum(axis=1))[:2])
+    ways = {
+        name: xy_to_uv(xyz_to_xyY(LINEAR_TO_XYZ @ np.array(list(drive), dtype=float))[:2]) - white
+        for name, drive in drives.items()
+    }
+    return {name: way / np.hypot(*way) for name, way in ways.items()}
+
+
+_HUES = _hues()

@@ -1,0 +1,162 @@
+"""The signature of an effect: the colour differences that it makes at its typical size on the un-aged default display.
+
+There are two differences. ``whole`` compares the display with the effect to the display without it. ``rest`` compares
+the display with the effect to the paper's model, which takes white and primaries as measured on that display at every
+hour. A change of white and primaries alone therefore leaves no ``rest``, and readings cannot show it under the baseline
+that measures them anew.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.colorimetry import D65, delta_e_2000, linear_to_lab, xyY_to_xyz, xyz_to_linear
+from lutgen.display import Tips, default_display
+from lutgen.display.trace import SELECTION_STAGE, panel, reported
+from lutgen.effects import Scene
+from lutgen.effects.scene import LIFE_H
+from lutgen.effects.spectra import SpectralDisplay, class_of
+from lutgen.measurements import read_measurements
+from lutgen.measurements.conditions import COLUMNS
+from lutgen.numerals import spaced
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from lutgen.colorimetry import Array
+    from lutgen.effects import Effect
+
+
+#: Code values over which the size of an effect is stated: greys, primaries, secondaries, pale and dark mixtures.
+CODES = np.array(
+    [
+        *np.repeat(np.linspace(0.0, 1.0, 11)[:, np.newaxis], 3, axis=1),
+        *np.vstack([level * (1 - np.eye(3)) for level in (0.5, 1.0)]),
+        *np.vstack([level * np.eye(3) for level in (0.25, 0.5, 0.75, 1.0)]),
+        *((0.9, 0.7, 0.8), (0.8, 0.55, 0.7), (0.6, 0.3, 0.5), (0.4, 0.35, 0.6), (0.95, 0.9, 0.93)),
+    ]
+)
+
+#: ΔE2000 below which an effect counts as none, and share of an effect below which the tips absorb all of it.
+LEAST, ABSORBED = 0.005, 0.02
+
+
+@dataclass(frozen=True)
+class _Applied:
+    effect: Effect
+    values: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Colours with an effect. All CIE L*a*b* of the un-aged white, (n, 3).
+
+    Attributes
+    ----------
+    aged, new, model
+        With the effect; without it; by the paper's model through the tips that the aged display has at that hour.
+
+    """
+
+    aged: Array
+    new: Array
+    model: Array
+
+    @property
+    def whole(self) -> Array:
+        """ΔE2000 that the effect makes, (n,)."""
+        return delta_e_2000(self.aged, self.new)
+
+    @property
+    def rest(self) -> Array:
+        """ΔE2000 that remains beside tips measured again, (n,)."""
+        return delta_e_2000(self.aged, self.model)
+
+
+@dataclass(frozen=True)
+class Signature:
+    """An effect of its typical size.
+
+    Attributes
+    ----------
+    effect
+        The effect.
+    conditions
+        The columns that it needs, at values where it shows.
+
+    """
+
+    effect: Effect
+    conditions: Mapping[str, float]
+
+    @classmethod
+    def of(cls, effect: Effect) -> Signature:
+        """Choose conditions under which the effect is visible: off the centre, in a lit room, cold, …, as it needs."""
+        shown = {name: COLUMNS[name].shown for name in effect.needs}
+        if "window" in shown or "surround" in shown:
+            shown = {name: COLUMNS[name].shown for name in ("window", "surround")} | shown
+        return cls(effect, shown)
+
+    def seen(self, code: Array, hours: Array | float, conditions: Mapping[str, Array] | None = None) -> Difference:
+        """Compute the colours of ``code``, (n or 1, 3), at ``hours``, (n or 1,), under ``conditions``, (n, 1)."""
+        tips, light = _display()
+        columns: dict[str, Any] = {name: np.full((1, 1), value) for name, value in self.conditions.items()}
+        columns |= conditions or {}
+        hours = np.reshape(hours, (-1, 1)).astype(np.float64)
+        count = max(len(code), len(hours), *(len(column) for column in columns.values()), 1)
+        rest = Scene(
+            hours=np.broadcast_to(hours, (count, 1)),
+            code=np.broadcast_to(code, (count, 3)),
+            white=tips[np.newaxis, 0],
+            fresh_white=tips[np.newaxis, 0],
+            light=light,
+        )
+        without = panel([], rest, self._selection)
+        measured = [self._report(replace(rest, code=np.broadcast_to(drive, (count, 3)))) for drive in _DRIVES]
+        aged = self._report(replace(rest, **columns))
+        return Difference(
+            *(_lab(xyz, tips[0]) for xyz in (aged, without.emit(tips), without.emit(np.stack(measured, axis=-2))))
+        )
+
+    @property
+    def _selection(self) -> str:
+        """Selection of the paper's matrix: without its jumps, except for the effect that consists of them."""
+        return "nearest" if self.effect.stage == SELECTION_STAGE else "continuous"
+
+    def _report(self, scene: Scene) -> Array:
+        applied = [_Applied(self.effect, self.effect.typical())]
+        tips = _display()[0][np.newaxis]
+        return np.broadcast_to(reported(applied, panel(applied, scene, self._selection), tips, scene), scene.code.shape)
+
+    def sentence(self) -> str:
+        """Say how large the effect is, for which colour, and which share remains when the tips are measured anew."""
+        sizes = {hours: self.seen(CODES, hours) for hours in (0.0, LIFE_H / 2, LIFE_H)}
+        hour = max(sizes, key=lambda hours: float(sizes[hours].whole.max()))
+        whole, rest = sizes[hour].whole, sizes[hour].rest
+        if whole.max() < LEAST:
+            return "At its typical size it changes none of the colours and conditions that are drawn."
+        code = ", ".join(f"{value:g}" for value in CODES[int(np.argmax(whole))])
+        left = float(np.sqrt((rest**2).sum() / (whole**2).sum()))
+        size = f"Up to {whole.max():.2g} ΔE2000 (code {code} at {spaced(hour)} h), {whole.mean():.2g} in the mean. "
+        if left < ABSORBED:
+            return f"{size}Tips measured again absorb it all: --baseline fresh sees it."
+        return f"{size}Beside tips measured again, {left:.0%} of that is left."
+
+
+_DRIVES = np.vstack([np.ones(3), np.eye(3)])
+
+
+@cache
+def _display() -> tuple[Array, SpectralDisplay]:
+    """Tips of the default display at hour 0, (4, 3) in cd/m², and its light."""
+    readings = read_measurements(default_display())
+    tips = xyY_to_xyz(Tips.of(readings).xyY[0])
+    return tips, SpectralDisplay.of(class_of(readings.metadata.get("display", "")), tips)
+
+
+def _lab(xyz: Array, white: Array) -> Array:
+    return linear_to_lab(xyz_to_linear(xyz / white * D65))

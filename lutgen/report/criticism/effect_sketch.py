@@ -1,0 +1,130 @@
+"""The Python file of a new effect, for an error that no known effect explains: a first sketch."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, NamedTuple
+
+from lutgen.criticism.probes import probe
+from lutgen.criticism.verdict import strongest
+from lutgen.effects import STAGES
+
+if TYPE_CHECKING:
+    from lutgen.criticism.diagnose import Diagnosis
+
+#: Suggested name of the file, and the name of the effect in it.
+STUB_FILE, STUB_NAME = "my_effect.py", "my-effect"
+
+
+class Sketch(NamedTuple):
+    """The pattern of a kind of effect: stage, needed columns, meaning of its size, formula with ``{size}``, bounds."""
+
+    stage: str
+    needs: tuple[str, ...]
+    meaning: str
+    formula: str
+    range: str = "0.01, (-0.5, 0.5)"
+
+
+_LEVEL = Sketch("transfer", (), "change of the exponent", "linear ** (1.0 + {size})")
+_MIXING = Sketch(
+    "mixing",
+    (),
+    "share of a channel's light that each other channel takes",
+    "linear * (1.0 - {size} * (linear.sum(axis=-1, keepdims=True) - linear))",
+)
+_ADDED = Sketch("optics", (), "share of white's light that is added", "xyz + {size} * scene.white")
+_CAPPED = Sketch("instrument", (), "cd/m² that the meter adds in the dark", "xyz + {size}")
+
+
+def _light(need: str, factor: str, what: str, **given: str) -> Sketch:
+    return Sketch("optics", (need,), f"share of the light {what}", f"xyz * (1.0 + {{size}} * {factor})", **given)
+
+
+#: Pattern of the name of what the remaining error follows → sketch; the first pattern that matches is used.
+FOLLOWS = {
+    r"light added by (room light|ambient)": Sketch(
+        "viewing",
+        ("ambient_lx",),
+        "light per lux, as a share of white",
+        "xyz + {size} * scene.ambient_lx * scene.white",
+        "0.00001, (-0.001, 0.001)",
+    ),
+    r"light added before": _CAPPED,
+    r"light added (everywhere|to black)": _ADDED,
+    r".*\b(side)": _light("u", "(2.0 * scene.u - 1.0)", "at the right edge"),
+    r".*\b(height)": _light("v", "(2.0 * scene.v - 1.0)", "at the lower edge"),
+    r".*\b(distance|position)": Sketch(
+        "optics", ("u", "v"), "share of the light in the corners", "xyz * (1.0 + {size} * scene.radius**2)"
+    ),
+    r".*\b(room light|ambient)": _light(
+        "ambient_lx", "scene.ambient_lx / (scene.ambient_lx + 100.0)", "in a bright room"
+    ),
+    r".*\bminutes, slower": _light("warmup_min", "np.exp(-scene.warmup_min / 25.0)", "at power-on"),
+    r".*\b(minutes|cold)": _light("warmup_min", "np.exp(-scene.warmup_min / 5.0)", "at power-on"),
+    r".*\b(window)": Sketch(
+        "mixing", ("window",), "share of the light in a small window", "linear * (1.0 + {size} * (1.0 - scene.window))"
+    ),
+    r".*\b(surround)": Sketch(
+        "mixing", ("surround",), "share of the light in a white surround", "linear * (1.0 + {size} * scene.surround)"
+    ),
+    r".*\b(temperature|heat)": _light(
+        "temperature_c", "(scene.temperature_c - 25.0)", "a kelvin", range="0.005, (-0.05, 0.05)"
+    ),
+    r".*(×|secondary|mixture)": _MIXING,
+    r".*(level|red|green|blue|grey)": _LEVEL,
+    r"lens cap": _CAPPED,
+    r"black": _ADDED,
+    r"": Sketch("optics", (), "share of the light", "xyz * (1.0 + {size})"),
+}
+
+#: Pattern of the same name → the component of X, Y, Z, or the channel, that the size acts on.
+_PARTS = {
+    r"light.* in X$": "np.array([1.0, 0.0, 0.0])",
+    r"light.* in Z$": "np.array([0.0, 0.0, 1.0])",
+    r"light by red near": "np.array([1.0, 0.0, 0.0])",
+    r"light by green near": "np.array([0.0, 1.0, 0.0])",
+    r"light by blue near": "np.array([0.0, 0.0, 1.0])",
+}
+
+
+def stub(diagnosis: Diagnosis) -> str:
+    """Return the Python source of an effect that follows the error that the model leaves."""
+    follows = probe(diagnosis.explanation.base, diagnosis.error).names
+    where, course = strongest(diagnosis.explanation)
+    if follows:
+        return sketched(follows[0], misfit=f"it follows {' and '.join(follows[:2])}")
+    return sketched(f"{where}, {course}", misfit=f"it is strongest in the readings called '{where}', {course}")
+
+
+def sketched(name: str, *, misfit: str) -> str:
+    """Return the Python source of an effect whose formula follows a probe, or readings, of this ``name``.
+
+    The source keeps the contract of effects without any change.
+    """
+    sketch = next(each for pattern, each in FOLLOWS.items() if re.match(pattern, name))
+    part = next((each for pattern, each in _PARTS.items() if re.match(pattern, name)), "")
+    growing = "growing" in name
+    size = " * ".join(["size", *(["scene.tau"] if growing else []), *([part] if part else [])])
+    formula = sketch.formula.format(size=size)
+    signal = formula.partition(" ")[0]
+    imports = "import numpy as np\n\n" if "np." in formula else ""
+    needs = f"    needs={_tuple(sketch.needs)},\n" if sketch.needs else ""
+    return (
+        f'"""What happens, in one sentence; then the mechanism and where it is described.\n\n'
+        f"Misfit to be explained: {misfit}.\n"
+        f'"""\n\n{imports}'
+        f"from lutgen.effects import Parameter, effect\n\n\n"
+        f"@effect(\n"
+        f'    stage="{sketch.stage}",  # {signal}: {STAGES[sketch.stage]}\n'
+        f'    neutral={{"size": 0.0}},\n'
+        f"{needs}"
+        f'    size=Parameter({sketch.range}, "1", "{sketch.meaning}{" at 18 000 h" if growing else ""}"),\n'
+        f")\n"
+        f"def {STUB_NAME.replace('-', '_')}({signal}, scene, *, size):\n"
+        f"    return {formula}\n"
+    )
+
+
+def _tuple(names: tuple[str, ...]) -> str:
+    return f"({', '.join(f'{chr(34)}{name}{chr(34)}' for name in names)}{',' if len(names) == 1 else ''})"

@@ -1,0 +1,101 @@
+"""The picture of a trend: white, contrast, colour and γ over time, with laws, intervals and limits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.report.drawing.figure import BAND, BLACK, BLUE, GREY, RED, picture, tidy
+from lutgen.report.history.explanation import simulated
+from lutgen.report.history.trend import headline
+from lutgen.sessions.history import QUANTITIES
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from matplotlib.axes import Axes
+
+    from lutgen.sessions.trend import Trend
+
+#: Headroom above and below what is drawn, as a share of its reach.
+_ROOM = 0.12
+
+
+def plot_trend(trend: Trend, path: Path, *, force: bool = False) -> None:
+    """Draw a trend: the same bytes on every run. Raises LutgenError where it cannot be written."""
+    foot = (
+        "Dots: sessions; crosses: left out, since something else than the display changed. Line: the law that AICc "
+        "chose; dashed and pale: extrapolated; band: 90 %, from a bootstrap that chooses the law anew. Orange: limits."
+    )
+    title = headline(trend)
+    second = " ".join(simulated(trend.history.campaign))
+    with picture(path, title, second=second, foot=foot, height=8.6, force=force) as (figure, low, high):
+        grid = figure.add_gridspec(
+            2, 3, left=0.05, right=0.985, bottom=low + 0.07, top=high - 0.05, wspace=0.2, hspace=0.36
+        )
+        end = _until(trend)
+        for place, name in enumerate(QUANTITIES):
+            _draw(figure.add_subplot(grid[place // 3, place % 3]), trend, name, end)
+
+
+def _until(trend: Trend) -> float:
+    """Return the right end of the axis: beyond the last session, and beyond limits within four times its time."""
+    last = float(trend.history.time[-1])
+    ahead = [each.time for each in trend.passings if each.status == "ahead" and each.time is not None]
+    return max([1.25 * last, *(1.15 * time for time in ahead if time <= 4.0 * last)])
+
+
+def _draw(axes: Axes, trend: Trend, name: str, end: float) -> None:
+    seen, course = trend.history, trend.courses[name]
+    last = float(seen.time[-1])
+    values = seen.values[name]
+    law = f": {course.fits[0].law.name}" if course.fits else ""
+    axes.set_title(f"{QUANTITIES[name]}{law}", fontsize=12, loc="left")
+    axes.axvspan(last, end, color="#f4f4f4", linewidth=0, zorder=0)
+    drawn = trend.ahead <= end
+    if course.fits:
+        time = trend.ahead[drawn]
+        axes.fill_between(time, course.low[drawn], course.high[drawn], color=BAND, linewidth=0, alpha=0.8)
+        inside = time <= last
+        axes.plot(time[inside], course.curve[drawn][inside], color=BLUE, linewidth=2.0)
+        axes.plot(time[~inside], course.curve[drawn][~inside], "--", color=BLUE, linewidth=1.4, alpha=0.7)
+    for chosen, mark, colour in ((trend.kept, "o", BLACK), (np.logical_not(trend.kept), "x", GREY)):
+        axes.plot(seen.time[chosen], values[chosen], mark, color=colour, markersize=6)
+    low, high = _reach(trend, name, drawn)
+    for each in trend.passings:
+        if each.limit.quantity == name and np.isfinite(each.bound):
+            axes.axhline(each.bound, color=RED, linewidth=1.3)
+            axes.annotate(
+                each.limit.text, (0.01, each.bound), (0, 4), xycoords=axes.get_yaxis_transform(),
+                textcoords="offset points", color=RED, fontsize=9,
+            )  # fmt: skip
+            if each.status == "ahead" and each.time is not None and each.time <= end:
+                axes.plot(each.time, each.bound, "o", markersize=9, markerfacecolor="none", markeredgecolor=RED)
+    axes.set(xlim=(-0.02 * end, end), ylim=(low, high), xlabel=f"{seen.unit} since the first session")
+    axes.text(
+        0.5 * (last + end),
+        1.0,
+        "ahead",
+        transform=axes.get_xaxis_transform(),
+        ha="center",
+        va="top",
+        fontsize=9,
+        color=GREY,
+    )
+    tidy(axes)
+
+
+def _reach(trend: Trend, name: str, drawn: np.ndarray) -> tuple[float, float]:
+    """Return the lowest and the highest value of the axis: at least ± 3 σ, so that noise does not look like a fault."""
+    values, errors = trend.history.values[name], trend.history.errors[name]
+    finite = values[np.isfinite(values)]
+    if not finite.size:
+        return 0.0, 1.0
+    course = trend.courses[name]
+    spread = 3.0 * float(np.nanmax(errors))
+    bounds = [each.bound for each in trend.passings if each.limit.quantity == name and np.isfinite(each.bound)]
+    shown = [*finite, finite[0] - spread, finite[0] + spread, *bounds, *(course.curve[drawn] if course.fits else ())]
+    low, high = float(np.min(shown)), float(np.max(shown))
+    room = _ROOM * (high - low)
+    return (max(low - room, -0.0) if name.endswith("shift") else low - room), high + room

@@ -1,0 +1,119 @@
+"""The page of ``lutgen study power``: the differences that a study of this size finds, and the power of the paper."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lutgen.numerals import percent
+from lutgen.report.parts import Headline, Table
+from lutgen.study.power import ALPHA, FISHER, LEAST, MOST, ONE_TAILED, TARGET, TWO_SIDED
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from lutgen.report.parts import Part
+    from lutgen.study.power import Power, Seen
+
+#: Test → its name in tables.
+TESTS = {TWO_SIDED: "t, two-sided", ONE_TAILED: "t, one-tailed", FISHER: "Fisher, one-tailed"}
+
+#: Assumptions behind the figures.
+ASSUMED = (
+    "Standard deviations: the paper's (Avanaki et al. 2015, Table 2: 95 % intervals read as ± 1.96 standard errors of "
+    "39, 40 and 40 answers), pooled. Agreement: exact, from the paper's 27 of 39 un-aged. Your readers and images will "
+    "differ. Ease of reading lies near the top of its scale, where t is an approximation."
+)
+SEVERAL = (
+    "With several readers answers are not independent: the figures hold for these readers on such images, not for "
+    "readers at large."
+)
+
+
+def power_page(power: Power) -> Iterator[Part]:
+    """Yield what ``lutgen study power`` prints."""
+    yield Headline(headline(power))
+    yield ""
+    yield from detectable_part(power)
+    yield ""
+    yield "Power to find differences as large as the paper saw, if they are true:"
+    yield seen_table(power)
+    yield ""
+    yield in_the_paper(power)
+    yield ASSUMED
+    if power.readers > 1:
+        yield SEVERAL
+
+
+def headline(power: Power) -> str:
+    """Say how often the paper's fall of agreement is found, and how many answers the target power takes."""
+    seen = _agreement(power)
+    first, second = (f"{100 * value:.1f} %" for value in seen.values)
+    counted = "1 answer" if power.answers == 1 else f"{power.answers} answers"
+    return (
+        f"With {counted} per condition a fall of agreement from {first} to {second}, as the paper saw for chroma, is "
+        f"found {percent(seen.yours)} of the time; {percent(TARGET)} takes {seen.needed} answers."
+    )
+
+
+def in_the_paper(power: Power) -> str:
+    """Say which power the paper had to find the fall of agreement that it saw."""
+    seen = _agreement(power)
+    return (
+        f"The paper's own numbers find such a fall of agreement {percent(seen.paper)} of the time: that it was not "
+        "significant for chroma (p 0.066) says little, and that it was for chroma-luma (p 0.042) took some luck. Power "
+        "at a difference that was seen, not known, is no surer than that difference."
+    )
+
+
+def detectable_part(power: Power, *, agreement: bool = True) -> Iterator[Part]:
+    """Yield the smallest detectable differences, or why there are none; ``agreement``: whether the plan measures it."""
+    if power.answers < LEAST:
+        yield "One answer per condition has no variance: no test can be made. Plan at least 2, better 40."
+        return
+    yield f"Found {percent(TARGET)} of the time at a level of {percent(ALPHA)}, per comparison:"
+    rows = []
+    for each in power.detectable:
+        if each.base is not None and not agreement:
+            continue
+        if each.smallest is None:
+            smallest = "none"
+        elif each.base is not None:
+            smallest = f"{100 * each.base:.1f} % falls to {100 * (each.base - each.smallest):.1f} %"
+        else:
+            smallest = amount(each.measure, each.smallest)
+        rows.append((each.measure, TESTS[each.test], smallest))
+    yield Table(("measure", "test", "smallest difference"), rows, words=range(2))
+
+
+def seen_table(power: Power) -> Table:
+    """Tabulate the power for each difference of the paper's Tables 2 and 3."""
+    heads = ("between", "the paper saw", "test", "in the paper", f"with {power.answers}", f"{percent(TARGET)} takes")
+    rows = [
+        (
+            each.measure,
+            " – ".join(each.between),
+            seen_values(each),
+            TESTS[each.test],
+            percent(each.paper),
+            percent(each.yours),
+            f"> {MOST}" if each.needed is None else str(each.needed),
+        )
+        for each in power.seen
+    ]
+    return Table(("measure", *heads), rows, words=range(4))
+
+
+def amount(measure: str, value: float) -> str:
+    """Write a difference with its unit."""
+    return f"{value:.1f} s" if measure == "time" else f"{value:.2f} steps"
+
+
+def seen_values(each: Seen) -> str:
+    """Write what the paper saw under both conditions: 41.0 → 50.1 s."""
+    scale, unit = {"time": (1, " s"), "ease": (1, ""), "agreement": (100, " %")}[each.measure]
+    return f"{scale * each.values[0]:.1f} → {scale * each.values[1]:.1f}{unit}"
+
+
+def _agreement(power: Power) -> Seen:
+    """Return the paper's first comparison of agreement, by the test that the paper used."""
+    return next(each for each in power.seen if (each.measure, each.test) == ("agreement", ONE_TAILED))
