@@ -25,7 +25,7 @@ from lutgen.appearance.cohort.task import Asked, Outcome
 from lutgen.appearance.curve import STATISTICS
 from lutgen.appearance.difference import few_threads, threads
 from lutgen.bindings import oiio
-from tests.cohort_slides import HOURS, break_slide, deadly_model, deadly_slide, make_slides, model
+from tests.cohort_slides import HOURS, break_slide, deadly_model, make_slides, model, seven_colours
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -308,7 +308,7 @@ def test_a_process_that_is_killed_loses_nothing_and_a_slide_that_kills_is_named(
     tmp_path: Path, written: list[str]
 ) -> None:
     files = make_slides(tmp_path / "in", 4)
-    deadly = deadly_slide(tmp_path / "in/deadly.png")
+    deadly = seven_colours(tmp_path / "in/deadly.png")
     broken = break_slide(make_slides(tmp_path / "more", 1)[0])
     display = deadly_model(tmp_path, order=True)
     assert (tmp_path / "order").exists()
@@ -370,7 +370,7 @@ def test_a_cluster_whose_worker_is_killed_loses_nothing_and_counts_nothing_twice
 def test_a_slide_under_which_dask_workers_die_is_named_and_the_others_finish(tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
     files = make_slides(tmp_path / "in", 3)
-    deadly = deadly_slide(tmp_path / "in/deadly.png")
+    deadly = seven_colours(tmp_path / "in/deadly.png")
     display = deadly_model(tmp_path, order=False)
     # The only worker: it is started again each time.
     with distributed.LocalCluster(

@@ -127,9 +127,9 @@ def test_the_size_that_is_said_to_be_smallest_is_that_of_the_visibility_table() 
 
 def test_the_rehearsal_is_the_same_twice_and_short() -> None:
     effect = parse(OWN["stairs"])
-    start = time.perf_counter()
+    start = time.process_time()
     first = rehearse(effect, readings("full"), BUILT_IN)
-    assert time.perf_counter() - start < 15.0
+    assert time.process_time() - start < 15.0
     assert first == rehearse(effect, readings("full"), BUILT_IN)
 
 
