@@ -28,30 +28,6 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.numbers
 
-#: The keys that criticism.md promises.
-PROMISED: dict[str, dict[str, Any]] = {
-    "compare": {
-        "schema": {}, "data": {"file": {}, "sha256": {}, "readings": {}, "hours": {}}, "baseline": {},
-        "noise": {"relative": {}, "floor_cd_m2": {}, "session": {}, "source": {}},
-        "error": {"delta_e_mean": {}, "delta_e_p95": {}, "delta_e_max": {}, "rms_sigma": {}},
-        "floor": {"delta_e_mean": {}, "delta_e_p95": {}, "delta_e_max": {}, "rms_sigma": {}},
-        "where": {"by": {}, "slice": {}, "n": {}, "delta_e_mean": {}, "rms_sigma": {}, "mean_residual_xyz": {}},
-    },
-    "diagnose": {
-        "verdict": {}, "sentence": {}, "effects": {}, "rivals": {},
-        "ranking": {"effect": {}, "delta_bic": {}, "rms_sigma": {}, "held_out_rms_sigma": {}, "explained": {},
-                    "absorbed": {}, "parameters": {}},
-        "visibility": {"effect": {}, "visible": {}, "smallest_detectable": {}, "unit": {}, "absorbed": {}},
-    },
-    "refine": {
-        "before": {"rms_sigma": {}}, "steps": {"added": {}, "error": {"rms_sigma": {}}}, "after": {"rms_sigma": {}},
-        "floor": {"rms_sigma": {}}, "parameters": {"black-level": {"new": {"value": {}, "stderr": {}, "unit": {},
-                                                                          "at_bound": {}}}}, "model": {},
-    },
-    "plan": {"sentence": {}, "patches": {"R": {}, "G": {}, "B": {}}},
-}  # fmt: skip
-
-
 #: Data sets that every command is asked of.
 SETS = ("leak", "healthy", "tips only", "one hour")
 
@@ -125,29 +101,6 @@ def test_schemas_name_what_the_library_has() -> None:
 @pytest.mark.parametrize("name", OUTPUTS)
 def test_what_is_written_is_as_its_schema_says(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     validator(name.partition(" ")[0]).validate(strict(name, capsys))
-
-
-def missing(promised: dict[str, Any], content: Any) -> list[str]:
-    """Keys that are promised and not there; of a list, in its first entry."""
-    if isinstance(content, list):
-        return missing(promised, content[0]) if content else []
-    found = [key for key in promised if key not in content]
-    return found + [
-        name for key, inner in promised.items() if key not in found for name in missing(inner, content[key])
-    ]
-
-
-@pytest.mark.parametrize("name", OUTPUTS)
-def test_the_promised_keys_are_there(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    command = name.partition(" ")[0]
-    promised = PROMISED[command] | (PROMISED["compare"] if command == "diagnose" else {})
-    if name == "refine auto":
-        promised = promised | {"parameters": {}}
-    assert missing(promised, strict(name, capsys)) == []
-
-
-def test_the_reader_of_keys_sees_what_is_missing() -> None:
-    assert missing({"a": {"b": {}}, "c": {}}, {"a": [{"x": 1}]}) == ["c", "b"]
 
 
 @pytest.mark.parametrize(
