@@ -232,6 +232,7 @@ def test_certificates_are_as_good_as_expected(
     assert max(exact[group]["max"] for group in ("smooth", "gamut", "border")) <= 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings(
     # colour-science says at import which optional packages it would also use; nothing here needs them.
     "ignore::colour.utilities.ColourUsageWarning"
@@ -615,6 +616,7 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     return contents(build.folder)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="watches processes through /proc")
 @pytest.mark.parametrize("seed", range(8))
 def test_kill_9_leaves_whole_files_and_the_next_build_completes(
@@ -644,6 +646,7 @@ def test_kill_9_leaves_whole_files_and_the_next_build_completes(
         build.clear()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="watches processes through /proc")
 def test_the_workers_of_a_killed_build_do_not_outlive_it(tmp_path: Path) -> None:
     """They would write into a folder that the next build owns, and then wait for ever."""

@@ -213,6 +213,7 @@ def test_nothing_is_replaced_without_force(option: str, run: Callable[..., Done]
 # An interruption ------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows interrupts in its own way")
 def test_an_interrupted_run_keeps_what_is_finished_and_goes_on(tmp_path: Path) -> None:
     """Both processes wait at a slide, before the last three: three results are there, and no fourth can come."""

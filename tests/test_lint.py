@@ -251,6 +251,7 @@ print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) >> 10, found
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [150, 100_000])
 def test_memory_does_not_grow_with_the_file_or_with_what_its_header_says(size: int, tmp_path: Path) -> None:
     small, large = tmp_path / "small.cube", tmp_path / "large.cube"

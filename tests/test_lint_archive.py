@@ -163,6 +163,7 @@ print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) >> 10)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".ocioz", ".icc", ".png"])
 def test_a_gigabyte_is_not_read_into_memory(suffix: str, tmp_path: Path) -> None:
     small, large = tmp_path / f"small{suffix}", tmp_path / f"large{suffix}"

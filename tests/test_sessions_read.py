@@ -21,6 +21,8 @@ from lutgen.measurements.sessions import read_session, session_formats
 from tests.session_files import DRIVE, LEAK, WHITE_CD_M2, curves, light, ti3
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from lutgen.colorimetry import Array
     from lutgen.measurements.session import Session
 
@@ -304,16 +306,16 @@ def test_ten_thousand_patches_are_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "content",
     [
-        b"CTI3\nBEGIN_DATA_FORMAT\n" + b" ".join(b"F%d" % n for n in range(300_000)),
-        b'CTI3\nDESCRIPTOR "' + 4_000_000 * b'""',
-        b"CTI3\n" + 4_000_000 * b"\n",
-        ti3().replace(LINES[ROW].split()[5], 3_000_000 * "9").encode(),
-        ti3().replace("Tue May 26", 1_000_000 * "1-").encode(),
-        b"R,G,B,X,Y,Z," + b",".join(b"c%d" % n for n in range(300_000)) + b"\n1,1,1,1,1,1\n",
-        b"#" + 1_000_000 * b"a " + b"\nR,G,B,X,Y,Z\n0,0,0,0,0,0\n",
-        b"R,G,B,X,Y,Z\n" + 200_000 * b"1,1,1,90,100,110\n",
-        b'R,G,B,X,Y,Z\n1,1,1,1,1,"' + 200_000 * b"9",
-        b"position,row,col,level_index,X,Y,Z\n0,0,0,0,1,1," + 200_000 * b"9",
+        lambda: b"CTI3\nBEGIN_DATA_FORMAT\n" + b" ".join(b"F%d" % n for n in range(300_000)),
+        lambda: b'CTI3\nDESCRIPTOR "' + 4_000_000 * b'""',
+        lambda: b"CTI3\n" + 4_000_000 * b"\n",
+        lambda: ti3().replace(LINES[ROW].split()[5], 3_000_000 * "9").encode(),
+        lambda: ti3().replace("Tue May 26", 1_000_000 * "1-").encode(),
+        lambda: b"R,G,B,X,Y,Z," + b",".join(b"c%d" % n for n in range(300_000)) + b"\n1,1,1,1,1,1\n",
+        lambda: b"#" + 1_000_000 * b"a " + b"\nR,G,B,X,Y,Z\n0,0,0,0,0,0\n",
+        lambda: b"R,G,B,X,Y,Z\n" + 200_000 * b"1,1,1,90,100,110\n",
+        lambda: b'R,G,B,X,Y,Z\n1,1,1,1,1,"' + 200_000 * b"9",
+        lambda: b"position,row,col,level_index,X,Y,Z\n0,0,0,0,1,1," + 200_000 * b"9",
     ],
     ids=[
         "columns",
@@ -328,9 +330,10 @@ def test_ten_thousand_patches_are_read(tmp_path: Path) -> None:
         "digits of a grid",
     ],
 )
-def test_files_made_to_be_slow_or_large_end_soon(tmp_path: Path, content: bytes) -> None:
+def test_files_made_to_be_slow_or_large_end_soon(tmp_path: Path, content: Callable[[], bytes]) -> None:
+    data = content()
     started = time.process_time()
-    check_read_or_refused(tmp_path / "slow", content)
+    check_read_or_refused(tmp_path / "slow", data)
     assert time.process_time() - started < 8.0  # a quadratic step would take minutes
 
 
