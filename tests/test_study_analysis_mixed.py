@@ -87,6 +87,7 @@ def test_agreement_of_one_reader_is_a_logistic_regression_whose_estimates_are_od
     assert widths == pytest.approx(list(plain.bse[1:]), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_planted_effects_lie_in_the_intervals_and_spreads_near_what_was_planted() -> None:
     reader = SimulatedReader()
     model = models(answers(1, readers=5))["time"]
