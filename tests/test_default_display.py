@@ -55,6 +55,7 @@ def lifetimes(model: DisplayModel, whole: Colours) -> dict[str, tuple[float, ...
     return {mode: curve.lifetimes(mode) for mode in PAPER}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", PAPER)
 def test_the_lifetimes_on_the_named_slide_are_those_of_table_1(
     lifetimes: dict[str, tuple[float, ...]], mode: str
@@ -138,6 +139,7 @@ def test_a_tolerance_that_is_never_passed_has_no_lifetime(model: DisplayModel) -
     assert np.isnan(Curve(model, black).lifetimes("chroma")).all()
 
 
+@pytest.mark.slow
 def test_the_report_sets_ours_beside_the_papers(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], model: DisplayModel, lifetimes: dict[str, tuple[float, ...]]
 ) -> None:
