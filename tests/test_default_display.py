@@ -177,6 +177,7 @@ def test_other_pixels_and_a_missing_slide_are_refused(
         table1.slide()
 
 
+@pytest.mark.slow
 def test_the_readme_says_what_lifetime_finds(model: DisplayModel, tmp_path: Path) -> None:
     tables = [
         [cell.strip() for cell in row.strip("|").split("|")]
