@@ -5,15 +5,21 @@ OCIO ?=
 ARGS ?=
 PYTHON := .venv/bin/python
 
+# Without compiled files each process of the tests would compile lutgen and all tests anew: 10 s each.
+unexport PYTHONDONTWRITEBYTECODE
+
 # Fits are thousands of small matrices, on which the threads of BLAS only wait for one another.
 ALONE := OPENBLAS_NUM_THREADS=1
 
-.PHONY: help setup programs demo test lint bench consumers hidden sessions figures configs check-configs display table1 dist clean
+# A process that has nothing left to do takes tests from another.
+PYTEST := $(PYTHON) -m pytest --numprocesses auto --dist worksteal
+
+.PHONY: help setup programs demo test test-all test-other lint bench consumers hidden sessions figures configs check-configs display table1 dist clean
 
 help: ## say what can be made (this)
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
 	@echo 'OCIO=debian or OCIO=wheels after any of them says where OpenColorIO comes from.'
-	@echo 'ARGS="..." goes to pytest (make test), or to the program of make bench and make hidden.'
+	@echo 'ARGS="..." goes to pytest (make test, make test-all), or to the program of make bench and make hidden.'
 
 setup: ## make .venv, with all that lutgen needs; does nothing when it is there
 	@.ci/setup venv $(OCIO)
@@ -24,8 +30,16 @@ programs: setup # the programs that tests drive from outside: oiiotool, ffmpeg, 
 demo: setup ## a real tissue image on an aged display; prints the path of the picture
 	@$(PYTHON) examples/demo.py
 
-test: lint programs ## style, types and all tests
-	@$(ALONE) $(PYTHON) -m pytest --numprocesses auto --dist loadfile $(ARGS)
+test: lint ## style, types and the quick tests: four minutes on two cores
+	@$(ALONE) $(PYTEST) -m 'not slow' $(ARGS)
+
+test-all: programs ## what `make test` leaves out: slow tests, tests with programs, the other OpenColorIO
+	@$(ALONE) $(PYTEST) -m slow $(ARGS)
+	@if grep -q ^debian .venv/lutgen-setup; then $(MAKE) --no-print-directory test-other OCIO=wheels; fi
+
+# What never touches OpenColorIO or OpenImageIO is the same with any make of them, and so are the texts' examples.
+test-other: programs
+	@$(ALONE) $(PYTEST) -m 'not numbers and not texts' $(ARGS)
 
 lint: setup ## style and types
 	@$(PYTHON) -m ruff check --quiet
@@ -35,7 +49,7 @@ lint: setup ## style and types
 bench: programs ## how fast, against other programs
 	@$(ALONE) $(PYTHON) -m examples.bench $(ARGS)
 
-consumers: programs ## how real programs render our files: errors in 8-bit codes
+consumers: programs ## what real programs do with our files, by version, and whether lutgen says so
 	@$(PYTHON) -m tests.consumers
 
 # 450 data sets at three noise levels: ten minutes on two cores; ARGS="--per-kind 40" narrows the intervals.

@@ -1,4 +1,4 @@
-"""Slides for the tests of cohorts, and an effect under which worker processes die."""
+"""Slides for the tests of cohorts, and effects under which worker processes die, or wait."""
 
 from __future__ import annotations
 
@@ -48,6 +48,27 @@ def deadly_glow(xyz, scene, *, glow):
     return xyz + glow * scene.tau * scene.white
 '''
 
+#: Glows; but never ends with an image of seven colours while there is a file `gate` beside it.
+WAITING = '''\
+"""Glue glows."""
+
+import time
+from pathlib import Path
+
+from lutgen.effects import Parameter, effect
+
+
+@effect(
+    stage="optics",
+    neutral={"glow": 0.0},
+    glow=Parameter(0.002, (0.0, 0.05), "1", "light that is added, as a share of white's, at 18 000 h"),
+)
+def waiting_glow(xyz, scene, *, glow):
+    while len(xyz) == 7 and Path(__file__).with_name("gate").exists():
+        time.sleep(0.01)
+    return xyz + glow * scene.tau * scene.white
+'''
+
 
 def model() -> DisplayModel:
     return DisplayModel(read_measurements(default_display()))
@@ -55,11 +76,20 @@ def model() -> DisplayModel:
 
 def deadly_model(folder: Path, *, order: bool) -> DisplayModel:
     """A model with the effect; a process dies of it once where that is an `order`."""
-    file = folder / "deadly.py"
-    file.write_text(DEADLY)
     (folder / "parent").write_text(str(os.getpid()))
     if order:
         (folder / "order").touch()
+    return _glowing(folder / "deadly.py", DEADLY)
+
+
+def waiting_model(folder: Path) -> DisplayModel:
+    """A model with the effect that waits at an image of seven colours until the file `gate` is removed."""
+    (folder / "gate").touch()
+    return _glowing(folder / "waiting.py", WAITING)
+
+
+def _glowing(file: Path, source: str) -> DisplayModel:
+    file.write_text(source)
     (effect,) = imported(file)
     return replace(model(), effects=(AppliedEffect.of(effect, {"glow": 0.002}),))
 
@@ -77,8 +107,8 @@ def make_slides(folder: Path, count: int, side: int = 40) -> list[Path]:
     return files
 
 
-def deadly_slide(file: Path) -> Path:
-    """An image of seven colours."""
+def seven_colours(file: Path) -> Path:
+    """An image of seven colours, at which the effects die or wait."""
     imsave(file, np.repeat(np.arange(20, 27, dtype=np.uint8), 3).reshape(1, 7, 3), check_contrast=False)
     return file
 

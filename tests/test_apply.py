@@ -449,6 +449,7 @@ def test_the_kind_of_a_file_is_read_from_the_file(name: str, tissue: Pixels, age
     np.testing.assert_array_equal(read(tmp_path / "out.png").pixels, eight_bits(aged.code_to_code(tissue[:64] / 255.0)))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="reads the peak from /proc")
 def test_memory_does_not_grow_with_the_image(tmp_path: Path) -> None:
     script = """

@@ -17,6 +17,7 @@ from lutgen.bake.check import Budget, check, check_lut
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
 from lutgen.measurements import read_measurements
+from tests.quick import mostly_slow
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -172,7 +173,11 @@ def test_a_fresh_build_passes(built: Path) -> None:
     assert len(result.certificates) == 8
 
 
-@pytest.mark.parametrize(("name", "fault", "file", "why"), FAULTS, ids=[fault[0] for fault in FAULTS])
+@pytest.mark.parametrize(
+    ("name", "fault", "file", "why"),
+    mostly_slow(FAULTS, "another hour's LUT", "a manifest that is no JSON", "a config of another version"),
+    ids=[fault[0] for fault in FAULTS],
+)
 def test_a_fault_is_found_and_its_file_named(
     built: Path, name: str, fault: Callable[[Path], None], file: str, why: str
 ) -> None:
@@ -182,6 +187,7 @@ def test_a_fault_is_found_and_its_file_named(
     assert any(finding.path == file and why in finding.problem for finding in result.findings), result.findings
 
 
+@pytest.mark.slow
 def test_the_budget_decides(built: Path) -> None:
     assert check(built, budget=Budget(max_delta_e=0.2, p99=0.05)).passed
     failed = check(built, budget=Budget(max_delta_e=0.01))
@@ -231,6 +237,7 @@ def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
 
 
+@pytest.mark.slow
 def test_exit_codes_say_what_happened(built: Path, tmp_path: Path) -> None:
     assert run(built).returncode == 0
     (built / CUBE).unlink()
@@ -243,6 +250,7 @@ def test_exit_codes_say_what_happened(built: Path, tmp_path: Path) -> None:
     assert run(built / CLF, "--mode", "chroma", "--hours", "0").returncode == 1
 
 
+@pytest.mark.slow
 def test_a_model_file_replaces_the_manifests_model(built: Path, tmp_path: Path) -> None:
     model = tmp_path / "model.toml"
     model.write_text('schema = 1\n[display]\nfile = "mine.csv"\n[model]\nreference = "relative"\n')

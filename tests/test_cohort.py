@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from scipy.stats import binom
 from skimage.data import immunohistochemistry
 from skimage.io import imsave
 
@@ -25,7 +24,7 @@ from lutgen.appearance.cohort.task import Asked, Outcome
 from lutgen.appearance.curve import STATISTICS
 from lutgen.appearance.difference import few_threads, threads
 from lutgen.bindings import oiio
-from tests.cohort_slides import HOURS, break_slide, deadly_model, deadly_slide, make_slides, model
+from tests.cohort_slides import HOURS, break_slide, deadly_model, make_slides, model, seven_colours
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -64,6 +63,8 @@ def written(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 def test_the_interval_of_a_median_holds_it_with_95_percent_as_scipy_counts() -> None:
+    from scipy.stats import binom
+
     assert [left_out(size) for size in range(1, 6)] == [None] * 5
     for size in (*range(6, 80), 1000):
         outside = left_out(size)
@@ -304,11 +305,12 @@ def test_threads_are_shared_between_processes() -> None:
     assert threads() == (len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count())
 
 
+@pytest.mark.slow
 def test_a_process_that_is_killed_loses_nothing_and_a_slide_that_kills_is_named(
     tmp_path: Path, written: list[str]
 ) -> None:
     files = make_slides(tmp_path / "in", 4)
-    deadly = deadly_slide(tmp_path / "in/deadly.png")
+    deadly = seven_colours(tmp_path / "in/deadly.png")
     broken = break_slide(make_slides(tmp_path / "more", 1)[0])
     display = deadly_model(tmp_path, order=True)
     assert (tmp_path / "order").exists()
@@ -322,6 +324,7 @@ def test_a_process_that_is_killed_loses_nothing_and_a_slide_that_kills_is_named(
     assert found.as_json()["slides"] == alone.as_json()["slides"]
 
 
+@pytest.mark.slow
 def test_processes_that_cannot_start_are_told(tmp_path: Path) -> None:
     display = deadly_model(tmp_path, order=False)
     files = make_slides(tmp_path / "in", 2)
@@ -348,6 +351,7 @@ def dask() -> Iterator[Any]:
         yield made
 
 
+@pytest.mark.slow
 def test_a_cluster_whose_worker_is_killed_loses_nothing_and_counts_nothing_twice(
     dask: Any, tmp_path: Path, written: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -367,15 +371,17 @@ def test_a_cluster_whose_worker_is_killed_loses_nothing_and_counts_nothing_twice
     assert (again.kept, said(again)) == (6, said(alone))
 
 
+@pytest.mark.slow
 def test_a_slide_under_which_dask_workers_die_is_named_and_the_others_finish(tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
     files = make_slides(tmp_path / "in", 3)
-    deadly = deadly_slide(tmp_path / "in/deadly.png")
+    deadly = seven_colours(tmp_path / "in/deadly.png")
     display = deadly_model(tmp_path, order=False)
-    # The only worker: it is started again each time.
+    # The only worker: it is started again each time, also where it died before it was known to have started.
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address=":0"
     ) as single:
+        single.adapt(minimum=1, maximum=1, interval="200ms")
         found = cohort([deadly, *files], display, tmp_path / "run", scheduler=single.scheduler_address, **FEW)
     ((file, reason),) = ((each.file, each.reason) for each in found.broken)
     assert (file, reason[:34]) == (str(deadly), "the Dask workers that took it died")
@@ -400,6 +406,7 @@ def test_slides_that_dask_suspects_are_tried_again_alone(tmp_path: Path, monkeyp
     assert outcomes == [(first, found), (second, found), (deadly, Outcome(None, cluster._DEADLY))]
 
 
+@pytest.mark.slow
 def test_what_a_worker_cannot_do_is_said(dask: Any, tmp_path: Path) -> None:
     slides = find_slides(make_slides(tmp_path / "in", 3))
     unseen, other = replace(slides[0], path="/elsewhere/s.png"), replace(_asked(model()), version="0.0.1")
@@ -434,6 +441,7 @@ def test_a_scheduler_that_is_not_there(
     assert not (tmp_path / "run").exists()
 
 
+@pytest.mark.slow
 def test_a_scheduler_without_workers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
     monkeypatch.setattr(cluster, "PATIENCE_S", 1.0)
@@ -446,6 +454,7 @@ def test_a_scheduler_without_workers(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert not (tmp_path / "run").exists()
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_goes_away_leaves_what_is_finished(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
     files, run = make_slides(tmp_path / "in", 12, side=200), tmp_path / "run"

@@ -70,6 +70,7 @@ def away_from_the_jump(one_in: int) -> Array:
     return certificate_colours(one_in)[: -2 * (PAIRS // one_in)]
 
 
+@pytest.mark.slow
 def test_names_tell_the_direction(clipped: Path) -> None:
     expected = {"manifest.json", "config.ocio"}
     for mode in MODES:
@@ -164,6 +165,7 @@ def test_stable_displays_need_no_correction(model: DisplayModel, tmp_path: Path)
     assert manifest_of(tmp_path / "out")["files"][1]["certificate"]["clipped_share"] == 0.0
 
 
+@pytest.mark.slow
 def test_check_passes_and_finds_a_swapped_hour(clipped: Path, tmp_path: Path) -> None:
     assert check(clipped).passed
     copy = Path(shutil.copytree(clipped, tmp_path / "correction"))

@@ -1,6 +1,6 @@
-"""Real programs show a real image as the direct model does, through the files of a build.
+"""The report on real programs can fail, asks every program, and OpenColorIO shows what the direct model does.
 
-``python -m tests.consumers`` prints the figures; the programs are in ``tests/consumers``.
+``make consumers`` asks the programs; they are in ``tests/consumers``.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import pytest
 
 from lutgen.bindings import ocio
 from lutgen.colorimetry import LINEAR_TO_XYZ, linear_to_code, transform
-from tests.consumers import Consumer, Unavailable, consumers, opencolorio
+from tests.consumers import opencolorio
 from tests.consumers._gallery import CASES, GATES, Case, Gallery, aged, errors, expected
 
 if TYPE_CHECKING:
@@ -31,33 +31,6 @@ CONTINUOUS = next(case for case in CASES if case.selection == "continuous")
 @pytest.fixture(scope="module")
 def gallery(tmp_path_factory: pytest.TempPathFactory) -> Gallery:
     return Gallery(tmp_path_factory.mktemp("consumers"))
-
-
-def rendered(gallery: Gallery, consumer: Consumer, case: Case) -> Array:
-    try:
-        return np.asarray(gallery.render(consumer, case))
-    except Unavailable as reason:
-        pytest.skip(str(reason))
-
-
-def name(consumer: Consumer) -> str:
-    return f"{consumer.name} {consumer.file} {consumer.interpolation}".replace(" ", "-")
-
-
-@pytest.mark.parametrize("case", CASES, ids=str)
-@pytest.mark.parametrize("consumer", consumers(), ids=name)
-def test_a_real_program_shows_what_the_model_says(gallery: Gallery, consumer: Consumer, case: Case) -> None:
-    error = gallery.errors(rendered(gallery, consumer, case), case)
-    assert error.passes(consumer.interpolation), error
-
-
-def test_every_program_that_readers_use_is_asked() -> None:
-    asked = " ".join(consumer.name for consumer in consumers())
-    promised = (
-        "oiiotool, ocioconvert, ImageBufAlgo, Blender, ffmpeg, mpv, pillow_lut, colour.LUT3D, "
-        "haldclut, tificc, cctiff, ImageCms"
-    )
-    assert [program for program in promised.split(", ") if program not in asked] == []
 
 
 @pytest.mark.parametrize("case", CASES, ids=str)
@@ -87,16 +60,6 @@ def test_a_picture_with_one_value_that_is_no_number_passes_no_gate() -> None:
     picture[0, 0, 0] = np.nan
     error = errors(picture, expected(CONTINUOUS))
     assert not any(error.passes(interpolation) for interpolation in GATES), error
-
-
-@pytest.mark.parametrize("case", CASES, ids=str)
-def test_blender_shows_the_pixels_of_oiiotool_by_view_and_by_look(gallery: Gallery, case: Case) -> None:
-    ways = {consumer.name: consumer for consumer in consumers()}
-    theirs = rendered(gallery, ways["oiiotool --ociodisplay"], case).astype(int)
-    for way in ("Blender, view", "Blender, look"):
-        ours = rendered(gallery, ways[way], case).astype(int)
-        # 16 bit: two roundings of the same number may differ by one step.
-        assert np.abs(ours - theirs).max() <= 1, way
 
 
 @pytest.mark.parametrize("case", CASES, ids=str)

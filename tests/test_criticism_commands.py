@@ -140,6 +140,7 @@ def test_an_effect_of_ones_own_is_added_by_file_and_by_formula(run: Callable[...
     assert run("compare", data, "--model", "formula.toml").lines[0].startswith("The model agrees")
 
 
+@pytest.mark.slow
 def test_where_nothing_known_explains_it_an_effect_is_sketched_that_does_better(
     run: Callable[..., Done], tmp_path: Path
 ) -> None:

@@ -33,6 +33,7 @@ from lutgen.report.criticism.plots import (
     plot_refinement,
 )
 from tests.campaigns import CAMPAIGNS, text_of
+from tests.quick import mostly_slow
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -125,14 +126,19 @@ def test_a_comparison_is_legible(name: str, tmp_path: Path, canvases: list[Canva
 
 @pytest.mark.parametrize(
     ("name", "title"),
-    [
-        ("leak", "black-level is missing"),
-        ("curve", "eotf-drift is missing"),
-        ("edge", "edge-falloff is missing"),
-        ("healthy", "no effect is added"),
-        ("tips only", "they cannot see"),
-        ("outside", "No known effect explains it: "),
-    ],
+    mostly_slow(
+        [
+            ("leak", "black-level is missing"),
+            ("curve", "eotf-drift is missing"),
+            ("edge", "edge-falloff is missing"),
+            ("healthy", "no effect is added"),
+            ("tips only", "they cannot see"),
+            ("outside", "No known effect explains it: "),
+        ],
+        "leak",
+        "healthy",
+        "tips only",
+    ),
 )
 def test_a_diagnosis_is_legible_and_its_titles_are_findings(
     name: str, title: str, tmp_path: Path, canvases: list[Canvas]
@@ -145,6 +151,7 @@ def test_a_diagnosis_is_legible_and_its_titles_are_findings(
     assert any(title in each for each in titles), titles
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("add", [("black-level",), ("edge-falloff", "black-level"), ()])
 def test_a_refinement_is_legible(add: tuple[str, ...], tmp_path: Path, canvases: list[Canvas]) -> None:
     pictures = plot_refinement(refine(readings("edge"), add), catalogue(), tmp_path)
@@ -153,6 +160,7 @@ def test_a_refinement_is_legible(add: tuple[str, ...], tmp_path: Path, canvases:
     assert written(tmp_path) == (set(OF_REFINE) if add else {"residuals.png", "steps.png"})
 
 
+@pytest.mark.slow
 def test_pictures_are_the_same_bytes_again(tmp_path: Path) -> None:
     one = plot_diagnosis(diagnosis_of("leak"), catalogue(), tmp_path / "one")
     two = plot_diagnosis(diagnosis_of("leak"), catalogue(), tmp_path / "two")
@@ -216,6 +224,7 @@ def test_an_effect_is_drawn_over_what_it_depends_on(data: str, effect: str, way:
         assert view.sentence().startswith(f"Without {effect}, ")
 
 
+@pytest.mark.slow
 def test_every_effect_of_the_catalogue_can_be_drawn(tmp_path: Path, canvases: list[Canvas]) -> None:
     problem = Problem.of(readings("edge"))
     base = fit(problem)

@@ -3,6 +3,8 @@ from __future__ import annotations
 import shutil
 from typing import TYPE_CHECKING
 
+import pytest
+
 from lutgen.bake.check import check
 from tests.check_default_configs import COMMITTED, differences
 
@@ -14,6 +16,7 @@ def test_the_default_configs_follow_from_the_code() -> None:
     assert differences(COMMITTED) == []
 
 
+@pytest.mark.slow
 def test_the_default_configs_are_true_to_the_model() -> None:
     result = check(COMMITTED)
     assert result.findings == ()
@@ -21,6 +24,7 @@ def test_the_default_configs_are_true_to_the_model() -> None:
     assert max(certificate.smooth.max for certificate in result.certificates.values()) <= 0.01
 
 
+@pytest.mark.slow
 def test_a_change_in_the_default_configs_is_found(tmp_path: Path) -> None:
     copy = tmp_path / "default"
     shutil.copytree(COMMITTED, copy)

@@ -6,9 +6,8 @@ import hashlib
 import os
 from dataclasses import astuple
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-import colour
 import numpy as np
 import pytest
 from PIL import Image
@@ -56,6 +55,7 @@ def lifetimes(model: DisplayModel, whole: Colours) -> dict[str, tuple[float, ...
     return {mode: curve.lifetimes(mode) for mode in PAPER}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", PAPER)
 def test_the_lifetimes_on_the_named_slide_are_those_of_table_1(
     lifetimes: dict[str, tuple[float, ...]], mode: str
@@ -96,6 +96,8 @@ def test_the_slide_is_the_same_through_pillow(pixels: NDArray[np.uint8]) -> None
 def test_mean_and_sd_are_those_over_pixels_by_the_papers_steps_and_colour_science(
     model: DisplayModel, mode: str, hours: float
 ) -> None:
+    import colour
+
     some = immunohistochemistry()[::16, ::16]
     twin = Twin(rows_of_csv(default_display().read_text(encoding="utf-8")), mode=mode, hours=hours)
     code = some.reshape(-1, 3) / 255.0
@@ -111,8 +113,10 @@ def test_mean_and_sd_are_those_over_pixels_by_the_papers_steps_and_colour_scienc
     np.testing.assert_allclose(found, (difference.mean(), difference.std()), rtol=0, atol=1e-6)
 
 
-def srgb_of_the_paper() -> colour.RGB_Colourspace:
+def srgb_of_the_paper() -> Any:
     """colour-science's sRGB with its matrix computed rather than rounded to four digits."""
+    import colour
+
     srgb = colour.RGB_COLOURSPACES["sRGB"].copy()
     srgb.use_derived_transformation_matrices(usage=True)
     return srgb
@@ -135,6 +139,7 @@ def test_a_tolerance_that_is_never_passed_has_no_lifetime(model: DisplayModel) -
     assert np.isnan(Curve(model, black).lifetimes("chroma")).all()
 
 
+@pytest.mark.slow
 def test_the_report_sets_ours_beside_the_papers(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], model: DisplayModel, lifetimes: dict[str, tuple[float, ...]]
 ) -> None:
@@ -172,6 +177,7 @@ def test_other_pixels_and_a_missing_slide_are_refused(
         table1.slide()
 
 
+@pytest.mark.slow
 def test_the_readme_says_what_lifetime_finds(model: DisplayModel, tmp_path: Path) -> None:
     tables = [
         [cell.strip() for cell in row.strip("|").split("|")]

@@ -18,13 +18,6 @@ pytestmark = pytest.mark.numbers
 EFFECTS = tuple(catalogue().values())
 NAMES = tuple(catalogue())
 
-#: The catalogue of effects.md, table by table.
-BESIDE_THE_TIPS = """
-    black-level eotf-drift channel-gamma drive-loss crosstalk loading primary-shift quantization recalibration
-    edge-falloff ambient-reflection veiling-glare warm-up temperature meter-offset matrix-switching
-"""
-FROM_HOUR_0 = "backlight-decay burn-in-decay phosphor-wear yellowing stabilizer-headroom channel-decay meter-drift"
-
 
 def random_values(effect: Effect, rng: np.random.Generator) -> dict[str, float]:
     """A point within the bounds."""
@@ -33,11 +26,6 @@ def random_values(effect: Effect, rng: np.random.Generator) -> dict[str, float]:
 
 def seed_of(effect: Effect) -> int:
     return zlib.crc32(effect.name.encode())
-
-
-def test_the_catalogue_is_that_of_the_design() -> None:
-    assert sorted(NAMES) == sorted((BESIDE_THE_TIPS + FROM_HOUR_0).split())
-    assert {each.name for each in EFFECTS if each.baseline == "fresh"} == set(FROM_HOUR_0.split())
 
 
 @pytest.mark.parametrize("effect", EFFECTS, ids=NAMES)

@@ -233,6 +233,7 @@ def test_frames_survive_the_writer_to_the_last_bit(
             np.testing.assert_array_equal(np.asarray(animation.convert("RGB")), frame(series, "chroma-luma", hour))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="ffmpeg is not installed (Debian: ffmpeg)")
 def test_mp4_holds_the_frames_in_their_colours(run: Callable[..., Done], tmp_path: Path, model: DisplayModel) -> None:
     done = run("animate", "a.png", "--mode", "chroma-luma", "--hours", "0,9000,18000", "--seconds", "3", "-o", "a.mp4")

@@ -172,6 +172,7 @@ def test_a_parameter_without_influence_has_no_standard_error(name: str, form: tu
     assert found.terms[0].values[form[0]] == catalogue()[name].rest()[form[0]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["black-level", "eotf-drift", "channel-decay"])
 def test_standard_errors_are_what_repeated_campaigns_scatter_by(name: str) -> None:
     truth, baseline = TRUTHS[name]
@@ -184,6 +185,7 @@ def test_standard_errors_are_what_repeated_campaigns_scatter_by(name: str) -> No
         assert abs(found.mean() - value) < 4.0 * said / np.sqrt(60)
 
 
+@pytest.mark.slow
 def test_estimates_of_what_is_not_there_scatter_by_their_standard_errors() -> None:
     """Pulls over 100 healthy spectral displays, the noise estimated from their replicates."""
     pulls: dict[str, list[float]] = {"black-level grown": [], "crosstalk new": [], "eotf-drift grown": []}

@@ -572,10 +572,12 @@ def both(tmp_path_factory: pytest.TempPathFactory, other_binding: dict[str, str]
     return BothBindings(tmp_path_factory.mktemp("both"), other_binding)
 
 
+@pytest.mark.slow
 def test_the_two_bindings_are_two(both: BothBindings) -> None:
     assert both.read["this", "this"]["version"] != both.read["this", "other"]["version"]
 
 
+@pytest.mark.slow
 def test_both_bindings_give_the_same_luts_byte_for_byte(both: BothBindings) -> None:
     found = []
     for folder in both.folders.values():
@@ -587,6 +589,7 @@ def test_both_bindings_give_the_same_luts_byte_for_byte(both: BothBindings) -> N
     assert found[0] == found[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("writer", ["this", "other"])
 @pytest.mark.parametrize("reader", ["this", "other"])
 def test_configs_of_either_binding_load_in_both_without_a_warning(writer: str, reader: str, both: BothBindings) -> None:
@@ -596,6 +599,7 @@ def test_configs_of_either_binding_load_in_both_without_a_warning(writer: str, r
     assert len(answer["shown"]) == 3 * (9 + 9) * 3 * 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reader", ["this", "other"])
 def test_configs_of_either_binding_mean_the_same(reader: str, both: BothBindings) -> None:
     one, other = both.shown("this", reader), both.shown("other", reader)
@@ -604,6 +608,7 @@ def test_configs_of_either_binding_mean_the_same(reader: str, both: BothBindings
         np.testing.assert_allclose(pixels, other[key], rtol=0, atol=1e-6, err_msg=key)
 
 
+@pytest.mark.slow
 def test_both_bindings_show_a_config_alike(both: BothBindings) -> None:
     one, other = both.shown("this", "this"), both.shown("this", "other")
     assert one.keys() == other.keys()

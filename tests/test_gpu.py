@@ -35,16 +35,19 @@ HOURS = (10_000.0,)
 CONFIG = "chroma/10000h/config.ocio"
 
 
-def why_not() -> str:
+@pytest.fixture(scope="module")
+def renderer() -> None:
+    """What draws here; skips where nothing does."""
     try:
         gpu.renderer_name()
     except LutgenError as error:
-        return str(error)
-    return ""
+        pytest.skip(str(error))
 
 
-WHY_NOT = why_not()
-drawn = pytest.mark.skipif(bool(WHY_NOT), reason=WHY_NOT)
+def drawn(test: Callable[..., None]) -> Callable[..., None]:
+    """Run a test only where shaders can be drawn, which is slow without a graphics card."""
+    marked: Callable[..., None] = pytest.mark.slow(pytest.mark.usefixtures("renderer")(test))
+    return marked
 
 
 @pytest.fixture(scope="module")

@@ -294,9 +294,12 @@ def test_a_lut_that_is_not_the_builds_fails_the_proof(built: Path, first: Path, 
     assert not (tmp_path / "merged").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not BLENDERS.is_file(), reason="Blender's config is not installed (Debian: blender-data)")
 @pytest.mark.parametrize("source", [None, "sRGB", "Filmic sRGB"])
 def test_blenders_config_takes_aged_views(source: str | None, built: Path, tmp_path: Path) -> None:
+    if "Filmic sRGB" not in BLENDERS.read_text(encoding="utf-8"):
+        pytest.skip("Blender's config has no Filmic sRGB in this version")
     merged = merge(built, BLENDERS, tmp_path / "merged", Merging(WANTED, source_space=source))
     assert merged.views == (("sRGB", VIEW),)
     assert merged.compared > 30

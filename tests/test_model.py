@@ -256,6 +256,7 @@ def test_at_the_colour_points_the_model_shows_the_measured_colours(
     np.testing.assert_allclose(model.at("chroma", hours).code_to_xyz(DRIVES), held, rtol=0, atol=1e-12)
 
 
+@pytest.mark.slow
 @given(histories(), codes, st.floats(0.0, 18_000.0), st.floats(0.3, 10.0))
 def test_the_unit_of_luminance_is_of_no_consequence(
     data: Measurements, code: Array, hours: float, factor: float
@@ -367,6 +368,7 @@ def test_nearest_jumps_at_whites_borders_so_the_test_of_continuity_can_fail(read
     assert np.abs(ways[0] - ways[1]).max() > 1e-4
 
 
+@pytest.mark.slow
 @given(histories(), st.floats(0.0, 18_000.0))
 def test_continuous_is_a_2x2x2_tetrahedral_table_in_linear_light(data: Measurements, hours: float) -> None:
     """Interpolated literally: from black along the axis of the largest channel, then the next, then the last."""

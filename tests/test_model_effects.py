@@ -50,6 +50,7 @@ from lutgen.effects.expression import parse
 from lutgen.effects.own import load_file
 from lutgen.errors import LutgenError
 from lutgen.measurements import Measurements, read_measurements
+from tests.quick import mostly_slow
 from tests.twin import PAPER_LAW, Twin, rows_of_csv
 
 if TYPE_CHECKING:
@@ -674,7 +675,7 @@ def test_what_luts_carry_names_what_is_fixed_and_what_is_left_out(readings: Meas
 # Baking
 
 
-@pytest.mark.parametrize("name", catalogue())
+@pytest.mark.parametrize("name", mostly_slow(catalogue(), "black-level", "eotf-drift"))
 def test_every_effect_builds_checks_and_applies(name: str, readings: Measurements, tmp_path: Path) -> None:
     effect = catalogue()[name]
     model = a_model(readings, named(name), baseline=effect.baseline)
@@ -727,6 +728,7 @@ def test_stairs_are_found_and_nothing_else_is_taken_for_them(readings: Measureme
     assert without_steps(a_model(readings, knee).at("chroma", 0.0)) is None
 
 
+@pytest.mark.slow
 def test_two_processes_write_the_bytes_of_one_with_own_effects_too(readings: Measurements, tmp_path: Path) -> None:
     (tmp_path / "glow.py").write_text(GLOW)
     (glow,) = load_file(tmp_path / "glow.py")
@@ -804,6 +806,7 @@ def test_a_build_is_true_to_its_own_model(built: Path) -> None:
     assert problems(built, load_model(built / "my.toml")) == ""
 
 
+@pytest.mark.slow
 def test_a_build_is_stale_when_its_model_has_changed(built: Path) -> None:
     text = (built / "my.toml").read_text(encoding="utf-8")
     (built / "my.toml").write_text(text.replace("value = 0.01 ", "value = 0.010001 "), encoding="utf-8")

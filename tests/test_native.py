@@ -256,6 +256,7 @@ def test_what_was_there_from_the_first_day_is_no_misfit() -> None:
     assert diagnose(readings, baseline="native").verdict.name == "consistent"
 
 
+@pytest.mark.slow
 def test_what_changes_still_is() -> None:
     readings = simulated(("eotf-drift", 0.12, "same"))
     found = diagnose(readings, baseline="native").verdict

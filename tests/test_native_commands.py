@@ -38,6 +38,7 @@ def test_the_option_names_what_the_library_has() -> None:
     assert set(AGING_BASELINES) == set(BASELINES) - {"fresh"}
 
 
+@pytest.mark.slow
 def test_compare_says_what_both_fresh_displays_miss(run: Callable[..., Done]) -> None:
     usual, native = run("compare", "panel.csv"), run("compare", "panel.csv", "--baseline", "native")
     for said in (usual.out, native.out):

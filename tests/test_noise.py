@@ -104,6 +104,7 @@ def test_without_dark_replicates_the_floor_stays_near_an_ordinary_one() -> None:
     assert np.mean([each.relative for each in found]) == pytest.approx(0.002, rel=0.15)
 
 
+@pytest.mark.slow
 def test_without_replicates_the_noise_is_assumed_and_the_remark_says_so() -> None:
     single = with_noise(readings(repeats=1, patches=(*TIPS, BLACK, *((g, g, g) for g in (0.2, 0.5, 0.8)))), 1)
     noise = estimate_noise(single)
@@ -169,6 +170,7 @@ def test_two_replicates_do_not_tell_which_of_them_slipped() -> None:
     assert estimate_noise(replace(readings(repeats=2), xyz_cd_m2=xyz)).slips == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("repeats", [3, 5])
 def test_pure_noise_has_no_slips(repeats: int) -> None:
     exact = readings(repeats=repeats, hours=HOURS[:2])

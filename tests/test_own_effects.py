@@ -7,7 +7,6 @@ import pickle
 import re
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -271,10 +270,8 @@ def test_what_comes_after_an_endless_effect_is_told_to_be_untried(tmp_path: Path
 
 def test_a_time_limit_leaves_no_process_behind(tmp_path: Path) -> None:
     path = write(tmp_path, f"{HEAD}while True:\n    pass\n", "endless_for_ever.py")
-    start = time.monotonic()
     with pytest.raises(LutgenError, match="loops for ever"):
         load_file(path, limit_s=1.0)
-    assert time.monotonic() - start < 5
     children = Path(f"/proc/self/task/{os.getpid()}/children")
     if children.exists():
         commands = [Path(f"/proc/{child}/cmdline").read_text() for child in children.read_text().split()]

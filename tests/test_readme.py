@@ -1,12 +1,13 @@
-"""The README and the help texts are held to the code."""
+"""README, docs and the help texts are held to the code: each line of theirs runs, once."""
 
 from __future__ import annotations
 
-import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import pytest
@@ -17,6 +18,7 @@ from lutgen.display import MODES, REFERENCES, SELECTIONS, default_display
 from tests.examples_folder import COMMANDS, ROOT, make_folder, run_lutgen
 
 if TYPE_CHECKING:
+    from collections.abc import Collection, Sequence
     from pathlib import Path
 
 pytestmark = pytest.mark.texts
@@ -40,24 +42,65 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return make_folder(tmp_path_factory.mktemp("examples"))
 
 
-def blocks(language: str) -> list[str]:
-    fenced = re.findall(r"^```(\w*)\n(.*?)^```$", README, flags=re.DOTALL | re.MULTILINE)
+def blocks(language: str, text: str = README) -> list[str]:
+    fenced = re.findall(r"^```(\w*)\n(.*?)^```$", text, flags=re.DOTALL | re.MULTILINE)
     return [text for name, text in fenced if name == language]
 
 
+def examples(command: str) -> list[str]:
+    """The example lines of a command's help."""
+    text = COMMANDS[command].help
+    assert text is not None
+    return [line.strip() for line in text.partition("Example:")[2].splitlines() if line.strip().startswith("lutgen ")]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_commands_help_ends_in_examples(command: str) -> None:
+    assert examples(command)
+
+
 @pytest.mark.slow
-def test_readmes_commands_run_as_written(folder: Path) -> None:
-    lines = [line for block in blocks("") for line in block.splitlines() if line.startswith("lutgen ")]
-    assert len(lines) >= 4
-    printed = {line: " ".join(run_lutgen(line, folder).split()) for line in lines}
-    # A command's output may follow it; "…" stands for what is left out.
+def test_each_line_of_readme_docs_and_help_runs_and_prints_what_the_text_says(folder: Path) -> None:
+    """A line that stands in several texts runs once."""
+    given = {*folder.rglob("*")}
+    printed: dict[tuple[str, ...], str] = {}
+
+    def run(line: str) -> str:
+        words = tuple(word.rstrip("/") for word in shlex.split(line, comments=True))
+        if words not in printed:
+            make_room(words, folder, given)
+            printed[words] = " ".join(run_lutgen(line, folder).split())
+        return printed[words]
+
+    texts = [README, *(path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs").rglob("*.md")))]
     parts = [
-        part for block in blocks("") for part in re.split(r"(?m)^(?=lutgen )", block) if part.startswith("lutgen ")
+        part
+        for text in texts
+        for block in blocks("", text)
+        for part in re.split(r"(?m)^(?=lutgen )", block)
+        if part.startswith("lutgen ")
     ]
+    assert len(parts) >= 4
+    differ = []
     for part in parts:
-        command, _, output = part.partition("\n")
-        for said in re.split(r"\n…\n|\n\n", f"\n{output}"):
-            assert " ".join(said.replace("…", "").split()) in printed[command], said
+        line, _, output = part.partition("\n")
+        # What a command prints may follow it; "…" stands for what is left out.
+        told = [" ".join(said.replace("…", "").split()) for said in re.split(r"\n…\n|\n\n", f"\n{output}")]
+        differ += [(line, said) for said in told if said not in run(line)]
+    for line in (line for command in ("build", *COMMANDS) for line in examples(command)):
+        run(line)
+    assert differ == []
+
+
+def make_room(words: Sequence[str], folder: Path, given: Collection[Path]) -> None:
+    """Remove what a line is to write and another text's line has written."""
+    for option, value in pairwise(words):
+        path = folder / value
+        if option in {"-o", "--json", "--csv", "--plot", "--plots", "--ti1"} and path not in given:
+            if path.is_dir():
+                shutil.rmtree(path)
+            else:
+                path.unlink(missing_ok=True)
 
 
 @pytest.mark.slow
@@ -86,17 +129,3 @@ def test_readmes_model_file_loads(tmp_path: Path) -> None:
 def test_readmes_links_and_pictures_exist() -> None:
     for target in re.findall(r"\]\(([^)#]+)\)", README):
         assert (ROOT / target).exists(), target
-
-
-@pytest.mark.skipif(shutil.which("oiiotool") is None, reason="oiiotool is not installed (Debian: openimageio-tools)")
-def test_readmes_configs_work_in_oiiotool(folder: Path) -> None:
-    for config in ("chroma/10000h/config.ocio", "config.ocio"):
-        environment = os.environ | {
-            "OCIO": str(ROOT / "configs/default" / config),
-            "AGING_MODE": "chroma",
-            "AGING_HOURS": "10000",
-        }
-        out = folder / f"{config.replace('/', '-')}.png"
-        command = ["oiiotool", "slide.png", "--ociodisplay", "sRGB", "Aged", "-o", str(out)]
-        subprocess.run(command, cwd=folder, env=environment, check=True, capture_output=True, timeout=60)
-        assert out.is_file()

@@ -120,6 +120,7 @@ def test_the_model_predicts_the_readings_that_it_was_fitted_to() -> None:
         np.testing.assert_allclose(shown * scale, made.found.predicted[here], rtol=1e-6, atol=1e-6 * white)
 
 
+@pytest.mark.slow
 def test_auto_adds_what_a_diagnosis_finds() -> None:
     hidden = readings(("crosstalk", 0.03, "same"))
     found, made = diagnose(hidden), refine(hidden, auto=True)

@@ -35,6 +35,7 @@ def answers_of(folder: Path) -> dict[str, dict[str, Any]]:
     return answers
 
 
+@pytest.mark.slow
 def test_sealed_sets_are_what_their_answers_say(sets: Path) -> None:
     answers = answers_of(sets)
     assert {answer["kind"] for answer in answers.values()} == set(sealed.KINDS)

@@ -63,6 +63,7 @@ def test_sessions_are_explained_without_a_campaign_file_too(lutgen: Callable[...
         assert said in done.err
 
 
+@pytest.mark.slow
 def test_trend_prints_draws_and_writes_the_same_every_time(lutgen: Callable[..., Done]) -> None:
     arguments = ("trend", CAMPAIGN, "--limit", "white>=60%", "--plot", "a.png", "--json", "a.json")
     done = lutgen(*arguments)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import struct
-import subprocess
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,8 +14,7 @@ from lutgen import LutgenError
 from lutgen.bake import icc_profile as icc
 from lutgen.measurements.sessions import read_session
 from tests.command import in_process
-from tests.consumers import Unavailable, program
-from tests.session_files import DRIVE, WHITE_CD_M2, curves, light, ti3
+from tests.session_files import DRIVE, curves, ti3
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -57,19 +55,6 @@ def test_the_standards_tag_comes_first_and_one_without_readings_is_passed_over(t
     assert len(read_session(written(tmp_path, profile(*tags))).drive) == len(DRIVE)
     tags = ((b"targ", icc.text("ICCHDAT FOGRA39L")), (b"CIED", icc.text(other)))
     assert len(read_session(written(tmp_path, profile(*tags))).drive) == 5
-
-
-def test_argylls_own_profile_is_read(tmp_path: Path) -> None:
-    try:
-        colprof = program("colprof", "argyll")
-    except Unavailable as reason:
-        pytest.skip(str(reason))
-    (tmp_path / "display.ti3").write_text(ti3().replace("CTI3", 'CTI3\nDEVICE_CLASS "DISPLAY"\nCOLOR_REP "RGB_XYZ"', 1))
-    subprocess.run([colprof, "-as", "-ql", "display"], cwd=tmp_path, check=True, capture_output=True, timeout=120)
-    (made,) = {*tmp_path.glob("display.ic*")}
-    session = read_session(made)
-    np.testing.assert_allclose(session.drive, DRIVE, atol=1e-6)
-    np.testing.assert_allclose(session.xyz_cd_m2, WHITE_CD_M2 * light(), atol=1e-4)
 
 
 #: What is wrong, and what is said.

@@ -233,6 +233,7 @@ def test_a_users_own_matplotlib_style_changes_nothing(tmp_path: Path, model: Dis
     assert (tmp_path / "plain.png").read_bytes() == (tmp_path / "styled.png").read_bytes()
 
 
+@pytest.mark.slow
 def test_an_existing_plot_is_replaced_only_by_force(tmp_path: Path) -> None:
     path = tmp_path / "page.png"
     path.write_text("mine")

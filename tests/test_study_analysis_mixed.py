@@ -7,9 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from statsmodels.genmod.families import Binomial
-from statsmodels.genmod.generalized_linear_model import GLM
-from statsmodels.tools.sm_exceptions import ConvergenceWarning
 
 from lutgen.study import analysis
 from lutgen.study.analysis import analyse_answers, mixed
@@ -72,6 +69,9 @@ def test_balanced_crossed_groups_give_the_analysis_of_variance() -> None:
 
 
 def test_agreement_of_one_reader_is_a_logistic_regression_whose_estimates_are_odds_ratios() -> None:
+    from statsmodels.genmod.families import Binomial
+    from statsmodels.genmod.generalized_linear_model import GLM
+
     given = answers(3)
     model = models(given)["agreement"]
     found = {row.condition: row for row in analyse_answers(given).table3}
@@ -87,6 +87,7 @@ def test_agreement_of_one_reader_is_a_logistic_regression_whose_estimates_are_od
     assert widths == pytest.approx(list(plain.bse[1:]), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_planted_effects_lie_in_the_intervals_and_spreads_near_what_was_planted() -> None:
     reader = SimulatedReader()
     model = models(answers(1, readers=5))["time"]
@@ -149,6 +150,8 @@ def test_a_ratio_beyond_what_a_float_holds_is_infinite() -> None:
 
 
 def test_a_fit_that_does_not_converge_or_warns_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    from statsmodels.tools.sm_exceptions import ConvergenceWarning
+
     class Stuck:
         converged = False
         bse_fe = (1.0,)

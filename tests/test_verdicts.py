@@ -13,6 +13,7 @@ import pytest
 from lutgen.criticism.diagnose import VERDICTS, Diagnosis, diagnose
 from lutgen.errors import LutgenError
 from lutgen.measurements.csv import read
+from tests.quick import mostly_slow
 from tests.virtual_display import broken
 from tests.virtual_display.campaign import Campaign, csv_text
 from tests.virtual_display.strength import DETECTABLE, sized
@@ -100,7 +101,17 @@ def diagnosis(name: str) -> Diagnosis:
     return diagnose(CASES[name].measured(), baseline=CASES[name].baseline)
 
 
-@pytest.mark.parametrize("name", CASES)
+#: Those that are found soon, with and without an effect that is named.
+QUICK = (
+    "a healthy display, read in every way",
+    "a constant light on greys",
+    "a colour across the screen",
+    "cross-coupled channels",
+    "a kink in the driver",
+)
+
+
+@pytest.mark.parametrize("name", mostly_slow(CASES, *QUICK))
 def test_the_verdict_is_what_the_evidence_allows(name: str) -> None:
     case, verdict = CASES[name], diagnosis(name).verdict
     assert verdict.name == case.verdict, verdict.sentence

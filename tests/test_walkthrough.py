@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from examples import make_displays
-from examples.walkthrough import FOLDER, LEFT_OUT, TEXT, Step, copy_to, differences, pictures, renewed, run, same, steps
+from examples.walkthrough import FOLDER, LEFT_OUT, TEXT, copy_to, differences, pictures, renewed, run, same, steps
 from tests.virtual_display.campaign import csv_text
 
 if TYPE_CHECKING:
@@ -24,38 +24,19 @@ STEPS = steps(WALKTHROUGH)
 SMALL = 150_000
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("walkthrough")
-    copy_to(folder)
-    return folder
-
-
-@pytest.fixture(scope="module")
-def printed(folder: Path) -> dict[str, tuple[str, ...]]:
-    """What each command prints, run in order."""
-    return {step.command: run(step.command, folder) for step in STEPS}
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("step", STEPS, ids=[step.command for step in STEPS])
-def test_the_text_says_what_the_command_prints(printed: dict[str, tuple[str, ...]], step: Step) -> None:
-    assert differences(step.said, printed[step.command]) == []
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("shown", "source"), pictures(WALKTHROUGH).items(), ids=lambda path: path.name)
-@pytest.mark.usefixtures("printed")
-def test_each_picture_is_one_that_a_command_makes(folder: Path, shown: Path, source: Path) -> None:
-    with Image.open(shown) as old, Image.open(folder / source) as new:
-        assert old.size == new.size
-    assert shown.stat().st_size < SMALL
-
-
-@pytest.mark.slow
-def test_renewing_leaves_the_text_as_it_is(printed: dict[str, tuple[str, ...]]) -> None:
+def test_the_text_says_what_its_commands_print_and_shows_their_pictures(tmp_path: Path) -> None:
+    """Every command runs in order, and once."""
+    copy_to(tmp_path)
+    printed = {step.command: run(step.command, tmp_path) for step in STEPS}
+    differ = {step.command: differences(step.said, printed[step.command]) for step in STEPS}
+    assert {command: found for command, found in differ.items() if found} == {}
     again = renewed(WALKTHROUGH, [printed[step.command] for step in STEPS])
     assert all(same(*lines) for lines in zip(again.splitlines(), WALKTHROUGH.splitlines(), strict=True))
+    for shown, source in pictures(WALKTHROUGH).items():
+        with Image.open(shown) as old, Image.open(tmp_path / source) as new:
+            assert old.size == new.size, shown.name
+        assert shown.stat().st_size < SMALL, shown.name
 
 
 def test_every_command_of_criticism_has_its_step_and_its_output() -> None:

@@ -1,7 +1,9 @@
 """Programs that people look through our files with, each driven as its users drive it.
 
 One file a program; it is found because it is in this folder. A file has ``CONSUMERS``, one for each way into the
-program: a display's view, a look, a LUT file. ``python -m tests.consumers`` prints what each makes of a real image.
+program (a display's view, a look, a LUT file), or ``CLAIMS``, what lutgen's rules and texts say that the program does,
+or both. ``python -m tests.consumers`` prints what each makes of a real image and whether each claim holds, with the
+versions that it saw. No test of pytest asserts any of it: another version of a program is no fault of ours.
 """
 
 from __future__ import annotations
@@ -25,7 +27,8 @@ from lutgen.bindings import oiio
 from lutgen.display import hour_name
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
+    from types import ModuleType
     from typing import TypeAlias
 
     from numpy.typing import NDArray
@@ -130,10 +133,42 @@ class Consumer:
     render: Callable[[Job], Picture]
 
 
+@dataclass(frozen=True)
+class Claim:
+    """What lutgen's rules or texts say that a program does.
+
+    Attributes
+    ----------
+    program
+        The program, and the part of it that is used.
+    version
+        Gives its version, or raises ``Unavailable``.
+    says
+        What is said: ``reads …``, ``shows …``.
+    differences
+        Given an empty folder, yields a line for each case in which the program does otherwise.
+
+    """
+
+    program: str
+    version: Callable[[], str]
+    says: str
+    differences: Callable[[Path], Iterable[str]]
+
+
 def consumers() -> list[Consumer]:
     """All consumers, by file name."""
+    return [consumer for each in _files() for consumer in getattr(each, "CONSUMERS", ())]
+
+
+def claims() -> list[Claim]:
+    """All claims, by file name."""
+    return [claim for each in _files() for claim in getattr(each, "CLAIMS", ())]
+
+
+def _files() -> list[ModuleType]:
     names = sorted(module.name for module in iter_modules(__path__) if not module.name.startswith("_"))
-    return [consumer for name in names for consumer in import_module(f"{__name__}.{name}").CONSUMERS]
+    return [import_module(f"{__name__}.{name}") for name in names]
 
 
 @cache

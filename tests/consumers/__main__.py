@@ -1,7 +1,12 @@
-"""``make consumers``: a table of how real programs render our files, against the direct model, in 8-bit codes."""
+"""``make consumers``: what real programs do with our files, and whether it is what lutgen says of them.
+
+A table of how each renders a real image, against the direct model, in 8-bit codes; then what our rules and texts say of
+each program, with the version that was seen and every case in which it does otherwise.
+"""
 
 from __future__ import annotations
 
+import subprocess
 import sys
 import tempfile
 import warnings
@@ -10,21 +15,27 @@ from pathlib import Path
 # colour-science warns at import of optional packages that nothing here needs.
 warnings.filterwarnings("ignore", module="colour")
 
-from tests.consumers import Consumer, Unavailable, consumers  # noqa: E402 - after the filter
+from tests.consumers import Claim, Consumer, Unavailable, claims, consumers  # noqa: E402 - after the filter
 from tests.consumers._gallery import CASES, GATES, Case, Gallery  # noqa: E402
 
 COLUMNS = "{:<37} {:<18} {:<18} {:<12} {:<10} {:<12} {:>6} {:>7} {:>7} {:>7}  {}"
+#: What a program's failure raises: a finding like any other.
+FAILURES = (RuntimeError, subprocess.SubprocessError)
+
+CLAIM = "{:<20} {:<22} {:<8} {}"
 HEAD = ("consumer", "version", "file", "interpolates", "selection", "mode", "hours", "mean", "99 %", "max", "gate")
 
 
 def main() -> int:
-    """Print the table. Returns 1 when a gate does not hold."""
+    """Print both tables. Returns 1 when a gate does not hold, or a program does otherwise than lutgen says."""
     with tempfile.TemporaryDirectory(prefix="lutgen-consumers-") as folder:
         gallery = Gallery(Path(folder))
         print(COLUMNS.format(*HEAD))
         held = [row(gallery, consumer, case) for consumer in consumers() for case in CASES]
     gates = ", ".join(f"{limit:g} where {interpolation}" for interpolation, limit in GATES.items())
-    print(f"Errors in 8-bit codes, over all pixels and channels. Gate: 99 % of them at most {gates}.")
+    print(f"Errors in 8-bit codes, over all pixels and channels. Gate: 99 % of them at most {gates}.\n")
+    print(CLAIM.format("program", "version", "", "what lutgen says that it does"))
+    held += [holds(claim) for claim in claims()]
     return 0 if all(held) else 1
 
 
@@ -36,11 +47,31 @@ def row(gallery: Gallery, consumer: Consumer, case: Case) -> bool:
         if case == CASES[0]:
             print(f"{consumer.name:<37} not tested: {reason}")
         return True
+    except FAILURES as failure:
+        print(f"{consumer.name:<37} FAILS: {failure}")
+        return False
     passes = error.passes(consumer.interpolation)
     numbers = (f"{value:.4f}" for value in (error.mean, error.p99, error.max))
     about = (consumer.name, consumer.version(), consumer.file, consumer.interpolation)
     print(COLUMNS.format(*about, case.selection, case.mode, f"{case.hours:g}", *numbers, "ok" if passes else "FAILS"))
     return passes
+
+
+def holds(claim: Claim) -> bool:
+    """Print one claim, and where the program does otherwise; what cannot be had differs from nothing."""
+    with tempfile.TemporaryDirectory(prefix="lutgen-claim-") as folder:
+        try:
+            version = claim.version()
+            differences = [*claim.differences(Path(folder))]
+        except Unavailable as reason:
+            print(f"{claim.program:<20} not tested: {reason}")
+            return True
+        except FAILURES as failure:
+            differences = [f"it fails: {failure}"]
+    print(CLAIM.format(claim.program, version, "DIFFERS" if differences else "ok", claim.says))
+    for each in differences:
+        print(f"    {each}")
+    return not differences
 
 
 if __name__ == "__main__":

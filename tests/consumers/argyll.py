@@ -1,22 +1,37 @@
-"""Argyll's ``cctiff``, another colour engine than LittleCMS, at 16 bit."""
+"""Argyll: ``cctiff``, another colour engine than LittleCMS, at 16 bit; ``xicclu``, ``iccdump`` and ``colprof``."""
 
 from __future__ import annotations
 
+import re
+import subprocess
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tests.consumers import Consumer, Job, Unavailable, first_line, program, read_image, run
+import numpy as np
+
+from lutgen.bake.formats import format_named
+from lutgen.bake.lut import MatrixLut, Sampler
+from lutgen.colorimetry import D65, code_to_linear, linear_to_xyz
+from lutgen.lint.finding import ARGYLL, REFUSES
+from lutgen.measurements.sessions import read_session
+from tests.consumers import TIMEOUT, Claim, Consumer, Job, Unavailable, first_line, program, read_image, run
+from tests.consumers._claims import aged, beyond, colours, converted, profile_in, unlike
+from tests.profile_cases import CASES
+from tests.session_files import DRIVE, WHITE_CD_M2, light, ti3
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from lutgen.colorimetry import Array
     from tests.consumers import Picture
 
 #: Where Debian's argyll keeps its sRGB profile.
 SRGB = Path("/usr/share/color/argyll/ref/sRGB.icm")
 
 
-def tool() -> str:
-    return program("cctiff", "argyll")
+def tool(name: str = "cctiff") -> str:
+    return program(name, "argyll")
 
 
 @cache
@@ -42,6 +57,66 @@ def profile(job: Job) -> Picture:
 def link(job: Job) -> Picture:
     return cctiff(job, job.lut("devicelink"))
 
+
+def faulty_profiles(folder: Path) -> Iterator[str]:
+    for name, case in CASES.items():
+        (folder / "display.icc").write_bytes(case.data)
+        done = subprocess.run(
+            [tool("xicclu"), "-ff", "-ir", "-px", "display.icc"],
+            input=b"0.2 0.4 0.6\n", cwd=folder, capture_output=True, check=False, timeout=TIMEOUT,
+        )  # fmt: skip
+        answers = re.search(rb"-> \w+ -> [\d.]+ ", done.stdout)
+        said = case.outcomes[ARGYLL]
+        # It answers with numbers: whether they are the right ones is not asked.
+        if bool(answers) == (said == REFUSES):
+            yield from unlike(name, "answers" if answers else REFUSES, said)
+
+
+def adapted(xyz: Array) -> Array:
+    """XYZ under D65 → under D50."""
+    import colour
+
+    d50 = np.array([0.9642, 1.0, 0.8249])
+    return np.asarray(colour.adaptation.chromatic_adaptation_VonKries(xyz, D65, d50, transform="Bradford"))
+
+
+def numbers(folder: Path) -> Iterator[str]:
+    code, xicclu = colours(), tool("xicclu")
+    to_xyz = ("-ff", "-ir", "-px")
+    found = converted(xicclu, *to_xyz, profile_in(folder, "icc"), code=code)
+    yield from beyond("XYZ of icc", found, adapted(linear_to_xyz(aged().code_to_linear(code))), 5e-4)
+    (lut,) = format_named("icc-matrix").bake(Sampler(), aged(), 33)
+    assert isinstance(lut, MatrixLut)
+    found = converted(xicclu, *to_xyz, profile_in(folder, "icc-matrix"), code=code)
+    yield from beyond("XYZ of icc-matrix", found, adapted(linear_to_xyz(code_to_linear(code) @ lut.matrix.T)), 5e-4)
+    # A table that is clipped at the gamut's edge bends between its points.
+    found = converted(xicclu, "-ff", profile_in(folder, "devicelink"), code=code)
+    yield from beyond("code values of devicelink", found, aged().code_to_code(code), 4e-3)
+
+
+def tags(folder: Path) -> Iterator[str]:
+    for name in ("icc", "icc-matrix", "devicelink"):
+        said = run(tool("iccdump"), "-v3", profile_in(folder, name))
+        if said.count("tag ") < 5 or "rror" in said or "lutgen: invented" not in said.replace("\n", ""):
+            yield f"{name}: {said[-200:]!r}"
+
+
+def own_profile(folder: Path) -> Iterator[str]:
+    text = ti3().replace("CTI3", 'CTI3\nDEVICE_CLASS "DISPLAY"\nCOLOR_REP "RGB_XYZ"', 1)
+    (folder / "display.ti3").write_text(text)
+    run(tool("colprof"), "-as", "-ql", "display", cwd=folder)
+    (made,) = {*folder.glob("display.ic*")}
+    session = read_session(made)
+    yield from beyond("code values", session.drive, DRIVE, 1e-6)
+    yield from beyond("cd/m²", session.xyz_cd_m2, WHITE_CD_M2 * light(), 1e-4)
+
+
+CLAIMS = [
+    Claim("xicclu", version, f"reads {len(CASES)} profiles with faults as lint says", faulty_profiles),
+    Claim("xicclu", version, "reads the model's XYZ and code values from our profiles", numbers),
+    Claim("iccdump", version, "finds nothing wrong with our profiles", tags),
+    Claim("colprof", version, "keeps the readings in its profile as we read them", own_profile),
+]
 
 CONSUMERS = [
     Consumer("cctiff", version, "aged.icc", "trilinear", profile),

@@ -6,13 +6,19 @@ It keeps the depth of what it reads: from an 8-bit picture it makes one that is 
 from __future__ import annotations
 
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lutgen.bake.config import AGED_VIEW, LOOK, SOURCE, UNAGED_VIEW
-from tests.consumers import Consumer, Job, first_line, program, read_image, run
+from lutgen.lint import lint
+from tests.consumers import Claim, Consumer, Job, Unavailable, first_line, program, read_image, run
+from tests.consumers._gallery import CASES, Gallery
+from tests.consumers.oiiotool import debian, display
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    from collections.abc import Iterator
 
     from tests.consumers import Picture
 
@@ -74,6 +80,35 @@ def look(job: Job) -> Picture:
 def variables(job: Job) -> Picture:
     return read_image(call(job.png8, job.common_config, tuple(job.variables.items()))[0])
 
+
+#: Blender's own config, where Debian keeps it.
+OWN_CONFIG = Path("/usr/share/blender/datafiles/colormanagement/config.ocio")
+
+
+def pixels(folder: Path) -> Iterator[str]:
+    gallery = Gallery(folder)
+    for case in CASES:
+        job = gallery.job(case)
+        theirs = display(job, debian).astype(int)
+        for name, way in (("view", view), ("look", look)):
+            # 16 bit: two roundings of the same number may differ by one step.
+            if (steps := int(np.abs(way(job).astype(int) - theirs).max())) > 1:
+                yield f"{name}, {case}: {steps} steps of 16 bit apart"
+
+
+def own_config(_folder: Path) -> Iterator[str]:
+    if not OWN_CONFIG.is_file():
+        raise Unavailable(f"{OWN_CONFIG} is missing; Debian has it in the package blender-data")
+    found = lint(OWN_CONFIG, ask_readers=True)
+    for finding in found.findings:
+        if finding.rule != "config-roles" or finding.level(found.readers) != "note":
+            yield f"{finding.rule}: {finding.what}"
+
+
+CLAIMS = [
+    Claim("Blender", version, "shows by view and by look the pixels of oiiotool", pixels),
+    Claim("Blender", version, "has a config in which lint finds a note on roles and no fault", own_config),
+]
 
 CONSUMERS = [
     Consumer("Blender, view", version, "config.ocio", "tetrahedral", view),

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.lint.programs import colour_science as reader_of_lint
 from tests.consumers import Consumer, Job, module
+from tests.consumers._claims import cubes
 
 if TYPE_CHECKING:
     from tests.consumers import Picture
@@ -22,6 +24,8 @@ def cube(job: Job, interpolation: str) -> Picture:
     interpolator = getattr(colour.algebra, f"table_interpolation_{interpolation}")
     return np.asarray(colour.read_LUT(str(job.cube)).apply(job.image / 255, interpolator=interpolator))
 
+
+CLAIMS = [cubes(reader_of_lint.PROGRAM)]
 
 CONSUMERS = [
     Consumer("colour.LUT3D", version, "aged.cube", how, partial(cube, interpolation=how))

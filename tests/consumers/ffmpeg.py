@@ -5,12 +5,22 @@ From an 8-bit picture, ``format=rgb48le`` would make 255 into 65280, a code too 
 
 from __future__ import annotations
 
+import subprocess
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
-from tests.consumers import Consumer, Job, first_line, program, read_image, run
+import numpy as np
+
+from lutgen.lint.finding import READS, REFUSES, WRONG
+from lutgen.lint.programs import Refusal, probe_colours
+from lutgen.lint.programs import ffmpeg as filters_of_lint
+from tests.consumers import TIMEOUT, Claim, Consumer, Job, first_line, program, read_image, run, write_image
+from tests.consumers._claims import cubes, unlike
+from tests.hald_cases import HALDS
+from tests.mesh_cases import BLUE, GREEN, MESHES
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
     from tests.consumers import Picture
@@ -49,6 +59,48 @@ def lut3d(job: Job, interpolation: str) -> Picture:
 def zscale(job: Job) -> Picture:
     return call(job, job.png8, f"zscale=dither=none,format=gbrp16le,lut3d=file={job.cube.name}:interp=tetrahedral")
 
+
+def faulty_halds(folder: Path) -> Iterator[str]:
+    pixels = np.random.default_rng(51).integers(0, 256, (8, 8, 3), dtype=np.uint8)
+    write_image(folder / "in.png", pixels)
+    result = folder / "out.png"
+    for name, (data, said, _) in HALDS.items():
+        (folder / "table.png").write_bytes(data())
+        result.unlink(missing_ok=True)
+        command = [tool(), "-nostdin", "-loglevel", "quiet", "-i", "in.png", "-i", "table.png"]
+        command += ["-filter_complex", "haldclut", "-frames:v", "1", "out.png"]
+        done = subprocess.run(command, cwd=folder, check=False, capture_output=True, timeout=TIMEOUT)
+        if done.returncode:
+            # Some of what it shows wrongly, it refuses from some version on.
+            if said == READS:
+                yield from unlike(name, REFUSES, said)
+        elif said == REFUSES:
+            yield from unlike(name, "shows something", said)
+        # Ours shows an aged display, and rows too many change nothing in the first ones.
+        elif name not in {"ours", "rows more"}:
+            right = np.abs(read_image(result).astype(int) - pixels * [1, 0.8, 1]).max() <= 2
+            yield from unlike(name, READS if right else WRONG, said)
+
+
+def meshes(folder: Path) -> Iterator[str]:
+    path, code = folder / "lut.3dl", probe_colours()
+    for name, (text, _, said) in MESHES.items():
+        path.write_text(text(), newline="")
+        try:
+            shown = filters_of_lint.apply(path, code)
+        except Refusal:
+            yield from unlike(name, REFUSES, said)
+        else:
+            # It divides by 4096.
+            right = np.abs(shown - code / 255 * [1, GREEN, BLUE]).max() < 5e-4
+            yield from unlike(name, READS if right else WRONG, said)
+
+
+CLAIMS = [
+    cubes(filters_of_lint.PROGRAM),
+    Claim("ffmpeg haldclut", version, f"reads {len(HALDS)} Hald images as lint says", faulty_halds),
+    Claim("ffmpeg lut3d", version, f"reads {len(MESHES)} forms of .3dl as lint says", meshes),
+]
 
 CONSUMERS = [
     *(

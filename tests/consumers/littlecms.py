@@ -1,24 +1,32 @@
-"""LittleCMS: its own ``tificc`` at 16 bit, and Pillow's ``ImageCms`` at 8, as many viewers call it."""
+"""LittleCMS: its own ``tificc`` at 16 bit and ``transicc``, and Pillow's ``ImageCms`` at 8, as many viewers call it."""
 
 from __future__ import annotations
 
 from functools import cache, partial
 from importlib.metadata import version as version_of
-from typing import TYPE_CHECKING
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tests.consumers import Consumer, Job, first_line, module, program, read_image, run
+from lutgen.lint.finding import LCMS_8, READS, REFUSES, WRONG
+from tests.consumers import Claim, Consumer, Job, first_line, module, program, read_image, run, write_image
+from tests.consumers._claims import INTENTS, aged, beyond, colours, converted, profile_in, unlike
+from tests.profile_cases import CASES, PIXELS, made
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from lutgen.colorimetry import Array
     from tests.consumers import Picture
 
 #: Rendering intents by their numbers.
-PERCEPTUAL, RELATIVE = 0, 1
+PERCEPTUAL, RELATIVE, ABSOLUTE = 0, 1, 3
 
 
-def tool() -> str:
-    return program("tificc", "liblcms2-utils")
+def tool(name: str = "tificc") -> str:
+    return program(name, "liblcms2-utils")
 
 
 @cache
@@ -53,6 +61,103 @@ def pillow(job: Job, form: str = "icc") -> Picture:
     image = module("PIL.Image", "pillow").fromarray(job.image)
     return np.asarray(cms.profileToProfile(image, str(job.lut(form)), cms.createProfile("sRGB")))
 
+
+def by_pillow(data: bytes) -> Picture | None:
+    cms = module("PIL.ImageCms", "pillow")
+    try:
+        source = cms.ImageCmsProfile(BytesIO(data))
+        shown = cms.profileToProfile(module("PIL.Image", "pillow").fromarray(PIXELS), source, cms.createProfile("sRGB"))
+    except (cms.PyCMSError, OSError):
+        return None
+    return np.asarray(shown)
+
+
+def faulty_profiles(_folder: Path) -> Iterator[str]:
+    for name, case in CASES.items():
+        shown, meant = by_pillow(case.data), by_pillow(case.whole)
+        assert meant is not None
+        outcome = REFUSES
+        if shown is not None:
+            outcome = READS if np.abs(shown.astype(int) - meant).max() <= 1 else WRONG
+        # At hour 0 the matrix beside a table is the table: only the bytes tell that it is gone.
+        if outcome == REFUSES or not ("cut off" in name or "beyond" in name):
+            yield from unlike(name, outcome, case.outcomes[LCMS_8])
+
+
+def whites_by_pillow(folder: Path) -> Iterator[str]:
+    """With whole numbers, a table's white is set on white, unless LittleCMS is told not to; a matrix keeps it."""
+    cms = module("PIL.ImageCms", "pillow")
+    white, srgb = module("PIL.Image", "pillow").new("RGB", (1, 1), "white"), cms.createProfile("sRGB")
+    model = aged().code_to_code(np.ones((1, 3))) * 255
+    for name, kept in (("icc", False), ("icc-matrix", True)):
+        path = profile_in(folder, name)
+
+        def shown(intent: int, flags: Any, path: Path = path) -> Array:
+            way = cms.buildTransform(str(path), srgb, "RGB", "RGB", cms.Intent(intent), flags)
+            pixels = np.asarray(cms.applyTransform(white, way), dtype=np.float64)
+            return np.asarray(pixels[0])
+
+        plain = cms.Flags.NONE
+        for intent in (PERCEPTUAL, RELATIVE):
+            meant = model if kept else np.full((1, 3), 255.0)
+            yield from beyond(f"white of {name}, intent {intent}", shown(intent, plain), meant, 0.6)
+        unoptimised = shown(RELATIVE, cms.Flags.NOOPTIMIZE)
+        yield from beyond(f"white of {name}, not optimised", unoptimised, model, 1.01)
+        yield from beyond(f"white of {name}, absolute", shown(ABSOLUTE, plain), model, 1.01)
+
+
+def white(folder: Path, depth: int, *options: str | Path) -> Array:
+    """White of a picture of 8 or 16 bit, as ``tificc`` converts it to the same, in 0..1; shape (1, 3)."""
+    source, result = folder / "white.tif", folder / "shown.tif"
+    largest = 2**depth - 1
+    pixels = np.full((8, 8, 3), largest)
+    write_image(source, pixels.astype(np.uint8) if depth == 8 else pixels.astype(np.uint16))
+    result.unlink(missing_ok=True)
+    run(tool(), f"-w{depth}", *options, source, result)
+    return np.asarray(read_image(result)[0, :1] / largest)
+
+
+def whites(folder: Path) -> Iterator[str]:
+    """At 8 bit a matrix shows the aged white with every intent; at 16 bit pictures are resampled, and lose it."""
+    model, unaged = aged().code_to_code(np.ones((1, 3))), np.ones((1, 3))
+    matrix = profile_in(folder, "icc-matrix")
+    for intent in INTENTS:
+        shown = white(folder, 8, f"-t{intent}", f"-i{matrix}", "-o*sRGB")
+        yield from beyond(f"white of icc-matrix, 8 bit, intent {intent}", shown, model, 0.6 / 255)
+    for name in ("icc", "icc-matrix"):
+        path = profile_in(folder, name)
+        shown = white(folder, 16, f"-t{RELATIVE}", f"-i{path}", "-o*sRGB")
+        yield from beyond(f"white of {name}, 16 bit, relative", shown, unaged, 1e-6)
+        shown = white(folder, 16, f"-t{ABSOLUTE}", f"-i{path}", "-o*sRGB")
+        yield from beyond(f"white of {name}, 16 bit, absolute", shown, model, 1e-3)
+
+
+def whites_that_are_lost(folder: Path) -> Iterator[str]:
+    """At 8 bit and by default, a table's white becomes white, and a matrix's does not."""
+    for name, lost in (("icc", True), ("devicelink", True), ("icc-matrix", False)):
+        (folder / "display.icc").write_bytes(made(name, 18_000))
+        path = folder / "display.icc"
+        options = (f"-l{path}",) if name == "devicelink" else (f"-i{path}", "-o*sRGB")
+        shown = white(folder, 8, f"-t{RELATIVE}", *options)
+        if bool((shown == 1).all()) != lost:
+            yield f"{name}: white becomes {np.rint(shown[0] * 255)}"
+
+
+def numbers(folder: Path) -> Iterator[str]:
+    code, path = colours(), profile_in(folder, "icc")
+    for intent in INTENTS:
+        options = (f"-t{intent}", "-c0", "-n", "-i", path, "-o", "*sRGB")
+        found = np.clip(converted(tool("transicc"), *options, code=code * 255), 0, 255)
+        yield from beyond(f"intent {intent}", found, aged().code_to_code(code) * 255, 0.7)
+
+
+CLAIMS = [
+    Claim("tificc", version, "shows the aged white where README says that it does, and only there", whites),
+    Claim("tificc", version, "loses the aged white where lint says so", whites_that_are_lost),
+    Claim("transicc", version, "shows the model with every intent", numbers),
+    Claim("Pillow ImageCms", pillow_version, "keeps the aged white without a table alone", whites_by_pillow),
+    Claim("Pillow ImageCms", pillow_version, f"reads {len(CASES)} profiles with faults as lint says", faulty_profiles),
+]
 
 CONSUMERS = [
     *(

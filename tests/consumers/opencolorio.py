@@ -9,7 +9,9 @@ import numpy as np
 
 from lutgen.bake.config import AGED_VIEW, NAMED_TRANSFORM, SOURCE
 from lutgen.bindings import ocio
+from lutgen.lint.programs import opencolorio as reader_of_lint
 from tests.consumers import Consumer, Job
+from tests.consumers._claims import cubes
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -55,6 +57,8 @@ def named(job: Job) -> Picture:
     transform = config.getNamedTransform(NAMED_TRANSFORM).getTransform(lib.TRANSFORM_DIR_FORWARD)
     return apply(config.getProcessor(transform), job.image)
 
+
+CLAIMS = [cubes(reader_of_lint.PROGRAM)]
 
 CONSUMERS = [
     Consumer("PyOpenColorIO, view", version, "config.ocio", "tetrahedral", view),

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.lint.programs import pillow as reader_of_lint
 from tests.consumers import Consumer, Job, module
+from tests.consumers._claims import cubes
 
 if TYPE_CHECKING:
     from tests.consumers import Picture
@@ -22,5 +24,7 @@ def cube(job: Job) -> Picture:
     table = module("pillow_lut", "pillow_lut").load_cube_file(str(job.cube))
     return np.asarray(module("PIL.Image", "pillow").fromarray(job.image).filter(table))
 
+
+CLAIMS = [cubes(reader_of_lint.PROGRAM)]
 
 CONSUMERS = [Consumer("pillow_lut", version, "aged.cube", "trilinear", cube)]

@@ -1,0 +1,129 @@
+"""What the claims about several programs share: files that are made once, and questions that are asked alike."""
+
+from __future__ import annotations
+
+import subprocess
+import tempfile
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.bake.formats import Provenance, format_named
+from lutgen.bake.lut import Sampler
+from lutgen.display import DisplayModel, default_display
+from lutgen.lint import lint
+from lutgen.measurements import read_measurements
+from tests.consumers import TIMEOUT, Claim, Unavailable
+from tests.lint_cases import BAD, GOOD, PLAIN
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from lutgen.colorimetry import Array
+    from lutgen.display import AgedDisplay
+    from lutgen.lint.finding import Linted, Trial
+    from lutgen.lint.programs import Program
+
+#: Rendering intents by their numbers: perceptual, relative, saturation, absolute.
+INTENTS = (0, 1, 2, 3)
+
+
+@cache
+def aged() -> AgedDisplay:
+    """The display whose profiles are asked for."""
+    return DisplayModel(read_measurements(default_display()), selection="continuous").at("chroma-luma", 18_000)
+
+
+@cache
+def profile(name: str) -> bytes:
+    """Its ``icc``, ``icc-matrix`` or ``devicelink``."""
+    form = format_named(name)
+    return form.write(form.bake(Sampler(), aged(), 33)[0], Provenance("Aged display", "lutgen", ("lutgen: invented",)))
+
+
+def profile_in(folder: Path, name: str) -> Path:
+    path = folder / format_named(name).file
+    path.write_bytes(profile(name))
+    return path
+
+
+@cache
+def colours() -> Array:
+    """Code values to ask for, shape (n, 3): the corners, and random ones."""
+    corners = np.stack(np.meshgrid(*[[0.0, 1.0]] * 3), axis=-1).reshape(-1, 3)
+    return np.concatenate([corners, np.random.default_rng(21).random((40, 3))])
+
+
+def converted(tool: str, *options: str | Path, code: Array) -> Array:
+    """What a program that converts numbers says; shape (n, 3)."""
+    lines = "".join(" ".join(f"{value:.6f}" for value in row) + "\n" for row in code)
+    done = subprocess.run([tool, *options], input=lines, capture_output=True, text=True, check=True, timeout=TIMEOUT)
+    found = [line.split("-> ")[-1].partition("[")[0].split() for line in done.stdout.splitlines()]
+    return np.array([row for row in found if len(row) == 3 and row[0].lstrip("-")[0].isdigit()], dtype=float)
+
+
+def beyond(what: str, shown: Array, meant: Array, limit: float) -> Iterator[str]:
+    """Yield a line where what is shown differs by the limit or more; NaN does."""
+    if shown.shape != meant.shape:
+        yield f"{what}: {len(shown)} answers to {len(meant)} questions"
+    elif not (error := float(np.abs(shown - meant).max())) < limit:
+        yield f"{what}: {error:.2g} off, and {limit:g} is allowed"
+
+
+def unlike(name: str, outcome: str, said: str) -> Iterator[str]:
+    """Yield a line where the outcome of a case is another than lint says."""
+    if outcome != said:
+        yield f"{name}: {outcome}, and lint says: {said}"
+
+
+def cubes(program: Program) -> Claim:
+    """That a reader does with every form of ``.cube`` what lint says."""
+    reader = program.reader()
+
+    def version() -> str:
+        trial = _trial(next(iter(tried().values())), reader)
+        if not trial.version:
+            raise Unavailable(trial.said)
+        return trial.version
+
+    def differences(_folder: Path) -> Iterator[str]:
+        for name, found in tried().items():
+            if (trial := _trial(found, reader)) in found.disagreements():
+                yield from unlike(name, trial.outcome, found.fate(reader)[0].outcome)
+
+    return Claim(
+        reader, version, f"reads {len(GOOD) + len(BAD)} forms of .cube, and mutations, as lint says", differences
+    )
+
+
+@cache
+def tried() -> dict[str, Linted]:
+    """Each form of ``.cube``, and those of 60 mutations that lint calls clean: all readers were given them."""
+    found = {}
+    with tempfile.TemporaryDirectory(prefix="lutgen-cubes-") as folder:
+        path = Path(folder, "lut.cube")
+        for name, data in [*GOOD.items(), *((name, data) for name, (_, data) in BAD.items())]:
+            path.write_bytes(data)
+            found[name] = lint(path, ask_readers=True)
+        for seed in range(60):
+            path.write_bytes(mutation(seed))
+            if lint(path).clean:
+                found[f"mutation {seed}"] = lint(path, ask_readers=True)
+    return found
+
+
+def mutation(seed: int) -> bytes:
+    """The plain form with a few bytes replaced."""
+    rng = np.random.default_rng(seed)
+    data = bytearray(PLAIN)
+    for place in rng.integers(0, len(data), rng.integers(1, 4)):
+        data[place : place + rng.integers(0, 3)] = bytes(
+            rng.choice([*b"0123456789 .-#\n"], rng.integers(0, 3)).tolist()
+        )
+    return bytes(data)
+
+
+def _trial(found: Linted, reader: str) -> Trial:
+    return next(trial for trial in found.trials if trial.reader == reader)

@@ -1,0 +1,39 @@
+"""Forms of ``.3dl``, and what becomes of each in OpenColorIO and in ffmpeg."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.lint.finding import READS, REFUSES, WRONG
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+#: What the tables do to a channel; red stays.
+GREEN, BLUE = 0.9, 0.8
+
+PLACES = " ".join(str(min(64 * place, 1023)) for place in range(17))
+
+
+def mesh(points: int = 17, largest: int = 4095) -> str:
+    """The rows of a .3dl."""
+    axis = np.linspace(0, largest, points)
+    return "".join(f"{r:.0f} {g * GREEN:.0f} {b * BLUE:.0f}\n" for r in axis for g in axis for b in axis)
+
+
+#: A .3dl, and what becomes of it in OpenColorIO and in ffmpeg.
+MESHES: dict[str, tuple[Callable[[], str], str, str]] = {
+    "17 points": (lambda: f"{PLACES}\n{mesh()}", READS, READS),
+    "comments": (lambda: f"# a\n\n{PLACES}\n{mesh()}", READS, READS),
+    "CRLF": (lambda: f"{PLACES}\n{mesh()}".replace("\n", "\r\n"), READS, READS),
+    "CR": (lambda: f"{PLACES}\n{mesh()}".replace("\n", "\r"), WRONG, REFUSES),
+    "ours, of 33 points": (lambda: f"{PLACES}\n{mesh(33)}", READS, WRONG),
+    "9 points": (lambda: f"{PLACES}\n{mesh(9)}", READS, REFUSES),
+    "10 bits": (lambda: f"{PLACES}\n{mesh(largest=1023)}", READS, WRONG),
+    "16 bits": (lambda: f"{PLACES}\n{mesh(largest=65535)}", READS, WRONG),
+    "no places": (mesh, READS, REFUSES),
+    "no places, 33 points": (lambda: mesh(33), READS, WRONG),
+    "Lustre's": (lambda: f"3DMESH\nMesh 4 12\n{PLACES}\n{mesh()}\nLUT8\ngamma 1.0\n", READS, REFUSES),
+}
