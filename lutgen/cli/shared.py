@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen.cli.command import Advanced
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
@@ -33,27 +35,32 @@ def model_options(command: Callable[..., Any]) -> Callable[..., Any]:
             click.option("--model", metavar="FILE", help="A saved model (.toml); only --at goes with it."),
             click.option(
                 "--baseline",
+                cls=Advanced,
                 type=click.Choice(AGING_BASELINES),
                 help="Fresh display: the paper's sRGB with the measured `tips`, or `native`, the first session's own "
                 "curves and black, which --reference absolute shows [default: tips].",
             ),
             click.option(
                 "--selection",
+                cls=Advanced,
                 type=click.Choice(SELECTIONS),
                 help="Matrix of a colour: the paper's `nearest`, or `continuous` without jumps [default: nearest].",
             ),
             click.option(
                 "--reference",
+                cls=Advanced,
                 type=click.Choice(REFERENCES),
                 help="Change since hour 0 put on sRGB, or the measured colours themselves [default: relative].",
             ),
             click.option(
                 "--luminance",
+                cls=Advanced,
                 metavar="LAW",
                 help="Luminance of chroma-luma: paper, measured, or a .csv of hour,factor [default: paper].",
             ),
             click.option(
                 "--at",
+                cls=Advanced,
                 metavar="NAME=VALUE",
                 multiple=True,
                 help=f"How the display is seen, where effects depend on it: {', '.join(CONDITIONS)}; several in a list "

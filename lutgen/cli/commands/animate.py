@@ -6,14 +6,16 @@ from typing import Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.picture_options import AGING_MODES, check_output, force_option, image_argument, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
+from lutgen.cli.words import say
 
 #: As in the library, repeated because help must not import numpy; a test holds them together.
 SUFFIXES, SECONDS, SIZE = (".png", ".apng", ".mp4"), 8.0, 640
 
 
-@click.command()
+@click.command(cls=Command, section=Section.PICTURES, place=6)
 @image_argument
 @click.option("--mode", type=click.Choice(AGING_MODES), required=True, help="Aging mode.")
 @click.option(
@@ -63,4 +65,4 @@ def command(
     with progress_bar("aging") as progress:
         series = aged_series(image, model, (mode,), chosen, longest=size, source=source, progress=progress)
         animate(series, mode, chosen, path, seconds=seconds, progress=progress)
-    click.echo(output)
+    say(output)

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.shared import MODES, echo_json, model_from, model_options, progress_bar
+from lutgen.cli.words import say
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
 SOURCES = ("auto", "signal", "linear")
 
 
-@click.command()
+@click.command(cls=Command, section=Section.SIMULATE, place=3)
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
 @click.option("--mode", type=click.Choice(MODES), help="Aging mode.")
 @click.option("--hours", type=float, metavar="HOUR", help="Operating hours of the display.")
@@ -82,7 +84,7 @@ def command(
         echo_json({"schema": 1, "images": [asdict(applied) for applied in done], **notes})
     else:
         for sentence in (*map(_sentence, done), *remarks):
-            click.echo(sentence)
+            say(sentence)
 
 
 def _aging(

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.shared import MODES, echo_json, model_from, model_options, progress_bar
+from lutgen.cli.words import say
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -16,7 +18,7 @@ if TYPE_CHECKING:
     from lutgen.bake.check import Budget, Checked
 
 
-@click.command()
+@click.command(cls=Command, section=Section.SIMULATE, place=2)
 @click.argument("paths", nargs=-1, required=True, metavar="DIR|LUT…")
 @click.option("--mode", type=click.Choice(MODES), help="For LUT files: the display they claim to be.")
 @click.option("--hours", type=float, help="For LUT files: its hour.")
@@ -98,16 +100,16 @@ def _report(path: str, result: Checked) -> None:
     from lutgen.report.build_page import shader_sentence
 
     for remark in result.remarks:
-        click.echo(f"note: {remark}")
+        say(f"note: {remark}")
     for finding in result.findings:
-        click.echo(f"{finding.path}: {finding.problem}")
+        say(f"{finding.path}: {finding.problem}")
     if result.gpu:
         renderer = next(iter(result.gpu.values())).renderer
-        click.echo(shader_sentence(renderer, len(result.gpu), max(run.worst for run in result.gpu.values())))
+        say(shader_sentence(renderer, len(result.gpu), max(run.worst for run in result.gpu.values())))
     worst = max((c.smooth.max for c in result.certificates.values()), default=0.0)
     count = f"{result.files} file{'s' if result.files != 1 else ''}"
     if result.passed:
-        click.echo(f"{path}: {count} checked, all true to the model (largest smooth ΔE2000 {worst:.4f})")
+        say(f"{path}: {count} checked, all true to the model (largest smooth ΔE2000 {worst:.4f})")
     else:
         wrong = len({finding.path for finding in result.findings})
-        click.echo(f"{path}: {count} checked, {wrong} with faults")
+        say(f"{path}: {count} checked, {wrong} with faults")

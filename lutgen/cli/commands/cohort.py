@@ -7,12 +7,14 @@ from typing import Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.outputs import Outputs
 from lutgen.cli.picture_options import hours_option, json_option, source_option, tolerance_option
 from lutgen.cli.shared import model_from, model_options, numbers, progress_bar
+from lutgen.cli.words import say
 
 
-@click.command()
+@click.command(cls=Command, section=Section.PICTURES, place=2)
 @click.argument("slides", nargs=-1, required=True, metavar="SLIDE|FOLDER|LIST.txt...")
 @click.option("-o", "--output", required=True, metavar="DIR", help="Folder that keeps every slide's result.")
 @tolerance_option
@@ -78,7 +80,7 @@ def command(
                 progress=progress,
             )
     except KeyboardInterrupt:
-        click.echo(f"Interrupted. {output} keeps the finished slides; the same command goes on from there.", err=True)
+        say(f"Interrupted. {output} keeps the finished slides; the same command goes on from there.", err=True)
         raise
     outputs.write(cohort_page(found), found.as_json, as_csv=found.as_csv)
     if found.broken:

@@ -6,11 +6,12 @@ from typing import Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.data_options import data_options, question_from
 from lutgen.cli.outputs import Outputs
 
 
-@click.command()
+@click.command(cls=Command, section=Section.CRITICISM, place=1)
 @data_options(expressions=False)
 @click.option("--plots", metavar="DIR", help="Draw the residuals into this folder.")
 def command(*, json_to: str | None, plots: str | None, force: bool, **options: Any) -> None:

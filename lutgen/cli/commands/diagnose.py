@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.data_options import data_options, question_from, split_all
 from lutgen.cli.outputs import Outputs, check_new_file
 from lutgen.cli.shared import progress_bar
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from lutgen.criticism.diagnose import Diagnosis
 
 
-@click.command()
+@click.command(cls=Command, section=Section.CRITICISM, place=2)
 @data_options()
 @click.option("--without", multiple=True, metavar="NAME", callback=split_all, help="Leave this effect out; a list.")
 @click.option("--stub", metavar="FILE.py", help="Where no known effect explains it: sketch one of your own here.")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.shared import echo_json
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 _WIDTH = 140
 
 
-@click.command()
+@click.command(cls=Command, section=Section.CRITICISM, place=5)
 @click.argument("name", required=False)
 @click.option("--effects", "files", multiple=True, metavar="FILE.py", help="Add the effects of a Python file.")
 @click.option("--add-expr", "expressions", multiple=True, metavar="EXPR", help="Add an effect in one line.")

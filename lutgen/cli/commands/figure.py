@@ -6,14 +6,16 @@ from typing import Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.picture_options import check_output, force_option, image_argument, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
+from lutgen.cli.words import say
 
 #: As in the library, repeated because help must not import numpy; a test holds them together.
 FIGURES = ("2", "3", "4", "5", "6")
 
 
-@click.command()
+@click.command(cls=Command, section=Section.PICTURES, place=7)
 @click.argument("number", type=click.Choice(FIGURES), metavar="2|3|4|5|6")
 @image_argument
 @click.option("-o", "--output", required=True, metavar="FILE.png", help="Picture to write.")
@@ -40,4 +42,4 @@ def command(*, number: str, image: str, output: str, source: str, force: bool, *
     model = model_from(**options)
     with progress_bar("drawing") as progress:
         draw_figure(number, image, model, path, source=source, force=force, progress=progress)
-    click.echo(output)
+    say(output)

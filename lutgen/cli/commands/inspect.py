@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.outputs import check_json, check_pictures, print_page, write_json
 from lutgen.cli.picture_options import json_option
 from lutgen.cli.shared import progress_bar
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from lutgen.measurements.session import Session
 
 
-@click.command(name="inspect")
+@click.command(name="inspect", cls=Command, section=Section.REAL_DISPLAYS, place=1)
 @click.argument("files", metavar="SESSION...", nargs=-1, required=True)
 @json_option
 @click.option("--plots", metavar="DIR", help="Draw one page a session into this folder.")
@@ -49,17 +50,16 @@ def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, f
     if plots:
         names = picture_names([each.session.file for each in found])
         folder = check_pictures(plots, names, force=force)
-    if not alone:
-        print_page(inspect_page(found))
-    if plots:
         with progress_bar("drawing", quiet=alone) as progress:
             for number, (each, name) in enumerate(zip(found, names, strict=True)):
                 progress(number, len(found))
                 plot_inspection(each, folder / name, force=force)
-        if not alone:
-            print_page([f"Pictures: {', '.join(str(folder / name) for name in names)}"])
     if json_to:
         write_json(as_json(found), json_to)
+    if not alone:
+        print_page(inspect_page(found))
+        if plots:
+            print_page([f"Pictures: {', '.join(str(folder / name) for name in names)}"])
 
 
 def _sessions(files: tuple[str, ...]) -> Iterator[Session]:

@@ -6,12 +6,13 @@ from typing import Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.outputs import Outputs
 from lutgen.cli.picture_options import hours_option, json_option, source_option, tolerance_option
 from lutgen.cli.shared import model_from, model_options, numbers, progress_bar
 
 
-@click.command()
+@click.command(cls=Command, section=Section.PICTURES, place=1)
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
 @tolerance_option
 @hours_option

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.outputs import check_json, print_page, write_json
 from lutgen.cli.picture_options import AGING_MODES, check_output, force_option, image_argument, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 SUFFIXES = (".exr", ".tif", ".tiff")
 
 
-@click.command()
+@click.command(cls=Command, section=Section.PICTURES, place=4)
 @image_argument
 @click.option("--mode", type=click.Choice(AGING_MODES), required=True, help="Aging mode.")
 @click.option("--hours", type=float, required=True, metavar="HOUR", help="Operating hours of the display.")
@@ -73,10 +74,10 @@ def command(
     for path in paths:
         if path not in floats:
             plot_map(found, path, ends=(low, high), force=force)
-    if not alone:
-        print_page([*_sentences(found), f"Written: {', '.join(outputs)}", *found.remarks()])
     if json_to:
         write_json(found.as_json(), json_to)
+    if not alone:
+        print_page([*_sentences(found), f"Written: {', '.join(outputs)}", *found.remarks()])
 
 
 def _numbers(text: str) -> tuple[float, float]:

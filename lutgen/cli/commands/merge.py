@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.outputs import STANDARD_OUTPUT, check_new_file, print_page, write_json
 from lutgen.cli.shared import MODES, numbers
 
 
-@click.command()
+@click.command(cls=Command, section=Section.OTHERS_FILES, place=2)
 @click.argument("build", metavar="BUILD_DIR")
 @click.option("--into", required=True, metavar="CONFIG", help="Your config; not changed, unless -o is its own folder.")
 @click.option("-o", "--output", required=True, metavar="DIR", help="Folder for the merged config and its LUT files.")

@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.outputs import Outputs
 from lutgen.cli.picture_options import hours_option, json_option, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
@@ -15,7 +16,7 @@ SOURCES = ("auto", "signal", "linear")
 STAINS = ("auto", "he", "hdab")
 
 
-@click.command()
+@click.command(cls=Command, section=Section.PICTURES, place=3)
 @click.argument("image", metavar="IMAGE")
 @click.option(
     "--stain",

@@ -7,11 +7,12 @@ from typing import Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.data_options import data_options, question_from
 from lutgen.cli.outputs import check_json, check_new_file, print_page, write_json
 
 
-@click.command()
+@click.command(cls=Command, section=Section.CRITICISM, place=4)
 @data_options()
 @click.option("--between", metavar="A,B", help="Two effects that are to be told apart.")
 @click.option("--effect", metavar="NAME", help="One effect that is to be seen.")
@@ -53,11 +54,11 @@ def command(
 
     for path, suffix in wanted.items():
         write_atomically(Path(path), (made.as_csv() if suffix == ".csv" else made.as_ti1()).encode())
+    if json_to:
+        write_json(made.as_json(), json_to)
     if not alone:
         kind = "between" if pair else "effect" if effect else "coverage"
         print_page(plan_page(made, kind, list(wanted)))
-    if json_to:
-        write_json(made.as_json(), json_to)
 
 
 def _pair(between: str | None) -> tuple[str, str] | None:

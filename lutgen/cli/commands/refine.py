@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.data_options import data_options, question_from, split_all
 from lutgen.cli.outputs import Outputs, check_new_file
 from lutgen.cli.shared import progress_bar
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from lutgen.criticism.refine import Refinement
 
 
-@click.command()
+@click.command(cls=Command, section=Section.CRITICISM, place=3)
 @data_options()
 @click.option("--add", multiple=True, metavar="NAME", callback=split_all, help="Effects to add in this order, a list.")
 @click.option("--auto", is_flag=True, help="Add what a diagnosis finds, until nothing is missing.")

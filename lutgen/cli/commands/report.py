@@ -6,16 +6,18 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.outputs import check_new_file
 from lutgen.cli.picture_options import source_option, tolerance_option
 from lutgen.cli.shared import model_from, model_options, numbers, progress_bar
+from lutgen.cli.words import say
 
 if TYPE_CHECKING:
     from lutgen.display import DisplayModel
     from lutgen.report.html.evidence import Evidence
 
 
-@click.command()
+@click.command(cls=Command, section=Section.PICTURES, place=9)
 @click.argument("image", metavar="IMAGE")
 @click.option("--build", metavar="DIR", help="Add the certificates of a folder that lutgen build made.")
 @click.option("--data", metavar="READINGS", help="Add compare, diagnose and refine of these readings (.csv).")
@@ -82,7 +84,7 @@ def command(
         scenes = scenes_of(frame, model, found, frames, progress)
     evidence = _evidence(data, model, options, instrument) if data else None
     write_report(Run(found, scenes, built, evidence), output)
-    click.echo(f"{output}: {Path(output).stat().st_size / 1e6:.1f} MB, {len(frames)} hours. Open it in a browser.")
+    say(f"{output}: {Path(output).stat().st_size / 1e6:.1f} MB, {len(frames)} hours. Open it in a browser.")
 
 
 def _evidence(data: str, model: DisplayModel, options: dict[str, Any], instrument: str | None) -> Evidence:

@@ -6,11 +6,13 @@ from typing import Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.picture_options import AGING_MODES, check_output, force_option, image_argument, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
+from lutgen.cli.words import say
 
 
-@click.command()
+@click.command(cls=Command, section=Section.PICTURES, place=5)
 @image_argument
 @click.option(
     "--hours",
@@ -57,4 +59,4 @@ def command(
             progress=progress,
         )
     age_sheet(series, chosen, path, force=force)
-    click.echo(output)
+    say(output)

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen.cli.command import Command, Section
+from lutgen.cli.outputs import print_page
 from lutgen.cli.shared import echo_json, model_from, model_options
 
 if TYPE_CHECKING:
@@ -16,7 +18,7 @@ if TYPE_CHECKING:
 _ROWS = 8
 
 
-@click.command()
+@click.command(cls=Command, section=Section.SIMULATE, place=4)
 @click.option(
     "--hours",
     metavar="HOURS",
@@ -72,12 +74,8 @@ def _even(tips: Tips) -> list[float]:
 
 
 def _report(shown: Shown, plot: str | None) -> None:
-    from rich.console import Console
     from rich.table import Table
 
-    console = Console(highlight=False)
-    console.print(shown.sentence(), soft_wrap=True, markup=False)
-    console.print(shown.provenance, soft_wrap=True, markup=False)
     heads = ("hours", "x", "y", "cd/m²", "CCT K", "Δu'v'\nwhite", "\nred", "\ngreen", "\nblue", "Y/Y₀", "add. %")
     table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0))
     for head in heads:
@@ -94,12 +92,16 @@ def _report(shown: Shown, plot: str | None) -> None:
             f"{shown.luminance[row, 0]:.3f}",
             f"{100 * shown.non_additivity[row]:+.2f}",
         )
-    console.print()
-    console.print(table)
-    console.print("\nadd.: non-additivity of luminance, (R + G + B − W) / W.")
-    if shown.effects:
-        console.print(f"\nThe model's effects{f' ({shown.verdict})' if shown.verdict else ''}:", markup=False)
-    for line in (*shown.told_effects(), *shown.remarks):
-        console.print(line, soft_wrap=True, markup=False)
-    if plot:
-        console.print(plot, soft_wrap=True, markup=False)
+    verdict = f" ({shown.verdict})" if shown.verdict else ""
+    print_page(
+        [
+            shown.sentence(),
+            f"{shown.provenance}\n",
+            table,
+            "\nadd.: non-additivity of luminance, (R + G + B − W) / W.",
+            *([f"\nThe model's effects{verdict}:"] if shown.effects else []),
+            *shown.told_effects(),
+            *shown.remarks,
+            *([plot] if plot else []),
+        ]
+    )

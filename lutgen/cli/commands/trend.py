@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.outputs import check_json, check_new_file, print_page, write_json
 from lutgen.cli.picture_options import json_option
 from lutgen.cli.shared import progress_bar
@@ -12,7 +13,7 @@ from lutgen.cli.shared import progress_bar
 SETS = ("tg18-primary", "tg18-secondary", "acr-diagnostic", "drift")
 
 
-@click.command()
+@click.command(cls=Command, section=Section.REAL_DISPLAYS, place=3)
 @click.argument("campaign", metavar="CAMPAIGN")
 @click.option(
     "--limits",
@@ -61,13 +62,11 @@ def command(
     limits = [*(limit for name in chosen for limit in limits_of(name)), *(parse_limit(text) for text in own)]
     with progress_bar("following", quiet=alone) as progress:
         found = trend(read_campaign(campaign), limits, all_sessions=all_sessions, progress=progress)
-    if not alone:
-        print_page(trend_page(found))
     if path:
         from lutgen.report.trend_plot import plot_trend
 
         plot_trend(found, path, force=force)
-        if not alone:
-            print_page([f"Picture: {path}"])
     if json_to:
         write_json(trend_as_json(found), json_to)
+    if not alone:
+        print_page([*trend_page(found), *([f"Picture: {path}"] if path else [])])

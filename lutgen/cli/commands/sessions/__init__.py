@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import click
 
-from lutgen.cli.command_folder import CommandFolder
+from lutgen.cli.command import CommandFolder, Section
 
 
-@click.group(cls=CommandFolder, folder=__name__)
+@click.group(cls=CommandFolder, folder=__name__, section=Section.REAL_DISPLAYS, place=2)
 def command() -> None:
     """Put the sessions of one display together in a campaign file, and say why they differ.
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import click
 
+from lutgen.cli.command import Command
 from lutgen.cli.outputs import check_json, print_page, write_json
 from lutgen.cli.picture_options import json_option
 from lutgen.cli.shared import progress_bar
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("files", nargs=-1, required=True, metavar="CAMPAIGN|SESSION...")
 @click.option("--reference", metavar="FILE", help="The session to hold the others against [default: the first sound].")
 @json_option
@@ -39,7 +40,7 @@ def command(*, files: tuple[str, ...], reference: str | None, json_to: str | Non
     campaign = read_campaign(files[0]) if listed else campaign_of(files)
     with progress_bar("explaining", quiet=alone) as progress:
         found = separate(campaign, reference=reference, progress=progress)
-    if not alone:
-        print_page(separate_page(found))
     if json_to:
         write_json(separation_as_json(found), json_to)
+    if not alone:
+        print_page(separate_page(found))

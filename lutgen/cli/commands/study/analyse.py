@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lutgen.cli.command import Command
 from lutgen.cli.outputs import check_json, check_new_file, check_pictures, print_page, write_json
 from lutgen.cli.picture_options import json_option
 from lutgen.cli.shared import progress_bar
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 INTERVALS = ("normal", "t")
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("study", required=False, metavar="[STUDY]")
 @click.option("--answers", metavar="FILE", help="A table of answers instead (.csv), such as study simulate writes.")
 @click.option("--counts", metavar="FILE", help="Figures instead: a .csv of condition,agreed,disagreed.")
@@ -64,20 +65,19 @@ def command(
     _check(csv_to, plots, force=force)
     with progress_bar("analysing", quiet=alone):
         found = _analysis(study, answers, counts, summary, ci)
-    if not alone:
-        from lutgen.report.study_page import study_page
-
-        print_page(study_page(found))
+    picture = None
     if csv_to:
         _write_tables(found, csv_to)
     if plots:
         from lutgen.report.study_plot import plot_study
 
         picture = plot_study(found, plots, force=force)
-        if not alone:
-            print_page([f"Picture: {picture}"])
     if json_to:
         write_json(found.as_json(), json_to)
+    if not alone:
+        from lutgen.report.study_page import study_page
+
+        print_page([*study_page(found), *([f"Picture: {picture}"] if picture else [])])
 
 
 def _check(csv_to: str | None, plots: str | None, *, force: bool) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen.cli.command import Command
 from lutgen.cli.outputs import check_json, print_page, write_json
 from lutgen.cli.picture_options import json_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from lutgen.study.design import Design
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
 @click.option(
     "--conditions",
@@ -98,10 +99,10 @@ def command(
             force=force,
             progress=progress,
         )
-    if not alone:
-        print_page(plan_page(planned))
     if json_to:
         write_json(planned.as_json(), json_to)
+    if not alone:
+        print_page(plan_page(planned))
 
 
 def _design(

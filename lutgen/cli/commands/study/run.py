@@ -6,10 +6,12 @@ from pathlib import Path
 
 import click
 
+from lutgen.cli.command import Command
 from lutgen.cli.shared import progress_bar
+from lutgen.cli.words import say
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("study", metavar="STUDY")
 @click.option("--reader", required=True, metavar="NAME", help="Who reads; a new name takes the next free place.")
 @click.option("--session", type=int, required=True, metavar="N", help="Which session, from 1.")
@@ -41,8 +43,8 @@ def command(*, study: str, reader: str, session: int, override: str | None, port
 
     def opened(address: str) -> None:
         # A name that was mistyped shows here: it has taken another place, and has all images left.
-        click.echo(f"{now.reader}, place {now.place} of {now.protocol.readers}: {now.left} images left.")
-        click.echo(f"Ctrl-C stops; the same command goes on. Read at {address}")
+        say(f"{now.reader}, place {now.place} of {now.protocol.readers}: {now.left} images left.")
+        say(f"Ctrl-C stops; the same command goes on. Read at {address}")
         if not no_browser:
             webbrowser.open(address)
 
@@ -53,6 +55,6 @@ def command(*, study: str, reader: str, session: int, override: str | None, port
         begun = begin_reading(Path(study), reader=reader, session=session, override=override, progress=progress)
         with begun as now:
             with suppress(KeyboardInterrupt):
-                serve(now, opened=opened, say=lambda text: click.echo(f"lutgen: {text}", err=True), port=port)
+                serve(now, opened=opened, say=lambda text: say(f"lutgen: {text}", err=True), port=port)
             done = f"Session {session} of {now.reader}: {now.read} of {len(now.images)} images are read and saved"
-            click.echo(f"{done}, {now.left} left." if now.left else f"{done}. {now.following()}".rstrip())
+            say(f"{done}, {now.left} left." if now.left else f"{done}. {now.following()}".rstrip())
