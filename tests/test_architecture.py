@@ -18,11 +18,12 @@ PACKAGE = ROOT / "lutgen"
 
 #: A row imports only from rows above it; two siblings of a row do not import each other.
 ROWS = (
-    {"errors"},
+    {"errors", "names"},
     {"colorimetry", "bindings", "files", "icc_tags", "schemas"},
     {"measurements", "effects"},
     {"display"},
-    {"bake", "criticism", "appearance", "sessions"},
+    {"bake", "criticism", "sessions"},
+    {"appearance"},  # sends images through LUTs that were baked
     {"study"},  # shows images through baked LUTs: it needs both
     {"report"},
     {"cli"},

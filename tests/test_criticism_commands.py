@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from lutgen.cli import data_options
 from lutgen.criticism.compare import Slice
 from lutgen.criticism.direction import placed
-from lutgen.criticism.problem import BASELINES
 from lutgen.criticism.separate import POOL, Separation
 from lutgen.display import load_model
 from lutgen.effects.contract import check_file
@@ -39,10 +37,6 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     monkeypatch.chdir(tmp_path)
 
     return in_process(monkeypatch, capsys)
-
-
-def test_options_name_what_the_library_has() -> None:
-    assert data_options.BASELINES == BASELINES
 
 
 @pytest.mark.parametrize(

@@ -49,6 +49,7 @@ from lutgen.effects.expression import parse
 from lutgen.effects.own import load_file
 from lutgen.errors import LutgenError
 from lutgen.measurements import Measurements, read_measurements
+from lutgen.names import CONDITIONS
 from lutgen.report.show import show
 from tests.twin import PAPER_LAW, Twin, rows_of_csv
 
@@ -594,7 +595,7 @@ def test_a_bad_model_file_is_one_sentence_and_exit_code_2(
 
 
 def test_conditions_are_named_alike_everywhere() -> None:
-    assert tuple(REFERENCE.as_dict()) == shared.CONDITIONS
+    assert tuple(REFERENCE.as_dict()) == CONDITIONS
 
 
 @pytest.mark.parametrize(

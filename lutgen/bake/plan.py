@@ -7,20 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.bake.formats import format_named, format_names
 from lutgen.bake.lut import SIZES
-from lutgen.display import MODES, UNREACHABLE, compensated, hour_name
+from lutgen.display import compensated, hour_name
 from lutgen.errors import LutgenError, pick_one
+from lutgen.names import DIRECTIONS, MODES, UNREACHABLE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from lutgen.bake.manifest import Manifest
     from lutgen.display import AgedDisplay, DisplayModel
-
-#: Which way a build goes, for help texts.
-DIRECTIONS = {
-    "simulate": "what the aged display shows, for an un-aged viewer",
-    "compensate": "what to send the aged display, for it to show what it showed when it was new",
-}
 
 
 @dataclass(frozen=True)

@@ -10,21 +10,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Advanced
+from lutgen.names import AGING_BASELINES, CONDITIONS, REFERENCES, SELECTIONS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from lutgen.display import DisplayModel
-
-#: Names as in the library, repeated here because help must not import numpy; a test holds them together.
-MODES = ("stable", "chroma", "chroma-luma")
-SELECTIONS = ("nearest", "continuous")
-REFERENCES = ("relative", "absolute")
-DIRECTIONS = ("simulate", "compensate")
-UNREACHABLE = ("clip", "scale")
-#: Baselines that age without effects.
-AGING_BASELINES = ("tips", "native")
-CONDITIONS = ("u", "v", "ambient_lx", "warmup_min", "temperature_c", "window", "surround")
 
 
 def model_options(command: Callable[..., Any]) -> Callable[..., Any]:

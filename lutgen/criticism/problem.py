@@ -30,6 +30,7 @@ from lutgen.effects.scene import REFERENCE_C
 from lutgen.effects.spectra import SpectralDisplay, class_of
 from lutgen.errors import LutgenError, pick_one
 from lutgen.measurements.table import OPTIONAL, TIP_DRIVES, is_capped, is_shrouded
+from lutgen.names import BASELINES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,7 +42,6 @@ if TYPE_CHECKING:
     from lutgen.display.trace import Applied
     from lutgen.measurements import Measurements
 
-BASELINES = ("tips", "fresh", "native")
 
 #: What a condition might have been that nobody logged.
 UNLOGGED = {

@@ -13,9 +13,9 @@ import numpy as np
 
 from lutgen.effects import probe
 from lutgen.effects.child import what_was_raised
-from lutgen.effects.declare import COLUMNS
 from lutgen.effects.scene import Scene
 from lutgen.errors import LutgenError
+from lutgen.names import CONDITIONS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -61,7 +61,7 @@ def examine(effect: Effect) -> Iterator[Clause]:
 
 def reacts_to(effect: Effect) -> tuple[str, ...]:
     """Return the columns of the readings that change what the effect does, named in its ``needs`` or not."""
-    return tuple(column for column in COLUMNS if _reacts(effect, column, at_rest=False))
+    return tuple(column for column in CONDITIONS if _reacts(effect, column, at_rest=False))
 
 
 def _runs(effect: Effect) -> str:

@@ -24,6 +24,7 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any, Protocol
 
 from lutgen.errors import LutgenError
+from lutgen.names import CONDITIONS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -48,9 +49,6 @@ _BUILT_IN = "lutgen.effects.catalogue."
 
 #: Origin of an effect that a program declares, before the program's module.
 CODE = "code, module "
-
-#: Columns of the readings that an effect may need.
-COLUMNS = ("u", "v", "ambient_lx", "warmup_min", "temperature_c", "window", "surround")
 
 
 @dataclass(frozen=True)
@@ -231,7 +229,7 @@ def check_declaration(declared: Effect) -> None:
     if not declared.neutral and declared.parameters:
         _refuse(f"{who}: neutral is empty. Name the amplitudes and the values at which the effect does nothing.")
     _check_names(f"{who}: neutral", tuple(declared.neutral), declared.parameters)
-    _check_names(f"{who}: needs", declared.needs, COLUMNS)
+    _check_names(f"{who}: needs", declared.needs, CONDITIONS)
     for form in declared.forms:
         _check_names(f"{who}: forms", form, declared.parameters)
 

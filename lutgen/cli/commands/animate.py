@@ -7,12 +7,13 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.picture_options import AGING_MODES, check_output, force_option, image_argument, source_option
+from lutgen.cli.picture_options import check_output, force_option, image_argument, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
 from lutgen.cli.words import say
+from lutgen.names import AGING_MODES, ANIMATION_SUFFIXES
 
-#: As in the library, repeated because help must not import numpy; a test holds them together.
-SUFFIXES, SECONDS, SIZE = (".png", ".apng", ".mp4"), 8.0, 640
+#: Seconds of the animation and pixels of its longest side, unless an option says otherwise.
+SECONDS, SIZE = 8.0, 640
 
 
 @click.command(cls=Command, section=Section.PICTURES, place=6)
@@ -58,7 +59,7 @@ def command(
     from lutgen.display.hours import parse_hours
     from lutgen.report.animation import animate, check_animation
 
-    path = check_output(output, image, force=force, suffixes=SUFFIXES)
+    path = check_output(output, image, force=force, suffixes=ANIMATION_SUFFIXES)
     model = model_from(**options)
     chosen = parse_hours(hours, model.tips)
     check_animation(path, chosen, seconds)

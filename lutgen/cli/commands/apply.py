@@ -8,17 +8,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.shared import MODES, echo_json, model_from, model_options, progress_bar
+from lutgen.cli.shared import echo_json, model_from, model_options, progress_bar
 from lutgen.cli.words import say
+from lutgen.names import MODES, SOURCES
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from lutgen.appearance.apply import Applied
     from lutgen.display import AgedDisplay
-
-#: As in the library, repeated because help must not import numpy; a test holds them together.
-SOURCES = ("auto", "signal", "linear")
 
 
 @click.command(cls=Command, section=Section.SIMULATE, place=3)

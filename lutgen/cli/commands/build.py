@@ -7,17 +7,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Advanced, Command, Section
-from lutgen.cli.shared import (
-    DIRECTIONS,
-    MODES,
-    UNREACHABLE,
-    echo_json,
-    model_from,
-    model_options,
-    progress_bar,
-    split_list,
-)
+from lutgen.cli.shared import echo_json, model_from, model_options, progress_bar, split_list
 from lutgen.cli.words import say
+from lutgen.names import DIRECTIONS, MODES, UNREACHABLE
 
 if TYPE_CHECKING:
     from lutgen.bake.build import Built

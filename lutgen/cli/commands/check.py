@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.shared import MODES, echo_json, model_from, model_options, progress_bar
+from lutgen.cli.shared import echo_json, model_from, model_options, progress_bar
 from lutgen.cli.words import say
+from lutgen.names import MODES
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -10,9 +10,7 @@ from lutgen.cli.command import Command, Section
 from lutgen.cli.picture_options import check_output, force_option, image_argument, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
 from lutgen.cli.words import say
-
-#: As in the library, repeated because help must not import numpy; a test holds them together.
-FIGURES = ("2", "3", "4", "5", "6")
+from lutgen.names import FIGURES
 
 
 @click.command(cls=Command, section=Section.PICTURES, place=7)

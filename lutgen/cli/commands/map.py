@@ -8,14 +8,12 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.outputs import check_json, print_page, write_json
-from lutgen.cli.picture_options import AGING_MODES, check_output, force_option, image_argument, source_option
+from lutgen.cli.picture_options import check_output, force_option, image_argument, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
+from lutgen.names import AGING_MODES, MAP_SUFFIXES
 
 if TYPE_CHECKING:
     from lutgen.appearance.difference_map import DifferenceMap
-
-#: As in the library, repeated because help must not import numpy; a test holds them together.
-SUFFIXES = (".exr", ".tif", ".tiff")
 
 
 @click.command(cls=Command, section=Section.PICTURES, place=4)
@@ -65,9 +63,9 @@ def command(
 
     low, high = check_range(*_numbers(ends))
     alone = check_json(json_to, force=force)
-    paths = [check_output(output, image, force=force, suffixes=(".png", *SUFFIXES)) for output in outputs]
+    paths = [check_output(output, image, force=force, suffixes=(".png", *MAP_SUFFIXES)) for output in outputs]
     _check_different(outputs)
-    floats = [path for path in paths if path.suffix.lower() in SUFFIXES]
+    floats = [path for path in paths if path.suffix.lower() in MAP_SUFFIXES]
     model = model_from(**options)
     with progress_bar("comparing pixels", quiet=alone) as progress:
         found = difference_map(image, model, mode, hours, floats=floats, source=source, force=force, progress=progress)

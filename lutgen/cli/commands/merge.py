@@ -6,7 +6,8 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.outputs import STANDARD_OUTPUT, check_new_file, print_page, write_json
-from lutgen.cli.shared import MODES, numbers
+from lutgen.cli.shared import numbers
+from lutgen.names import MODES
 
 
 @click.command(cls=Command, section=Section.OTHERS_FILES, place=2)

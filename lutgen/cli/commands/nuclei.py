@@ -10,17 +10,14 @@ from lutgen.cli.command import Command, Section
 from lutgen.cli.outputs import Outputs
 from lutgen.cli.picture_options import hours_option, json_option, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
-
-#: As in the library, repeated because help must not import numpy; a test holds them together.
-SOURCES = ("auto", "signal", "linear")
-STAINS = ("auto", "he", "hdab")
+from lutgen.names import STAINS
 
 
 @click.command(cls=Command, section=Section.PICTURES, place=3)
 @click.argument("image", metavar="IMAGE")
 @click.option(
     "--stain",
-    type=click.Choice(STAINS),
+    type=click.Choice(("auto", *STAINS)),
     help="H&E, or haematoxylin and DAB (immunohistochemistry); auto: by whether there is brown [default: auto].",
 )
 @click.option("--mask", metavar="FILE", help="Nuclei as PNG or TIFF instead: a label each, or white on black.")

@@ -11,6 +11,7 @@ from lutgen.cli.outputs import check_new_file
 from lutgen.cli.picture_options import source_option, tolerance_option
 from lutgen.cli.shared import model_from, model_options, numbers, progress_bar
 from lutgen.cli.words import say
+from lutgen.names import AGING_MODES
 
 if TYPE_CHECKING:
     from lutgen.display import DisplayModel
@@ -62,7 +63,7 @@ def command(
     from pathlib import Path
 
     from lutgen.appearance.frame import read_frame
-    from lutgen.appearance.lifetime import MODES, check_tolerances, lifetime
+    from lutgen.appearance.lifetime import check_tolerances, lifetime
     from lutgen.report.html.origin import read_build
     from lutgen.report.html.page import Run, write_report
     from lutgen.report.html.scenes import WIDTH, hours_of, pixels_of_a_frame, scenes_of
@@ -77,7 +78,7 @@ def command(
     frames, curve = hours_of(hours, model)
     with progress_bar("aging colours") as progress:
         found = lifetime([image], model, tolerances=tolerances, hours=curve, source=source, progress=progress)
-    pixels = pixels_of_a_frame(len(frames), len(MODES))
+    pixels = pixels_of_a_frame(len(frames), len(AGING_MODES))
     with progress_bar("reading the picture") as progress:
         frame = read_frame(Path(image), pixels=pixels, width=WIDTH, source=source, progress=progress)
     with progress_bar("aging the picture") as progress:

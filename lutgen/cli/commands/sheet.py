@@ -7,9 +7,10 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.picture_options import AGING_MODES, check_output, force_option, image_argument, source_option
+from lutgen.cli.picture_options import check_output, force_option, image_argument, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
 from lutgen.cli.words import say
+from lutgen.names import AGING_MODES
 
 
 @click.command(cls=Command, section=Section.PICTURES, place=5)

@@ -8,9 +8,7 @@ from lutgen.cli.command import Command, Section
 from lutgen.cli.outputs import check_json, check_new_file, print_page, write_json
 from lutgen.cli.picture_options import json_option
 from lutgen.cli.shared import progress_bar
-
-#: Names as in the library, repeated here because help must not import numpy; a test holds them together.
-SETS = ("tg18-primary", "tg18-secondary", "acr-diagnostic", "drift")
+from lutgen.names import DRIFT, LIMIT_SETS, TG18_SECONDARY
 
 
 @click.command(cls=Command, section=Section.REAL_DISPLAYS, place=3)
@@ -18,7 +16,7 @@ SETS = ("tg18-primary", "tg18-secondary", "acr-diagnostic", "drift")
 @click.option(
     "--limits",
     "sets",
-    type=click.Choice(SETS),
+    type=click.Choice(LIMIT_SETS),
     multiple=True,
     help="A published set; may be repeated [default: tg18-secondary and drift].",
 )
@@ -58,7 +56,7 @@ def command(
 
     alone = check_json(json_to, force=force)
     path = check_new_file(plot, force=force, suffixes=(".png",)) if plot else None
-    chosen = sets or (() if own else ("tg18-secondary", "drift"))
+    chosen = sets or (() if own else (TG18_SECONDARY, DRIFT))
     limits = [*(limit for name in chosen for limit in limits_of(name)), *(parse_limit(text) for text in own)]
     with progress_bar("following", quiet=alone) as progress:
         found = trend(read_campaign(campaign), limits, all_sessions=all_sessions, progress=progress)

@@ -10,12 +10,10 @@ from lutgen.cli.command import Command
 from lutgen.cli.outputs import check_json, check_new_file, check_pictures, print_page, write_json
 from lutgen.cli.picture_options import json_option
 from lutgen.cli.shared import progress_bar
+from lutgen.names import INTERVALS
 
 if TYPE_CHECKING:
     from lutgen.study.analysis import Analysis
-
-#: As in the library, repeated because help must not import numpy; a test holds them together.
-INTERVALS = ("normal", "t")
 
 
 @click.command(cls=Command)
