@@ -161,6 +161,7 @@ def until_closed(terminal: int) -> Iterator[bytes]:
         "build --hours 0..18000 --jobs 2 --force -o OUT/built",
         "build --hours 0..18000 --jobs 1 --force -o OUT/built",
         "diagnose examples/display-a.csv",
+        "cohort slides -o OUT/run",
     ],
 )
 def test_an_interrupt_ends_with_130_and_without_a_traceback(command: str, folder: Path, tmp_path: Path) -> None:

@@ -332,7 +332,7 @@ def test_bad_input_is_one_sentence_and_writes_nothing(
     *usage, sentence = done.err.strip().splitlines()
     assert says in sentence
     assert sentence.startswith(("lutgen: error: ", "Error: "))
-    assert all(each.startswith(("Usage: ", "Try ")) or not each for each in usage), done.err
+    assert all(each.startswith(("Usage: ", "Example: ", "Try ")) or not each for each in usage), done.err
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
 
 
