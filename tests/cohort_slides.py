@@ -12,7 +12,7 @@ from skimage.io import imsave
 
 from lutgen import AppliedEffect, DisplayModel, read_measurements
 from lutgen.display import default_display
-from lutgen.effects.own import imported
+from lutgen.effects.own import load_file
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -60,7 +60,7 @@ def deadly_model(folder: Path, *, order: bool) -> DisplayModel:
     (folder / "parent").write_text(str(os.getpid()))
     if order:
         (folder / "order").touch()
-    (effect,) = imported(file)
+    (effect,) = load_file(file)
     return replace(model(), effects=(AppliedEffect.of(effect, {"glow": 0.002}),))
 
 

@@ -14,7 +14,7 @@ from lutgen.criticism.compare import Slice
 from lutgen.criticism.direction import placed
 from lutgen.criticism.separate import POOL, Separation
 from lutgen.display import load_model
-from lutgen.effects.contract import check_file
+from lutgen.effects.child import check_file
 from lutgen.measurements import read_measurements
 from lutgen.report import diagnose_page
 from lutgen.report.numbers import percent, readable, with_error

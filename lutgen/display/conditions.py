@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.effects.clauses import reacts_to
+from lutgen.effects.probe import reacts_to
 from lutgen.effects.scene import REFERENCE_C
 from lutgen.errors import LutgenError, pick_one
 from lutgen.measurements.table import RANGES

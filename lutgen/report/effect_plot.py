@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.effects.clauses import reacts_to
+from lutgen.effects.probe import reacts_to
 from lutgen.effects.scene import LIFE_H
 from lutgen.report import spaced
 from lutgen.report.picture import new_figure

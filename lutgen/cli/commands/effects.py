@@ -35,7 +35,7 @@ _WIDTH = 140
     "--time-limit",
     type=click.FloatRange(min=0.1),
     metavar="SECONDS",
-    help="Stop a file that takes longer [default: 10].",
+    help="With --check: stop a file that takes longer [default: 10].",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the effects, or the check, as JSON.")
 def command(
@@ -54,7 +54,9 @@ def command(
 
     Effects are built in, come with installed packages, from Python files (--effects) or from one line (--add-expr):
     `[name:] formula [; parameter=start[low,high]]…`, where the formula changes one of the signals code, linear and xyz.
-    --check runs the contract that fits and LUTs rely on, in a process of its own; exit 1 when a clause is broken.
+    A file is imported as any Python program is: without limits, and with your rights. --check tries a file first: in a
+    process with limits of time and memory, against the contract that fits and LUTs rely on; exit 1 when a clause is
+    broken.
 
     \b
     Example:
@@ -63,26 +65,25 @@ def command(
       lutgen effects leak --add-expr "leak: xyz + k*tau*white; k=0.002[0,0.05]"
       lutgen effects --check my_effect.py
     """
-    from lutgen.effects.child import LIMIT_S
-
-    limit_s = time_limit or LIMIT_S
     if checked:
         if name or plot or files or expressions:
             message = "--check stands alone with its FILE.py, --data and --json: leave the others out."
             raise click.UsageError(message)
-        _check(checked, data, limit_s, as_json=as_json)
+        _check(checked, data, time_limit, as_json=as_json)
         return
     if data:
         message = "--data belongs to --check FILE.py: it says what these readings could show of that file's effects."
         raise click.UsageError(message)
+    if time_limit:
+        raise click.UsageError("--time-limit belongs to --check FILE.py: other commands import a file without limits.")
     if plot and not name:
         message = "--plot draws one effect: give its NAME too."
         raise click.UsageError(message)
     from lutgen.effects.own import everything
 
-    effects = everything(files, expressions, limit_s=limit_s)
+    effects = everything(files, expressions)
     if name:
-        _explain(_chosen(effects, name), plot, limit_s, force=force, as_json=as_json)
+        _explain(_chosen(effects, name), plot, force=force, as_json=as_json)
     elif as_json:
         from lutgen.report.effect_json import registry_json
 
@@ -122,13 +123,13 @@ def _list(effects: Mapping[str, Effect]) -> None:
     )
 
 
-def _explain(effect: Effect, plot: str | None, limit_s: float, *, force: bool, as_json: bool) -> None:
+def _explain(effect: Effect, plot: str | None, *, force: bool, as_json: bool) -> None:
     from lutgen.report import check_new_png
     from lutgen.report.effect_json import registry_json
 
     if plot:
         check_new_png(plot, force=force)
-    said = "" if as_json and not plot else _said(effect, limit_s, must_be_sound=bool(plot))
+    said = "" if as_json and not plot else _said(effect, must_be_sound=bool(plot))
     if plot:
         from lutgen.report.effect_plot import plot_effect
 
@@ -156,12 +157,12 @@ def _explain(effect: Effect, plot: str | None, limit_s: float, *, force: bool, a
         console.print(plot, soft_wrap=True, markup=False)
 
 
-def _said(effect: Effect, limit_s: float, *, must_be_sound: bool) -> str:
+def _said(effect: Effect, *, must_be_sound: bool) -> str:
     """Say how large an effect is, or, of anybody's own, that it breaks the contract."""
     from lutgen.effects.contract import check, refuse_broken
     from lutgen.report.signature import Signature
 
-    report = None if effect.origin == "built-in" else check(effect, limit_s=limit_s)
+    report = None if effect.origin == "built-in" else check(effect)
     if report and must_be_sound:
         refuse_broken(report, effect.origin)
     if report and report.failure:
@@ -190,10 +191,10 @@ def _print_parameters(console: Console, effect: Effect) -> None:
     console.print()
 
 
-def _check(file: str, data: str | None, limit_s: float, *, as_json: bool) -> None:
-    from lutgen.effects.contract import check_file
+def _check(file: str, data: str | None, time_limit: float | None, *, as_json: bool) -> None:
+    from lutgen.effects.child import LIMIT_S, check_file
 
-    reports = check_file(file, limit_s=limit_s)
+    reports = check_file(file, limit_s=time_limit or LIMIT_S)
     rehearsals = _rehearse(file, data, reports) if data else {}
     if as_json:
         checked = [report.as_json() | _rehearsal_json(rehearsals.get(report.effect)) for report in reports]
