@@ -732,7 +732,7 @@ def test_two_processes_write_the_bytes_of_one_with_own_effects_too(readings: Mea
     (tmp_path / "glow.py").write_text(GLOW)
     (glow,) = load_file(tmp_path / "glow.py")
     model = a_model(readings, AppliedEffect.of(glow, glow.typical()), AppliedEffect.of(parse(LEAK), {"k": 0.01}))
-    plan = Plan((0.0, 3333.3, 10_000.0), cubesize=17)
+    plan = Plan((0.0, 3333.3, 10_000.0), modes=tuple(MODES), cubesize=17)
     build(model, plan, tmp_path / "one", jobs=1)
     build(model, plan, tmp_path / "two", jobs=2)
     for file in (tmp_path / "one").rglob("*.*"):

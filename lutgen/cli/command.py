@@ -6,7 +6,6 @@ the group lists the commands by section, and the help of a command lists rarely 
 
 from __future__ import annotations
 
-from difflib import get_close_matches
 from enum import Enum
 from importlib import import_module
 from pkgutil import iter_modules
@@ -163,6 +162,8 @@ class CommandFolder(Command, click.Group):
         try:
             return super().resolve_command(ctx, args)
         except click.UsageError:
+            from difflib import get_close_matches
+
             names = [name for of in self.sections(ctx).values() for name in of]
             near = get_close_matches(args[0].lower(), names, 1)
             advice = f"Did you mean {near[0]}?" if near else f"Pick one of: {', '.join(names)}."

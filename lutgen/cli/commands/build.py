@@ -6,14 +6,20 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen.bake.formats import format_names
 from lutgen.cli.command import Advanced, Command, Section
 from lutgen.cli.shared import echo_json, model_from, model_options, progress_bar, split_list
 from lutgen.cli.words import say
-from lutgen.names import DIRECTIONS, MODES, UNREACHABLE
+from lutgen.names import AGING_MODES, DIRECTIONS, MODES, UNREACHABLE
 
 if TYPE_CHECKING:
     from lutgen.bake.build import Built
     from lutgen.bake.plan import Plan
+
+
+def _modes(context: click.Context, option: click.Parameter, text: str) -> tuple[str, ...]:
+    modes = split_list(context, option, text)
+    return tuple(MODES) if "all" in modes else modes
 
 
 @click.command(cls=Command, section=Section.SIMULATE, place=1)
@@ -27,11 +33,12 @@ if TYPE_CHECKING:
 @click.option(
     "--mode",
     "modes",
-    default=",".join(MODES),
+    default=",".join(AGING_MODES),
     show_default=True,
-    callback=split_list,
+    callback=_modes,
     metavar="LIST",
-    help="Aging modes, separated by commas.",
+    help=f"Aging modes, separated by commas: {', '.join(AGING_MODES)}, stable (the un-aged display at every hour), or "
+    "all.",
 )
 @click.option(
     "--format",
@@ -40,7 +47,7 @@ if TYPE_CHECKING:
     show_default=True,
     callback=split_list,
     metavar="LIST",
-    help="LUT formats, separated by commas.",
+    help=f"LUT formats, separated by commas: {', '.join(format_names())}.",
 )
 @click.option("-o", "--output", default="aged", show_default=True, metavar="DIR", help="Folder to build into.")
 @click.option("--force", is_flag=True, help="Replace another build of lutgen's in the folder.")
@@ -77,6 +84,7 @@ if TYPE_CHECKING:
     is_flag=True,
     help="Run the configs' shaders too, and record their difference from the CPU.",
 )
+@click.option("--verbose", is_flag=True, help="Print the errors of each mode, format and group of colours.")
 @click.option("--jobs", cls=Advanced, type=click.IntRange(min=1), help="Processes [default: one per core].")
 @click.option("--json", "as_json", cls=Advanced, is_flag=True, help="Print the manifest as JSON.")
 @model_options
@@ -91,6 +99,7 @@ def command(
     tolerance: float | None,
     no_certificates: bool,
     gpu: bool,
+    verbose: bool,
     jobs: int | None,
     force: bool,
     as_json: bool,
@@ -135,13 +144,13 @@ def command(
     if as_json:
         echo_json(built.manifest.as_json())
     else:
-        _report(built, plan, output)
+        _report(built, plan, output, verbose=verbose)
         for sentence in what_luts_carry(model):
             say(sentence)
 
 
-def _report(built: Built, plan: Plan, output: str) -> None:
-    from lutgen.bake.summary import summarise
+def _report(built: Built, plan: Plan, output: str, *, verbose: bool) -> None:
+    from lutgen.bake.summary import summarise, worst_error
 
     if built.unfinished:
         missing, planned = built.unfinished
@@ -150,13 +159,15 @@ def _report(built: Built, plan: Plan, output: str) -> None:
     configs = len(built.manifest.files) - len(luts)
     say(f"{len(luts)} LUTs and {configs} configs in {output}")
     rows = summarise(luts)
-    if not (rows or plan.gpu):
+    if rows:
+        say(worst_error(luts, verbose=verbose))
+    if not ((rows and verbose) or plan.gpu):
         return
     # Tables take their time to be imported.
     from lutgen.cli.outputs import print_page
     from lutgen.report.build_page import certificates, compensation, shaders, simulation
 
-    if rows:
+    if rows and verbose:
         print_page(certificates(rows))
         print_page(compensation(luts, plan.unreachable) if plan.direction == "compensate" else simulation(luts))
     print_page(shaders(built.manifest.files))
