@@ -168,7 +168,9 @@ print(json.dumps([lutgen.__file__, importlib.metadata.version("lutgen"), first_l
 
 def test_help_gives_every_command_its_whole_first_sentence(tmp_path: Path) -> None:
     said = " ".join(run(sys.executable, "-m", "lutgen", "--help", cwd=tmp_path).partition("Simulate:")[2].split())
-    assert "Say what each program will do with a LUT or config, of whoever's making; exit 1 when one" in said
+    assert (
+        "Say what each program does with a LUT or config that anybody made; exit 1 when a program does it wrong" in said
+    )
     assert "..." not in said
 
 

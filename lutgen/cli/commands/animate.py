@@ -24,9 +24,9 @@ SECONDS, SIZE = 8.0, 640
     metavar="HOURS",
     default="0..18000",
     show_default=True,
-    help="0..18000: every measured time in the span; 0..18000:500: a step; 0,5000,10000: a list. A frame each.",
+    help="0..18000: every measured time in the span; 0..18000:500: a step; 0,5000,10000: a list. A frame each hour.",
 )
-@click.option("--seconds", type=float, default=SECONDS, show_default=True, help="Of the whole animation.")
+@click.option("--seconds", type=float, default=SECONDS, show_default=True, help="Duration of the whole animation.")
 @click.option(
     "--size", type=int, default=SIZE, show_default=True, help="Pixels of the picture's longest side, at most."
 )
@@ -48,7 +48,7 @@ def command(
     force: bool,
     **options: Any,
 ) -> None:
-    """Animate an image over the hours of a display's life; every frame says its hour and its mean ΔE2000.
+    """Animate an image over the hours of a display's life; every frame shows its hour and its mean ΔE2000.
 
     \b
     Example:

@@ -163,7 +163,7 @@ def _report(built: Built, plan: Plan, output: str, *, verbose: bool) -> None:
         say(worst_error(luts, verbose=verbose))
     if not ((rows and verbose) or plan.gpu):
         return
-    # Tables take their time to be imported.
+    # rich, which prints the tables, takes long to import.
     from lutgen.cli.outputs import print_page
     from lutgen.report.build_page import certificates, compensation, shaders, simulation
 

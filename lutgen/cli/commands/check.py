@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 @click.command(cls=Command, section=Section.SIMULATE, place=2)
 @click.argument("paths", nargs=-1, required=True, metavar="DIR|LUT…")
 @click.option("--mode", type=click.Choice(MODES), help="For LUT files: the display they claim to be.")
-@click.option("--hours", type=float, help="For LUT files: its hour.")
+@click.option("--hours", type=float, metavar="HOUR", help="For LUT files: the hour that they claim.")
 @click.option("--max-delta-e", type=float, help="Largest smooth ΔE2000 allowed [default: 1].")
 @click.option("--p99", type=float, help="Largest 99 % quantile of smooth ΔE2000 allowed [default: 0.2].")
 @click.option("--gpu", is_flag=True, help="Run the shaders of the folder's configs too, and compare with the CPU.")
@@ -41,12 +41,12 @@ def command(
     as_json: bool,
     **options: Any,
 ) -> None:
-    """Check that built files still say what the model says; exit 1 when not.
+    """Check that built files still agree with the model; exit 1 when one does not.
 
-    A folder is checked against the model in its manifest, or the one that the options give. Every LUT is read again
-    through OpenColorIO, everything in every config is instantiated, and pixels are sent through. LUT files that others
-    made are checked with --mode and --hours. With --gpu the shaders that viewers draw with are run too, through EGL:
-    by a graphics card, or by Mesa without one.
+    A folder is checked against the model of its manifest, or against the model that the options give. lutgen reads
+    every LUT again through OpenColorIO, instantiates everything in every config, and sends pixels through. For LUT
+    files that other programs made, say which display they claim to be: --mode and --hours. With --gpu lutgen also runs
+    the shaders with which viewers draw, through EGL: on a graphics card, or on Mesa where there is none.
 
     \b
     Example:

@@ -18,8 +18,12 @@ if TYPE_CHECKING:
 
 @click.command(cls=Command, section=Section.CRITICISM, place=2)
 @data_options()
-@click.option("--without", multiple=True, metavar="NAME", callback=split_all, help="Leave this effect out; a list.")
-@click.option("--stub", metavar="FILE.py", help="Where no known effect explains it: sketch one of your own here.")
+@click.option(
+    "--without", multiple=True, metavar="NAME", callback=split_all, help="Leave out these effects, separated by commas."
+)
+@click.option(
+    "--stub", metavar="FILE.py", help="Write a sketch of your own effect where no known effect explains the error."
+)
 @click.option("--plots", metavar="DIR", help="Draw residuals, steps, fit and visibility into this folder.")
 def command(
     *,
@@ -32,9 +36,9 @@ def command(
 ) -> None:
     """Find out which physical effect the model lacks on these measurements.
 
-    First says what the readings could show at all, then gives the verdict: consistent, named, form, one-of, several,
-    unexplained or measurement-problem; then all effects ranked, the rivals, what would tell them apart, what would
-    refute the verdict, and the command to go on with. Ends with 0 whatever is found.
+    The report says first what the readings can show at all. Then it gives the verdict (consistent, named, form, one-of,
+    several, unexplained or measurement-problem), all effects by rank, the rivals, the measurements that would separate
+    the rivals, what would refute the verdict, and the command to run next. Ends with 0 whatever the result is.
 
     \b
     Example:

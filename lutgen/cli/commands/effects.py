@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from lutgen.effects import Effect
     from lutgen.effects.contract import Report
 
-#: Width of what is printed where there is no terminal to ask.
+#: Width of the tables where standard output is no terminal.
 _WIDTH = 140
 
 
@@ -27,10 +27,10 @@ _WIDTH = 140
 @click.argument("name", required=False)
 @click.option("--effects", "files", multiple=True, metavar="FILE.py", help="Add the effects of a Python file.")
 @click.option("--add-expr", "expressions", multiple=True, metavar="EXPR", help="Add an effect in one line.")
-@click.option("--plot", metavar="FILE.png", help="Draw what the effect NAME does at its typical size.")
+@click.option("--plot", metavar="FILE.png", help="Draw the change that the effect NAME makes at its typical size.")
 @click.option("--force", is_flag=True, help="Replace FILE.png where it exists.")
 @click.option("--check", "checked", metavar="FILE.py", help="Try whether a file's effects keep the contract.")
-@click.option("--data", metavar="DATA", help="With --check: what readings could show of them.")
+@click.option("--data", metavar="DATA", help="With --check: say what these readings can show of the effects.")
 @click.option(
     "--time-limit",
     type=click.FloatRange(min=0.1),

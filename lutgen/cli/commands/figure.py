@@ -21,7 +21,7 @@ from lutgen.names import FIGURES
 @force_option
 @model_options
 def command(*, number: str, image: str, output: str, source: str, force: bool, **options: Any) -> None:
-    """Redraw a figure of the paper from an image of yours; the paper's own were never published.
+    """Redraw a figure of the paper from your own image; the images of the paper were never published.
 
     \b
     2, 3, 4  un-aged in the middle; clockwise from the top chroma 10 000 h, chroma 18 000 h,

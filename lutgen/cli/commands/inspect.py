@@ -20,15 +20,15 @@ if TYPE_CHECKING:
 @click.command(name="inspect", cls=Command, section=Section.REAL_DISPLAYS, place=1)
 @click.argument("files", metavar="SESSION...", nargs=-1, required=True)
 @json_option
-@click.option("--plots", metavar="DIR", help="Draw one page a session into this folder.")
+@click.option("--plots", metavar="DIR", help="Draw one page for each session into this folder.")
 @click.option("--force", is_flag=True, help="Replace files that exist.")
 def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, force: bool) -> None:
-    """Show what sessions of real displays say: white, black, curves, drift, calibration, and what they lack.
+    """Show what sessions of real displays contain: white, black, curves, drift, calibration, and what is missing.
 
-    SESSION is what a measuring program wrote: ArgyllCMS or DisplayCAL .ti3, or an ICC profile that carries it, other
-    CGATS, CSV of patches, DisplayCAL's uniformity table; or a campaign file (.toml) for all its sessions. No model is
-    needed. γ is the least-squares slope of log luminance after black between 10 and 90 % of code. Ends with 0 whatever
-    is found.
+    SESSION is the output of a measuring program: ArgyllCMS or DisplayCAL .ti3, an ICC profile that carries a .ti3,
+    other CGATS, a CSV of patches, DisplayCAL's uniformity table; or a campaign file (.toml), for all its sessions. No
+    model is needed. γ is the least-squares slope of log luminance, with black subtracted, between 10 and 90 % of code.
+    Ends with 0 whatever the result is.
 
     \b
     Example:

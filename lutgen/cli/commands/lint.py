@@ -17,7 +17,7 @@ from lutgen.cli.shared import progress_bar
 @click.option("--json", "json_to", metavar="FILE", help="Write the result as JSON; - is standard output.")
 @click.option("--force", is_flag=True, help="Replace the JSON file if it exists.")
 def command(*, files: tuple[str, ...], ask_readers: bool, json_to: str | None, force: bool) -> None:
-    """Say what each program will do with a LUT or config, of whoever's making; exit 1 when one does it wrong.
+    """Say what each program does with a LUT or config that anybody made; exit 1 when a program does it wrong.
 
     .cube, .clf, .ctf, .3dl, .spi3d, .csp, .ocio and .ocioz, ICC profiles and device links, Hald PNG, of any size:
     OpenColorIO (and so oiiotool, Blender and Nuke), ffmpeg, pillow_lut, colour, LittleCMS, Argyll and Chromium; who

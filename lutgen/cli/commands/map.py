@@ -46,12 +46,12 @@ def command(
     force: bool,
     **options: Any,
 ) -> None:
-    """Map by how much aging changes each pixel of an image: ΔE2000, as the paper's Figure 6.
+    """Map how much aging changes each pixel of an image: ΔE2000, as in the paper's Figure 6.
 
-    Between what the un-aged and the aged display show, seen on an un-aged one. The picture has its scale and a
-    histogram beside it; the scale stays the same unless --range changes it, so that maps compare, and what lies above
-    it is magenta. A large image is drawn smaller, by means over squares; .exr and .tif hold every pixel, NaN where
-    alpha is 0.
+    ΔE2000 is between the un-aged and the aged display, both seen on an un-aged viewer. The picture has a scale and a
+    histogram beside it. The scale is the same for all maps unless --range changes it, so that maps can be compared;
+    pixels above the scale are magenta. A large image is drawn smaller, by means over squares; .exr and .tif hold every
+    pixel, NaN where alpha is 0.
 
     \b
     Example:

@@ -34,15 +34,16 @@ def command(
     json_to: str | None,
     force: bool,
 ) -> None:
-    """Add aged views to a config of your own, and prove that all else stays as it is.
+    """Add aged views to your own config, and prove that everything else stays as it is.
 
-    A view, a colour space, a look and (from version 2) a named transform for each hour. Every view, colour space and
-    look of yours is compared pixel by pixel before and after, each aged view with the build's own; else nothing is
-    written. Comments stay where the parts can be put into your text; otherwise OpenColorIO writes the whole, and it
-    says so.
+    Adds a view, a colour space, a look and (from version 2) a named transform for each hour. lutgen compares every
+    view, colour space and look of your config pixel by pixel before and after, and each aged view with the view of the
+    build; if one differs, nothing is written. Comments are kept where lutgen can insert the parts into your text;
+    otherwise OpenColorIO writes the whole config, and lutgen says so.
 
-    --source-space says what reaches the display: --source-space "Filmic sRGB" ages the pictures of that view. Without
-    it the sRGB signal is defined through the role aces_interchange, where the config has it.
+    --source-space names the space of the values that reach the display: --source-space "Filmic sRGB" ages the pictures
+    of that view. Without --source-space the sRGB signal is defined through the role aces_interchange, where the config
+    has that role.
 
     \b
     Example:

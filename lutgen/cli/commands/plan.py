@@ -14,10 +14,10 @@ from lutgen.cli.outputs import check_json, check_new_file, print_page, write_jso
 
 @click.command(cls=Command, section=Section.CRITICISM, place=4)
 @data_options()
-@click.option("--between", metavar="A,B", help="Two effects that are to be told apart.")
-@click.option("--effect", metavar="NAME", help="One effect that is to be seen.")
+@click.option("--between", metavar="A,B", help="Two effects to separate.")
+@click.option("--effect", metavar="NAME", help="One effect to make visible.")
 @click.option("--ti1", metavar="PLAN.ti1", help="Write the code values for ArgyllCMS too.")
-@click.option("-o", "--output", metavar="PLAN.csv", help="Write the list, in the columns of DATA, to be filled in.")
+@click.option("-o", "--output", metavar="PLAN.csv", help="Write the list with the columns of DATA, for you to fill in.")
 def command(
     *,
     between: str | None,
@@ -28,9 +28,9 @@ def command(
     output: str | None,
     **options: Any,
 ) -> None:
-    """List what to measure next, so that rivals can be told apart or an effect be seen.
+    """List what to measure next, to separate two effects or to see one.
 
-    Without --between and --effect: what makes most of the effects visible that DATA cannot show.
+    Without --between and --effect the list makes as many as possible of the effects visible that DATA cannot show.
 
     \b
     Example:

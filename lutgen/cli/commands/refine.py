@@ -19,8 +19,14 @@ if TYPE_CHECKING:
 
 @click.command(cls=Command, section=Section.CRITICISM, place=3)
 @data_options()
-@click.option("--add", multiple=True, metavar="NAME", callback=split_all, help="Effects to add in this order, a list.")
-@click.option("--auto", is_flag=True, help="Add what a diagnosis finds, until nothing is missing.")
+@click.option(
+    "--add",
+    multiple=True,
+    metavar="NAME",
+    callback=split_all,
+    help="Effects to add, in this order, separated by commas.",
+)
+@click.option("--auto", is_flag=True, help="Add the effects that a diagnosis finds, until none is missing.")
 @click.option("--plots", metavar="DIR", help="Draw residuals, steps and fit into this folder.")
 @click.option("-o", "--output", metavar="MODEL.toml", help="Write the refined model here.")
 def command(
@@ -33,10 +39,10 @@ def command(
     output: str | None,
     **options: Any,
 ) -> None:
-    """Add effects to the model, refit everything, and watch the error fall toward the noise.
+    """Add effects to the model, fit everything again, and print how the error falls toward the noise.
 
-    Adds built-in effects, those of a file (--effects FILE --add NAME) or a formula (--add-expr), each in the form
-    that the readings bear, and writes the model with parameters, errors and provenance for lutgen build --model.
+    Adds built-in effects, effects of a file (--effects FILE --add NAME) or a formula (--add-expr), each in the form
+    that the readings support. The model file holds parameters, errors and provenance; use it with lutgen build --model.
 
     \b
     Example:

@@ -47,13 +47,13 @@ def command(
     output: str,
     **options: Any,
 ) -> None:
-    """Gather a run into one page for a browser: pictures, lifetimes, diagnosis, certificates.
+    """Write one page for a browser: pictures, lifetimes, diagnosis, certificates.
 
-    The page holds IMAGE as the display ages, with a slider over hours and a wiper between un-aged and aged, the map of
-    ΔE2000, curves and the paper's Table 1, and says what all of it comes from. --data adds what readings say of the
-    model; without --display or --model the pictures are then those of the display that was read. One HTML file that
-    fetches nothing, can be mailed, and prints well. Numbers are those of lutgen lifetime: of all pixels, while large
-    images are shown smaller.
+    The page shows IMAGE as the display ages, with a slider over the hours and a wiper between un-aged and aged; the map
+    of ΔE2000; curves; the paper's Table 1; and the source of everything. --data adds what readings say about the model;
+    without --display or --model the pictures are then those of the display that was read. The page is one HTML file
+    that fetches nothing, so that you can mail and print it. The numbers are those of lutgen lifetime: of all pixels,
+    also where a large image is shown smaller.
 
     \b
     Example:

@@ -20,10 +20,14 @@ from lutgen.names import AGING_MODES
     metavar="HOURS",
     default="0,5000,10000,18000",
     show_default=True,
-    help="0,5000,10000: a list; 0..18000:3000: a step. A column each.",
+    help="0,5000,10000: a list; 0..18000:3000: a step. One column for each hour.",
 )
 @click.option(
-    "--mode", "modes", type=click.Choice(AGING_MODES), multiple=True, help="A row; may be repeated [default: both]."
+    "--mode",
+    "modes",
+    type=click.Choice(AGING_MODES),
+    multiple=True,
+    help="A mode, which gets a row; may be repeated [default: both].",
 )
 @click.option("-o", "--output", required=True, metavar="FILE.png", help="Picture to write.")
 @source_option
@@ -32,10 +36,11 @@ from lutgen.names import AGING_MODES
 def command(
     *, image: str, hours: str, modes: tuple[str, ...], output: str, source: str, force: bool, **options: Any
 ) -> None:
-    """Lay an image out as it ages: a row a mode, a column an hour, on neutral grey.
+    """Lay out an image as it ages: a row for each mode, a column for each hour, on neutral grey.
 
-    Under each picture stands its mean ΔE2000 against the un-aged display, over all pixels. Pictures are copied one to
-    one where they fit, and else made smaller first and aged then, as a viewer does that shows a large image whole.
+    The mean ΔE2000 against the un-aged display, over all pixels, stands under each picture. Pictures that fit are
+    copied pixel by pixel; larger ones are first made smaller and then aged, as in a viewer that shows a whole large
+    image.
 
     \b
     Example:

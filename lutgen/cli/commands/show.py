@@ -39,8 +39,9 @@ def command(
 ) -> None:
     """Show how a display has aged: white point, primaries, luminance.
 
-    Prints what its readings say in one sentence, then a table: white's x, y, Y and correlated colour temperature; Δu'v'
-    of white and primaries since hour 0; white's luminance relative to hour 0; and by how much R + G + B exceed white.
+    Prints a summary of the readings in one sentence, then a table: x, y, Y and correlated colour temperature of white;
+    Δu'v' of white and primaries since hour 0; the luminance of white relative to hour 0; and by how much R + G + B
+    exceeds white.
 
     \b
     Example:

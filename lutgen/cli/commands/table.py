@@ -16,7 +16,7 @@ from lutgen.cli.shared import model_from, model_options, progress_bar
 @click.argument("number", type=click.Choice(("1",)), metavar="1")
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
 @json_option
-@click.option("--csv", "csv_to", metavar="FILE", help="Write the table, a line a cell.")
+@click.option("--csv", "csv_to", metavar="FILE", help="Write the table, a line for each cell.")
 @source_option
 @click.option("--force", is_flag=True, help="Replace files that exist.")
 @model_options
@@ -30,10 +30,10 @@ def command(
     force: bool,
     **options: Any,
 ) -> None:
-    """Redo a table of the paper from images of yours, beside what the paper published.
+    """Make a table of the paper from your own images, beside the values that the paper published.
 
-    Table 1: the hours until ΔE2000 reaches 3 and 5, of its mean (Avg) and of mean + 2 SD (Max), and by how much they
-    differ from the paper's. `lutgen lifetime` has other tolerances, quantiles, intervals and plots.
+    Table 1: the hours until ΔE2000 reaches 3 and 5, for the mean (Avg) and for mean + 2 SD (Max), and the difference
+    from the paper's hours. `lutgen lifetime` has other tolerances, quantiles, intervals and plots.
 
     \b
     Example:

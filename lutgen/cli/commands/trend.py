@@ -23,7 +23,7 @@ from lutgen.names import DRIFT, LIMIT_SETS, TG18_SECONDARY
 @click.option(
     "--limit", "own", metavar="TEXT", multiple=True, help="Your own, such as white>=200, white>=80%, contrast>=300."
 )
-@click.option("--all-sessions", is_flag=True, help="Leave out none, not even where a setting changed.")
+@click.option("--all-sessions", is_flag=True, help="Use all sessions, also those in which a setting changed.")
 @click.option("--plot", metavar="FILE", help="Draw figures, laws and limits (.png).")
 @json_option
 @click.option("--force", is_flag=True, help="Replace files that exist.")
@@ -39,9 +39,10 @@ def command(
 ) -> None:
     """Follow a display over its sessions, and say when it will pass each limit.
 
-    CAMPAIGN is a campaign file (lutgen sessions init). White, black, contrast, primaries and γ are followed; the law
-    of decay is chosen by evidence (AICc); a time behind the last session is an extrapolation and marked so; intervals
-    are 90 %. Sessions in which a setting or the instrument changed are left out. Ends with 0 whatever is found.
+    CAMPAIGN is a campaign file (lutgen sessions init). The report follows white, black, contrast, primaries and γ, and
+    chooses the law of decay by evidence (AICc). A time after the last session is an extrapolation and marked as one;
+    intervals are 90 %. Sessions in which a setting or the instrument changed are left out. Ends with 0 whatever the
+    result is.
 
     \b
     Example:

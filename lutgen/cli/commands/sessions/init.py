@@ -23,14 +23,16 @@ if TYPE_CHECKING:
 @click.command(cls=Command)
 @click.argument("files", metavar="FILE...", nargs=-1, required=True)
 @click.option("-o", "--output", metavar="FILE", required=True, help="The campaign file (.toml).")
-@click.option("--same-display", is_flag=True, help="Take them for one display although they look like several.")
+@click.option(
+    "--same-display", is_flag=True, help="Treat the sessions as those of one display although they look like several."
+)
 @click.option("--force", is_flag=True, help="Replace a file that exists.")
 def command(*, files: tuple[str, ...], output: str, same_display: bool, force: bool) -> None:
     """Draft a campaign file from the sessions of one display, by date.
 
-    Files are ArgyllCMS .ti3, other CGATS, or CSV. Dates, instruments and what the calibration did are filled in; what
-    only you know (hours a day, room light, settings) is asked on a terminal, else left open as # TODO. Sessions of
-    clearly different displays are refused and named.
+    Files are ArgyllCMS .ti3, other CGATS, or CSV. lutgen fills in dates, instruments and what the calibration did, and
+    asks on a terminal for what only you know (hours a day, room light, settings); without a terminal these lines are
+    left open as # TODO. Sessions of clearly different displays are refused and named.
 
     \b
     Example:

@@ -44,13 +44,13 @@ def command(
     plots: str | None,
     force: bool,
 ) -> None:
-    """Show what a reader study found: the paper's Tables 2 to 4, and beyond them.
+    """Show the results of a reader study: the paper's Tables 2 to 4, and more.
 
-    As in the paper: time to score and ease of reading with their t-tests, agreement with the reader's own un-aged
-    reading with Wilson's intervals, one-tailed t-tests on it. Beyond it, beside and never instead: Welch, rank, exact
-    and paired tests, Cohen's κ, mixed models over readers and images (with lutgen[study]), sizes of effects, Holm's
-    correction, and what a study of this design can and cannot show. STUDY is a folder of lutgen study plan; --counts
-    and --summary take what a paper prints, alone or together. Ends with 0 whatever is found.
+    As in the paper: time to score and ease of reading with their t-tests; agreement with the reader's own un-aged
+    reading, with Wilson's intervals and one-tailed t-tests. Beside these: Welch, rank, exact and paired tests, Cohen's
+    κ, mixed models over readers and images (with lutgen[study]), effect sizes, Holm's correction, and what a study of
+    this design can and cannot show. STUDY is a folder of lutgen study plan; --counts and --summary take the figures
+    that a paper prints, alone or together. Ends with 0 whatever the result is.
 
     \b
     Example:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @click.command(cls=Command)
 @click.argument("study", metavar="STUDY")
-@click.option("--seed", type=click.IntRange(min=0), required=True, help="Of the simulated readers.")
+@click.option("--seed", type=click.IntRange(min=0), required=True, help="Seed of the simulated readers.")
 @click.option(
     "--difference",
     "given",

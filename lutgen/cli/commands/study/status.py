@@ -16,9 +16,9 @@ from lutgen.cli.picture_options import json_option
 @json_option
 @click.option("--force", is_flag=True, help="Replace a file that exists.")
 def command(*, study: str, json_to: str | None, force: bool) -> None:
-    """Show who has read what in a study, and when the next session may begin; no answer is shown.
+    """Show who has read what in a study, and when the next session may begin; answers stay hidden.
 
-    Every file of answers is verified; one that was altered by hand is named, with the row. Times are UTC.
+    lutgen verifies every file of answers; a file that was altered by hand is named, with the row. Times are UTC.
 
     \b
     Example:
