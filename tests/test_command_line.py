@@ -115,6 +115,15 @@ def test_a_usage_error_shows_an_example_of_that_command(
     assert not done.out
 
 
+@pytest.mark.parametrize("words", [(), ("study",), ("sessions",)])
+def test_a_group_alone_prints_its_help(
+    words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    alone, asked = in_process(monkeypatch, capsys)(*words), in_process(monkeypatch, capsys)(*words, "--help")
+    assert (alone.out + alone.err).strip() == asked.out.strip()
+    assert asked.code == 0
+
+
 def test_a_sentence_wraps_at_words_and_keeps_its_indent() -> None:
     text = "  The noise of a reading is that of the replicates of the table."
     assert wrapped(text, 30) == "  The noise of a reading is\n  that of the replicates of\n  the table."

@@ -72,6 +72,9 @@ def _exit_code() -> int:
 
 def _explain(error: click.UsageError) -> None:
     """Say how the command is used, with its first example, and what was wrong."""
+    if isinstance(error, getattr(click.exceptions, "NoArgsIsHelpError", ())):  # click has it from 8.2 on
+        error.show()
+        return
     if error.ctx:
         click.echo(error.ctx.get_usage(), err=True)
         command = error.ctx.command
