@@ -65,7 +65,7 @@ figures: setup ## the walk-through's data, its outputs and its pictures anew
 	@$(ALONE) $(PYTHON) -m examples.walkthrough --write
 
 configs: setup ## build configs/default anew
-	@.venv/bin/lutgen build --hours 0..18000 --selection continuous --format clf --force -o configs/default
+	@.venv/bin/lutgen build --hours 0..18000 --mode all --selection continuous --format clf --force -o configs/default
 
 check-configs: setup ## does configs/default still follow from the code?
 	@$(PYTHON) -m tests.check_default_configs

@@ -226,7 +226,8 @@ def build(bench: Bench, output: Path, *options: str) -> None:
 
 
 def _build_arguments(bench: Bench, output: Path, *options: str) -> list[str]:
-    return ["build", "--format", "cube", "--hours", bench.hours, "--force", *options, "-o", str(output)]
+    what = ["--format", "cube", "--mode", "all", "--hours", bench.hours]
+    return ["build", *what, "--force", *options, "-o", str(output)]
 
 
 # ---- applying to images

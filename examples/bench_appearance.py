@@ -18,9 +18,9 @@ from examples.racing import LUTGEN, Peer, Row, against_limit, peak_memory, race
 from lutgen import lifetime
 from lutgen.appearance.curve import curves_of
 from lutgen.appearance.distinct import count_colours
-from lutgen.appearance.lifetime import MODES
 from lutgen.bindings import oiio
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab
+from lutgen.names import AGING_MODES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -69,7 +69,7 @@ def appearance(work: Work, model: DisplayModel, tissue: Array, folder: Path) -> 
     _agree(straight, model, hours, tissue[: work.crop, : work.crop], folder)
     pixels = tissue.shape[0] * tissue.shape[1]
     yield from race(
-        f"{len(hours)} hours × {len(MODES)} modes, {pixels / 1e6:.3g} Mpx, from the file",
+        f"{len(hours)} hours × {len(AGING_MODES)} modes, {pixels / 1e6:.3g} Mpx, from the file",
         partial(lifetime, [file], model, hours=hours),
         Peer(
             f"colour-science on every pixel ({work.crop} × {work.crop} timed, × {pixels / len(crop):.4g})",
@@ -118,7 +118,7 @@ class Straightforward:
         lab = self._lab(linear)
         points = np.array([[1, 1, 1], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
         nearest = np.linalg.norm(linear[:, np.newaxis] - points, axis=-1).argmin(axis=-1)
-        return np.array([[self._mean(lab, linear, nearest, mode, hour) for hour in self.hours] for mode in MODES])
+        return np.array([[self._mean(lab, linear, nearest, mode, hour) for hour in self.hours] for mode in AGING_MODES])
 
     def _mean(self, lab: Array, linear: Array, nearest: Any, mode: str, hour: float) -> float:
         xyz = colour.algebra.vecmul(self.model.matrices(mode, hour).array[nearest], linear)
@@ -136,7 +136,7 @@ def _agree(straight: Straightforward, model: DisplayModel, hours: list[float], c
     save(crop, folder / "crop.tif")
     (mine,) = lifetime([folder / "crop.tif"], model, hours=hours).images
     means = straight.means(crop.reshape(-1, 3) / 255.0)
-    if np.abs(np.array([mine.curves[mode].mean for mode in MODES]) - means).max() > 0.01:
+    if np.abs(np.array([mine.curves[mode].mean for mode in AGING_MODES]) - means).max() > 0.01:
         raise SystemExit("bench: colour-science's curve and lutgen's differ by more than 0.01 ΔE2000")
 
 
@@ -151,12 +151,12 @@ def _tiled(work: Work, model: DisplayModel, tissue: Array, hours: list[float], f
         raise SystemExit("bench: the tiled image has not ten times the pixels")
 
     def curves(colours: Colours) -> object:
-        return curves_of(colours, model, MODES, hours)
+        return curves_of(colours, model, AGING_MODES, hours)
 
     # The peer's time over lutgen's is here that of the image over that of the tiled one: at least 1/1.1.
     peer = Peer("the same image once", partial(curves, once), 1.0 / TILED_LIMIT)
     yield from race(
-        f"{len(hours)} hours × {len(MODES)} modes of an image tiled {TIMES} times, after the read",
+        f"{len(hours)} hours × {len(AGING_MODES)} modes of an image tiled {TIMES} times, after the read",
         partial(curves, tiled),
         peer,
         times=work.short,

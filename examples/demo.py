@@ -2,7 +2,7 @@
 
     .venv/bin/python examples/demo.py [OUT]
 
-Builds the LUTs and configs of the default display into OUT/aged (31 hours × 3 modes; default: out), renders an
+Builds the LUTs and configs of the default display into OUT/aged (31 hours × 2 modes; default: out), renders an
 immunohistochemistry field through four of the configs, compares every pixel with the model that they were baked from,
 and lays the images out as Figures 2 to 4 of the paper. The last line is the path of that picture.
 

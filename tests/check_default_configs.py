@@ -17,6 +17,7 @@ from lutgen.bindings import ocio
 from lutgen.display import DisplayModel, default_display
 from lutgen.display.hours import parse_hours
 from lutgen.measurements import read_measurements
+from lutgen.names import MODES
 
 COMMITTED = Path(__file__).resolve().parents[1] / "configs" / "default"
 
@@ -24,7 +25,7 @@ COMMITTED = Path(__file__).resolve().parents[1] / "configs" / "default"
 def differences(committed: Path) -> list[str]:
     """Say what in ``committed`` is not what the code makes today."""
     model = DisplayModel(read_measurements(default_display()), selection="continuous")
-    plan = Plan(tuple(parse_hours("0..18000", model.tips)), formats=("clf",))
+    plan = Plan(tuple(parse_hours("0..18000", model.tips)), modes=tuple(MODES), formats=("clf",))
     kept = read_manifest(committed / MANIFEST)
     if kept is None:
         return [f"{MANIFEST} is missing"]

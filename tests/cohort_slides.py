@@ -12,7 +12,7 @@ from skimage.io import imsave
 
 from lutgen import AppliedEffect, DisplayModel, read_measurements
 from lutgen.display import default_display
-from lutgen.effects.own import imported
+from lutgen.effects.own import load_file
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -90,7 +90,7 @@ def waiting_model(folder: Path) -> DisplayModel:
 
 def _glowing(file: Path, source: str) -> DisplayModel:
     file.write_text(source)
-    (effect,) = imported(file)
+    (effect,) = load_file(file)
     return replace(model(), effects=(AppliedEffect.of(effect, {"glow": 0.002}),))
 
 

@@ -15,11 +15,9 @@ from PIL import Image, ImageCms
 from skimage import data
 
 from lutgen import DisplayModel, LutgenError, apply_to_image, read_measurements
-from lutgen.appearance.apply import SOURCES
 from lutgen.appearance.engines import ChainEngine, PaperEngine, engine_for
 from lutgen.bindings import oiio
 from lutgen.cli import main
-from lutgen.cli.commands import apply as apply_command
 from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.display import default_display
 from tests.disk import mounted
@@ -436,10 +434,6 @@ def test_several_images_go_into_a_folder(tissue: Pixels, tmp_path: Path) -> None
     folder.mkdir()
     assert run("apply", *sources, "--mode", MODE, "--hours", HOURS, "-o", folder) == 0
     assert sorted(path.name for path in folder.iterdir()) == ["a.png", "b.tif"]
-
-
-def test_names_repeated_for_quick_help_are_the_librarys() -> None:
-    assert apply_command.SOURCES == SOURCES
 
 
 @pytest.mark.parametrize("name", ["IN.PNG", "misnamed.jpg", "odd?x=1.png", "bare", "no-utf-8-\udcff.png"])

@@ -25,6 +25,7 @@ from lutgen.bindings import ocio
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
 from lutgen.measurements import read_measurements
+from lutgen.names import MODES
 from tests.disk import mounted
 from tests.twin import Twin, nearest_points, rows_of_csv, to_linear
 
@@ -166,7 +167,7 @@ def test_a_second_build_writes_the_same_bytes(small: Path, model: DisplayModel, 
 
 def test_two_processes_write_the_bytes_of_one(small: Path, model: DisplayModel, tmp_path: Path) -> None:
     # Five displays and more are needed for a second process to get any.
-    plan = Plan((0.0, 3333.3, 10_000.0), cubesize=17)
+    plan = Plan((0.0, 3333.3, 10_000.0), modes=tuple(MODES), cubesize=17)
     build(model, plan, tmp_path / "one", jobs=1)
     build(model, plan, tmp_path / "two", jobs=2)
     assert contents(tmp_path / "one") == contents(tmp_path / "two")
@@ -179,6 +180,38 @@ def test_building_again_into_the_same_folder_changes_nothing(copy: Path, small: 
     built = build(model, SMALL, copy, jobs=1)
     assert built.unfinished is None
     assert contents(copy) == contents(small)
+
+
+@pytest.mark.parametrize(
+    ("options", "modes"),
+    [((), {"chroma", "chroma-luma"}), (("--mode", "stable"), {"stable"}), (("--mode", "all"), {*MODES})],
+)
+def test_stable_is_built_only_when_asked(options: tuple[str, ...], modes: set[str], tmp_path: Path) -> None:
+    asked = ("--hours", "10000", "--format", "cube", "--cubesize", "17", "--no-certificates", "--jobs", "1")
+    done = lutgen("build", *asked, *options, "-o", tmp_path / "aged")
+    assert done.returncode == 0, done.stderr
+    assert {path.name for path in (tmp_path / "aged").iterdir() if path.is_dir()} == modes
+    # Without certificates there is no error to tell.
+    assert done.stdout == f"{len(modes)} LUTs and {len(modes) + 1} configs in {tmp_path / 'aged'}\n"
+
+
+def test_a_build_prints_one_line_of_worst_error_and_details_when_asked(tmp_path: Path) -> None:
+    asked = ("build", "--hours", "10000,18000", "--format", "cube", "--cubesize", "17", "--force", "-o", tmp_path)
+    first, worst = lutgen(*asked).stdout.splitlines()
+    assert first == f"4 LUTs and 5 configs in {tmp_path}"
+    records = json.loads((tmp_path / "manifest.json").read_text())["files"]
+    certificates = [record["certificate"] for record in records if record["kind"] == "lut"]
+    groups = {
+        group: max(each[group]["max"] for each in certificates if each[group]["colours"])
+        for group in ("smooth", "gamut", "border")
+    }
+    told = ", ".join(f"{group} {error:.4f}" for group, error in groups.items())
+    assert worst == f"Largest ΔE2000 of the files against the model: {told} (more with --verbose)."
+    verbose = lutgen(*asked, "--verbose").stdout.splitlines()
+    assert verbose[:2] == [first, worst.replace(" (more with --verbose)", "")]
+    assert [line.split()[:4] for line in verbose if line.startswith("chroma")] == [
+        [mode, "cube", "2", group] for mode in ("chroma", "chroma-luma") for group in groups
+    ]
 
 
 def test_a_build_that_was_moved_can_be_built_again(tmp_path: Path) -> None:

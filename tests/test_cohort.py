@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import multiprocessing
 import os
+import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -318,7 +320,7 @@ def test_a_process_that_is_killed_loses_nothing_and_a_slide_that_kills_is_named(
     assert not (tmp_path / "order").exists()
     assert sorted(written) == [file.name for file in files]
     assert [each.file for each in found.broken] == [str(deadly), str(broken)]
-    assert found.broken[0].reason.startswith("its worker process died 2 times (killed by SIGKILL)")
+    assert found.broken[0].reason.startswith("its worker process died twice")
     assert found.broken[1].reason.startswith("the image is truncated or damaged")
     alone = cohort(files, display, tmp_path / "alone", jobs=1, **FEW)
     assert found.as_json()["slides"] == alone.as_json()["slides"]
@@ -330,8 +332,43 @@ def test_processes_that_cannot_start_are_told(tmp_path: Path) -> None:
     files = make_slides(tmp_path / "in", 2)
     crew = local.on_this_machine  # the effect is looked for when a process starts
     (tmp_path / "deadly.py").unlink()
-    with pytest.raises(LutgenError, match=r"a worker process cannot be started \(exit code 1\)"):
+    with pytest.raises(LutgenError, match=r"a worker process cannot be started"):
         list(crew(_asked(display), find_slides(files), 2))
+
+
+def test_a_script_that_does_not_guard_its_main_part_is_told(tmp_path: Path) -> None:
+    make_slides(tmp_path / "in", 2)
+    (tmp_path / "script.py").write_text(
+        "from lutgen import DisplayModel, cohort, default_display, read_measurements\n"
+        "cohort(['in'], DisplayModel(read_measurements(default_display())), 'run', jobs=2)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=100
+    )
+    assert done.returncode == 1
+    assert "cannot be started" in done.stderr.splitlines()[-1]
+    assert "needs `if __name__ == '__main__':`" in done.stderr.splitlines()[-1]
+
+
+def test_slides_in_hand_when_a_process_dies_are_tried_again_and_no_others(
+    tmp_path: Path,
+) -> None:
+    files = make_slides(tmp_path / "in", 9)
+    display = deadly_model(tmp_path, order=True)
+    done = list(local._done(_asked(display), 2, find_slides(files)))
+    assert {slide.name for slide, _ in done} == {str(file) for file in files}
+    assert len(done) == 9
+    assert 1 <= sum(outcome is None for _, outcome in done) <= 2
+
+
+def test_processes_end_when_nobody_waits_for_them_any_more(tmp_path: Path) -> None:
+    files = find_slides(make_slides(tmp_path / "in", 6, side=200))
+    found = local.on_this_machine(_asked(model()), files, 2)
+    next(found)
+    working = multiprocessing.active_children()
+    assert working
+    found.close()
+    assert not {each.pid for each in working} & {each.pid for each in multiprocessing.active_children()}
 
 
 def _asked(display: DisplayModel) -> Asked:

@@ -232,7 +232,7 @@ def test_an_interrupted_run_keeps_what_is_finished_and_goes_on(tmp_path: Path) -
         # As a terminal does: to the command and its processes.
         os.killpg(started.pid, signal.SIGINT)
         out, err = started.communicate(timeout=60)
-    assert (started.returncode, out) == (1, "")
+    assert (started.returncode, out) == (130, "")
     assert err.splitlines()[0].startswith("Interrupted. run keeps the finished slides; the same command goes on")
     assert "Traceback" not in err
     assert len(list(slides.iterdir())) == 3

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from lutgen.cli import shared
 from lutgen.colorimetry import (
     LINEAR_TO_XYZ,
     code_to_linear,
@@ -23,7 +22,6 @@ from lutgen.display import (
     MODES,
     REFERENCES,
     SELECTIONS,
-    UNREACHABLE,
     AgedDisplay,
     AppliedEffect,
     DisplayModel,
@@ -267,10 +265,6 @@ def test_what_cannot_be_inverted_is_refused(readings: Measurements) -> None:
         compensated(aged, aged, unreachable="stretch")
     with pytest.raises(LutgenError, match="white lies outside its own primaries"):
         drive_of(a_display("continuous", (-1.2, 0.0, 0.0)), np.ones((1, 3)), np.ones((1, 3)))
-
-
-def test_the_command_line_knows_the_ways_with_unreachable_colours() -> None:
-    assert tuple(UNREACHABLE) == shared.UNREACHABLE
 
 
 def test_displays_of_equal_light_share_a_correction(readings: Measurements) -> None:

@@ -10,13 +10,11 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from lutgen.cli import data_options
 from lutgen.criticism.compare import Slice
 from lutgen.criticism.direction import placed
-from lutgen.criticism.problem import BASELINES
 from lutgen.criticism.separate import POOL, Separation
 from lutgen.display import load_model
-from lutgen.effects.contract import check_file
+from lutgen.effects.child import check_file
 from lutgen.measurements import read_measurements
 from lutgen.numerals import percent, readable, with_error
 from lutgen.report.criticism import diagnosis as diagnosis_page
@@ -39,10 +37,6 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     monkeypatch.chdir(tmp_path)
 
     return in_process(monkeypatch, capsys)
-
-
-def test_options_name_what_the_library_has() -> None:
-    assert data_options.BASELINES == BASELINES
 
 
 @pytest.mark.parametrize(
@@ -339,7 +333,7 @@ def test_bad_input_is_one_sentence_and_writes_nothing(
     *usage, sentence = done.err.strip().splitlines()
     assert says in sentence
     assert sentence.startswith(("lutgen: error: ", "Error: "))
-    assert all(each.startswith(("Usage: ", "Try ")) or not each for each in usage), done.err
+    assert all(each.startswith(("Usage: ", "Example: ", "Try ")) or not each for each in usage), done.err
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
 
 

@@ -182,11 +182,7 @@ def ended(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
         (("glue-glow",), 2, "Pick one of: "),
         (("--effects", "missing.py"), 2, "missing.py: cannot read the effects"),
         (("--effects", "raises.py"), 2, "raises.py: cannot be loaded: line 15: ZeroDivisionError"),
-        (
-            ("--effects", "endless.py", "--time-limit", "1.5"),
-            2,
-            "endless.py: loops for ever, or takes longer than 1.5 s",
-        ),
+        (("--effects", "glue.py", "--time-limit", "1.5"), 2, "--time-limit belongs to --check"),
         (("--add-expr", "xyz.real"), 2, "`xyz.real` is not allowed"),
         (("--add-expr", "xyz + " + "k" * 10_000), 2, "500 are allowed"),
         (("--plot", "a.png"), 2, "give its NAME too"),

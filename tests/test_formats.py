@@ -476,11 +476,12 @@ if task["build"]:
     from lutgen.display import DisplayModel, default_display
     from lutgen.measurements import read_measurements
     from lutgen.bake.formats import format_names
+    from lutgen.names import MODES
     every = ("cube", "clf", *(name for name in format_names() if name not in ("cube", "clf")))
     for name, selection, formats in (("nearest", "nearest", every), ("cube", "nearest", ("cube",)),
                                      ("continuous", "continuous", ("cube", "clf"))):
         model = DisplayModel(read_measurements(default_display()), selection=selection)
-        plan = Plan((0.0, 2750.5, 18000.0), formats=formats, cubesize=17, certify=False)
+        plan = Plan((0.0, 2750.5, 18000.0), tuple(MODES), formats, cubesize=17, certify=False)
         build(model, plan, os.path.join(task["build"], name), jobs=1)
 code = np.random.default_rng(17).random((500, 3)).astype(np.float32)
 shown = {}

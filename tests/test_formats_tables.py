@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from lutgen.appearance.engines import LUT_SUFFIXES, engine_for
+from lutgen.appearance.engines import engine_for
 from lutgen.bake.build import Plan, build
 from lutgen.bake.check import Budget, check, check_lut
 from lutgen.bake.fidelity import Judge
-from lutgen.bake.formats import Provenance, format_named, format_names
+from lutgen.bake.formats import Provenance, format_named, format_names, lut_suffixes
 from lutgen.bake.lut import Lut, Sampler, lattice
 from lutgen.bake.readback import TableKind, apply_lut, table_kind
 from lutgen.bake.spaces import SPACES
@@ -334,14 +334,14 @@ def test_apply_refuses_it_and_writes_nothing(name: str, lutgen: Callable[..., Do
     assert sorted(tmp_path.iterdir()) == before
 
 
-@pytest.mark.parametrize("suffix", sorted({*LUT_SUFFIXES, ".icc", ".png", ".ocioz"}))
+@pytest.mark.parametrize("suffix", sorted({*lut_suffixes(), ".icc", ".png", ".ocioz"}))
 def test_a_file_of_a_gigabyte_is_refused_unread(suffix: str, aged: AgedDisplay, tmp_path: Path) -> None:
     path = tmp_path / f"huge{suffix}"
     with path.open("wb") as file:
         file.truncate(1_000_000_000)
     (finding,) = check_lut(path, aged).findings
     assert "has 1000 MB, and a LUT has at most 100 MB" in finding.problem
-    if suffix in LUT_SUFFIXES:
+    if suffix in lut_suffixes():
         with pytest.raises(LutgenError, match="has 1000 MB"):
             engine_for(path)
 
@@ -435,4 +435,4 @@ def test_apply_takes_any_built_table_that_opencolorio_reads(
     white = model().at("chroma", 18_000).code_to_code(np.ones(3)) * 255
     with Image.open(output) as shown:
         assert np.asarray(shown)[0, 0] == pytest.approx(white, abs=0.6)
-    assert form.suffix in LUT_SUFFIXES
+    assert form.suffix in lut_suffixes()

@@ -21,12 +21,13 @@ from lutgen.appearance import curve, distinct
 from lutgen.appearance.curve import STATISTICS, Curve, quantile, statistics
 from lutgen.appearance.difference import differences
 from lutgen.appearance.distinct import Colours, count_colours
-from lutgen.appearance.lifetime import MODES, TOLERANCES, binning_error
+from lutgen.appearance.lifetime import TOLERANCES, binning_error
 from lutgen.appearance.schema import NAMES, schema
 from lutgen.appearance.uncertainty import DRAWS, coarse, drawn
 from lutgen.colorimetry import xyY_to_xyz
 from lutgen.display import Estimate, LatentTips, default_display
 from lutgen.effects import catalogue
+from lutgen.names import AGING_MODES
 from tests.altered import altered
 from tests.twin import SRGB_XY, Twin, rows_of_csv, srgb_matrix
 
@@ -86,7 +87,7 @@ def by_hand(pixels: Pixels, mode: str, hours: float) -> Array:
 def test_the_curve_is_that_of_every_pixel_taken_by_itself(tissue: Pixels, model: DisplayModel, tmp_path: Path) -> None:
     pixels = tissue[100:400:9, 50:450:11]
     (image,) = lifetime([save(tmp_path / "in.png", pixels)], model, hours=HOURS).images
-    for mode in MODES:
+    for mode in AGING_MODES:
         found = image.curves[mode]
         for place, hours in enumerate(HOURS):
             expected = by_hand(pixels, mode, hours)
@@ -100,7 +101,7 @@ def test_the_curve_is_that_of_every_pixel_taken_by_itself(tissue: Pixels, model:
 def test_lifetimes_are_where_straight_lines_between_hours_cross(model: DisplayModel, tmp_path: Path) -> None:
     found = lifetime([save(tmp_path / "in.png", np.full((4, 4, 3), 200, np.uint8))], model)
     (image,) = found.images
-    for mode, tolerance, name in product(MODES, TOLERANCES, STATISTICS):
+    for mode, tolerance, name in product(AGING_MODES, TOLERANCES, STATISTICS):
         curve_of = image.curves[mode]
         values = getattr(curve_of, name)
         life = curve_of.hours_until(name, tolerance)
@@ -215,7 +216,7 @@ def test_fine_images_have_the_curve_of_their_pixels_within_what_is_said(
     (binned,) = lifetime([file], smooth, hours=HOURS).images
     assert binned.bits < 8
     assert 0.01 < binned.binning_error < 5
-    for mode in MODES:
+    for mode in AGING_MODES:
         off = np.abs(binned.curves[mode].mean - exact.curves[mode].mean)
         assert off.max() < 0.1 * binned.binning_error
         off = np.abs(binned.curves[mode].largest - exact.curves[mode].largest)
@@ -252,7 +253,7 @@ def test_intervals_hold_the_lifetime_and_are_the_same_again(
     first, again = (lifetime([file], refined, hours=HOURS).images[0] for _ in range(2))
     assert first.intervals == again.intervals
     assert first.intervals is not None
-    for mode, tolerance, name in product(MODES, TOLERANCES, ("mean", "max")):
+    for mode, tolerance, name in product(AGING_MODES, TOLERANCES, ("mean", "max")):
         low, high = first.intervals[mode][tolerance][name]
         life = first.curves[mode].hours_until(name, tolerance)
         assert low is not None
@@ -366,7 +367,7 @@ def test_csv_is_table_1_a_line_an_image_and_mode(tissue: Pixels, model: DisplayM
     files = [save(tmp_path / name, tissue[:32, :32]) for name in ("a, b.png", "c.png")]
     found = lifetime(files, model, hours=HOURS, tolerances=(3, 60))
     rows = list(csv.DictReader(io.StringIO(found.as_csv())))
-    assert [(row["file"], row["mode"]) for row in rows] == [(str(file), mode) for file in files for mode in MODES]
+    assert [(row["file"], row["mode"]) for row in rows] == [(str(file), mode) for file in files for mode in AGING_MODES]
     life = found.images[0].curves["chroma"].hours_until("max", 3.0)
     assert float(rows[0]["max_3"]) == pytest.approx(life, abs=0.05)
     assert rows[0]["mean_60"] == ""

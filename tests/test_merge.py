@@ -19,6 +19,7 @@ from lutgen.errors import LutgenError
 from lutgen.measurements import read_measurements
 from lutgen.merge import Merging, merge
 from lutgen.merge.schema import schema
+from lutgen.names import MODES
 from tests.command import in_process
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ colorspaces:
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("merge") / "aged"
-    plan = Plan((0.0, HOURS), formats=("cube", "clf"), cubesize=17, certify=False)
+    plan = Plan((0.0, HOURS), tuple(MODES), ("cube", "clf"), cubesize=17, certify=False)
     build(DisplayModel(read_measurements(default_display())), plan, folder, jobs=1)
     return folder
 

@@ -11,10 +11,9 @@ import pytest
 from jsonschema import Draft202012Validator
 from referencing import Registry, Resource
 
-from lutgen.cli.shared import AGING_BASELINES
 from lutgen.colorimetry import linear_to_code, xyz_to_linear
 from lutgen.criticism.schema import NAMES, schema
-from lutgen.display.model import BASELINES
+from lutgen.names import AGING_BASELINES, BASELINES
 from tests.command import Done, in_process
 from tests.native_displays import BLACK, GREYS, MIXTURES, RAMPS, TIPS, Panel, session, write
 

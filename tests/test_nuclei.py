@@ -22,12 +22,12 @@ from lutgen import DisplayModel, LutgenError, nuclei, read_measurements
 from lutgen.appearance import contrast, field
 from lutgen.appearance.contrast import FEWEST, PERCENT, contrast_of
 from lutgen.appearance.field import read_field
-from lutgen.appearance.lifetime import MODES
 from lutgen.appearance.nuclei import segment, width_of
 from lutgen.appearance.nuclei_mask import read_mask
 from lutgen.appearance.rings import LEAST_PIXELS, outlines, rings_of
 from lutgen.appearance.schema import schema
 from lutgen.display import default_display
+from lutgen.names import AGING_MODES
 from tests.altered import altered
 from tests.twin import SRGB_XY, Twin, rows_of_csv, srgb_matrix
 
@@ -98,7 +98,7 @@ def test_flat_discs_on_a_flat_ground_stand_out_by_what_their_colours_are_apart(
     image, mask = save(tmp_path / "in.png", pixels), save(tmp_path / "m.png", labels)
     found = nuclei(image, model, mask=mask, hours=HOURS)
     assert found.nuclei.count == 3
-    for mode in MODES:
+    for mode in AGING_MODES:
         for place, hours in enumerate(HOURS):
             ground, *inks = lab_by_hand([GROUND, INK, PALE, (200, 60, 60)], mode, hours)
             expected = [apart_by_hand(ink, ground) for ink in inks]
@@ -310,7 +310,7 @@ def test_twice_the_resolution_gives_the_same_nuclei(model: DisplayModel, tmp_pat
     )
     assert small.nuclei.count == large.nuclei.count > 15
     assert large.nuclei.width == pytest.approx(2 * small.nuclei.width, rel=0.15)
-    for mode in MODES:
+    for mode in AGING_MODES:
         one, two = small.contrasts[mode], large.contrasts[mode]
         np.testing.assert_allclose(one.median, two.median, rtol=0.05)
         np.testing.assert_allclose(one.change, two.change, atol=0.01)
@@ -327,7 +327,7 @@ def test_real_immunohistochemistry(model: DisplayModel, tmp_path: Path) -> None:
     found = nuclei(save(tmp_path / "ihc.png", np.asarray(immunohistochemistry())), model, hours=HOURS)
     assert 250 < found.nuclei.count < 400
     assert "DAB" in found.nuclei.found
-    chroma, luma = (found.contrasts[mode] for mode in MODES)
+    chroma, luma = (found.contrasts[mode] for mode in AGING_MODES)
     assert chroma.median[0] == pytest.approx(9.0, abs=1.0)
     assert luma.change[2] == pytest.approx(-0.24, abs=0.05)
     assert luma.change[2] < chroma.change[2] < 0
@@ -345,7 +345,7 @@ def test_real_haematoxylin_and_eosin(name: str, count: int, unaged: float, model
     found = nuclei(Path(folder, f"images/{name}.png"), model, hours=HOURS)
     assert "H&E" in found.nuclei.found
     assert found.nuclei.count == pytest.approx(count, rel=0.15)
-    chroma, luma = (found.contrasts[mode] for mode in MODES)
+    chroma, luma = (found.contrasts[mode] for mode in AGING_MODES)
     assert chroma.median[0] == pytest.approx(unaged, abs=2.0)
     assert chroma.change[2] > 0
     assert luma.change[2] < -0.1

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from lutgen.effects import Effect, Parameter, catalogue, effect
-from lutgen.effects.child import LIMIT_S
-from lutgen.effects.contract import check, check_file, refuse_unsound
+from lutgen.effects.child import LIMIT_S, check_file
+from lutgen.effects.contract import check, refuse_unsound
 from lutgen.effects.own import everything, installed, load_file, recall
 from lutgen.errors import LutgenError
 
@@ -111,10 +111,6 @@ def test_an_effect_that_is_imported_is_not_the_files_own(tmp_path: Path) -> None
         (f"{HEAD}import nowhere\n", "line 13: ModuleNotFoundError: No module named 'nowhere'"),
         (f"{HEAD}1 / 0\n", "line 13: ZeroDivisionError: division by zero"),
         (f"{HEAD}raise SystemExit(0)\n", "line 13: SystemExit: 0"),
-        (f"{HEAD}input()\n", "line 13: EOFError"),
-        (f"{HEAD}import os\nos._exit(0)\n", "ends Python while it is loaded"),
-        (f"{HEAD}import os\nos.abort()\n", r"kills Python \(Aborted\) while it is loaded"),
-        (f"{HEAD}while True:\n    pass\n", "loops for ever, or takes longer than 3 s, while it is loaded"),
         (GOOD.replace("glue_glow", "black_level"), "'black-level' is a built-in effect. Rename the function"),
         (
             GOOD.replace('stage="optics"', 'stage="glue"'),
@@ -137,13 +133,33 @@ def test_an_effect_that_is_imported_is_not_the_files_own(tmp_path: Path) -> None
 )
 def test_a_bad_file_is_refused_in_one_sentence(tmp_path: Path, source: str, sentence: str) -> None:
     path = write(tmp_path, source)
-    with pytest.raises(LutgenError, match=sentence) as caught:
-        load_file(path, limit_s=limit(source))
-    assert str(caught.value).startswith(str(path))
-    assert "\n" not in str(caught.value)
+    told = []
+    for read in (load_file, check_file):
+        with pytest.raises(LutgenError, match=sentence) as caught:
+            read(path)
+        told.append(str(caught.value))
+        assert told[-1].startswith(str(path))
+        assert "\n" not in told[-1]
+    assert told[0] == told[1]
     assert not [
         name for name in sys.modules if name.startswith("lutgen_own_") and sys.modules[name].__file__ == str(path)
     ]
+
+
+@pytest.mark.parametrize(
+    ("lines", "sentence"),
+    [
+        ("input()", "line 13: EOFError"),
+        ("import os\nos._exit(0)", "ends Python while it is loaded"),
+        ("import os\nos.abort()", r"kills Python \(Aborted\) while it is loaded"),
+        ("while True:\n    pass", "loops for ever, or takes longer than 3 s, while it is loaded"),
+        ("x = []\nwhile True:\n    x.append(bytes(10**8))", "MemoryError"),
+    ],
+)
+def test_a_check_ends_whatever_a_file_does(tmp_path: Path, lines: str, sentence: str) -> None:
+    source = f"{HEAD}{lines}\n"
+    with pytest.raises(LutgenError, match=sentence):
+        check_file(write(tmp_path, source), limit_s=SHORT_S if "pass" in lines else LIMIT_S)
 
 
 @pytest.mark.parametrize(
@@ -271,7 +287,7 @@ def test_what_comes_after_an_endless_effect_is_told_to_be_untried(tmp_path: Path
 def test_a_time_limit_leaves_no_process_behind(tmp_path: Path) -> None:
     path = write(tmp_path, f"{HEAD}while True:\n    pass\n", "endless_for_ever.py")
     with pytest.raises(LutgenError, match="loops for ever"):
-        load_file(path, limit_s=1.0)
+        check_file(path, limit_s=1.0)
     children = Path(f"/proc/self/task/{os.getpid()}/children")
     if children.exists():
         commands = [Path(f"/proc/{child}/cmdline").read_text() for child in children.read_text().split()]
@@ -373,9 +389,9 @@ def test_installed_effects_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 def test_an_installed_effect_is_held_to_the_contract(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    install(tmp_path, "glue_module_c", body("import os\nos.abort()"))
+    install(tmp_path, "glue_module_c", body("return xyz * (1.01 + k)"))
     monkeypatch.syspath_prepend(tmp_path)
-    with pytest.raises(LutgenError, match=r"lutgen-glue 1.2: effect 'mine' breaks the contract.*It kills Python"):
+    with pytest.raises(LutgenError, match=r"lutgen-glue 1.2: effect 'mine' breaks the contract, clause 'neutral'"):
         refuse_unsound()
 
 
@@ -407,3 +423,35 @@ def test_without_packages_nothing_is_installed() -> None:
 def test_a_selection_has_nothing_to_run() -> None:
     switching: Effect = replace(catalogue()["matrix-switching"], origin="code, here")
     assert [each.clause for each in check(switching).clauses] == ["runs"]
+
+
+MEASURED = "from lutgen import DisplayModel, default_display, read_measurements\n"
+
+
+def test_a_build_imports_no_contract_and_no_process(tmp_path: Path) -> None:
+    script = f"""{MEASURED}
+import sys
+from lutgen.display import what_luts_carry
+from lutgen.bake.build import Plan, build
+model = DisplayModel(read_measurements(default_display()))
+build(model, Plan((0.0,), modes=("chroma",), formats=("cube",), cubesize=17), "built", jobs=1)
+what_luts_carry(model)
+print(*(name for name in sys.modules if name.startswith("lutgen.effects.")))
+"""
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True)
+    loaded = set(done.stdout.split())
+    assert "lutgen.effects.declare" in loaded
+    assert not loaded & {f"lutgen.effects.{name}" for name in ("child", "contract", "clauses", "own")}
+
+
+def test_only_a_check_starts_a_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*_arguments: object, **_options: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(subprocess, "Popen", refused)
+    path = write(tmp_path, GOOD)
+    (loaded,) = load_file(path)
+    refuse_unsound([path])
+    assert check(loaded).passed
+    with pytest.raises(AssertionError):
+        check_file(path)

@@ -167,7 +167,7 @@ print(json.dumps([lutgen.__file__, importlib.metadata.version("lutgen"), first_l
 
 
 def test_help_gives_every_command_its_whole_first_sentence(tmp_path: Path) -> None:
-    said = " ".join(run(sys.executable, "-m", "lutgen", "--help", cwd=tmp_path).partition("Commands:")[2].split())
+    said = " ".join(run(sys.executable, "-m", "lutgen", "--help", cwd=tmp_path).partition("Simulate:")[2].split())
     assert "Say what each program does with a LUT, profile or config, whoever made it; exit 1 when one" in said
     assert "..." not in said
 

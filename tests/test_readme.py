@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import pytest
 
 from lutgen.bake.formats import format_names
-from lutgen.cli import shared
 from lutgen.display import MODES, REFERENCES, SELECTIONS, default_display
 from tests.examples_folder import COMMANDS, ROOT, make_folder, run_lutgen
 
@@ -24,12 +23,6 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.texts
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-
-
-def test_options_name_what_the_library_has() -> None:
-    assert tuple(MODES) == shared.MODES
-    assert tuple(SELECTIONS) == shared.SELECTIONS
-    assert REFERENCES == shared.REFERENCES
 
 
 @pytest.mark.parametrize("name", [*COMMANDS, *MODES, *SELECTIONS, *REFERENCES, *format_names()])

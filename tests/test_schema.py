@@ -16,10 +16,10 @@ from lutgen.cli.outputs import write_json
 from lutgen.criticism.compare import compare
 from lutgen.criticism.diagnose import VERDICTS, diagnose
 from lutgen.criticism.plan import plan
-from lutgen.criticism.problem import BASELINES
 from lutgen.criticism.refine import refine
 from lutgen.criticism.schema import NAMES, schema
 from lutgen.measurements import csv
+from lutgen.names import BASELINES
 from tests.altered import altered
 from tests.campaigns import single, text_of
 from tests.quick import mostly_slow

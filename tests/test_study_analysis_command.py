@@ -13,14 +13,12 @@ from jsonschema.exceptions import ValidationError
 from skimage.io import imread
 
 from lutgen import LutgenError
-from lutgen.cli.commands.study.analyse import INTERVALS
 from lutgen.report.study.analysis import between, figure, p_value, signed
 from lutgen.report.study.analysis_plot import PICTURE, _draw_agreement, abreast, changes, title
 from lutgen.study.analysis import analyse_answers, analyse_figures
 from lutgen.study.analysis.agreement import Counts
 from lutgen.study.analysis.answer_table import answer_table, read_answer_table
 from lutgen.study.analysis.figures import read_counts, read_summary
-from lutgen.study.analysis.intervals import KINDS
 from lutgen.study.analysis.tables_csv import FILES
 from lutgen.study.begin import begin_reading
 from lutgen.study.protocol import write_protocol
@@ -62,10 +60,6 @@ def paper_like(seed: int = 1, **more: int) -> tuple[Answer, ...]:
 
 def words(text: str) -> str:
     return " ".join(text.split())
-
-
-def test_names_repeated_for_quick_help_are_the_library_s() -> None:
-    assert tuple(KINDS) == INTERVALS
 
 
 # Pages ----------------------------------------------------------------------------------------------------------------

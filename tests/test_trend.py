@@ -9,8 +9,8 @@ import pytest
 from scipy.optimize import curve_fit
 
 from lutgen import LutgenError
-from lutgen.cli.commands.trend import SETS as NAMED
 from lutgen.measurements.campaign import read_campaign
+from lutgen.names import LIMIT_SETS
 from lutgen.report.history.trend import headline
 from lutgen.sessions.decay import LAWS, fit_laws
 from lutgen.sessions.limits import SETS, Limit, limits_of, parse_limit
@@ -130,7 +130,7 @@ def test_limits_are_read_as_they_are_written() -> None:
     assert parse_limit("white>=80%").text == "white>=80%"
     # Samei et al. 2005: 170 and 100 cd/m², luminance ratios 250 and 100, of primary and secondary displays.
     assert [each.value for each in (*limits_of("tg18-primary"), *limits_of("tg18-secondary"))] == [170, 250, 100, 100]
-    assert {*NAMED} == {*SETS}
+    assert {*LIMIT_SETS} == {*SETS}
     for text, said in (
         ("white", "write a quantity"),
         ("red>=3", "Pick one of: white"),

@@ -14,14 +14,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from lutgen.appearance.apply import SOURCES
 from lutgen.appearance.area_means import Grid, light_means, whole_factor
 from lutgen.appearance.blocks import open_blocks
 from lutgen.appearance.curve import Curve, curves_of
 from lutgen.appearance.distinct import count_colours
-from lutgen.appearance.lifetime import MODES
 from lutgen.colorimetry import linear_to_code
 from lutgen.errors import LutgenError, pick_one
+from lutgen.names import AGING_MODES, SOURCES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -123,8 +122,8 @@ def aged_series(
     """
     path = Path(image)
     for mode in modes:
-        if mode not in MODES:
-            raise pick_one("mode that ages", mode, MODES)
+        if mode not in AGING_MODES:
+            raise pick_one("mode that ages", mode, AGING_MODES)
     if source not in SOURCES:
         raise pick_one("source", source, SOURCES)
     if longest < 1:

@@ -17,12 +17,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.appearance.encoding import LINEAR, SIGNAL, NotFiniteError
+from lutgen.appearance.encoding import NotFiniteError
 from lutgen.appearance.engines import Unaged, engine_for
 from lutgen.appearance.images import Target, format_of_suffix, open_source
 from lutgen.appearance.shading import Shader, TableShader, shader_for
 from lutgen.errors import LutgenError, pick_one
 from lutgen.files import check_name, replacing
+from lutgen.names import SOURCES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -32,9 +33,6 @@ if TYPE_CHECKING:
     from lutgen.appearance.engines import Engine
     from lutgen.appearance.images import Source
     from lutgen.display import AgedDisplay
-
-#: What the numbers of a source may mean; ``auto`` asks the file and its format.
-SOURCES = ("auto", SIGNAL, LINEAR)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from lutgen.appearance.encoding import LINEAR, Decoder
+from lutgen.appearance.encoding import Decoder
+from lutgen.names import LINEAR
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -17,11 +17,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.appearance.apply import SOURCES
 from lutgen.appearance.contrast import Contrast, check_loss, contrast_of
 from lutgen.appearance.difference import shown_lab, threads
 from lutgen.appearance.field import code_of, read_field
-from lutgen.appearance.lifetime import MODES
 from lutgen.appearance.nuclei import segment
 from lutgen.appearance.nuclei_mask import read_mask
 from lutgen.appearance.rings import rings_of
@@ -30,6 +28,7 @@ from lutgen.colorimetry import CHUNK, delta_e_2000
 from lutgen.display import what_pictures_carry
 from lutgen.display.hours import MAX_HOURS
 from lutgen.errors import LutgenError, pick_one
+from lutgen.names import AGING_MODES, SOURCES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -130,7 +129,7 @@ def nuclei(
     *,
     stain: str | None = None,
     mask: str | Path | None = None,
-    modes: Sequence[str] = MODES,
+    modes: Sequence[str] = AGING_MODES,
     hours: Sequence[float] | None = None,
     min_area: int | None = None,
     loss: float = LOSS,

@@ -17,19 +17,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lutgen.appearance.apply import SOURCES
 from lutgen.appearance.area_means import AreaMeans, Grid, whole_factor
 from lutgen.appearance.blocks import open_blocks
 from lutgen.appearance.curve import statistics
 from lutgen.appearance.difference import differences
 from lutgen.appearance.distinct import count_colours
-from lutgen.appearance.encoding import SIGNAL, Decoder
-from lutgen.appearance.lifetime import MODES, binning_error
+from lutgen.appearance.encoding import Decoder
+from lutgen.appearance.lifetime import binning_error
 from lutgen.appearance.schema import seen_on
 from lutgen.bindings import oiio
 from lutgen.display import what_pictures_carry
 from lutgen.errors import LutgenError, pick_one
 from lutgen.files import check_name, replacing
+from lutgen.names import AGING_MODES, MAP_SUFFIXES, SIGNAL, SOURCES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -39,9 +39,6 @@ if TYPE_CHECKING:
     from lutgen.appearance.encoding import Storage, Stored
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay, DisplayModel
-
-#: Suffixes of maps in numbers, and OpenImageIO's names of what is written.
-SUFFIXES = {".exr": "openexr", ".tif": "tiff", ".tiff": "tiff"}
 
 #: Pixels of the longest side of a map for people: more do not fit on a screen beside its scale.
 LONGEST = 1000
@@ -169,8 +166,8 @@ def difference_map(
 
     """
     path = Path(image)
-    if mode not in MODES:
-        raise pick_one("mode that ages", mode, MODES)
+    if mode not in AGING_MODES:
+        raise pick_one("mode that ages", mode, AGING_MODES)
     if source not in SOURCES:
         raise pick_one("source", source, SOURCES)
     model.at(mode, hours)
@@ -246,8 +243,8 @@ def _of_block(find: Callable[[Stored], Singles], stored: Stored, storage: Storag
 
 
 def _check_floats(path: Path, image: Path, *, force: bool) -> Path:
-    if path.suffix.lower() not in SUFFIXES:
-        raise pick_one("suffix of a map in numbers", path.suffix or path.name, SUFFIXES)
+    if path.suffix.lower() not in MAP_SUFFIXES:
+        raise pick_one("suffix of a map in numbers", path.suffix or path.name, MAP_SUFFIXES)
     check_name(path)
     if path.is_dir():
         raise LutgenError(f"{path}: is a folder. Choose the name of a file.")
@@ -264,7 +261,7 @@ def _floats(path: Path, blocks: Blocks) -> Iterator[Callable[[Place, Singles], N
     with replacing(path) as partial:
         # Python's own attempt says why a file cannot be made, in words.
         partial.touch()
-        file = oiio().ImageOutput.create(SUFFIXES[path.suffix.lower()])
+        file = oiio().ImageOutput.create(MAP_SUFFIXES[path.suffix.lower()])
 
         def check(done: bool) -> None:
             if not done:

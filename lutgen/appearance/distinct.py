@@ -22,10 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.appearance.difference import threads
-from lutgen.appearance.encoding import SIGNAL, Decoder, NotFiniteError
+from lutgen.appearance.encoding import Decoder, NotFiniteError
 from lutgen.appearance.images import open_source
 from lutgen.appearance.slides import SUFFIXES, open_slide
 from lutgen.errors import LutgenError
+from lutgen.names import SIGNAL
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.display.chain import outside_gamut
+from lutgen.names import LINEAR
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
 
-SIGNAL, LINEAR = "signal", "linear"
 
 #: Pixels as stored, shape (n, channels): RGB, or RGB and alpha.
 Stored = NDArray[Any]

@@ -14,22 +14,20 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from lutgen.appearance.encoding import LINEAR, SIGNAL
+from lutgen.bake.formats import lut_suffixes
 from lutgen.bindings import lut_processor
 from lutgen.colorimetry import XYZ_TO_LINEAR, linear_to_code, transform
 from lutgen.display.chain import outside_gamut
 from lutgen.display.paper import TIE, Matrices, Selection, paper_links
 from lutgen.errors import LutgenError, pick_one
 from lutgen.files import is_file
+from lutgen.names import LINEAR, SIGNAL
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay
-
-#: LUT files that can be applied, by suffix.
-LUT_SUFFIXES = (".cube", ".clf", ".3dl", ".csp", ".spi3d")
 
 #: Which pixels' aged colours lie outside the viewer's gamut, shape (n,); None where the engine cannot know.
 Clipped = NDArray[np.bool_] | None
@@ -168,8 +166,8 @@ def _bits(flags: Sequence[NDArray[np.bool_]], *, first: int) -> NDArray[np.uint8
 
 
 def _processor(path: Path) -> Any:
-    if path.suffix.lower() not in LUT_SUFFIXES:
-        raise pick_one("kind of LUT", path.name, (f"a {suffix} file" for suffix in LUT_SUFFIXES))
+    if path.suffix.lower() not in lut_suffixes():
+        raise pick_one("kind of LUT", path.name, (f"a {suffix} file" for suffix in lut_suffixes()))
     if not is_file(path):
         raise LutgenError(f"{path}: there is no such LUT. Give the path of one that lutgen build wrote.")
     return lut_processor(path).getDefaultCPUProcessor()

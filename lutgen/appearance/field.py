@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lutgen.appearance.encoding import SIGNAL, Decoder, NotFiniteError
+from lutgen.appearance.encoding import Decoder, NotFiniteError
 from lutgen.appearance.images import open_source
 from lutgen.appearance.slides import SUFFIXES
 from lutgen.errors import LutgenError
+from lutgen.names import SIGNAL
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

@@ -14,12 +14,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.appearance.encoding import LINEAR, SIGNAL, Storage
+from lutgen.appearance.encoding import Storage
 from lutgen.appearance.integrity import is_whole
 from lutgen.bindings import oiio
 from lutgen.colorimetry import SRGB_XY
 from lutgen.errors import LutgenError, pick_one
 from lutgen.files import is_unicode, room, under_its_name
+from lutgen.names import LINEAR, SIGNAL
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.appearance.apply import SOURCES
 from lutgen.appearance.curve import STATISTICS, Curve, curves_of
 from lutgen.appearance.difference import differences
 from lutgen.appearance.distinct import Colours, count_colours
@@ -25,15 +24,13 @@ from lutgen.appearance.uncertainty import intervals
 from lutgen.display import what_pictures_carry
 from lutgen.display.hours import MAX_HOURS
 from lutgen.errors import LutgenError, pick_one
+from lutgen.names import AGING_MODES, SOURCES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from lutgen.appearance.uncertainty import Intervals
     from lutgen.display import DisplayModel
-
-#: The modes that age: the rows of the paper's Table 1.
-MODES = ("chroma", "chroma-luma")
 
 #: ΔE2000 that the paper asks for: just noticeable side by side, and clearly seen.
 TOLERANCES = (3.0, 5.0)
@@ -184,7 +181,7 @@ def lifetime(
     model: DisplayModel,
     *,
     tolerances: Sequence[float] = TOLERANCES,
-    modes: Sequence[str] = MODES,
+    modes: Sequence[str] = AGING_MODES,
     hours: Sequence[float] | None = None,
     tissue: bool = False,
     source: str = "auto",

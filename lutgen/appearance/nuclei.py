@@ -19,12 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.errors import LutgenError, pick_one
+from lutgen.names import STAINS
 
 if TYPE_CHECKING:
     from lutgen.appearance.field import Field, Mask
-
-#: Stain → what it is and the matrix of scikit-image that separates it, haematoxylin first.
-STAINS = {"he": ("H&E", "hed_from_rgb"), "hdab": ("haematoxylin and DAB", "hdx_from_rgb")}
 
 #: Share of the stained pixels from which on brown says DAB. Eosin and haematoxylin never absorb blue most.
 BROWN = 0.1

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.appearance.encoding import SIGNAL, Storage
+from lutgen.appearance.encoding import Storage
 from lutgen.errors import LutgenError
+from lutgen.names import SIGNAL
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.bake.check_config import check_config
 from lutgen.bake.fidelity import Certificate, Judge
-from lutgen.bake.formats import format_named
+from lutgen.bake.formats import format_named, lut_suffixes
 from lutgen.bake.gpu import TOLERANCE as GPU_TOLERANCE
 from lutgen.bake.gpu import GpuRun, check_renderer, gpu_run
 from lutgen.bake.inventory import altered, unlisted
@@ -372,7 +372,6 @@ def _over_budget(certificate: Certificate, record: FileRecord | None, budget: Bu
 
 #: In a LUT's rows: what OpenColorIO would silently read as 0.
 _NOT_A_NUMBER = re.compile(rb"(?im)^(?![#<]|TITLE)[^\n<]*?(\bnan\b|\binf\b|\d,\d)")
-_TEXTS = (".cube", ".clf", ".csp", ".spi3d", ".3dl")
 _TABLE_TAG = re.compile(rb"<LUT3D\b[^>]*>")
 
 
@@ -381,7 +380,7 @@ def _text_problems(path: Path) -> list[str]:
     data = path.read_bytes()
     problems = []
     bad = _NOT_A_NUMBER.search(data)
-    if bad and path.suffix.lower() in _TEXTS:
+    if bad and path.suffix.lower() in lut_suffixes():
         line = data.count(b"\n", 0, bad.start(1)) + 1
         problems.append(f"line {line} holds {bad[1].decode(errors='replace')!r}, which readers take for 0")
     if any(b'interpolation="tetrahedral"' not in tag for tag in _TABLE_TAG.findall(data)):

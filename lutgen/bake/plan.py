@@ -7,20 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.bake.formats import format_named, format_names
 from lutgen.bake.lut import SIZES
-from lutgen.display import MODES, UNREACHABLE, compensated, hour_name
+from lutgen.display import compensated, hour_name
 from lutgen.errors import LutgenError, pick_one
+from lutgen.names import AGING_MODES, DIRECTIONS, MODES, UNREACHABLE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from lutgen.bake.manifest import Manifest
     from lutgen.display import AgedDisplay, DisplayModel
-
-#: Which way a build goes, for help texts.
-DIRECTIONS = {
-    "simulate": "what the aged display shows, for an un-aged viewer",
-    "compensate": "what to send the aged display, for it to show what it showed when it was new",
-}
 
 
 @dataclass(frozen=True)
@@ -30,7 +25,7 @@ class Plan:
     Attributes
     ----------
     hours, modes, formats
-        One LUT of each format for each mode and hour.
+        One LUT of each format for each mode and hour. ``stable`` is built only when named: its LUTs are the identity.
     cubesize
         Points along an edge of the tables.
     tolerance
@@ -48,7 +43,7 @@ class Plan:
     """
 
     hours: tuple[float, ...]
-    modes: tuple[str, ...] = tuple(MODES)
+    modes: tuple[str, ...] = AGING_MODES
     formats: tuple[str, ...] = ("cube", "clf")
     cubesize: int = 33
     tolerance: float | None = None

@@ -1,13 +1,20 @@
-"""The certificates of a build in a few rows: for each mode, format and group of colours, the worst file's figures."""
+"""The certificates of a build in one line, or in a row for each mode, format and group of colours: the worst file's."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from lutgen.bake.manifest import FileRecord
+
+
+#: Groups of colours in which a certificate compares a file with the model; the others compare displays.
+_OF_FILES = ("smooth", "gamut", "border")
+
+#: Share of the lattice's colours that a corrected display cannot show, in a certificate.
+_OUT_OF_REACH = "unreachable_lattice_share"
 
 
 class SummaryRow(NamedTuple):
@@ -38,3 +45,20 @@ def summarise(records: Iterable[FileRecord]) -> list[SummaryRow]:
                 max=max(row.max, figures["max"]),
             )
     return list(rows.values())
+
+
+def worst_error(records: Sequence[FileRecord], *, verbose: bool) -> str:
+    """Return the largest error of each group of colours over all files, and the share out of reach of a correction.
+
+    One line; without ``verbose`` it says how to get more.
+    """
+    worst: dict[str, float] = {}
+    for row in summarise(records):
+        if row.group in _OF_FILES:
+            worst[row.group] = max(worst.get(row.group, 0.0), row.max)
+    groups = ", ".join(f"{group} {error:.4f}" for group, error in worst.items())
+    certificates = [each.certificate for each in records if each.certificate]
+    shares = [float(each[_OUT_OF_REACH]) for each in certificates if _OUT_OF_REACH in each]
+    reach = f"; up to {max(shares):.1%} of the colours out of reach" if shares else ""
+    more = "" if verbose else " (more with --verbose)"
+    return f"Largest ΔE2000 of the files against the model: {groups}{reach}{more}."

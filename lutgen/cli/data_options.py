@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lutgen.cli.shared import SELECTIONS
 from lutgen.errors import LutgenError
+from lutgen.names import BASELINES, SELECTIONS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -19,9 +19,6 @@ if TYPE_CHECKING:
     from lutgen.display import DisplayModel
     from lutgen.effects import Effect
     from lutgen.measurements import Measurements
-
-#: As in the library, repeated because help must not import numpy; a test holds them together.
-BASELINES = ("tips", "fresh", "native")
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,7 @@
-"""What commands leave behind: pages on the terminal, JSON, pictures; refused before any work is done for it."""
+"""What a command leaves: JSON, tables and pictures in files, and after them a page of words on the terminal.
+
+Files that cannot be written are refused before any work is done for them.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen.cli.words import say
 from lutgen.errors import LutgenError
 from lutgen.files import write_atomically
 
@@ -96,11 +100,11 @@ def _plain(content: Any) -> Any:
 
 
 def print_page(page: Page) -> None:
-    """Print sentences, which the terminal wraps, and tables, of which nothing is cut off."""
+    """Print sentences, wrapped at words on a terminal, and tables, of which nothing is cut off."""
     for part in page:
         if isinstance(part, str):
-            # As it is: rich would look for emoji in paths, and takes its time to be imported.
-            click.echo(part)
+            # Without rich, which looks for emoji in paths and takes long to import.
+            say(part)
         else:
             _print(part)
 
@@ -114,12 +118,12 @@ def _print(part: Headline | Table) -> None:
 
     console = Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH)
     if isinstance(part, Headline):
-        console.print(headline_text(part), soft_wrap=True)
+        console.print(headline_text(part), soft_wrap=not sys.stdout.isatty())
         return
     laid_out = terminal_table(part)
     fitted(laid_out, console).print(laid_out)
     for note in part.notes:
-        click.echo(note)
+        say(note)
 
 
 @dataclass(frozen=True)
@@ -156,14 +160,13 @@ class Outputs:
         as_csv: Callable[[], str] = str,
         plot: Callable[[str], Sequence[Path]] = lambda _folder: (),
     ) -> None:
-        """Print the page, and write the table, the pictures and the JSON that were asked for, in this order."""
-        if not self.alone:
-            print_page(page)
+        """Write the table, the pictures and the JSON that were asked for; then print the page."""
         if self.csv_to:
             write_atomically(Path(self.csv_to), as_csv().encode())
-        if self.plots:
-            pictures = plot(self.plots)
-            if not self.alone:
-                print_page([f"Pictures: {', '.join(map(str, pictures))}"])
+        pictures = plot(self.plots) if self.plots else ()
         if self.json_to:
             write_json(as_json(), self.json_to)
+        if not self.alone:
+            print_page(page)
+            if self.plots:
+                print_page([f"Pictures: {', '.join(map(str, pictures))}"])

@@ -9,13 +9,10 @@ import click
 
 from lutgen.cli.outputs import check_new_file
 from lutgen.errors import LutgenError
+from lutgen.names import SOURCES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-#: As in the library, repeated because help must not import numpy; a test holds them together.
-AGING_MODES = ("chroma", "chroma-luma")
-SOURCES = ("auto", "signal", "linear")
 
 image_argument = click.argument("image", metavar="IMAGE")
 source_option = click.option(

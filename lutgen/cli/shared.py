@@ -9,20 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen.cli.command import Advanced
+from lutgen.names import AGING_BASELINES, REFERENCES, SELECTIONS
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from lutgen.display import DisplayModel
-
-#: Names as in the library, repeated here because help must not import numpy; a test holds them together.
-MODES = ("stable", "chroma", "chroma-luma")
-SELECTIONS = ("nearest", "continuous")
-REFERENCES = ("relative", "absolute")
-DIRECTIONS = ("simulate", "compensate")
-UNREACHABLE = ("clip", "scale")
-#: Baselines that age without effects.
-AGING_BASELINES = ("tips", "native")
-CONDITIONS = ("u", "v", "ambient_lx", "warmup_min", "temperature_c", "window", "surround")
 
 
 def model_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -33,31 +26,37 @@ def model_options(command: Callable[..., Any]) -> Callable[..., Any]:
             click.option("--model", metavar="FILE", help="A saved model (.toml); only --at goes with it."),
             click.option(
                 "--baseline",
+                cls=Advanced,
                 type=click.Choice(AGING_BASELINES),
                 help="Fresh display: the paper's sRGB with the measured `tips`, or `native`, the first session's own "
                 "curves and black, which --reference absolute shows [default: tips].",
             ),
             click.option(
                 "--selection",
+                cls=Advanced,
                 type=click.Choice(SELECTIONS),
                 help="Matrix of a colour: the paper's `nearest`, or `continuous` without jumps [default: nearest].",
             ),
             click.option(
                 "--reference",
+                cls=Advanced,
                 type=click.Choice(REFERENCES),
                 help="Change since hour 0 put on sRGB, or the measured colours themselves [default: relative].",
             ),
             click.option(
                 "--luminance",
+                cls=Advanced,
                 metavar="LAW",
                 help="Luminance of chroma-luma: paper, measured, or a .csv of hour,factor [default: paper].",
             ),
             click.option(
                 "--at",
+                cls=Advanced,
                 metavar="NAME=VALUE",
                 multiple=True,
-                help=f"How the display is seen, where effects depend on it: {', '.join(CONDITIONS)}; several in a list "
-                "[default: centre, dark room, warm, 25 °C, full screen].",
+                help="Condition under which the display is seen, where effects depend on it, such as ambient_lx=60 or "
+                "u=0.1; several in a list [default: rest of the model's readings, else centre, dark room, warm, 25 °C, "
+                "full screen].",
             ),
         )
     ):

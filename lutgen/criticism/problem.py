@@ -31,6 +31,7 @@ from lutgen.errors import LutgenError, pick_one
 from lutgen.measurements.conditions import COLUMNS
 from lutgen.measurements.rest import TIP_DRIVES, is_tip
 from lutgen.measurements.table import is_capped, is_shrouded
+from lutgen.names import BASELINES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -42,7 +43,6 @@ if TYPE_CHECKING:
     from lutgen.display.trace import Applied
     from lutgen.measurements import Measurements
 
-BASELINES = ("tips", "fresh", "native")
 
 #: Readings (three numbers each) that a free parameter needs beside those of the tips.
 READINGS_A_PARAMETER = 2

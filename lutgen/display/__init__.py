@@ -3,12 +3,11 @@
 from lutgen.display.chain import STAGES, AgedDisplay, Link
 from lutgen.display.conditions import REFERENCE, Conditions, parse_at, what_luts_carry, what_pictures_carry
 from lutgen.display.fitted import AppliedEffect, Estimate, LatentTips
-from lutgen.display.inverse import UNREACHABLE, Compensation, compensated, compensation_of
-from lutgen.display.model import BASELINES, DisplayModel, default_display, hour_name
+from lutgen.display.inverse import Compensation, compensated, compensation_of
+from lutgen.display.model import DisplayModel, default_display, hour_name
 from lutgen.display.model_file import load_model, save_model
-from lutgen.display.modes import MODES
-from lutgen.display.paper import SELECTIONS
-from lutgen.display.tips import REFERENCES, Tips
+from lutgen.display.tips import Tips
+from lutgen.names import BASELINES, MODES, REFERENCES, SELECTIONS, UNREACHABLE
 
 __all__ = [
     "BASELINES",

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.effects.clauses import reacts_to
+from lutgen.effects.probe import reacts_to
 from lutgen.errors import LutgenError, pick_one
 from lutgen.measurements.conditions import COLUMNS, CONDITIONS
 

@@ -39,18 +39,13 @@ from lutgen.display.effect_chain import jumps, without_steps
 from lutgen.display.paper import paper_links
 from lutgen.display.search import searched
 from lutgen.errors import LutgenError, pick_one
+from lutgen.names import UNREACHABLE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
     from lutgen.display.paper import Matrices
-
-#: What becomes of colours that the aged display cannot show any more, for help texts.
-UNREACHABLE = {
-    "clip": "each channel of the drive is clipped: what can be reached stays exact",
-    "scale": "everything is dimmed by one factor, with which no colour needs more than full drive",
-}
 
 #: On the border between white and the primaries: nearer to it than float32 tells apart.
 ON_BORDER = 1e-5

@@ -13,12 +13,13 @@ from lutgen.display.chain import AgedDisplay, SrgbTransfer
 from lutgen.display.conditions import REFERENCE, Conditions
 from lutgen.display.effect_chain import EffectChain, Surroundings, four_tips, makes_steps
 from lutgen.display.fitted import AppliedEffect, LatentTips, constant_tips
-from lutgen.display.modes import MODES, LuminanceLaw, luminance_law, scale_luminance
+from lutgen.display.modes import LuminanceLaw, luminance_law, scale_luminance
 from lutgen.display.native import NativeDisplay
-from lutgen.display.paper import SELECTIONS, Matrices, Selection, matrices_of
-from lutgen.display.tips import REFERENCES, Tips
+from lutgen.display.paper import Matrices, Selection, matrices_of
+from lutgen.display.tips import Tips
 from lutgen.display.trace import SELECTION_STAGE, in_chain_order
 from lutgen.errors import LutgenError, pick_one
+from lutgen.names import BASELINES, MODES, REFERENCES, SELECTIONS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -29,14 +30,6 @@ if TYPE_CHECKING:
 
 #: The display that is used when none is given: reconstructed, see its first line.
 DEFAULT_DISPLAY = "reconstructed-ccfl"
-
-
-#: What the model knows of the display: the tips of every hour or of hour 0, and whether its first session's curves.
-BASELINES = {
-    "tips": "white and primaries as measured at each hour",
-    "fresh": "white and primaries of hour 0 alone: the effects do the aging",
-    "native": "white and primaries as measured at each hour, transfer curves and black as in the first session",
-}
 
 
 @dataclass(frozen=True)

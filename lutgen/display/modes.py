@@ -16,13 +16,6 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.display.tips import Tips
 
-#: Mode → what it means, for help texts.
-MODES = {
-    "stable": "luminance and chrominance held: the un-aged display at every hour",
-    "chroma": "white's luminance held by a sensor, chrominance ages",
-    "chroma-luma": "luminance and chrominance age",
-}
-
 #: Section 3.1 of the paper: luminance is 67 % at 10 000 h and 40 % at 18 000 h.
 PAPER_LAW = ((0.0, 1.0), (10_000.0, 0.67), (18_000.0, 0.40))
 

@@ -72,7 +72,7 @@ def found_by(name: str, record: Mapping[str, str], folder: Path) -> Effect:
         )
         raise LutgenError(message)
     refuse_unsound([file])
-    return _chosen(name, {each.name: each for each in own.imported(file)})
+    return _chosen(name, {each.name: each for each in own.load_file(file)})
 
 
 def _chosen(name: str, effects: Mapping[str, Effect]) -> Effect:

@@ -26,12 +26,6 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.display.chain import AgedDisplay
 
-#: Selection → what it means, for help texts.
-SELECTIONS = {
-    "nearest": "the paper: T of the colour point nearest in linear light, ties averaged; jumps at the border to white",
-    "continuous": "T' of the smallest channel: no jumps, and all four colour points are met",
-}
-
 #: Colour points whose distance is within this of the smallest are equally near (model.md, step 6).
 TIE = 1e-9
 

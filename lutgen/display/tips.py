@@ -10,14 +10,11 @@ import numpy as np
 from lutgen.colorimetry import LINEAR_TO_XYZ, SRGB_XY, xyY_to_xyz
 from lutgen.errors import LutgenError, pick_one
 from lutgen.measurements import TIP_NAMES
+from lutgen.names import REFERENCES
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.measurements import Measurements
-
-#: ``relative``: the measured change since hour 0, put on the standard sRGB colour points.
-#: ``absolute``: the measured colour points themselves, scaled so that white at hour 0 has Y = 1.
-REFERENCES = ("relative", "absolute")
 
 #: Colour points whose matrix is worse conditioned than this lie on a line, as far as any meter can tell.
 MAX_CONDITION = 1e5

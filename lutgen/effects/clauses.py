@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects import probe
-from lutgen.effects.child import what_was_raised
+from lutgen.effects.own import what_was_raised
 from lutgen.effects.scene import Scene
 from lutgen.errors import LutgenError
 from lutgen.measurements.conditions import COLUMNS
@@ -23,12 +23,6 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.effects.declare import Effect
     from lutgen.effects.probe import Reading
-
-#: Results that agree to this, relative to the largest signal, are the same: what differs is rounding.
-ROUNDING = 1e-12
-
-#: Points inside the bounds of the parameters that a clause tries by chance.
-DRAWS = 12
 
 
 @dataclass(frozen=True)
@@ -59,11 +53,6 @@ def examine(effect: Effect) -> Iterator[Clause]:
                 return
 
 
-def reacts_to(effect: Effect) -> tuple[str, ...]:
-    """Return the columns of the readings that change what the effect does, named in its ``needs`` or not."""
-    return tuple(column for column in COLUMNS if _reacts(effect, column, at_rest=False))
-
-
 def _runs(effect: Effect) -> str:
     for reading in (probe.readings(effect.stage, at_rest=True), probe.readings(effect.stage)):
         _apply(effect, reading, effect.typical())
@@ -88,13 +77,13 @@ def _shapes(effect: Effect) -> str:
 def _neutral(effect: Effect) -> str:
     others = [name for name in effect.parameters if name not in effect.neutral]
     bounds = {name: effect.parameters[name].bounds for name in others}
-    tried = [effect.typical(), *probe.parameter_corners(bounds), *probe.parameter_draws(bounds, DRAWS)]
+    tried = [effect.typical(), *probe.parameter_corners(bounds), *probe.parameter_draws(bounds, probe.DRAWS)]
     neutral = ", ".join(f"{name} = {value:g}" for name, value in effect.neutral.items())
     for reading in (probe.readings(effect.stage, at_rest=True), probe.readings(effect.stage)):
         for values in tried:
             result = _apply(effect, reading, effect.rest() | values | dict(effect.neutral))
             change = np.abs(result - reading.signal)
-            if not change.max() <= ROUNDING * np.abs(reading.signal).max():
+            if not change.max() <= probe.ROUNDING * np.abs(reading.signal).max():
                 worst = _worst(change)
                 raise Broken(
                     f"At its neutral values ({neutral or 'it has none'}) it changes {_which(reading, worst)} by "
@@ -107,7 +96,7 @@ def _neutral(effect: Effect) -> str:
 def _finite(effect: Effect) -> str:
     bounds = {name: parameter.bounds for name, parameter in effect.parameters.items()}
     corners = probe.parameter_corners(bounds)
-    for values in (*corners, *probe.parameter_draws(bounds, DRAWS)):
+    for values in (*corners, *probe.parameter_draws(bounds, probe.DRAWS)):
         for reading in (probe.readings(effect.stage, at_rest=True), probe.readings(effect.stage)):
             result = _apply(effect, reading, values)
             if not np.isfinite(result).all():
@@ -116,7 +105,9 @@ def _finite(effect: Effect) -> str:
                     f"Gives {_kinds(result)} for {_which(reading, worst)}{_with(values)}. Narrow the bounds, or guard "
                     f"the formula there (a root or power of a negative number, a division by zero)."
                 )
-    return f"Gives finite numbers in {len(corners)} corners of its parameters' bounds and at {DRAWS} points inside."
+    return (
+        f"Gives finite numbers in {len(corners)} corners of its parameters' bounds and at {probe.DRAWS} points inside."
+    )
 
 
 def _input(effect: Effect) -> str:
@@ -140,9 +131,9 @@ def _repeatable(effect: Effect) -> str:
 
 def _pointwise(effect: Effect) -> str:
     reading = probe.readings(effect.stage)
-    for values in (effect.typical(), *_draws(effect)[:2]):
+    for values in (effect.typical(), *probe.draws(effect)[:2]):
         together = _apply(effect, reading, values)
-        tolerance = 1e3 * ROUNDING * np.abs(together).max()
+        tolerance = 1e3 * probe.ROUNDING * np.abs(together).max()
         for row in (0, 7, probe.READINGS - 1):
             alone = _apply(effect, probe.some(reading, slice(row, row + 1), effect.stage), values)
             if not np.allclose(alone, together[row : row + 1], rtol=0, atol=tolerance, equal_nan=True):
@@ -161,14 +152,14 @@ def _pointwise(effect: Effect) -> str:
 
 
 def _columns(effect: Effect) -> str:
-    reacts = list(reacts_to(effect))
+    reacts = [column for column in COLUMNS if _reacts(effect, column, at_rest=False)]
     idle = [column for column in effect.needs if column not in reacts]
     if idle:
         raise Broken(f"Names {_and(idle)} in `needs`, which change nothing. Leave out what it does not read.")
     visible_at_rest = any(
-        not _same(_apply(effect, reading, values), reading.signal)
+        not probe.same(_apply(effect, reading, values), reading.signal)
         for reading in (probe.readings(effect.stage, at_rest=True),)
-        for values in (effect.typical(), *_draws(effect))
+        for values in (effect.typical(), *probe.draws(effect))
     )
     alone = [column for column in reacts if _reacts(effect, column, at_rest=True)] or reacts
     missing = [] if visible_at_rest else [column for column in alone if column not in effect.needs]
@@ -185,9 +176,9 @@ def _columns(effect: Effect) -> str:
 def _influence(effect: Effect) -> str:
     reading = probe.readings(effect.stage)
     for name, parameter in effect.parameters.items():
-        for values in (effect.typical(), *_draws(effect)):
+        for values in (effect.typical(), *probe.draws(effect)):
             low, high = (_apply(effect, reading, {**values, name: end}) for end in parameter.bounds)
-            if not _same(low, high):
+            if not probe.same(low, high):
                 break
         else:
             low_text, high_text = (f"{end:g}" for end in parameter.bounds)
@@ -263,21 +254,7 @@ def _hint(effect: Effect, told: str) -> str:
 
 
 def _reacts(effect: Effect, column: str, *, at_rest: bool) -> bool:
-    reading = probe.readings(effect.stage, at_rest=at_rest)
-    other = probe.with_column(reading, column, probe.other_values(column))
-    return any(
-        not _same(_apply(effect, reading, values), _apply(effect, other, values))
-        for values in (effect.typical(), *_draws(effect))
-    )
-
-
-def _draws(effect: Effect) -> list[dict[str, float]]:
-    return probe.parameter_draws({name: each.bounds for name, each in effect.parameters.items()}, DRAWS)
-
-
-def _same(one: Array, other: Array) -> bool:
-    scale = max(float(np.nanmax(np.abs(one), initial=0.0)), float(np.nanmax(np.abs(other), initial=0.0)))
-    return one.shape == other.shape and np.allclose(one, other, rtol=0, atol=ROUNDING * scale, equal_nan=True)
+    return probe.reacts(effect, column, _apply, at_rest=at_rest)
 
 
 def _worst(change: Array) -> tuple[int, ...]:

@@ -1,4 +1,7 @@
-"""Everybody's own effects: a Python file, an installed package, a one-line expression; beside the built-in ones.
+"""Users' own effects beside the built-in ones: from a Python file, an installed package, or a one-line expression.
+
+All of them are imported into this process, as plug-ins are: a file runs with the rights of the user, without limits of
+time or memory. ``lutgen effects --check`` tries a file that nobody trusts yet, see :mod:`lutgen.effects.child`.
 
 A file declares effects with the same decorator as the built-in ones, and is named by its path::
 
@@ -22,7 +25,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lutgen.effects import catalogue
-from lutgen.effects.child import LIMIT_S, ask, what_was_raised
 from lutgen.effects.declare import CODE, Effect, chain_order
 from lutgen.errors import LutgenError, pick_one
 from lutgen.files import read_at_most
@@ -42,17 +44,13 @@ MAX_BYTES = 4_000_000
 _PRIVATE = "lutgen_own_"
 
 
-def everything(
-    files: Iterable[str | Path] = (), expressions: Iterable[str] = (), *, limit_s: float = LIMIT_S
-) -> dict[str, Effect]:
+def everything(files: Iterable[str | Path] = (), expressions: Iterable[str] = ()) -> dict[str, Effect]:
     """Return all effects by name, in chain order: built-in, installed, from files and from expressions.
 
     Parameters
     ----------
     files, expressions
         As users name them after ``--effects`` and ``--add-expr``.
-    limit_s
-        Seconds that loading a file may take.
 
     Raises
     ------
@@ -65,7 +63,7 @@ def everything(
     found = dict(catalogue())
     own = [
         *installed(),
-        *(each for path in files for each in load_file(path, limit_s=limit_s)),
+        *(each for path in files for each in load_file(path)),
         *map(parse, expressions),
     ]
     for each in own:
@@ -79,48 +77,39 @@ def everything(
     return {each.name: each for each in sorted(found.values(), key=chain_order)}
 
 
-def load_file(path: str | Path, *, limit_s: float = LIMIT_S) -> tuple[Effect, ...]:
-    """Load the effects that a Python file declares.
-
-    The file is run, first in a process of its own to see whether it ends, then here.
+def load_file(path: str | Path) -> tuple[Effect, ...]:
+    """Import a Python file and return the effects that it declares, in chain order.
 
     Parameters
     ----------
     path
         The file. It becomes the effects' ``origin`` as it is given.
-    limit_s
-        Seconds it may take.
 
     Raises
     ------
     LutgenError
-        Missing, no Python, raises or never ends when it is run, declares no effect, a declaration is refused, or an
-        effect has a built-in one's name.
+        Missing, no Python, raises when it is run, declares no effect, a declaration is refused, or an effect has a
+        built-in one's name.
 
     """
-    if _module_name(path) not in sys.modules:
-        ask("load", "file", str(path), limit_s).effects(str(path))
-    return imported(path)
-
-
-def imported(path: str | Path) -> tuple[Effect, ...]:
-    """Run a file of effects in this process; errors as in :func:`load_file`, but without a time limit."""
     name = _module_name(path)
     module = sys.modules.get(name) or _run(name, path)
     found = {name: value for name, value in vars(module).items() if _declared_in(value, module.__name__)}
+    refusals = [
+        f"{each.name!r} is a built-in effect. Rename the function."
+        for each in found.values()
+        if each.name in catalogue()
+    ]
     if not found:
-        message = (
-            f"{path}: declares no effect. Put the decorator `@effect(stage=…, …)` of lutgen.effects on a function."
-        )
-        raise LutgenError(message)
-    for name, each in found.items():
-        if each.name in catalogue():
-            message = f"{path}: {each.name!r} is a built-in effect. Rename the function."
-            raise LutgenError(message)
+        refusals = ["declares no effect. Put the decorator `@effect(stage=…, …)` of lutgen.effects on a function."]
+    if refusals:
+        del sys.modules[module.__name__]
+        raise LutgenError(f"{path}: {refusals[0]}")
+    for attribute, each in found.items():
         # Several effects in a file tell their mechanisms apart in their own docstrings.
         text = (len(found) > 1 and each.function.__doc__) or each.text
-        setattr(module, name, replace(each, origin=str(path), text=text))
-    return tuple(sorted((getattr(module, name) for name in found), key=chain_order))
+        setattr(module, attribute, replace(each, origin=str(path), text=text))
+    return tuple(sorted((getattr(module, attribute) for attribute in found), key=chain_order))
 
 
 def installed() -> tuple[Effect, ...]:
@@ -159,7 +148,7 @@ def recall(name: str, origin: str) -> Effect:
         message = f"effect {name!r} was declared by a running program ({origin}). Put it into a file of its own."
         raise LutgenError(message)
     elif origin.endswith(".py"):
-        found = {each.name: each for each in imported(origin)}
+        found = {each.name: each for each in load_file(origin)}
     else:
         packages = {each.name: each for each in installed() if each.origin.split()[:1] == origin.split()[:1]}
         found = packages or {each.name: each for each in (parse(origin),)}
@@ -210,8 +199,20 @@ def _run(name: str, path: str | Path) -> ModuleType:
     return module
 
 
+def what_was_raised(error: BaseException, file: str) -> str:
+    """Return the type and the message of an exception, and the line of ``file`` that the exception came from."""
+    line, trace = 0, error.__traceback__
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == file:
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    message = " ".join(str(error).split())
+    kind = "" if isinstance(error, LutgenError) else type(error).__name__
+    return f"line {line}: {': '.join(part for part in (kind, message) if part)}" if line else f"{kind}: {message}"
+
+
 def _sentence(error: BaseException, file: str) -> str:
-    """What a module raised: a refused declaration as it is, anything else with the advice to look there."""
+    """Tell what a module raised: a refused declaration as it is, anything else with the advice to look there."""
     told = what_was_raised(error, file)
     return told if isinstance(error, LutgenError) else f"cannot be loaded: {told}. Run it with Python to see more."
 

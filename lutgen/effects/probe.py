@@ -1,4 +1,4 @@
-"""Readings and parameters to try an effect on: made up, seeded, and hard on careless formulas.
+"""Readings and parameters to try an effect on: synthetic, seeded, and hard on careless formulas.
 
 Blacks, primaries, greys and mixtures at hours from 0 to 18 000, under every condition: at the centre and in the
 corners, dark and lit, cold and warm (where the minutes are infinite), small windows on bright surrounds.
@@ -19,9 +19,13 @@ from lutgen.effects.spectra import DEFAULT_CLASS, SpectralDisplay
 from lutgen.measurements.conditions import COLUMNS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from lutgen.colorimetry import Array
+    from lutgen.effects.declare import Effect
+
+    #: Sends a reading through an effect with some values of its parameters.
+    Applied = Callable[[Effect, "Reading", Mapping[str, float]], Array]
 
 #: Readings of a probe; neither 1 nor 3 nor 4, which would broadcast by accident.
 READINGS = 48
@@ -31,6 +35,12 @@ TIPS_AT_ONCE = 12
 
 #: Most corners of the parameters' bounds that are all tried; of more, this many by chance.
 MAX_CORNERS = 256
+
+#: Results that agree to this, relative to the largest signal, are the same: the difference is rounding.
+ROUNDING = 1e-12
+
+#: Points inside the bounds of the parameters that are tried by chance.
+DRAWS = 12
 
 _GREYS = (0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95)
 _HOURS = (0.0, 1.0, 500.0, 4000.0, 9000.0, 14_000.0, LIFE_H)
@@ -140,3 +150,38 @@ def parameter_draws(bounds: Mapping[str, tuple[float, float]], count: int) -> li
         }
         for row in shares
     ]
+
+
+def draws(effect: Effect) -> list[dict[str, float]]:
+    """Return ``DRAWS`` points inside the bounds of the effect's parameters, by chance."""
+    return parameter_draws({name: each.bounds for name, each in effect.parameters.items()}, DRAWS)
+
+
+def same(one: Array, other: Array) -> bool:
+    """Say whether two results agree but for rounding."""
+    scale = max(float(np.nanmax(np.abs(one), initial=0.0)), float(np.nanmax(np.abs(other), initial=0.0)))
+    return one.shape == other.shape and np.allclose(one, other, rtol=0, atol=ROUNDING * scale, equal_nan=True)
+
+
+def reacts_to(effect: Effect) -> tuple[str, ...]:
+    """Return the columns of the readings that change the result of the effect, named in its ``needs`` or not.
+
+    The effect keeps the contract: a function that raises is the caller's to handle.
+    """
+    with np.errstate(all="ignore"):
+        return tuple(column for column in COLUMNS if reacts(effect, column, _apply, at_rest=False))
+
+
+def reacts(effect: Effect, column: str, apply: Applied, *, at_rest: bool) -> bool:
+    """Say whether another value of a column changes the result, with the typical parameters or with drawn ones."""
+    reading = readings(effect.stage, at_rest=at_rest)
+    other = with_column(reading, column, other_values(column))
+    return any(
+        not same(apply(effect, reading, values), apply(effect, other, values))
+        for values in (effect.typical(), *draws(effect))
+    )
+
+
+def _apply(effect: Effect, reading: Reading, values: Mapping[str, float]) -> Array:
+    given = copied(reading)
+    return effect.function(given.signal, given.scene, **values)

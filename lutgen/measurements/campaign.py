@@ -32,6 +32,7 @@ import numpy as np
 
 from lutgen.errors import LutgenError
 from lutgen.files import read_at_most
+from lutgen.measurements.conditions import COLUMNS
 from lutgen.measurements.sessions import read_session
 from lutgen.measurements.sessions._source import YEARS
 from lutgen.measurements.table import OPTIONAL, RANGES, Measurements
@@ -46,7 +47,7 @@ SCHEMA = 1
 
 #: What an entry may say, beside its file: text, and conditions with the ranges of a table of readings.
 TEXTS = ("instrument", "settings", "note")
-CONDITIONS = ("ambient_lx", "warmup_min", "temperature_c", "window")
+CONDITIONS = tuple(name for name in COLUMNS if name not in {"u", "v"})
 _KEYS = ("file", "date", "hours", *TEXTS, *CONDITIONS, "position")
 _TOP = {"schema", "display", "sessions"}
 _DISPLAY = ("name", "hours_per_day", "note")

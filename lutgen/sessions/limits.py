@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import isfinite
 
 from lutgen.errors import LutgenError, pick_one
+from lutgen.names import ACR_DIAGNOSTIC, DRIFT, TG18_PRIMARY, TG18_SECONDARY
 from lutgen.sessions.history import QUANTITIES
 
 _TG18 = "AAPM TG18, Samei et al. 2005, doi:10.1118/1.1861159"
@@ -47,10 +48,10 @@ class Limit:
 #: read it so. What they do not publish for a drift over time (colour, a share of the first luminance) is no more than
 #: usual: 0.01 is TG18's for the colour over one screen, 70 % what LED makers call the end of life.
 SETS: dict[str, tuple[Limit, ...]] = {
-    "tg18-primary": (Limit("white", 170.0, _TG18), Limit("contrast", 250.0, _TG18)),
-    "tg18-secondary": (Limit("white", 100.0, _TG18), Limit("contrast", 100.0, _TG18)),
-    "acr-diagnostic": (Limit("white", 350.0, _ACR), Limit("contrast", 250.0, _ACR)),
-    "drift": (
+    TG18_PRIMARY: (Limit("white", 170.0, _TG18), Limit("contrast", 250.0, _TG18)),
+    TG18_SECONDARY: (Limit("white", 100.0, _TG18), Limit("contrast", 100.0, _TG18)),
+    ACR_DIAGNOSTIC: (Limit("white", 350.0, _ACR), Limit("contrast", 250.0, _ACR)),
+    DRIFT: (
         Limit("white", 0.7, "usual, set your own", relative=True),
         Limit("white-shift", 0.01, "usual, set your own", above=False),
     ),

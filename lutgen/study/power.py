@@ -14,12 +14,14 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from functools import cache
+from itertools import combinations
 from math import isfinite, sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lutgen.errors import LutgenError
+from lutgen.names import AGING_MODES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -45,7 +47,7 @@ TABLE_2 = {
 AGREED = {"none": 27, "chroma": 21, "chroma-luma": 20}
 
 #: Comparisons, the less aged first.
-PAIRS = (("none", "chroma"), ("none", "chroma-luma"), ("chroma", "chroma-luma"))
+PAIRS = tuple(combinations(("none", *AGING_MODES), 2))
 
 #: Standard deviations that the smallest difference is looked for within: two answers already find 8.
 _BEYOND = 50.0

@@ -1,8 +1,8 @@
 """Slides on a Dask cluster, an optional extra: https://distributed.dask.org.
 
-A worker gets a slide's path, so it must see the file under the same path; what it finds, a few kB, comes back. Dask
-gives the slides of a worker that dies to others, also those that it had finished and nobody had fetched; a slide under
-which workers keep dying is given up (Dask's `allowed-failures`) and named. Nothing is written but by this process.
+A worker gets a slide's path, so it must see the file under the same path; the worker's result, a few kB, comes back.
+Dask gives the slides of a worker that dies to others, also those that it had finished and nobody had fetched; a slide
+under which workers keep dying is given up (Dask's `allowed-failures`) and named. This process alone writes files.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
 from lutgen import __version__
-from lutgen.appearance.cohort.task import Outcome, look_at
+from lutgen.appearance.cohort.task import Outcome, look_at, outcomes
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ _DEADLY = "the Dask workers that took it died, one after the other (out of memor
 
 @contextmanager
 def on_cluster(address: str) -> Iterator[Callable[[Asked, Sequence[Slide]], Outcomes]]:
-    """Connect to a scheduler; give what does slides there: each with what became of it, as they are done.
+    """Connect to a scheduler; give what does slides there: each with its outcome, as they are done.
 
     Raises
     ------
@@ -84,23 +84,15 @@ def _quiet() -> Iterator[None]:
 
 
 def _outcomes(dask: Any, client: Any, asked: Asked, slides: Sequence[Slide]) -> Outcomes:
-    suspects = []
-    for slide, outcome in _done(dask, client, asked, slides):
-        if outcome:
-            yield slide, outcome
-        else:
-            suspects.append(slide)
-    # Dask suspects every slide that waited at a worker when it died. Alone, each is to blame for itself.
-    for each in suspects:
-        for slide, outcome in _done(dask, client, asked, [each]):
-            yield slide, outcome or Outcome(None, _DEADLY)
+    # Dask suspects every slide that waited at a worker when the worker died.
+    return outcomes(partial(_done, dask, client, asked), slides, _DEADLY)
 
 
 def _done(dask: Any, client: Any, asked: Asked, slides: Sequence[Slide]) -> Iterator[tuple[Slide, Outcome | None]]:
     # A name of its own for each task: Dask would answer a second run with what it remembers of the first.
     run = uuid4().hex
     futures = {
-        client.submit(pickle.loads, pickle.dumps(_Call(asked, slide)), key=f"lutgen-cohort-{run}-{place}"): slide
+        client.submit(pickle.loads, pickle.dumps(_Call(asked, slide)), key=f"lutgen-{run}-{place}"): slide
         for place, slide in enumerate(slides)
     }
     for future in dask.as_completed(list(futures), loop=client.loop):
@@ -131,7 +123,7 @@ class _Call:
     """Does a slide when it is unpickled.
 
     A worker that cannot unpickle a message of Dask's, as where lutgen is not installed, drops its connection and comes
-    back, for ever. So the task is `pickle.loads`, which all workers have, and what it meets is an error of that task.
+    back, for ever. So the task is `pickle.loads`, which all workers have, and a failure is an error of that task.
     """
 
     def __init__(self, asked: Asked, slide: Slide) -> None:
@@ -142,7 +134,7 @@ class _Call:
 
 
 def _look_there(asked: Asked, slide: Slide) -> Outcome:
-    """Do a slide on a worker, in its one thread: others of its threads have slides of their own."""
+    """Do a slide on a worker, in its one thread: the worker's other threads have slides of their own."""
     if asked.version != __version__:
         return Outcome(None, f"lutgen is {__version__} on its Dask worker and {asked.version} here. Install the same.")
     file = Path(slide.path)

@@ -1,7 +1,7 @@
-"""Slides on this machine's cores: a process each, that is handed one slide after the other.
+"""Slides on this machine's cores, in processes of ``concurrent.futures``.
 
-Python's own pools give all up when one of their processes is killed (out of memory, a fault in a decoder). Here the
-slide in its hands is known: it is tried once more, after the others, in a new process, and then named.
+A pool breaks when one of its processes is killed (out of memory, a fault in a decoder). The slides in hand are then
+tried once more, each alone in a new pool; a slide under which that process dies too is named.
 """
 
 from __future__ import annotations
@@ -11,34 +11,42 @@ import os
 import signal
 import threading
 from collections import deque
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass
-from multiprocessing.connection import wait
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from functools import partial
+from multiprocessing.connection import wait as wait_for_connections
 from typing import TYPE_CHECKING
 
-from lutgen.appearance.cohort.task import Outcome, look_at
+from lutgen.appearance.cohort.task import Outcome, look_at, outcomes
 from lutgen.appearance.difference import threads
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
+    from concurrent.futures import Future
     from multiprocessing.connection import Connection
-    from multiprocessing.process import BaseProcess
 
     from lutgen.appearance.cohort.find import Slide
     from lutgen.appearance.cohort.task import Asked, Outcomes
 
-#: How often a slide is tried under which its process dies.
-TRIES = 2
-
 #: Threads of BLAS would only wait for one another; read when numpy loads.
 _BLAS = "OPENBLAS_NUM_THREADS"
 
+#: Why a slide is given up.
+_DEADLY = (
+    "its worker process died twice: out of memory, or a fault in the decoder. Run again with --jobs 1, or get a whole "
+    "copy."
+)
 
-def on_this_machine(asked: Asked, slides: Sequence[Slide], jobs: int | None) -> Outcomes:
-    """Give each slide with what became of it, as they are done, from ``jobs`` processes (default: one a core).
+#: What a worker process was given when it began: what is asked of every slide, and its share of the threads.
+_given: tuple[Asked, int]
 
-    One process is this one. When the iterator is closed or interrupted, the processes are ended.
+
+def on_this_machine(asked: Asked, slides: Sequence[Slide], jobs: int) -> Outcomes:
+    """Give each slide with its outcome, as they are done, from ``jobs`` processes; one process is this one.
+
+    When the iterator is closed or interrupted, the processes are ended.
 
     Raises
     ------
@@ -46,124 +54,93 @@ def on_this_machine(asked: Asked, slides: Sequence[Slide], jobs: int | None) -> 
         Processes cannot be started.
 
     """
-    jobs = min(jobs or threads(), len(slides))
     if jobs <= 1:
         for slide in slides:
             yield slide, look_at(asked, slide)
         return
-    waiting = deque((slide, 1) for slide in slides)
-    share = max(threads() // jobs, 1)
-    crew: dict[object, _Worker] = {}
-    try:
-        while waiting or crew:
-            while len(crew) < min(jobs, len(waiting) + sum(worker.slide is not None for worker in crew.values())):
-                worker = _Worker.hired(asked, share)
-                crew[worker.connection] = worker
-            for connection in wait([worker.connection for worker in crew.values()]):
-                worker = crew[connection]
-                outcome = worker.heard()
-                if worker.slide:
-                    slide, tried = worker.slide
-                    if outcome or tried >= TRIES:
-                        yield slide, outcome or worker.blamed()
-                    else:
-                        waiting.append((slide, tried + 1))
-                worker.slide = waiting.popleft() if outcome and waiting else None
-                if worker.slide:
-                    worker.hand(worker.slide[0])
-                else:
-                    crew.pop(connection).leave()
-    finally:
-        for worker in crew.values():
-            worker.process.terminate()
-            worker.leave()
+    yield from outcomes(partial(_done, asked, jobs), slides, _DEADLY)
 
 
-@dataclass
-class _Worker:
-    """A process, and the slide in its hands with the number of this try; None until it has started."""
-
-    process: BaseProcess
-    connection: Connection
-    slide: tuple[Slide, int] | None = None
-
-    @classmethod
-    def hired(cls, asked: Asked, share: int) -> _Worker:
-        # Forking beside threads is unsafe, and other systems have no fork.
-        context = multiprocessing.get_context("spawn")
-        here, there = context.Pipe()
-        process = context.Process(target=_serve, args=(there, asked, share), daemon=True)
-        with _one_thread_of_blas():
-            process.start()
-        # Only the process holds its end now, so that its death is heard.
-        there.close()
-        return cls(process, here)
-
-    def hand(self, slide: Slide) -> None:
-        # One that has died since it spoke is heard of next.
-        with suppress(OSError):
-            self.connection.send(slide)
-
-    def heard(self) -> Outcome | None:
-        """What it says: what became of its slide, or at first that it is there; None: it has died.
-
-        Raises LutgenError when it has died before it was there.
-        """
-        try:
-            said: Outcome = self.connection.recv()
-        except (EOFError, OSError):
-            self.process.join()
-            if self.slide is None:
-                raise LutgenError(
-                    f"a worker process cannot be started ({self._end()}). Where its complaint stands above, mend that "
-                    "(a script of your own needs `if __name__ == '__main__':`), or run with --jobs 1."
-                ) from None
-            return None
-        return said
-
-    def blamed(self) -> Outcome:
-        return Outcome(
-            None,
-            f"its worker process died {TRIES} times ({self._end()}): out of memory, or a fault in the decoder. Run "
-            "again with --jobs 1, or get a whole copy.",
-        )
-
-    def leave(self) -> None:
-        self.connection.close()
-        self.process.join()
-
-    def _end(self) -> str:
-        code = self.process.exitcode or 0
-        return f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+def _done(asked: Asked, jobs: int, slides: Sequence[Slide]) -> Iterator[tuple[Slide, Outcome | None]]:
+    """Give each slide with its outcome, None where a process died while it was in hand."""
+    waiting = deque(slides)
+    while waiting:
+        held: dict[Future[Outcome], Slide] = {}
+        with _pool(asked, min(jobs, len(waiting)), max(threads() // jobs, 1)) as pool:
+            try:
+                while waiting or held:
+                    # No more than one slide a process, so that few are suspected when a process dies.
+                    while waiting and len(held) < jobs:
+                        with _quiet_start():
+                            held[pool.submit(_look, waiting[0])] = waiting[0]
+                        waiting.popleft()
+                    for future in wait(held, return_when=FIRST_COMPLETED).done:
+                        yield held[future], future.result()
+                        del held[future]
+            except BrokenProcessPool:
+                for future in wait(held).done:
+                    yield held[future], None if future.exception() else future.result()
 
 
 @contextmanager
-def _one_thread_of_blas() -> Iterator[None]:
+def _pool(asked: Asked, jobs: int, share: int) -> Iterator[ProcessPoolExecutor]:
+    """Start a pool; end its processes at once when what is done with it fails or is interrupted."""
+    # Forking beside threads is unsafe, and other systems have no fork.
+    context = multiprocessing.get_context("spawn")
+    # Processes end when nobody holds this end any more: the pool has gone, or this process was killed.
+    here, there = context.Pipe()
+    pool = ProcessPoolExecutor(jobs, context, _begin, (there, asked, share))
+    try:
+        _check_start(pool)
+        yield pool
+        pool.shutdown()
+    finally:
+        here.close()
+        pool.shutdown(cancel_futures=True)
+        there.close()
+
+
+def _check_start(pool: ProcessPoolExecutor) -> None:
+    with _quiet_start():
+        first = pool.submit(int)
+    try:
+        first.result()
+    except BrokenProcessPool:
+        raise LutgenError(
+            "a worker process cannot be started. Where its complaint stands above, mend that (a script of your own "
+            "needs `if __name__ == '__main__':`), or run with --jobs 1."
+        ) from None
+
+
+@contextmanager
+def _quiet_start() -> Iterator[None]:
+    """Start processes inside: each with one thread of BLAS, and deaf to Ctrl-C, which is the parent's to handle."""
     before = os.environ.get(_BLAS)
     os.environ[_BLAS] = before or "1"
+    # A new process has the signals blocked that its parent had: it cannot be interrupted before _begin either.
+    blocks = hasattr(signal, "pthread_sigmask")
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if blocks else set()
     try:
         yield
     finally:
+        if blocks:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         if before is None:
             del os.environ[_BLAS]
 
 
-def _serve(connection: Connection, asked: Asked, share: int) -> None:
-    # An interrupt is the parent's to handle.
+def _begin(end: Connection, asked: Asked, share: int) -> None:
+    global _given  # noqa: PLW0603 - a pool has no other place for what its processes share
+    _given = asked, share
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    connection.send(Outcome(None))
-    while True:
-        try:
-            slide = connection.recv()
-        except EOFError:
-            return
-        connection.send(look_at(asked, slide, share))
+    threading.Thread(target=_end_with, args=(end,), daemon=True).start()
 
 
-def _end_with_parent() -> None:
-    # A killed parent cannot call its workers off, and nobody would read what they find.
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        wait([parent.sentinel])
-        os._exit(1)
+def _end_with(end: Connection) -> None:
+    wait_for_connections([end])
+    os._exit(1)
+
+
+def _look(slide: Slide) -> Outcome:
+    asked, share = _given
+    return look_at(asked, slide, share)

@@ -17,8 +17,10 @@ from lutgen.appearance.cohort.record import image_from_json
 from lutgen.appearance.cohort.spread import Lives, bands_of, coverage, lives_of
 from lutgen.appearance.cohort.task import Asked
 from lutgen.appearance.curve import STATISTICS
-from lutgen.appearance.lifetime import MODES, TOLERANCES, ImageLifetime, Lifetimes, check_asked, csv_hours, csv_text
+from lutgen.appearance.difference import threads
+from lutgen.appearance.lifetime import TOLERANCES, ImageLifetime, Lifetimes, check_asked, csv_hours, csv_text
 from lutgen.errors import LutgenError
+from lutgen.names import AGING_MODES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -157,7 +159,7 @@ def cohort(
     output: str | Path,
     *,
     tolerances: Sequence[float] = TOLERANCES,
-    modes: Sequence[str] = MODES,
+    modes: Sequence[str] = AGING_MODES,
     hours: Sequence[float] | None = None,
     tissue: bool = False,
     source: str = "auto",
@@ -238,4 +240,4 @@ def _crew(missing: Sequence[Slide], jobs: int | None, scheduler: str | None) -> 
         with on_cluster(scheduler) as crew:
             yield crew
     else:
-        yield partial(on_this_machine, jobs=jobs)
+        yield partial(on_this_machine, jobs=min(jobs or threads(), len(missing)))

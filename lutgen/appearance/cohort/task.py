@@ -12,7 +12,7 @@ from lutgen.appearance.lifetime import lifetime
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
+    from collections.abc import Callable, Generator, Iterator, Sequence
 
     from lutgen.appearance.cohort.find import Slide
     from lutgen.display import DisplayModel
@@ -72,3 +72,29 @@ def look_at(asked: Asked, slide: Slide, threads: int = 0) -> Outcome:
     except OSError as error:
         return Outcome(None, f"cannot be read: {(error.strerror or str(error)).lower()}. Run again when it can.")
     return Outcome(found.as_json()["images"][0])
+
+
+def outcomes(
+    done: Callable[[Sequence[Slide]], Iterator[tuple[Slide, Outcome | None]]], slides: Sequence[Slide], deadly: str
+) -> Outcomes:
+    """Give each slide with its outcome; try those again, each alone, that were in hand when a process died.
+
+    Parameters
+    ----------
+    done
+        Does slides: each with its outcome, None where a process died that may have had the slide in hand.
+    slides
+        All slides.
+    deadly
+        The reason for a slide under which a process dies when the slide is tried alone.
+
+    """
+    suspects = []
+    for slide, outcome in done(slides):
+        if outcome:
+            yield slide, outcome
+        else:
+            suspects.append(slide)
+    for each in suspects:
+        for slide, outcome in done([each]):
+            yield slide, outcome or Outcome(None, deadly)

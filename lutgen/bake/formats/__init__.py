@@ -123,6 +123,13 @@ def format_named(name: str) -> Format:
 
 
 @cache
+def lut_suffixes() -> tuple[str, ...]:
+    """Suffixes of the LUT files that OpenColorIO reads, in the order of the formats' names."""
+    formats = map(format_named, format_names())
+    return tuple(dict.fromkeys(each.suffix for each in formats if each.reader is None))
+
+
+@cache
 def _modules() -> dict[str, str]:
     """Name of each format → name of its module."""
     return {module.name.lstrip("_").replace("_", "-"): module.name for module in iter_modules(__path__)}

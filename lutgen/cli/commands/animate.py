@@ -6,14 +6,17 @@ from typing import Any
 
 import click
 
-from lutgen.cli.picture_options import AGING_MODES, check_output, force_option, image_argument, source_option
+from lutgen.cli.command import Command, Section
+from lutgen.cli.picture_options import check_output, force_option, image_argument, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
+from lutgen.cli.words import say
+from lutgen.names import AGING_MODES, ANIMATION_SUFFIXES
 
-#: As in the library, repeated because help must not import numpy; a test holds them together.
-SUFFIXES, SECONDS, SIZE = (".png", ".apng", ".mp4"), 8.0, 640
+#: Seconds of the animation and pixels of its longest side, unless an option says otherwise.
+SECONDS, SIZE = 8.0, 640
 
 
-@click.command()
+@click.command(cls=Command, section=Section.PICTURES, place=6)
 @image_argument
 @click.option("--mode", type=click.Choice(AGING_MODES), required=True, help="Aging mode.")
 @click.option(
@@ -21,9 +24,9 @@ SUFFIXES, SECONDS, SIZE = (".png", ".apng", ".mp4"), 8.0, 640
     metavar="HOURS",
     default="0..18000",
     show_default=True,
-    help="0..18000: every measured time in the span; 0..18000:500: a step; 0,5000,10000: a list. A frame each.",
+    help="0..18000: every measured time in the span; 0..18000:500: a step; 0,5000,10000: a list. A frame each hour.",
 )
-@click.option("--seconds", type=float, default=SECONDS, show_default=True, help="Of the whole animation.")
+@click.option("--seconds", type=float, default=SECONDS, show_default=True, help="Duration of the whole animation.")
 @click.option(
     "--size", type=int, default=SIZE, show_default=True, help="Pixels of the picture's longest side, at most."
 )
@@ -45,7 +48,7 @@ def command(
     force: bool,
     **options: Any,
 ) -> None:
-    """Animate an image over the hours of a display's life; every frame says its hour and its mean ΔE2000.
+    """Animate an image over the hours of a display's life; every frame shows its hour and its mean ΔE2000.
 
     \b
     Example:
@@ -56,11 +59,11 @@ def command(
     from lutgen.display.hours import parse_hours
     from lutgen.report.pictures.animation import animate, check_animation
 
-    path = check_output(output, image, force=force, suffixes=SUFFIXES)
+    path = check_output(output, image, force=force, suffixes=ANIMATION_SUFFIXES)
     model = model_from(**options)
     chosen = parse_hours(hours, model.tips)
     check_animation(path, chosen, seconds)
     with progress_bar("aging") as progress:
         series = aged_series(image, model, (mode,), chosen, longest=size, source=source, progress=progress)
         animate(series, mode, chosen, path, seconds=seconds, progress=progress)
-    click.echo(output)
+    say(output)

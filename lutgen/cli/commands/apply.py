@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lutgen.cli.shared import MODES, echo_json, model_from, model_options, progress_bar
+from lutgen.cli.command import Command, Section
+from lutgen.cli.shared import echo_json, model_from, model_options, progress_bar
+from lutgen.cli.words import say
+from lutgen.names import MODES, SOURCES
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -15,11 +18,8 @@ if TYPE_CHECKING:
     from lutgen.appearance.apply import Applied
     from lutgen.display import AgedDisplay
 
-#: As in the library, repeated because help must not import numpy; a test holds them together.
-SOURCES = ("auto", "signal", "linear")
 
-
-@click.command()
+@click.command(cls=Command, section=Section.SIMULATE, place=3)
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
 @click.option("--mode", type=click.Choice(MODES), help="Aging mode.")
 @click.option("--hours", type=float, metavar="HOUR", help="Operating hours of the display.")
@@ -36,7 +36,7 @@ SOURCES = ("auto", "signal", "linear")
     help="What the image stores: signal (code values) or linear light; auto: EXR linear, others signal.",
 )
 @click.option("--force", is_flag=True, help="Replace an existing output; never the image itself.")
-@click.option("--json", "as_json", is_flag=True, help="Print what was done as JSON.")
+@click.option("--json", "as_json", is_flag=True, help="Print a record of each image as JSON.")
 @click.option("-o", "--output", required=True, metavar="PATH", help="File to write; for several images a folder.")
 @model_options
 def command(
@@ -53,13 +53,13 @@ def command(
     output: str,
     **options: Any,
 ) -> None:
-    """Write what images look like on an aged display.
+    """Write the appearance of images on an aged display.
 
-    Reads PNG, JPEG, TIFF and EXR, RGB with or without alpha, 8 or 16 bits, half or float. The suffix of the output
-    picks its format: .png, .jpg (quality 95, colour at full resolution), .tif, .exr. Depth, alpha, metadata and ICC
-    profile are kept; the profile is not applied: numbers are taken as they are sent to the display. An EXR holds
-    linear light and stays so; what exceeds 0..1 no display can show, and is clipped. Of a file of several images the
-    first is taken.
+    Reads PNG, JPEG, TIFF and EXR: RGB with or without alpha, 8 or 16 bits, half or float. The suffix of the output
+    chooses the format: .png, .jpg (quality 95, colour at full resolution), .tif, .exr. lutgen keeps depth, alpha,
+    metadata and ICC profile, and does not apply the profile: the numbers are those that are sent to the display. An EXR
+    file holds linear light; values outside 0..1, which no display can show, are clipped. Of a file with several images
+    lutgen takes the first.
 
     \b
     Example:
@@ -82,7 +82,7 @@ def command(
         echo_json({"schema": 1, "images": [asdict(applied) for applied in done], **notes})
     else:
         for sentence in (*map(_sentence, done), *remarks):
-            click.echo(sentence)
+            say(sentence)
 
 
 def _aging(
@@ -115,7 +115,7 @@ def _built_lut(folder: Path, mode: str, hours: float) -> Path:
     from lutgen.errors import LutgenError
     from lutgen.files import is_file
 
-    # The most exact first; pictures go through what OpenColorIO reads.
+    # The most accurate format first; pictures go through a format that OpenColorIO reads.
     for name in ("clf", "cube", *format_names()):
         form = format_named(name)
         path = folder / mode / hour_name(hours) / form.file

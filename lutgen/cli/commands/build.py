@@ -6,23 +6,23 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lutgen.cli.shared import (
-    DIRECTIONS,
-    MODES,
-    UNREACHABLE,
-    echo_json,
-    model_from,
-    model_options,
-    progress_bar,
-    split_list,
-)
+from lutgen.bake.formats import format_names
+from lutgen.cli.command import Advanced, Command, Section
+from lutgen.cli.shared import echo_json, model_from, model_options, progress_bar, split_list
+from lutgen.cli.words import say
+from lutgen.names import AGING_MODES, DIRECTIONS, MODES, UNREACHABLE
 
 if TYPE_CHECKING:
     from lutgen.bake.build import Built
     from lutgen.bake.plan import Plan
 
 
-@click.command()
+def _modes(context: click.Context, option: click.Parameter, text: str) -> tuple[str, ...]:
+    modes = split_list(context, option, text)
+    return tuple(MODES) if "all" in modes else modes
+
+
+@click.command(cls=Command, section=Section.SIMULATE, place=1)
 @click.option(
     "--hours",
     default="0..18000",
@@ -31,32 +31,62 @@ if TYPE_CHECKING:
     help="0..18000: every measured time in the span; 0..18000:500: a step; 0,5000,10000: a list.",
 )
 @click.option(
-    "--mode", "modes", default=",".join(MODES), show_default=True, callback=split_list, help="Aging modes, a list."
+    "--mode",
+    "modes",
+    default=",".join(AGING_MODES),
+    show_default=True,
+    callback=_modes,
+    metavar="LIST",
+    help=f"Aging modes, separated by commas: {', '.join(AGING_MODES)}, stable (the un-aged display at every hour), or "
+    "all.",
 )
 @click.option(
-    "--format", "formats", default="cube,clf", show_default=True, callback=split_list, help="LUT formats, a list."
+    "--format",
+    "formats",
+    default="cube,clf",
+    show_default=True,
+    callback=split_list,
+    metavar="LIST",
+    help=f"LUT formats, separated by commas: {', '.join(format_names())}.",
 )
+@click.option("-o", "--output", default="aged", show_default=True, metavar="DIR", help="Folder to build into.")
+@click.option("--force", is_flag=True, help="Replace another build of lutgen's in the folder.")
 @click.option(
     "--direction",
     type=click.Choice(DIRECTIONS),
     default="simulate",
     show_default=True,
-    help="What the aged display shows; or the correction that makes it look un-aged again, for that display alone.",
+    help="simulate: what the aged display shows; compensate: the correction that makes this one display look un-aged.",
 )
 @click.option(
     "--unreachable",
+    cls=Advanced,
     type=click.Choice(UNREACHABLE),
-    help="With compensate, colours that the display cannot show any more: clip each channel of the drive, or scale "
+    help="With compensate, for colours that the display cannot show any more: clip each channel of the drive, or scale "
     "everything to be dimmer [default: clip].",
 )
-@click.option("--cubesize", type=int, default=33, show_default=True, help="Points along an edge: 17, 33 or 65.")
-@click.option("--tolerance", type=float, metavar="ΔE", help="Take the smallest size whose smooth errors stay below.")
-@click.option("--no-certificates", is_flag=True, help="Do not read the files back and compare them with the model.")
-@click.option("--gpu", is_flag=True, help="Run the configs' shaders too, and record how far they are from the CPU.")
-@click.option("--jobs", type=click.IntRange(min=1), help="Processes [default: one per core].")
-@click.option("--force", is_flag=True, help="Replace another build of lutgen's in the folder.")
-@click.option("--json", "as_json", is_flag=True, help="Print the manifest as JSON.")
-@click.option("-o", "--output", default="aged", show_default=True, metavar="DIR", help="Folder to build into.")
+@click.option(
+    "--cubesize", cls=Advanced, type=int, default=33, show_default=True, help="Points along an edge: 17, 33 or 65."
+)
+@click.option(
+    "--tolerance",
+    cls=Advanced,
+    type=float,
+    metavar="ΔE",
+    help="Take the smallest size whose smooth errors stay below this ΔE2000.",
+)
+@click.option(
+    "--no-certificates", cls=Advanced, is_flag=True, help="Do not read the files back and compare them with the model."
+)
+@click.option(
+    "--gpu",
+    cls=Advanced,
+    is_flag=True,
+    help="Run the configs' shaders too, and record their difference from the CPU.",
+)
+@click.option("--verbose", is_flag=True, help="Print the errors of each mode, format and group of colours.")
+@click.option("--jobs", cls=Advanced, type=click.IntRange(min=1), help="Processes [default: one per core].")
+@click.option("--json", "as_json", cls=Advanced, is_flag=True, help="Print the manifest as JSON.")
 @model_options
 def command(
     *,
@@ -69,6 +99,7 @@ def command(
     tolerance: float | None,
     no_certificates: bool,
     gpu: bool,
+    verbose: bool,
     jobs: int | None,
     force: bool,
     as_json: bool,
@@ -78,9 +109,9 @@ def command(
     """Bake aged displays into LUTs and OpenColorIO configs, one per aging mode and hour.
 
     Writes DIR/manifest.json, DIR/config.ocio (every display, by context variables) and for each mode and hour a folder
-    such as DIR/chroma/10000h with its own config.ocio and LUTs. Every different table is read back through
-    OpenColorIO and compared with the model; the figures are in the manifest. With --direction compensate, what the aged
-    display then shows is compared with the un-aged one, and the share of colours out of reach is told.
+    such as DIR/chroma/10000h with its own config.ocio and LUTs. lutgen reads every different table back through
+    OpenColorIO and compares it with the model; the figures are in the manifest. With --direction compensate, lutgen
+    compares what the aged display then shows with the un-aged display, and prints the share of colours out of reach.
 
     \b
     Example:
@@ -113,28 +144,30 @@ def command(
     if as_json:
         echo_json(built.manifest.as_json())
     else:
-        _report(built, plan, output)
+        _report(built, plan, output, verbose=verbose)
         for sentence in what_luts_carry(model):
-            click.echo(sentence)
+            say(sentence)
 
 
-def _report(built: Built, plan: Plan, output: str) -> None:
-    from lutgen.bake.summary import summarise
+def _report(built: Built, plan: Plan, output: str, *, verbose: bool) -> None:
+    from lutgen.bake.summary import summarise, worst_error
 
     if built.unfinished:
         missing, planned = built.unfinished
-        click.echo(f"The last build into this folder was interrupted; {missing} of its {planned} files were missing.")
+        say(f"The last build into this folder was interrupted; {missing} of its {planned} files were missing.")
     luts = [record for record in built.manifest.files if record.kind == "lut"]
     configs = len(built.manifest.files) - len(luts)
-    click.echo(f"{len(luts)} LUTs and {configs} configs in {output}")
+    say(f"{len(luts)} LUTs and {configs} configs in {output}")
     rows = summarise(luts)
-    if not (rows or plan.gpu):
+    if rows:
+        say(worst_error(luts, verbose=verbose))
+    if not ((rows and verbose) or plan.gpu):
         return
-    # Tables take their time to be imported.
+    # rich, which prints the tables, takes long to import.
     from lutgen.cli.outputs import print_page
     from lutgen.report.builds.certificates import certificates, compensation, shaders, simulation
 
-    if rows:
+    if rows and verbose:
         print_page(certificates(rows))
         print_page(compensation(luts, plan.unreachable) if plan.direction == "compensate" else simulation(luts))
     print_page(shaders(built.manifest.files))

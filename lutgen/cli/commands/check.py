@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lutgen.cli.shared import MODES, echo_json, model_from, model_options, progress_bar
+from lutgen.cli.command import Command, Section
+from lutgen.cli.shared import echo_json, model_from, model_options, progress_bar
+from lutgen.cli.words import say
+from lutgen.names import MODES
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -16,10 +19,10 @@ if TYPE_CHECKING:
     from lutgen.bake.check import Budget, Checked
 
 
-@click.command()
+@click.command(cls=Command, section=Section.SIMULATE, place=2)
 @click.argument("paths", nargs=-1, required=True, metavar="DIR|LUT…")
 @click.option("--mode", type=click.Choice(MODES), help="For LUT files: the display they claim to be.")
-@click.option("--hours", type=float, help="For LUT files: its hour.")
+@click.option("--hours", type=float, metavar="HOUR", help="For LUT files: the hour that they claim.")
 @click.option("--max-delta-e", type=float, help="Largest smooth ΔE2000 allowed [default: 1].")
 @click.option("--p99", type=float, help="Largest 99 % quantile of smooth ΔE2000 allowed [default: 0.2].")
 @click.option("--gpu", is_flag=True, help="Run the shaders of the folder's configs too, and compare with the CPU.")
@@ -38,12 +41,12 @@ def command(
     as_json: bool,
     **options: Any,
 ) -> None:
-    """Check that built files still say what the model says; exit 1 when not.
+    """Check that built files still agree with the model; exit 1 when one does not.
 
-    A folder is checked against the model in its manifest, or the one that the options give. Every LUT is read again
-    through OpenColorIO, everything in every config is instantiated, and pixels are sent through. LUT files that others
-    made are checked with --mode and --hours. With --gpu the shaders that viewers draw with are run too, through EGL:
-    by a graphics card, or by Mesa without one.
+    A folder is checked against the model of its manifest, or against the model that the options give. lutgen reads
+    every LUT again through OpenColorIO, instantiates everything in every config, and sends pixels through. For LUT
+    files that other programs made, say which display they claim to be: --mode and --hours. With --gpu lutgen also runs
+    the shaders with which viewers draw, through EGL: on a graphics card, or on Mesa where there is none.
 
     \b
     Example:
@@ -98,16 +101,16 @@ def _report(path: str, result: Checked) -> None:
     from lutgen.report.builds.certificates import shader_sentence
 
     for remark in result.remarks:
-        click.echo(f"note: {remark}")
+        say(f"note: {remark}")
     for finding in result.findings:
-        click.echo(f"{finding.path}: {finding.problem}")
+        say(f"{finding.path}: {finding.problem}")
     if result.gpu:
         renderer = next(iter(result.gpu.values())).renderer
-        click.echo(shader_sentence(renderer, len(result.gpu), max(run.worst for run in result.gpu.values())))
+        say(shader_sentence(renderer, len(result.gpu), max(run.worst for run in result.gpu.values())))
     worst = max((c.smooth.max for c in result.certificates.values()), default=0.0)
     count = f"{result.files} file{'s' if result.files != 1 else ''}"
     if result.passed:
-        click.echo(f"{path}: {count} checked, all true to the model (largest smooth ΔE2000 {worst:.4f})")
+        say(f"{path}: {count} checked, all true to the model (largest smooth ΔE2000 {worst:.4f})")
     else:
         wrong = len({finding.path for finding in result.findings})
-        click.echo(f"{path}: {count} checked, {wrong} with faults")
+        say(f"{path}: {count} checked, {wrong} with faults")

@@ -7,23 +7,27 @@ from typing import Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.outputs import Outputs
 from lutgen.cli.picture_options import hours_option, json_option, source_option, tolerance_option
 from lutgen.cli.shared import model_from, model_options, numbers, progress_bar
+from lutgen.cli.words import say
 
 
-@click.command()
+@click.command(cls=Command, section=Section.PICTURES, place=2)
 @click.argument("slides", nargs=-1, required=True, metavar="SLIDE|FOLDER|LIST.txt...")
-@click.option("-o", "--output", required=True, metavar="DIR", help="Folder that keeps every slide's result.")
+@click.option("-o", "--output", required=True, metavar="DIR", help="Folder for the result of every slide.")
 @tolerance_option
 @hours_option
-@click.option("--tissue", is_flag=True, help="Leave bare glass out, by a threshold on L*.")
+@click.option("--tissue", is_flag=True, help="Leave out bare glass, by a threshold on L*.")
 @source_option
 @click.option("--jobs", type=click.IntRange(min=1), help="Processes, up to 0.5 GB each [default: one per core].")
-@click.option("--scheduler", metavar="ADDRESS", help="Do it on this Dask cluster, such as tcp://host:8786.")
+@click.option("--scheduler", metavar="ADDRESS", help="Share the slides on this Dask cluster, such as tcp://host:8786.")
 @json_option
-@click.option("--csv", "csv_to", metavar="FILE", help="Write the lifetimes, a line a slide and mode, and medians.")
-@click.option("--force", is_flag=True, help="Replace files that exist, and a run in DIR that asked something else.")
+@click.option(
+    "--csv", "csv_to", metavar="FILE", help="Write the lifetimes, a line for each slide and mode, and medians."
+)
+@click.option("--force", is_flag=True, help="Replace files that exist, and a run in DIR with other options.")
 @model_options
 def command(
     *,
@@ -42,11 +46,12 @@ def command(
 ) -> None:
     """Show how long a display may be used, over many slides: lifetime of each, median and 95 % interval over all.
 
-    Slides are files, folders of them (and what is below), or lists (.txt) of a path a line. Each result is kept in DIR
-    as soon as it is found: after an interruption the same command goes on where it was, and does what has changed or is
-    new. A slide that cannot be read is named and left out, and the others finish. One that never reaches a tolerance
-    counts as the longest. On a Dask cluster (with lutgen[cluster]) the workers must see the slides under the same
-    paths; results are written here. Ends with 1 when a slide was broken.
+    Give slides as files, folders (with the folders below), or lists (.txt) with a path per line. lutgen writes each
+    result into DIR as soon as it is known: after an interruption the same command continues, and does the slides that
+    are new or have changed. A slide that cannot be read is named and left out; the other slides are finished. A slide
+    that never reaches a tolerance counts as the longest. Slides are shared between processes of this machine or, with
+    --scheduler (and lutgen[cluster]), between the workers of a Dask cluster, which must see the slides under the same
+    paths; results are written here. Ends with 1 when a slide cannot be read.
 
     \b
     Example:
@@ -78,7 +83,7 @@ def command(
                 progress=progress,
             )
     except KeyboardInterrupt:
-        click.echo(f"Interrupted. {output} keeps the finished slides; the same command goes on from there.", err=True)
+        say(f"Interrupted. {output} keeps the finished slides; the same command goes on from there.", err=True)
         raise
     outputs.write(cohort_page(found), found.as_json, as_csv=found.as_csv)
     if found.broken:

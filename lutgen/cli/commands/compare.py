@@ -6,19 +6,20 @@ from typing import Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.data_options import data_options, question_from
 from lutgen.cli.outputs import Outputs
 
 
-@click.command()
+@click.command(cls=Command, section=Section.CRITICISM, place=1)
 @data_options(expressions=False)
 @click.option("--plots", metavar="DIR", help="Draw the residuals into this folder.")
 def command(*, json_to: str | None, plots: str | None, force: bool, **options: Any) -> None:
     """Show where the model fails on measurements, by how much, and in which direction.
 
     DATA is a table of readings (.csv) with more than white, red, green and blue: greys, ramps, mixtures, positions,
-    room light, … The error stands beside what noise alone would give, by hour, level, colour and condition; the noise
-    is that of the table's own replicates. Ends with 0 whatever is found.
+    room light, … The report gives the error by hour, level, colour and condition, beside the error that noise alone
+    would cause; the noise comes from the replicates in DATA. Ends with 0 whatever the result is.
 
     \b
     Example:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.data_options import data_options, question_from, split_all
 from lutgen.cli.outputs import Outputs, check_new_file
 from lutgen.cli.shared import progress_bar
@@ -15,10 +16,12 @@ if TYPE_CHECKING:
     from lutgen.criticism.diagnose import Diagnosis
 
 
-@click.command()
+@click.command(cls=Command, section=Section.CRITICISM, place=2)
 @data_options()
-@click.option("--without", multiple=True, metavar="NAME", callback=split_all, help="Leave this effect out; a list.")
-@click.option("--stub", metavar="FILE.py", help="Sketch an effect of your own here, from what is left.")
+@click.option(
+    "--without", multiple=True, metavar="NAME", callback=split_all, help="Leave out these effects, separated by commas."
+)
+@click.option("--stub", metavar="FILE.py", help="Write a sketch of your own effect, from the error that is left.")
 @click.option("--plots", metavar="DIR", help="Draw residuals, steps, fit and visibility into this folder.")
 def command(
     *,
@@ -31,9 +34,9 @@ def command(
 ) -> None:
     """Find out which physical effect the model lacks on these measurements.
 
-    First says what the readings could show at all, then gives the verdict: consistent, named, form, one-of, several,
-    unexplained or measurement-problem; then all effects ranked, the rivals, what would tell them apart, what would
-    refute the verdict, and the command to go on with. Ends with 0 whatever is found.
+    The report says first what the readings can show at all. Then it gives the verdict (consistent, named, form, one-of,
+    several, unexplained or measurement-problem), all effects by rank, the rivals, the measurements that would separate
+    the rivals, what would refute the verdict, and the command to run next. Ends with 0 whatever the result is.
 
     \b
     Example:

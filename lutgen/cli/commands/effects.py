@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.shared import echo_json
 
 if TYPE_CHECKING:
@@ -18,23 +19,23 @@ if TYPE_CHECKING:
     from lutgen.effects import Effect
     from lutgen.effects.contract import Report
 
-#: Width of what is printed where there is no terminal to ask.
+#: Width of the tables where standard output is no terminal.
 _WIDTH = 140
 
 
-@click.command()
+@click.command(cls=Command, section=Section.CRITICISM, place=5)
 @click.argument("name", required=False)
 @click.option("--effects", "files", multiple=True, metavar="FILE.py", help="Add the effects of a Python file.")
 @click.option("--add-expr", "expressions", multiple=True, metavar="EXPR", help="Add an effect in one line.")
-@click.option("--plot", metavar="FILE.png", help="Draw what the effect NAME does at its typical size.")
+@click.option("--plot", metavar="FILE.png", help="Draw the change that the effect NAME makes at its typical size.")
 @click.option("--force", is_flag=True, help="Replace FILE.png where it exists.")
 @click.option("--check", "checked", metavar="FILE.py", help="Try whether a file's effects keep the contract.")
-@click.option("--data", metavar="DATA", help="With --check: what readings could show of them.")
+@click.option("--data", metavar="DATA", help="With --check: say what these readings can show of the effects.")
 @click.option(
     "--time-limit",
     type=click.FloatRange(min=0.1),
     metavar="SECONDS",
-    help="Stop a file that takes longer [default: 10].",
+    help="With --check: stop a file that takes longer [default: 10].",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the effects, or the check, as JSON.")
 def command(
@@ -53,7 +54,9 @@ def command(
 
     Effects are built in, come with installed packages, from Python files (--effects) or from one line (--add-expr):
     `[name:] formula [; parameter=start[low,high]]…`, where the formula changes one of the signals code, linear and xyz.
-    --check runs the contract that fits and LUTs rely on, in a process of its own; exit 1 when a clause is broken.
+    A file is imported as any Python program is: without limits, and with your rights. --check tries a file first: in a
+    process with limits of time and memory, against the contract that fits and LUTs rely on; exit 1 when a clause is
+    broken.
 
     \b
     Example:
@@ -62,26 +65,25 @@ def command(
       lutgen effects leak --add-expr "leak: xyz + k*tau*white; k=0.002[0,0.05]"
       lutgen effects --check my_effect.py
     """
-    from lutgen.effects.child import LIMIT_S
-
-    limit_s = time_limit or LIMIT_S
     if checked:
         if name or plot or files or expressions:
             message = "--check stands alone with its FILE.py, --data and --json: leave the others out."
             raise click.UsageError(message)
-        _check(checked, data, limit_s, as_json=as_json)
+        _check(checked, data, time_limit, as_json=as_json)
         return
     if data:
         message = "--data belongs to --check FILE.py: it says what these readings could show of that file's effects."
         raise click.UsageError(message)
+    if time_limit:
+        raise click.UsageError("--time-limit belongs to --check FILE.py: other commands import a file without limits.")
     if plot and not name:
         message = "--plot draws one effect: give its NAME too."
         raise click.UsageError(message)
     from lutgen.effects.own import everything
 
-    effects = everything(files, expressions, limit_s=limit_s)
+    effects = everything(files, expressions)
     if name:
-        _explain(_chosen(effects, name), plot, limit_s, force=force, as_json=as_json)
+        _explain(_chosen(effects, name), plot, force=force, as_json=as_json)
     elif as_json:
         from lutgen.effects.registry_json import registry_json
 
@@ -121,13 +123,13 @@ def _list(effects: Mapping[str, Effect]) -> None:
     )
 
 
-def _explain(effect: Effect, plot: str | None, limit_s: float, *, force: bool, as_json: bool) -> None:
+def _explain(effect: Effect, plot: str | None, *, force: bool, as_json: bool) -> None:
     from lutgen.effects.registry_json import registry_json
     from lutgen.report.drawing.png_file import check_new_png
 
     if plot:
         check_new_png(plot, force=force)
-    said = "" if as_json and not plot else _said(effect, limit_s, must_be_sound=bool(plot))
+    said = "" if as_json and not plot else _said(effect, must_be_sound=bool(plot))
     if plot:
         from lutgen.report.display.effect_plot import plot_effect
 
@@ -155,12 +157,12 @@ def _explain(effect: Effect, plot: str | None, limit_s: float, *, force: bool, a
         console.print(plot, soft_wrap=True, markup=False)
 
 
-def _said(effect: Effect, limit_s: float, *, must_be_sound: bool) -> str:
+def _said(effect: Effect, *, must_be_sound: bool) -> str:
     """Say how large an effect is, or, of anybody's own, that it breaks the contract."""
     from lutgen.display.signature import Signature
     from lutgen.effects.contract import check, refuse_broken
 
-    report = None if effect.origin == "built-in" else check(effect, limit_s=limit_s)
+    report = None if effect.origin == "built-in" else check(effect)
     if report and must_be_sound:
         refuse_broken(report, effect.origin)
     if report and report.failure:
@@ -189,10 +191,10 @@ def _print_parameters(console: Console, effect: Effect) -> None:
     console.print()
 
 
-def _check(file: str, data: str | None, limit_s: float, *, as_json: bool) -> None:
-    from lutgen.effects.contract import check_file
+def _check(file: str, data: str | None, time_limit: float | None, *, as_json: bool) -> None:
+    from lutgen.effects.child import LIMIT_S, check_file
 
-    reports = check_file(file, limit_s=limit_s)
+    reports = check_file(file, limit_s=time_limit or LIMIT_S)
     rehearsals = _rehearse(file, data, reports) if data else {}
     if as_json:
         checked = [report.as_json() | _rehearsal_json(rehearsals.get(report.effect)) for report in reports]

@@ -6,14 +6,14 @@ from typing import Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.picture_options import check_output, force_option, image_argument, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
+from lutgen.cli.words import say
+from lutgen.names import FIGURES
 
-#: As in the library, repeated because help must not import numpy; a test holds them together.
-FIGURES = ("2", "3", "4", "5", "6")
 
-
-@click.command()
+@click.command(cls=Command, section=Section.PICTURES, place=7)
 @click.argument("number", type=click.Choice(FIGURES), metavar="2|3|4|5|6")
 @image_argument
 @click.option("-o", "--output", required=True, metavar="FILE.png", help="Picture to write.")
@@ -21,7 +21,7 @@ FIGURES = ("2", "3", "4", "5", "6")
 @force_option
 @model_options
 def command(*, number: str, image: str, output: str, source: str, force: bool, **options: Any) -> None:
-    """Redraw a figure of the paper from an image of yours; the paper's own were never published.
+    """Redraw a figure of the paper from your own image; the images of the paper were never published.
 
     \b
     2, 3, 4  un-aged in the middle; clockwise from the top chroma 10 000 h, chroma 18 000 h,
@@ -40,4 +40,4 @@ def command(*, number: str, image: str, output: str, source: str, force: bool, *
     model = model_from(**options)
     with progress_bar("drawing") as progress:
         draw_figure(number, image, model, path, source=source, force=force, progress=progress)
-    click.echo(output)
+    say(output)

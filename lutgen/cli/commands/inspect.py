@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.outputs import check_json, check_pictures, print_page, write_json
 from lutgen.cli.picture_options import json_option
 from lutgen.cli.shared import progress_bar
@@ -16,18 +17,18 @@ if TYPE_CHECKING:
     from lutgen.measurements.session import Session
 
 
-@click.command(name="inspect")
+@click.command(name="inspect", cls=Command, section=Section.REAL_DISPLAYS, place=1)
 @click.argument("files", metavar="SESSION...", nargs=-1, required=True)
 @json_option
-@click.option("--plots", metavar="DIR", help="Draw one page a session into this folder.")
+@click.option("--plots", metavar="DIR", help="Draw one page for each session into this folder.")
 @click.option("--force", is_flag=True, help="Replace files that exist.")
 def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, force: bool) -> None:
-    """Show what sessions of real displays say: white, black, curves, drift, calibration, and what they lack.
+    """Show what sessions of real displays contain: white, black, curves, drift, calibration, and what is missing.
 
-    SESSION is what a measuring program wrote: ArgyllCMS or DisplayCAL .ti3, or an ICC profile that carries it, other
-    CGATS, CSV of patches, DisplayCAL's uniformity table; or a campaign file (.toml) for all its sessions. No model is
-    needed. γ is the least-squares slope of log luminance after black between 10 and 90 % of code. Ends with 0 whatever
-    is found.
+    SESSION is the output of a measuring program: ArgyllCMS or DisplayCAL .ti3, an ICC profile that carries a .ti3,
+    other CGATS, a CSV of patches, DisplayCAL's uniformity table; or a campaign file (.toml), for all its sessions. No
+    model is needed. γ is the least-squares slope of log luminance, with black subtracted, between 10 and 90 % of code.
+    Ends with 0 whatever the result is.
 
     \b
     Example:
@@ -49,17 +50,16 @@ def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, f
     if plots:
         names = picture_names([each.session.file for each in found])
         folder = check_pictures(plots, names, force=force)
-    if not alone:
-        print_page(inspect_page(found))
-    if plots:
         with progress_bar("drawing", quiet=alone) as progress:
             for number, (each, name) in enumerate(zip(found, names, strict=True)):
                 progress(number, len(found))
                 plot_inspection(each, folder / name, force=force)
-        if not alone:
-            print_page([f"Pictures: {', '.join(str(folder / name) for name in names)}"])
     if json_to:
         write_json(as_json(found), json_to)
+    if not alone:
+        print_page(inspect_page(found))
+        if plots:
+            print_page([f"Pictures: {', '.join(str(folder / name) for name in names)}"])
 
 
 def _sessions(files: tuple[str, ...]) -> Iterator[Session]:

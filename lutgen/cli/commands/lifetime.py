@@ -6,20 +6,21 @@ from typing import Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.outputs import Outputs
 from lutgen.cli.picture_options import hours_option, json_option, source_option, tolerance_option
 from lutgen.cli.shared import model_from, model_options, numbers, progress_bar
 
 
-@click.command()
+@click.command(cls=Command, section=Section.PICTURES, place=1)
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
 @tolerance_option
 @hours_option
-@click.option("--tissue", is_flag=True, help="Leave bare glass out, by a threshold on L* that is shown.")
+@click.option("--tissue", is_flag=True, help="Leave out bare glass, by a threshold on L* that the report gives.")
 @source_option
 @json_option
-@click.option("--csv", "csv_to", metavar="FILE", help="Write the lifetimes, a line an image and mode.")
-@click.option("--plots", metavar="DIR", help="Draw ΔE2000 against hours into this folder, a picture an image.")
+@click.option("--csv", "csv_to", metavar="FILE", help="Write the lifetimes, a line for each image and mode.")
+@click.option("--plots", metavar="DIR", help="Draw ΔE2000 against hours into this folder, a picture for each image.")
 @click.option("--force", is_flag=True, help="Replace files that exist.")
 @model_options
 def command(
@@ -37,11 +38,11 @@ def command(
 ) -> None:
     """Show how long a display may be used until pictures on it have changed too much.
 
-    ΔE2000 between the un-aged and the aged display, over all pixels of each image and for every hour, with white's
-    luminance held (chroma) and not (chroma-luma); and the hours at which its mean (Avg) and mean + 2 SD (Max, as in the
-    paper's Table 1) reach each tolerance. JSON and CSV hold quantiles and the largest too. An image is read once, to
-    count its distinct colours; hours and modes then cost the same for a thumbnail and for a slide (.svs, .ndpi, .mrxs,
-    with lutgen[slides]). Ends with 0 whatever is found.
+    Gives ΔE2000 between the un-aged and the aged display, over all pixels of each image and for every hour, with the
+    luminance of white held (chroma) and not held (chroma-luma); and the hours at which the mean (Avg) and mean + 2 SD
+    (Max, as in the paper's Table 1) reach each tolerance. JSON and CSV hold quantiles and the maximum too. lutgen reads
+    an image once and counts its distinct colours; after that, hours and modes cost the same for a thumbnail and for a
+    slide (.svs, .ndpi, .mrxs, with lutgen[slides]). Ends with 0 whatever the result is.
 
     \b
     Example:

@@ -6,11 +6,12 @@ import sys
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.outputs import STANDARD_OUTPUT, check_new_file, print_page, write_json
 from lutgen.cli.shared import progress_bar
 
 
-@click.command()
+@click.command(cls=Command, section=Section.OTHERS_FILES, place=1)
 @click.argument("files", nargs=-1, required=True, metavar="FILE…")
 @click.option("--try", "ask_readers", is_flag=True, help="Let installed readers read the file, and compare.")
 @click.option("--json", "json_to", metavar="FILE", help="Write the result as JSON; - is standard output.")

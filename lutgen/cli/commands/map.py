@@ -6,18 +6,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.outputs import check_json, print_page, write_json
-from lutgen.cli.picture_options import AGING_MODES, check_output, force_option, image_argument, source_option
+from lutgen.cli.picture_options import check_output, force_option, image_argument, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
+from lutgen.names import AGING_MODES, MAP_SUFFIXES
 
 if TYPE_CHECKING:
     from lutgen.appearance.difference_map import DifferenceMap
 
-#: As in the library, repeated because help must not import numpy; a test holds them together.
-SUFFIXES = (".exr", ".tif", ".tiff")
 
-
-@click.command()
+@click.command(cls=Command, section=Section.PICTURES, place=4)
 @image_argument
 @click.option("--mode", type=click.Choice(AGING_MODES), required=True, help="Aging mode.")
 @click.option("--hours", type=float, required=True, metavar="HOUR", help="Operating hours of the display.")
@@ -47,12 +46,12 @@ def command(
     force: bool,
     **options: Any,
 ) -> None:
-    """Map by how much aging changes each pixel of an image: ΔE2000, as the paper's Figure 6.
+    """Map how much aging changes each pixel of an image: ΔE2000, as in the paper's Figure 6.
 
-    Between what the un-aged and the aged display show, seen on an un-aged one. The picture has its scale and a
-    histogram beside it; the scale stays the same unless --range changes it, so that maps compare, and what lies above
-    it is magenta. A large image is drawn smaller, by means over squares; .exr and .tif hold every pixel, NaN where
-    alpha is 0.
+    ΔE2000 is between the un-aged and the aged display, both seen on an un-aged viewer. The picture has a scale and a
+    histogram beside it. The scale is the same for all maps unless --range changes it, so that maps can be compared;
+    pixels above the scale are magenta. A large image is drawn smaller, by means over squares; .exr and .tif hold every
+    pixel, NaN where alpha is 0.
 
     \b
     Example:
@@ -64,19 +63,19 @@ def command(
 
     low, high = check_range(*_numbers(ends))
     alone = check_json(json_to, force=force)
-    paths = [check_output(output, image, force=force, suffixes=(".png", *SUFFIXES)) for output in outputs]
+    paths = [check_output(output, image, force=force, suffixes=(".png", *MAP_SUFFIXES)) for output in outputs]
     _check_different(outputs)
-    floats = [path for path in paths if path.suffix.lower() in SUFFIXES]
+    floats = [path for path in paths if path.suffix.lower() in MAP_SUFFIXES]
     model = model_from(**options)
     with progress_bar("comparing pixels", quiet=alone) as progress:
         found = difference_map(image, model, mode, hours, floats=floats, source=source, force=force, progress=progress)
     for path in paths:
         if path not in floats:
             plot_map(found, path, ends=(low, high), force=force)
-    if not alone:
-        print_page([*_sentences(found), f"Written: {', '.join(outputs)}", *found.remarks()])
     if json_to:
         write_json(found.as_json(), json_to)
+    if not alone:
+        print_page([*_sentences(found), f"Written: {', '.join(outputs)}", *found.remarks()])
 
 
 def _numbers(text: str) -> tuple[float, float]:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.outputs import STANDARD_OUTPUT, check_new_file, print_page, write_json
-from lutgen.cli.shared import MODES, numbers
+from lutgen.cli.shared import numbers
+from lutgen.names import MODES
 
 
-@click.command()
+@click.command(cls=Command, section=Section.OTHERS_FILES, place=2)
 @click.argument("build", metavar="BUILD_DIR")
 @click.option("--into", required=True, metavar="CONFIG", help="Your config; not changed, unless -o is its own folder.")
 @click.option("-o", "--output", required=True, metavar="DIR", help="Folder for the merged config and its LUT files.")
@@ -32,15 +34,16 @@ def command(
     json_to: str | None,
     force: bool,
 ) -> None:
-    """Add aged views to a config of your own, and prove that all else stays as it is.
+    """Add aged views to your own config, and prove that everything else stays as it is.
 
-    Each hour gets a view, a colour space, a look and (from version 2) a named transform. Every view, colour space and
-    look of yours is compared pixel by pixel before and after, each aged view with the build's own; where one differs,
-    nothing is written. Comments stay where the new parts fit into your text; otherwise OpenColorIO writes the whole
-    config, and the command says so.
+    Adds a view, a colour space, a look and (from version 2) a named transform for each hour. lutgen compares every
+    view, colour space and look of your config pixel by pixel before and after, and each aged view with the view of the
+    build; if one differs, nothing is written. Comments are kept where lutgen can insert the parts into your text;
+    otherwise OpenColorIO writes the whole config, and lutgen says so.
 
-    --source-space names the colour space whose code values reach the display: --source-space "Filmic sRGB" ages the
-    pictures of that view. Without it the sRGB signal is defined through the role aces_interchange of the config.
+    --source-space names the space of the values that reach the display: --source-space "Filmic sRGB" ages the pictures
+    of that view. Without --source-space the sRGB signal is defined through the role aces_interchange, where the config
+    has that role.
 
     \b
     Example:

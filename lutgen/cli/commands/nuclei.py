@@ -6,29 +6,40 @@ from typing import Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.outputs import Outputs
 from lutgen.cli.picture_options import hours_option, json_option, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
-
-#: As in the library, repeated because help must not import numpy; a test holds them together.
-SOURCES = ("auto", "signal", "linear")
-STAINS = ("auto", "he", "hdab")
+from lutgen.names import STAINS
 
 
-@click.command()
+@click.command(cls=Command, section=Section.PICTURES, place=3)
 @click.argument("image", metavar="IMAGE")
 @click.option(
     "--stain",
-    type=click.Choice(STAINS),
-    help="H&E, or haematoxylin and DAB (immunohistochemistry); auto: by whether there is brown [default: auto].",
+    type=click.Choice(("auto", *STAINS)),
+    help="H&E, or haematoxylin and DAB (immunohistochemistry); auto: H-DAB where there is brown [default: auto].",
 )
-@click.option("--mask", metavar="FILE", help="Nuclei as PNG or TIFF instead: a label each, or white on black.")
+@click.option(
+    "--mask", metavar="FILE", help="Nuclei as PNG or TIFF instead: one label for each nucleus, or white on black."
+)
 @hours_option
-@click.option("--min-area", type=int, metavar="PIXELS", help="The smallest nucleus [default: by a typical one].")
-@click.option("--loss", type=float, default=10.0, show_default=True, metavar="PERCENT", help="Count what loses more.")
+@click.option(
+    "--min-area", type=int, metavar="PIXELS", help="Area of the smallest nucleus [default: from a typical nucleus]."
+)
+@click.option(
+    "--loss",
+    type=float,
+    default=10.0,
+    show_default=True,
+    metavar="PERCENT",
+    help="Count the nuclei that lose more contrast than this.",
+)
 @source_option
 @json_option
-@click.option("--csv", "csv_to", metavar="FILE", help="Write a line a nucleus: place, size, ΔE2000 at each hour.")
+@click.option(
+    "--csv", "csv_to", metavar="FILE", help="Write a line for each nucleus: place, size, ΔE2000 at each hour."
+)
 @click.option("--plots", metavar="DIR", help="Draw ΔE2000 against hours, and the outlines, into this folder.")
 @click.option("--force", is_flag=True, help="Replace files that exist.")
 @model_options
@@ -47,13 +58,13 @@ def command(
     force: bool,
     **options: Any,
 ) -> None:
-    """Show how clearly nuclei stand out, and how much of that an aged display leaves.
+    """Show how clearly nuclei stand out, and how much of that contrast an aged display leaves.
 
-    Finds the nuclei of an H&E or H-DAB field by their haematoxylin (with lutgen[nuclei]), or takes a mask; then, for
-    each nucleus, ΔE2000 between its mean colour and that of a ring of what surrounds it, on the un-aged and on the aged
-    display, for every hour, with white's luminance held (chroma) and not (chroma-luma). It is a contrast of mean
-    colours: no texture, no reader; look at the outlines (--plots) before trusting it. At most 4096 × 4096 pixels. Ends
-    with 0 whatever is found.
+    Finds the nuclei of an H&E or H-DAB field by their haematoxylin (with lutgen[nuclei]), or takes a mask. For each
+    nucleus lutgen computes ΔE2000 between the mean colour of the nucleus and the mean colour of a ring around the
+    nucleus, on the un-aged and on the aged display, for every hour, with the luminance of white held (chroma) and not
+    held (chroma-luma). This is a contrast of mean colours, without texture and without a reader: look at the outlines
+    (--plots) before you trust it. At most 4096 × 4096 pixels. Ends with 0 whatever the result is.
 
     \b
     Example:

@@ -7,16 +7,17 @@ from typing import Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.data_options import data_options, question_from
 from lutgen.cli.outputs import check_json, check_new_file, print_page, write_json
 
 
-@click.command()
+@click.command(cls=Command, section=Section.CRITICISM, place=4)
 @data_options()
-@click.option("--between", metavar="A,B", help="Two effects that are to be told apart.")
-@click.option("--effect", metavar="NAME", help="One effect that is to be seen.")
+@click.option("--between", metavar="A,B", help="Two effects to separate.")
+@click.option("--effect", metavar="NAME", help="One effect to make visible.")
 @click.option("--ti1", metavar="PLAN.ti1", help="Write the code values for ArgyllCMS too.")
-@click.option("-o", "--output", metavar="PLAN.csv", help="Write the list, in the columns of DATA, to be filled in.")
+@click.option("-o", "--output", metavar="PLAN.csv", help="Write the list with the columns of DATA, for you to fill in.")
 def command(
     *,
     between: str | None,
@@ -27,9 +28,9 @@ def command(
     output: str | None,
     **options: Any,
 ) -> None:
-    """List what to measure next, so that rivals can be told apart or an effect be seen.
+    """List what to measure next, to separate two effects or to see one.
 
-    Without --between and --effect: what makes most of the effects visible that DATA cannot show.
+    Without --between and --effect the list makes as many as possible of the effects visible that DATA cannot show.
 
     \b
     Example:
@@ -53,11 +54,11 @@ def command(
 
     for path, suffix in wanted.items():
         write_atomically(Path(path), (made.as_csv() if suffix == ".csv" else made.as_ti1()).encode())
+    if json_to:
+        write_json(made.as_json(), json_to)
     if not alone:
         kind = "between" if pair else "effect" if effect else "coverage"
         print_page(plan_page(made, kind, list(wanted)))
-    if json_to:
-        write_json(made.as_json(), json_to)
 
 
 def _pair(between: str | None) -> tuple[str, str] | None:

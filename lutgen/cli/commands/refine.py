@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.data_options import data_options, question_from, split_all
 from lutgen.cli.outputs import Outputs, check_new_file
 from lutgen.cli.shared import progress_bar
@@ -17,10 +18,16 @@ if TYPE_CHECKING:
     from lutgen.display import DisplayModel
 
 
-@click.command()
+@click.command(cls=Command, section=Section.CRITICISM, place=3)
 @data_options()
-@click.option("--add", multiple=True, metavar="NAME", callback=split_all, help="Effects to add in this order, a list.")
-@click.option("--auto", is_flag=True, help="Add what a diagnosis finds, until nothing is missing.")
+@click.option(
+    "--add",
+    multiple=True,
+    metavar="NAME",
+    callback=split_all,
+    help="Effects to add, in this order, separated by commas.",
+)
+@click.option("--auto", is_flag=True, help="Add the effects that a diagnosis finds, until none is missing.")
 @click.option("--plots", metavar="DIR", help="Draw residuals, steps and fit into this folder.")
 @click.option("-o", "--output", metavar="MODEL.toml", help="Write the refined model here.")
 @click.option("--keep", is_flag=True, help="Write the model even where the error does not fall.")
@@ -35,11 +42,12 @@ def command(
     keep: bool,
     **options: Any,
 ) -> None:
-    """Add effects to the model, refit everything, and watch the error fall toward the noise.
+    """Add effects to the model, fit everything again, and print how the error falls toward the noise.
 
-    Adds built-in effects, those of a file (--effects FILE --add NAME) or a formula (--add-expr), each in the form
-    that the readings bear, and writes the model with parameters, errors and provenance for lutgen build --model. Where
-    neither the error nor that of withheld readings falls, it writes nothing and exits with 1, unless you --keep it.
+    Adds built-in effects, effects of a file (--effects FILE --add NAME) or a formula (--add-expr), each in the form
+    that the readings support. The model file holds parameters, errors and provenance; use it with lutgen build --model.
+    Where neither the error nor that of withheld readings falls, nothing is written and the exit code is 1, unless you
+    --keep the model.
 
     \b
     Example:

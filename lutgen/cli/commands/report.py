@@ -6,16 +6,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen.cli.command import Command, Section
 from lutgen.cli.outputs import check_new_file
 from lutgen.cli.picture_options import source_option, tolerance_option
 from lutgen.cli.shared import model_from, model_options, numbers, progress_bar
+from lutgen.cli.words import say
+from lutgen.names import AGING_MODES
 
 if TYPE_CHECKING:
     from lutgen.display import DisplayModel
     from lutgen.report.document.evidence import Evidence
 
 
-@click.command()
+@click.command(cls=Command, section=Section.PICTURES, place=9)
 @click.argument("image", metavar="IMAGE")
 @click.option("--build", metavar="DIR", help="Add the certificates of a folder that lutgen build made.")
 @click.option("--data", metavar="READINGS", help="Add compare, diagnose and refine of these readings (.csv).")
@@ -44,13 +47,13 @@ def command(
     output: str,
     **options: Any,
 ) -> None:
-    """Gather a run into one page for a browser: pictures, lifetimes, diagnosis, certificates.
+    """Write one page for a browser: pictures, lifetimes, diagnosis, certificates.
 
-    The page holds IMAGE as the display ages, with a slider over hours and a wiper between un-aged and aged, the map of
-    ΔE2000, curves and the paper's Table 1, and says what all of it comes from. --data adds what readings say of the
-    model; without --display or --model the pictures are then those of the display that was read. One HTML file that
-    fetches nothing, can be mailed, and prints well. Numbers are those of lutgen lifetime: of all pixels, while large
-    images are shown smaller.
+    The page shows IMAGE as the display ages, with a slider over the hours and a wiper between un-aged and aged; the map
+    of ΔE2000; curves; the paper's Table 1; and the source of everything. --data adds what readings say about the model;
+    without --display or --model the pictures are then those of the display that was read. The page is one HTML file
+    that fetches nothing, so that you can mail and print it. The numbers are those of lutgen lifetime: of all pixels,
+    also where a large image is shown smaller.
 
     \b
     Example:
@@ -60,7 +63,7 @@ def command(
     from pathlib import Path
 
     from lutgen.appearance.frame import read_frame
-    from lutgen.appearance.lifetime import MODES, check_tolerances, lifetime
+    from lutgen.appearance.lifetime import check_tolerances, lifetime
     from lutgen.report.document.origin import read_build
     from lutgen.report.document.page import Run, write_report
     from lutgen.report.document.scenes import WIDTH, hours_of, pixels_of_a_frame, scenes_of
@@ -75,14 +78,14 @@ def command(
     frames, curve = hours_of(hours, model)
     with progress_bar("aging colours") as progress:
         found = lifetime([image], model, tolerances=tolerances, hours=curve, source=source, progress=progress)
-    pixels = pixels_of_a_frame(len(frames), len(MODES))
+    pixels = pixels_of_a_frame(len(frames), len(AGING_MODES))
     with progress_bar("reading the picture") as progress:
         frame = read_frame(Path(image), pixels=pixels, width=WIDTH, source=source, progress=progress)
     with progress_bar("aging the picture") as progress:
         scenes = scenes_of(frame, model, found, frames, progress)
     evidence = _evidence(data, model, options, instrument) if data else None
     write_report(Run(found, scenes, built, evidence), output)
-    click.echo(f"{output}: {Path(output).stat().st_size / 1e6:.1f} MB, {len(frames)} hours. Open it in a browser.")
+    say(f"{output}: {Path(output).stat().st_size / 1e6:.1f} MB, {len(frames)} hours. Open it in a browser.")
 
 
 def _evidence(data: str, model: DisplayModel, options: dict[str, Any], instrument: str | None) -> Evidence:

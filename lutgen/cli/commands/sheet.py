@@ -6,21 +6,28 @@ from typing import Any
 
 import click
 
-from lutgen.cli.picture_options import AGING_MODES, check_output, force_option, image_argument, source_option
+from lutgen.cli.command import Command, Section
+from lutgen.cli.picture_options import check_output, force_option, image_argument, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
+from lutgen.cli.words import say
+from lutgen.names import AGING_MODES
 
 
-@click.command()
+@click.command(cls=Command, section=Section.PICTURES, place=5)
 @image_argument
 @click.option(
     "--hours",
     metavar="HOURS",
     default="0,5000,10000,18000",
     show_default=True,
-    help="0,5000,10000: a list; 0..18000:3000: a step. A column each.",
+    help="0,5000,10000: a list; 0..18000:3000: a step. One column for each hour.",
 )
 @click.option(
-    "--mode", "modes", type=click.Choice(AGING_MODES), multiple=True, help="A row; may be repeated [default: both]."
+    "--mode",
+    "modes",
+    type=click.Choice(AGING_MODES),
+    multiple=True,
+    help="A mode, which gets a row; may be repeated [default: both].",
 )
 @click.option("-o", "--output", required=True, metavar="FILE.png", help="Picture to write.")
 @source_option
@@ -29,10 +36,11 @@ from lutgen.cli.shared import model_from, model_options, progress_bar
 def command(
     *, image: str, hours: str, modes: tuple[str, ...], output: str, source: str, force: bool, **options: Any
 ) -> None:
-    """Lay an image out as it ages: a row a mode, a column an hour, on neutral grey.
+    """Lay out an image as it ages: a row for each mode, a column for each hour, on neutral grey.
 
-    Under each picture stands its mean ΔE2000 against the un-aged display, over all pixels. Pictures are copied one to
-    one where they fit, and else made smaller first and aged then, as a viewer does that shows a large image whole.
+    The mean ΔE2000 against the un-aged display, over all pixels, stands under each picture. Pictures that fit are
+    copied pixel by pixel; larger ones are first made smaller and then aged, as in a viewer that shows a whole large
+    image.
 
     \b
     Example:
@@ -57,4 +65,4 @@ def command(
             progress=progress,
         )
     age_sheet(series, chosen, path, force=force)
-    click.echo(output)
+    say(output)

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen.cli.command import Command, Section
+from lutgen.cli.outputs import print_page
 from lutgen.cli.shared import echo_json, model_from, model_options
 
 if TYPE_CHECKING:
@@ -16,7 +18,7 @@ if TYPE_CHECKING:
 _ROWS = 8
 
 
-@click.command()
+@click.command(cls=Command, section=Section.SIMULATE, place=4)
 @click.option(
     "--hours",
     metavar="HOURS",
@@ -37,8 +39,9 @@ def command(
 ) -> None:
     """Show how a display has aged: white point, primaries, luminance.
 
-    Prints what its readings say in one sentence, then a table: white's x, y, Y and correlated colour temperature; Δu'v'
-    of white and primaries since hour 0; white's luminance relative to hour 0; and by how much R + G + B exceed white.
+    Prints a summary of the readings in one sentence, then a table: x, y, Y and correlated colour temperature of white;
+    Δu'v' of white and primaries since hour 0; the luminance of white relative to hour 0; and by how much R + G + B
+    exceeds white.
 
     \b
     Example:
@@ -72,34 +75,35 @@ def _even(tips: Tips) -> list[float]:
 
 
 def _report(shown: Shown, plot: str | None) -> None:
-    from rich.console import Console
-    from rich.table import Table
+    from lutgen.report.parts import Table
 
-    console = Console(highlight=False)
-    console.print(shown.sentence(), soft_wrap=True, markup=False)
-    console.print(shown.provenance, soft_wrap=True, markup=False)
     heads = ("hours", "x", "y", "cd/m²", "CCT K", "Δu'v'\nwhite", "\nred", "\ngreen", "\nblue", "Y/Y₀", "add. %")
-    table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0))
-    for head in heads:
-        table.add_column(head, justify="right", no_wrap=True, vertical="bottom")
+    rows = []
     for row, hour in enumerate(shown.hours):
         x, y, luminance = shown.xyY[row, 0]
-        table.add_row(
-            f"{hour:g}",
-            f"{x:.4f}",
-            f"{y:.4f}",
-            f"{luminance:.1f}",
-            f"{shown.cct[row]:.0f}",
-            *(f"{shift:.4f}" for shift in shown.shift[row]),
-            f"{shown.luminance[row, 0]:.3f}",
-            f"{100 * shown.non_additivity[row]:+.2f}",
+        rows.append(
+            (
+                f"{hour:g}",
+                f"{x:.4f}",
+                f"{y:.4f}",
+                f"{luminance:.1f}",
+                f"{shown.cct[row]:.0f}",
+                *(f"{shift:.4f}" for shift in shown.shift[row]),
+                f"{shown.luminance[row, 0]:.3f}",
+                f"{100 * shown.non_additivity[row]:+.2f}",
+            )
         )
-    console.print()
-    console.print(table)
-    console.print("\nadd.: non-additivity of luminance, (R + G + B − W) / W.")
-    if shown.effects:
-        console.print(f"\nThe model's effects{f' ({shown.verdict})' if shown.verdict else ''}:", markup=False)
-    for line in (*shown.effects_in_words(), *shown.remarks):
-        console.print(line, soft_wrap=True, markup=False)
-    if plot:
-        console.print(plot, soft_wrap=True, markup=False)
+    table = Table(heads, rows, words=())
+    verdict = f" ({shown.verdict})" if shown.verdict else ""
+    print_page(
+        [
+            shown.sentence(),
+            f"{shown.provenance}\n",
+            table,
+            "\nadd.: non-additivity of luminance, (R + G + B − W) / W.",
+            *([f"\nThe model's effects{verdict}:"] if shown.effects else []),
+            *shown.effects_in_words(),
+            *shown.remarks,
+            *([plot] if plot else []),
+        ]
+    )

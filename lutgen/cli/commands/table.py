@@ -6,16 +6,17 @@ from typing import Any
 
 import click
 
-from lutgen.cli.outputs import check_json, check_new_file, print_page, write_json
+from lutgen.cli.command import Command, Section
+from lutgen.cli.outputs import Outputs
 from lutgen.cli.picture_options import json_option, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
 
 
-@click.command()
+@click.command(cls=Command, section=Section.PICTURES, place=8)
 @click.argument("number", type=click.Choice(("1",)), metavar="1")
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
 @json_option
-@click.option("--csv", "csv_to", metavar="FILE", help="Write the table, a line a cell.")
+@click.option("--csv", "csv_to", metavar="FILE", help="Write the table, a line for each cell.")
 @source_option
 @click.option("--force", is_flag=True, help="Replace files that exist.")
 @model_options
@@ -29,31 +30,25 @@ def command(
     force: bool,
     **options: Any,
 ) -> None:
-    """Redo a table of the paper from images of yours, beside what the paper published.
+    """Make a table of the paper from your own images, beside the values that the paper published.
 
-    Table 1: the hours until ΔE2000 reaches 3 and 5, of its mean (Avg) and of mean + 2 SD (Max), and by how much they
-    differ from the paper's. `lutgen lifetime` has other tolerances, quantiles, intervals and plots.
+    Table 1: the hours until ΔE2000 reaches 3 and 5, for the mean (Avg) and for mean + 2 SD (Max), and the difference
+    from the paper's hours. `lutgen lifetime` has other tolerances, quantiles, intervals and plots.
 
     \b
     Example:
       lutgen table 1 slide.png
       lutgen table 1 a.tif b.tif --csv table-1.csv
     """
-    from pathlib import Path
-
     from lutgen.appearance.lifetime import lifetime
-    from lutgen.files import write_atomically
     from lutgen.report.pictures.table_1 import table_1_csv, table_1_json, table_1_page
 
-    alone = check_json(json_to, force=force)
-    if csv_to:
-        check_new_file(csv_to, force=force)
+    outputs = Outputs(json_to, csv_to, force=force)
     model = model_from(**options)
-    with progress_bar("aging colours", quiet=alone) as progress:
+    with progress_bar("aging colours", quiet=outputs.alone) as progress:
         found = lifetime(images, model, source=source, progress=progress)
-    if not alone:
-        print_page(table_1_page(found))
-    if csv_to:
-        write_atomically(Path(csv_to), table_1_csv(found).encode())
-    if json_to:
-        write_json(table_1_json(found), json_to)
+    outputs.write(
+        table_1_page(found),
+        lambda: table_1_json(found),
+        as_csv=lambda: table_1_csv(found),
+    )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.display.signature import Signature
-from lutgen.effects.clauses import reacts_to
+from lutgen.effects.probe import reacts_to
 from lutgen.effects.scene import LIFE_H
 from lutgen.measurements.conditions import COLUMNS
 from lutgen.numerals import spaced

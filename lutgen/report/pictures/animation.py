@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError, pick_one
 from lutgen.files import replacing
+from lutgen.names import ANIMATION_SUFFIXES
 from lutgen.numerals import spaced
 from lutgen.report.drawing.grey_page import Text, grey_page, wrapped
 from lutgen.report.pictures.age_sheet import footer
@@ -18,9 +19,6 @@ if TYPE_CHECKING:
 
     from lutgen.appearance.aged_series import AgedSeries
     from lutgen.report.drawing.grey_page import Pixels
-
-#: Suffixes of the formats of an animation.
-SUFFIXES = (".png", ".apng", ".mp4")
 
 #: Pixels of the longest side of the picture, and across a frame at least.
 LONGEST, ACROSS = 640, 420
@@ -39,12 +37,13 @@ def check_animation(path: str | Path, hours: Sequence[float], seconds: float) ->
     Raises
     ------
     LutgenError
-        Another suffix than ``SUFFIXES``, MP4 without ffmpeg, fewer than two hours, or frames shown too short or long.
+        A suffix that is not of ``ANIMATION_SUFFIXES``, MP4 without ffmpeg, fewer than two hours, or frames shown too
+        short or too long.
 
     """
     path = Path(path)
-    if path.suffix.lower() not in SUFFIXES:
-        raise pick_one("suffix of an animation", path.suffix or path.name, SUFFIXES)
+    if path.suffix.lower() not in ANIMATION_SUFFIXES:
+        raise pick_one("suffix of an animation", path.suffix or path.name, ANIMATION_SUFFIXES)
     if path.suffix.lower() == ".mp4":
         check_ffmpeg()
     if len(hours) < 2:

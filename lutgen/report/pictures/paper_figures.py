@@ -14,6 +14,7 @@ from lutgen.appearance.difference_map import difference_map
 from lutgen.appearance.lifetime import lifetime
 from lutgen.appearance.published import AGES, MAPS
 from lutgen.errors import pick_one
+from lutgen.names import FIGURES
 from lutgen.numerals import spaced
 from lutgen.report.pictures.age_sheet import footer
 from lutgen.report.pictures.contact_sheet import contact_sheet
@@ -25,15 +26,6 @@ if TYPE_CHECKING:
 
     from lutgen.appearance.difference_map import DifferenceMap
     from lutgen.display import DisplayModel
-
-#: Figure → what it shows.
-FIGURES = {
-    "2": "the un-aged picture, and around it chroma and chroma-luma at 10 000 and 18 000 h",
-    "3": "the same of another picture",
-    "4": "the same of a third",
-    "5": "ΔE2000 against hours, mean ± 2 SD over all pixels",
-    "6": "ΔE2000 maps, chroma at 8100 h above chroma-luma at 4100 h, scale 1 to 8",
-}
 
 
 def draw_figure(

@@ -6,11 +6,11 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import pick_one
+from lutgen.names import INTERVALS
 from lutgen.study.analysis.agreement import counts, pairs
 from lutgen.study.analysis.answer_table import condition_order
 from lutgen.study.analysis.further import FurtherAgreement, FurtherMeans, further_agreement, further_means
 from lutgen.study.analysis.holm import Corrected, corrected
-from lutgen.study.analysis.intervals import KINDS
 from lutgen.study.analysis.kappa import Kappa, kappas
 from lutgen.study.analysis.limits import design_limits, figure_limits
 from lutgen.study.analysis.mixed import MISSING, MixedModel, available, mixed_models
@@ -37,7 +37,7 @@ class Analysis:
     sources
         Where the figures come from, in sentences; the first says so where they are simulated.
     ci
-        How intervals of means are made, a key of ``intervals.KINDS``.
+        How intervals of means are made, a key of ``INTERVALS``.
     samples
         Behind Table 2.
     table2, table3, table4
@@ -91,7 +91,7 @@ def analyse_answers(
     sources
         Where the answers come from, in sentences.
     ci
-        How intervals of means are made, a key of ``intervals.KINDS``.
+        How intervals of means are made, a key of ``INTERVALS``.
 
     Raises
     ------
@@ -152,8 +152,8 @@ def _analysis(
     kappas_found: tuple[Kappa, ...] = (),
     mixed: tuple[MixedModel, ...] = (),
 ) -> Analysis:
-    if ci not in KINDS:
-        raise pick_one("interval", ci, KINDS)
+    if ci not in INTERVALS:
+        raise pick_one("interval", ci, INTERVALS)
     second, fourth = table_2(measured, ci=ci), table_4(rows)
     several = corrected(second.tests, fourth)
     return Analysis(

@@ -47,7 +47,7 @@ def read_summary(file: str | Path, *, ci: str = "normal") -> tuple[str, tuple[Sa
     """Read ``condition,measure,n,mean,ci95``: the remark in the first line, and the samples.
 
     ``ci95`` is the half width: mean ± ci95. The standard deviation is taken back from it as ``ci`` says, a key of
-    ``intervals.KINDS``: ``normal``, ci95 = 1.96 SD/√n, or ``t``.
+    ``INTERVALS``: ``normal``, ci95 = 1.96 SD/√n, or ``t``.
 
     Raises
     ------

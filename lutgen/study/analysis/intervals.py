@@ -15,9 +15,6 @@ Interval = tuple[float, float]
 #: The two-sided 95 % quantile of the normal distribution, 1.96.
 Z = NormalDist().inv_cdf(0.975)
 
-#: How the interval of a mean is read and written → what it is, for help texts.
-KINDS = {"normal": "mean ± 1.96 SD/√n, as the paper's Table 2 must be read", "t": "mean ± t SD/√n"}
-
 
 def half_width(n: int, kind: str = "normal") -> float:
     """Half the width of a mean's interval in standard deviations; NaN for fewer than two answers."""
@@ -31,7 +28,7 @@ def half_width(n: int, kind: str = "normal") -> float:
 
 
 def mean_interval(sample: Sample, kind: str = "normal") -> Interval:
-    """Interval of a sample's mean, of a kind of ``KINDS``."""
+    """Interval of a sample's mean, of a kind of ``INTERVALS``."""
     half = half_width(sample.n, kind) * sample.sd
     return sample.mean - half, sample.mean + half
 

@@ -68,7 +68,7 @@ def samples(conditions: Sequence[str], answers: Sequence[Answer]) -> tuple[Sampl
 
 
 def table_2(found: Sequence[Sample], *, ci: str = "normal") -> Table2:
-    """Make the table and its tests from samples in their order; ``ci`` is a key of ``intervals.KINDS``."""
+    """Make the table and its tests from samples in their order; ``ci`` is a key of ``INTERVALS``."""
     means = tuple(Mean(one.measure, one.condition, one.n, one.mean, one.sd, mean_interval(one, ci)) for one in found)
     return Table2(means, tuple(_test(first, second) for first, second in same_measure(found)))
 

@@ -144,8 +144,8 @@ def _text(question: Question, truth: Truth) -> str:
 def put(question: Question, text: str) -> Said:
     """Diagnose one file. What lutgen refuses has the verdict ``refused``, what makes it fall ``traceback``."""
     from lutgen.criticism.diagnose import diagnose
-    from lutgen.criticism.problem import BASELINES
     from lutgen.measurements import read_measurements
+    from lutgen.names import BASELINES
 
     names = dict(zip(("colour-points", "first-hour", "native"), BASELINES, strict=True))
     start = time.perf_counter()

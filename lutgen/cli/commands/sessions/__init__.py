@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import click
 
-from lutgen.cli.command_folder import CommandFolder
+from lutgen.cli.command import CommandFolder, Section
 
 
-@click.group(cls=CommandFolder, folder=__name__)
+@click.group(cls=CommandFolder, folder=__name__, section=Section.REAL_DISPLAYS, place=2)
 def command() -> None:
-    """Put the sessions of one display together in a campaign file, and say why they differ.
+    """Collect the sessions of one display in a campaign file, and explain why the sessions differ.
 
     \b
     Example:

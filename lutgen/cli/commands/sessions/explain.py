@@ -4,24 +4,28 @@ from __future__ import annotations
 
 import click
 
+from lutgen.cli.command import Command
 from lutgen.cli.outputs import check_json, print_page, write_json
 from lutgen.cli.picture_options import json_option
 from lutgen.cli.shared import progress_bar
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("files", nargs=-1, required=True, metavar="CAMPAIGN|SESSION...")
-@click.option("--reference", metavar="FILE", help="The session to hold the others against [default: the first sound].")
+@click.option(
+    "--reference", metavar="FILE", help="The session to compare the others with [default: the first without a fault]."
+)
 @json_option
 @click.option("--force", is_flag=True, help="Replace files that exist.")
 def command(*, files: tuple[str, ...], reference: str | None, json_to: str | None, force: bool) -> None:
-    """Say why sessions of one display differ: display, settings, room, or instrument.
+    """Explain why sessions of one display differ: display, settings, room, or instrument.
 
-    Give a campaign file (.toml), which knows of dates, instruments and settings, or the sessions themselves.
+    Give a campaign file (.toml), which knows dates, instruments and settings, or the sessions themselves.
 
-    Each session is held against a reference: brightness or preset, calibration, HDR or dynamic contrast, room light,
-    instrument or its correction, drift while reading, another display, true aging. Where several fit equally, all are
-    named, and the measurement that would tell. Ends with 0 whatever is found.
+    Each session is compared with a reference session. The possible causes are brightness or preset, calibration, HDR or
+    dynamic contrast, room light, the instrument or its correction, drift during the readings, another display, and true
+    aging. Where several causes fit equally well, the report names all of them, and the measurement that would separate
+    them. Ends with 0 whatever the result is.
 
     \b
     Example:
@@ -39,7 +43,7 @@ def command(*, files: tuple[str, ...], reference: str | None, json_to: str | Non
     campaign = read_campaign(files[0]) if listed else campaign_of(files)
     with progress_bar("explaining", quiet=alone) as progress:
         found = separate(campaign, reference=reference, progress=progress)
-    if not alone:
-        print_page(separate_page(found))
     if json_to:
         write_json(separation_as_json(found), json_to)
+    if not alone:
+        print_page(separate_page(found))

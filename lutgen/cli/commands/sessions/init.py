@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lutgen.cli.command import Command
 from lutgen.cli.outputs import check_new_file
 from lutgen.cli.shared import progress_bar
+from lutgen.cli.words import say
 from lutgen.files import write_atomically
 
 if TYPE_CHECKING:
@@ -18,17 +20,19 @@ if TYPE_CHECKING:
     from lutgen.sessions.draft import Answers
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("files", metavar="FILE...", nargs=-1, required=True)
 @click.option("-o", "--output", metavar="FILE", required=True, help="The campaign file (.toml).")
-@click.option("--same-display", is_flag=True, help="Take them for one display although they look like several.")
+@click.option(
+    "--same-display", is_flag=True, help="Treat the sessions as those of one display although they look like several."
+)
 @click.option("--force", is_flag=True, help="Replace a file that exists.")
 def command(*, files: tuple[str, ...], output: str, same_display: bool, force: bool) -> None:
     """Draft a campaign file from the sessions of one display, by date.
 
-    Files are ArgyllCMS .ti3, other CGATS, or CSV. Dates, instruments and what the calibration did are filled in; what
-    only you know (hours a day, room light, settings) is asked on a terminal, else left open as # TODO. Sessions of
-    clearly different displays are refused and named.
+    Files are ArgyllCMS .ti3, other CGATS, or CSV. lutgen fills in dates, instruments and what the calibration did, and
+    asks on a terminal for what only you know (hours a day, room light, settings); without a terminal these lines are
+    left open as # TODO. Sessions of clearly different displays are refused and named.
 
     \b
     Example:
@@ -55,7 +59,7 @@ def command(*, files: tuple[str, ...], output: str, same_display: bool, force: b
         if same_display and len(displays_of(sessions)) > 1
         else ""
     )
-    click.echo(f"{path}: {len(sessions)} {'session' if len(sessions) == 1 else 'sessions'}{opened}.{several}")
+    say(f"{path}: {len(sessions)} {'session' if len(sessions) == 1 else 'sessions'}{opened}.{several}")
 
 
 def _ask(sessions: Sequence[Session]) -> Answers:
@@ -63,7 +67,7 @@ def _ask(sessions: Sequence[Session]) -> Answers:
     from lutgen.sessions.draft import OF_DISPLAY, OF_SESSION, Answers
 
     names = ", ".join(dict.fromkeys(each.display for each in sessions if each.display))
-    click.echo("Enter alone: not known, and left open in the file.", err=True)
+    say("Enter alone: not known, and left open in the file.", err=True)
     name = click.prompt("Display", default=names, err=True)
     said = {key: _line(question) for key, question in {**OF_DISPLAY, **OF_SESSION}.items()}
     numbers = {

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import click
 
-from lutgen.cli.command_folder import CommandFolder
+from lutgen.cli.command import CommandFolder, Section
 
 
-@click.group(cls=CommandFolder, folder=__name__)
+@click.group(cls=CommandFolder, folder=__name__, section=Section.READER_STUDY, place=1)
 def command() -> None:
-    """Ask readers whether display aging changes how they read: plan a study, run it, analyse it.
+    """Ask readers whether display aging changes how they read: plan a study, run the study, analyse it.
 
     \b
     Example:

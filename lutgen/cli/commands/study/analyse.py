@@ -6,18 +6,17 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lutgen.cli.command import Command
 from lutgen.cli.outputs import check_json, check_new_file, check_pictures, print_page, write_json
 from lutgen.cli.picture_options import json_option
 from lutgen.cli.shared import progress_bar
+from lutgen.names import INTERVALS
 
 if TYPE_CHECKING:
     from lutgen.study.analysis import Analysis
 
-#: As in the library, repeated because help must not import numpy; a test holds them together.
-INTERVALS = ("normal", "t")
 
-
-@click.command()
+@click.command(cls=Command)
 @click.argument("study", required=False, metavar="[STUDY]")
 @click.option("--answers", metavar="FILE", help="A table of answers instead (.csv), such as study simulate writes.")
 @click.option("--counts", metavar="FILE", help="Figures instead: a .csv of condition,agreed,disagreed.")
@@ -45,13 +44,13 @@ def command(
     plots: str | None,
     force: bool,
 ) -> None:
-    """Show what a reader study found: the paper's Tables 2 to 4, and beyond them.
+    """Show the results of a reader study: the paper's Tables 2 to 4, and more.
 
-    As in the paper: time to score and ease of reading with their t-tests, agreement with the reader's own un-aged
-    reading with Wilson's intervals, one-tailed t-tests on it. Beyond it, beside and never instead: Welch, rank, exact
-    and paired tests, Cohen's κ, mixed models over readers and images (with lutgen[study]), sizes of effects, Holm's
-    correction, and what a study of this design can and cannot show. STUDY is a folder of lutgen study plan; --counts
-    and --summary take what a paper prints, alone or together. Ends with 0 whatever is found.
+    As in the paper: time to score and ease of reading with their t-tests; agreement with the reader's own un-aged
+    reading, with Wilson's intervals and one-tailed t-tests. Beside these: Welch, rank, exact and paired tests, Cohen's
+    κ, mixed models over readers and images (with lutgen[study]), effect sizes, Holm's correction, and what a study of
+    this design can and cannot show. STUDY is a folder of lutgen study plan; --counts and --summary take the figures
+    that a paper prints, alone or together. Ends with 0 whatever the result is.
 
     \b
     Example:
@@ -64,20 +63,19 @@ def command(
     _check(csv_to, plots, force=force)
     with progress_bar("analysing", quiet=alone):
         found = _analysis(study, answers, counts, summary, ci)
-    if not alone:
-        from lutgen.report.study.analysis import study_page
-
-        print_page(study_page(found))
+    picture = None
     if csv_to:
         _write_tables(found, csv_to)
     if plots:
         from lutgen.report.study.analysis_plot import plot_study
 
         picture = plot_study(found, plots, force=force)
-        if not alone:
-            print_page([f"Picture: {picture}"])
     if json_to:
         write_json(found.as_json(), json_to)
+    if not alone:
+        from lutgen.report.study.analysis import study_page
+
+        print_page([*study_page(found), *([f"Picture: {picture}"] if picture else [])])
 
 
 def _check(csv_to: str | None, plots: str | None, *, force: bool) -> None:

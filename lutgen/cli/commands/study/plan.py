@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen.cli.command import Command
 from lutgen.cli.outputs import check_json, print_page, write_json
 from lutgen.cli.picture_options import json_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
@@ -16,14 +17,16 @@ if TYPE_CHECKING:
     from lutgen.study.design import Design
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
 @click.option(
     "--conditions",
     metavar="LIST",
     help="Of session 1: none (un-aged) and modes at an hour [default: none,chroma@18000,chroma-luma@18000].",
 )
-@click.option("--per-condition", type=int, metavar="N", help="Images a reader reads under each [default: 40].")
+@click.option(
+    "--per-condition", type=int, metavar="N", help="Images that a reader reads under each condition [default: 40]."
+)
 @click.option("--readers", type=int, metavar="R", help="How many readers [default: 1].")
 @click.option("--sessions", type=int, metavar="S", help="Sessions of each; all after the first un-aged [default: 2].")
 @click.option(
@@ -32,12 +35,21 @@ if TYPE_CHECKING:
 @click.option(
     "--washout-days", type=float, default=24.0, show_default=True, metavar="DAYS", help="Least days between sessions."
 )
-@click.option("--practice", multiple=True, metavar="IMAGE", help="Shown first, un-aged and not analysed; repeatable.")
-@click.option("--negative", default="0,1+", show_default=True, metavar="LIST", help="Diagnoses of one side.")
-@click.option("--positive", default="2+,3+", show_default=True, metavar="LIST", help="Those of the other side.")
+@click.option(
+    "--practice",
+    multiple=True,
+    metavar="IMAGE",
+    help="Practice image, shown first, un-aged and not analysed; may be repeated.",
+)
+@click.option("--negative", default="0,1+", show_default=True, metavar="LIST", help="Diagnoses that count as negative.")
+@click.option(
+    "--positive", default="2+,3+", show_default=True, metavar="LIST", help="Diagnoses that count as positive."
+)
 @click.option("--ease", default="1..10", show_default=True, metavar="RANGE", help="Ease of reading, hard to easy.")
-@click.option("--seed", type=int, default=1, show_default=True, metavar="S", help="Of everything that is drawn.")
-@click.option("--title", default="Reader study", show_default=True, metavar="TEXT", help="For people.")
+@click.option(
+    "--seed", type=int, default=1, show_default=True, metavar="S", help="Seed of everything that is drawn at random."
+)
+@click.option("--title", default="Reader study", show_default=True, metavar="TEXT", help="Title that people see.")
 @json_option
 @click.option("--force", is_flag=True, help="Replace a study that has no answers yet, and files that exist.")
 @click.option("-o", "--output", required=True, metavar="STUDY", help="The folder to make.")
@@ -62,15 +74,16 @@ def command(
     output: str,
     **options: Any,
 ) -> None:
-    """Plan a reader study: draw the design, freeze it with hashes, render what readers will see.
+    """Plan a reader study: draw the design, freeze it with hashes, render the images that readers will see.
 
-    IMAGE: PNG, TIFF or JPEG of 8 or 16 bits, or a folder of them. Each reader reads as many under each condition, in a
-    random order that spreads conditions evenly over the session, and later the same images un-aged; with several
-    readers conditions move on, so that every image is read under every one. Images go through certified LUTs and are
-    named by a keyed hash: STUDY tells nobody which is which but by its protocol.json, which is the coordinator's.
+    IMAGE: PNG, TIFF or JPEG of 8 or 16 bits, or a folder of them. Each reader reads the same number of images under
+    each condition, in a random order that spreads the conditions evenly over the session, and later the same images
+    un-aged. With several readers the conditions rotate, so that every image is read under every condition. Images go
+    through certified LUTs and are named by a keyed hash: only STUDY/protocol.json, which belongs to the coordinator,
+    tells which image is which.
 
-    The table of --design calls images by their file names without suffix. Rows without reader are for all; without
-    position the order is drawn.
+    The table of --design names images by their file names without suffix. A row without reader is for all readers;
+    without position the order is drawn at random.
 
     \b
     Example:
@@ -98,10 +111,10 @@ def command(
             force=force,
             progress=progress,
         )
-    if not alone:
-        print_page(plan_page(planned))
     if json_to:
         write_json(planned.as_json(), json_to)
+    if not alone:
+        print_page(plan_page(planned))
 
 
 def _design(

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import click
 
+from lutgen.cli.command import Command
 from lutgen.cli.outputs import check_json, check_pictures, print_page, write_json
 from lutgen.cli.picture_options import json_option
 
 
-@click.command()
+@click.command(cls=Command)
 @click.option(
     "--per-condition", type=int, default=40, show_default=True, metavar="N", help="Images per condition and reader."
 )
@@ -36,11 +37,8 @@ def command(*, per_condition: int, readers: int, json_to: str | None, plots: str
 
         check_pictures(plots, [PICTURE], force=force)
     found = study_power(per_condition, readers)
-    if not alone:
-        print_page(power_page(found))
-    if plots:
-        picture = plot_power(found, plots, force=force)
-        if not alone:
-            print_page([f"Picture: {picture}"])
+    picture = plot_power(found, plots, force=force) if plots else None
     if json_to:
         write_json(found.as_json(), json_to)
+    if not alone:
+        print_page([*power_page(found), *([f"Picture: {picture}"] if picture else [])])

@@ -6,10 +6,12 @@ from pathlib import Path
 
 import click
 
+from lutgen.cli.command import Command
 from lutgen.cli.shared import progress_bar
+from lutgen.cli.words import say
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("study", metavar="STUDY")
 @click.option("--reader", required=True, metavar="NAME", help="Who reads; a new name takes the next free place.")
 @click.option("--session", type=int, required=True, metavar="N", help="Which session, from 1.")
@@ -17,16 +19,18 @@ from lutgen.cli.shared import progress_bar
 @click.option("--port", type=int, default=0, metavar="PORT", help="Port on this computer [default: any free one].")
 @click.option("--no-browser", is_flag=True, help="Print the address only.")
 def command(*, study: str, reader: str, session: int, override: str | None, port: int, no_browser: bool) -> None:
-    """Read a session in the browser: one image at a time, pixel for pixel on neutral grey, names hidden.
+    """Read a session in the browser: one image at a time, pixel by pixel on neutral grey, names hidden.
 
-    Serves a page on this computer alone (127.0.0.1) until the session is complete or Ctrl-C. Practice comes first. For
-    each image the page records the diagnosis, the ease of reading, and the time from the image's first paint to the
-    diagnosis; an answer is on disk (STUDY/answers, one file a reader) before the next image is shown. The same command
-    goes on where a session stopped; an image that was shown without an answer comes again. A session begins when the
-    one before is complete and the washout is over, unless --override gives a reason, which is recorded.
+    Serves a page on this computer alone (127.0.0.1) until the session is complete or Ctrl-C. Practice images come
+    first. For each image the page records the diagnosis, the ease of reading, and the time from the first paint of the
+    image to the diagnosis. An answer is on disk (STUDY/answers, one file for each reader) before the page shows the
+    next image. The same command continues a session that was stopped; an image that was shown without an answer is
+    shown again. A session begins when the session before is complete and the washout is over; --override begins
+    earlier, and the reason is recorded.
 
-    The page warns of zoom, of a window smaller than the images, of a screen wider than sRGB or in HDR, and of a browser
-    that alters pixels. The screen's colour profile no page can see, and a clock that was set forward no program.
+    The page warns about zoom, a window smaller than the images, a screen wider than sRGB or in HDR, and a browser that
+    alters pixels. A page cannot see the colour profile of the screen, and no program can see that a clock was set
+    forward.
 
     \b
     Example:
@@ -40,19 +44,19 @@ def command(*, study: str, reader: str, session: int, override: str | None, port
     from lutgen.study.server import serve
 
     def opened(address: str) -> None:
-        # A name that was mistyped shows here: it has taken another place, and has all images left.
-        click.echo(f"{now.reader}, place {now.place} of {now.protocol.readers}: {now.left} images left.")
-        click.echo(f"Ctrl-C stops; the same command goes on. Read at {address}")
+        # Print the place and the images left: a reader whose name was mistyped has another place and all images left.
+        say(f"{now.reader}, place {now.place} of {now.protocol.readers}: {now.left} images left.")
+        say(f"Ctrl-C stops; the same command goes on. Read at {address}")
         if not no_browser:
             webbrowser.open(address)
 
-    # A stop by the system is one by Ctrl-C; so is an interrupt where a shell's background job would not hear it.
+    # Treat SIGTERM as Ctrl-C. A shell starts background jobs with SIGINT ignored: handle it again.
     for each in (signal.SIGTERM, signal.SIGINT):
         signal.signal(each, signal.default_int_handler)
     with progress_bar("checking the images") as progress:
         begun = begin_reading(Path(study), reader=reader, session=session, override=override, progress=progress)
         with begun as now:
             with suppress(KeyboardInterrupt):
-                serve(now, opened=opened, say=lambda text: click.echo(f"lutgen: {text}", err=True), port=port)
+                serve(now, opened=opened, say=lambda text: say(f"lutgen: {text}", err=True), port=port)
             done = f"Session {session} of {now.reader}: {now.read} of {len(now.images)} images are read and saved"
-            click.echo(f"{done}, {now.left} left." if now.left else f"{done}. {now.following()}".rstrip())
+            say(f"{done}, {now.left} left." if now.left else f"{done}. {now.following()}".rstrip())

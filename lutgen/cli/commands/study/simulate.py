@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lutgen.cli.command import Command
 from lutgen.cli.outputs import check_new_file
 from lutgen.cli.shared import progress_bar
+from lutgen.cli.words import say
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
@@ -17,9 +19,9 @@ if TYPE_CHECKING:
     from lutgen.study.protocol import Protocol
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("study", metavar="STUDY")
-@click.option("--seed", type=click.IntRange(min=0), required=True, help="Of the simulated readers.")
+@click.option("--seed", type=click.IntRange(min=0), required=True, help="Seed of the simulated readers.")
 @click.option(
     "--difference",
     "given",
@@ -60,7 +62,7 @@ def command(*, study: str, seed: int, given: tuple[str, ...], output: str, force
     how = f"ΔE at nuclei given: {', '.join(given)}" if given else "ΔE at nuclei measured"
     remark = f"SIMULATED answers, nobody read anything: lutgen study simulate, seed {seed}; {how}"
     write_atomically(path, answer_table(answers, remark=remark).encode())
-    click.echo(f"{path}: {len(answers)} SIMULATED answers. Analyse them: lutgen study analyse --answers {path}")
+    say(f"{path}: {len(answers)} SIMULATED answers. Analyse them: lutgen study analyse --answers {path}")
 
 
 def _differences(

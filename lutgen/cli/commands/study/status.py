@@ -6,18 +6,19 @@ from pathlib import Path
 
 import click
 
+from lutgen.cli.command import Command
 from lutgen.cli.outputs import check_json, print_page, write_json
 from lutgen.cli.picture_options import json_option
 
 
-@click.command()
+@click.command(cls=Command)
 @click.argument("study", metavar="STUDY")
 @json_option
 @click.option("--force", is_flag=True, help="Replace a file that exists.")
 def command(*, study: str, json_to: str | None, force: bool) -> None:
-    """Show who has read what in a study, and when the next session may begin; no answer is shown.
+    """Show who has read what in a study, and when the next session may begin; answers stay hidden.
 
-    Every file of answers is verified; one that was altered by hand is named, with the row. Times are UTC.
+    lutgen verifies every file of answers; a file that was altered by hand is named, with the row. Times are UTC.
 
     \b
     Example:
@@ -29,7 +30,7 @@ def command(*, study: str, json_to: str | None, force: bool) -> None:
 
     alone = check_json(json_to, force=force)
     status = study_status(Path(study))
-    if not alone:
-        print_page(study_status_page(status))
     if json_to:
         write_json(status.as_json(), json_to)
+    if not alone:
+        print_page(study_status_page(status))

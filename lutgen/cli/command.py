@@ -1,0 +1,171 @@
+"""``Command`` and ``CommandFolder``: a command says its section of the help; a group finds its commands in a folder.
+
+A module of the folder holds one command, named ``command``; a package of the folder holds a group of them. The help of
+the group lists the commands by section, and the help of a command lists rarely needed options under "Advanced".
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from importlib import import_module
+from pkgutil import iter_modules
+from shutil import get_terminal_size
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+#: More letters than any first sentence has: click shortens a longer one with "...".
+LONGEST = 1000
+
+#: Help is not wider than this, on however wide a terminal.
+WIDEST = 100
+
+#: Help is not narrower than this: the name of an option and two short words.
+NARROWEST = 20
+
+
+class Section(Enum):
+    """Heading of a group of commands in ``lutgen --help``; the order here is the order there."""
+
+    SIMULATE = "Simulate"
+    CRITICISM = "Find what the model misses"
+    REAL_DISPLAYS = "Real displays"
+    PICTURES = "Pictures"
+    READER_STUDY = "Reader study"
+    OTHERS_FILES = "Other people's files"
+    COMMANDS = "Commands"
+
+
+class Advanced(click.Option):
+    """An option that few users need: the help lists it last, under "Advanced"."""
+
+
+#: click breaks lines at hyphens, so that --source-space becomes two words: hide hyphens from click as U+2011.
+_HIDDEN = str.maketrans("-", "\u2011")
+_SHOWN = str.maketrans("\u2011", "-")
+
+
+class Formatter(click.HelpFormatter):
+    """Help as wide as the terminal, however narrow the terminal is, wrapped at spaces alone.
+
+    click itself stops at 52 columns and wraps at hyphens too.
+    """
+
+    def __init__(self, **kwargs: Any) -> None:
+        """Ignore click's width and take the terminal's."""
+        width = max(min(get_terminal_size().columns, WIDEST) - 2, NARROWEST)
+        super().__init__(**{**kwargs, "width": width})
+
+    def write(self, string: str) -> None:
+        """Write a piece of finished help."""
+        super().write(string.translate(_SHOWN))
+
+    def write_usage(self, prog: str, args: str = "", prefix: str | None = None) -> None:
+        """Write the line of usage."""
+        super().write_usage(prog, args.translate(_HIDDEN), prefix)
+
+    def write_text(self, text: str) -> None:
+        """Write paragraphs."""
+        super().write_text(text.translate(_HIDDEN))
+
+    def write_dl(self, rows: Iterable[tuple[str, str]], col_max: int = 30, col_spacing: int = 2) -> None:
+        """Write names and explanations; names take at most a third of the width."""
+        hidden = [(name.translate(_HIDDEN), text.translate(_HIDDEN)) for name, text in rows]
+        super().write_dl(hidden, min(col_max, self.width // 3), col_spacing)
+
+
+click.Context.formatter_class = Formatter
+
+
+class Command(click.Command):
+    """A command that says where the help of its group lists it.
+
+    Parameters
+    ----------
+    section
+        Heading under which the group lists the command.
+    place
+        Place under that heading, from 1.
+
+    """
+
+    def __init__(self, *args: Any, section: Section = Section.COMMANDS, place: int = 0, **kwargs: Any) -> None:
+        """Keep the section and the place; the rest is click's."""
+        super().__init__(*args, **kwargs)
+        self.section = section
+        self.place = place
+
+    @property
+    def examples(self) -> list[str]:
+        """Lines of the examples at the end of the help."""
+        _, _, after = (self.help or "").partition("Example:")
+        return [line.strip() for line in after.splitlines() if line.strip().startswith("lutgen ")]
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the options, and below them those that few users need."""
+        records: dict[str, list[tuple[str, str]]] = {"Options": [], "Advanced": []}
+        for option in self.get_params(ctx):
+            record = option.get_help_record(ctx)
+            if record:
+                records["Advanced" if isinstance(option, Advanced) else "Options"].append(record)
+        for heading, rows in records.items():
+            if rows:
+                with formatter.section(heading):
+                    formatter.write_dl(rows)
+
+
+class CommandFolder(Command, click.Group):
+    """A group whose commands are the modules and packages of a folder; each of them has ``command``."""
+
+    def __init__(self, *args: Any, folder: str, **kwargs: Any) -> None:
+        """Take the commands in ``folder``, a package's dotted name; the rest is click's."""
+        super().__init__(*args, **kwargs)
+        self._folder = folder
+
+    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - click's interface
+        """Name the modules of the folder."""
+        return sorted(module.name for module in iter_modules(import_module(self._folder).__path__))
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> Command | None:
+        """Import one command."""
+        if cmd_name not in self.list_commands(ctx):
+            return None
+        command: Command = import_module(f"{self._folder}.{cmd_name}").command
+        return command
+
+    def sections(self, ctx: click.Context) -> dict[Section, list[str]]:
+        """Name the commands of each section, in the order of the help."""
+        commands = [(name, command) for name in self.list_commands(ctx) if (command := self.get_command(ctx, name))]
+        ordered = sorted(commands, key=lambda pair: (pair[1].place, pair[0]))
+        names = {section: [name for name, command in ordered if command.section is section] for section in Section}
+        return {section: of for section, of in names.items() if of}
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the options and, by section, the commands."""
+        super().format_options(ctx, formatter)
+        self.format_commands(ctx, formatter)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands of each section, each with its whole first sentence: click would shorten it."""
+        for section, names in self.sections(ctx).items():
+            commands = [(name, self.get_command(ctx, name)) for name in names]
+            with formatter.section(section.value):
+                formatter.write_dl([(name, each.get_short_help_str(LONGEST)) for name, each in commands if each])
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """For an unknown command, name the most similar one, or all."""
+        try:
+            return super().resolve_command(ctx, args)
+        except click.UsageError:
+            from difflib import get_close_matches
+
+            names = [name for of in self.sections(ctx).values() for name in of]
+            near = get_close_matches(args[0].lower(), names, 1)
+            advice = f"Did you mean {near[0]}?" if near else f"Pick one of: {', '.join(names)}."
+            message = f"No such command {args[0]!r}. {advice}"
+            raise click.UsageError(message, ctx) from None

@@ -1,0 +1,81 @@
+"""Names that users type, each with its meaning where a name does not say it.
+
+This module imports nothing, so that the command line lists the names in its help without importing numpy. The packages
+that define what a name does take the names from here.
+"""
+
+from __future__ import annotations
+
+#: Aging mode → meaning.
+MODES = {
+    "stable": "luminance and chrominance held: the un-aged display at every hour",
+    "chroma": "white's luminance held by a sensor, chrominance ages",
+    "chroma-luma": "luminance and chrominance age",
+}
+
+#: The modes that age: the rows of the paper's Table 1.
+AGING_MODES = ("chroma", "chroma-luma")
+
+#: Rule that selects the matrix of a colour → meaning.
+SELECTIONS = {
+    "nearest": "the paper: T of the colour point nearest in linear light, ties averaged; jumps at the border to white",
+    "continuous": "T' of the smallest channel: no jumps, and all four colour points are met",
+}
+
+#: ``relative``: the measured change since hour 0, put on the standard sRGB colour points.
+#: ``absolute``: the measured colour points themselves, scaled so that white at hour 0 has Y = 1.
+REFERENCES = ("relative", "absolute")
+
+#: Model of the fresh display → what the model knows of the display.
+BASELINES = {
+    "tips": "white and primaries as measured at each hour",
+    "fresh": "white and primaries of hour 0 alone: the effects do the aging",
+    "native": "white and primaries as measured at each hour, transfer curves and black as in the first session",
+}
+
+#: Baselines that age without effects.
+AGING_BASELINES = ("tips", "native")
+
+#: Direction of a build → meaning.
+DIRECTIONS = {
+    "simulate": "what the aged display shows, for an un-aged viewer",
+    "compensate": "what to send the aged display, for it to show what it showed when it was new",
+}
+
+#: Treatment of colours that the aged display cannot show any more → meaning.
+UNREACHABLE = {
+    "clip": "each channel of the drive is clipped: what can be reached stays exact",
+    "scale": "everything is dimmed by one factor, with which no colour needs more than full drive",
+}
+
+#: What the numbers of an image are: code values or linear light; ``auto`` asks the file and its format.
+SOURCES = AUTO, SIGNAL, LINEAR = ("auto", "signal", "linear")
+
+#: Stain of tissue → its name and the matrix of scikit-image that separates it, haematoxylin first.
+STAINS = {"he": ("H&E", "hed_from_rgb"), "hdab": ("haematoxylin and DAB", "hdx_from_rgb")}
+
+#: Suffix of a map in numbers → OpenImageIO's name of the format.
+MAP_SUFFIXES = {".exr": "openexr", ".tif": "tiff", ".tiff": "tiff"}
+
+#: Suffixes of an animation.
+ANIMATION_SUFFIXES = (".png", ".apng", ".mp4")
+
+#: Figure of the paper → what it shows.
+FIGURES = {
+    "2": "the un-aged picture, and around it chroma and chroma-luma at 10 000 and 18 000 h",
+    "3": "the same of another picture",
+    "4": "the same of a third",
+    "5": "ΔE2000 against hours, mean ± 2 SD over all pixels",
+    "6": "ΔE2000 maps, chroma at 8100 h above chroma-luma at 4100 h, scale 1 to 8",
+}
+
+#: Published sets of limits that a display must keep.
+LIMIT_SETS = TG18_PRIMARY, TG18_SECONDARY, ACR_DIAGNOSTIC, DRIFT = (
+    "tg18-primary",
+    "tg18-secondary",
+    "acr-diagnostic",
+    "drift",
+)
+
+#: Interval of a mean → its formula.
+INTERVALS = {"normal": "mean ± 1.96 SD/√n, as the paper's Table 2 must be read", "t": "mean ± t SD/√n"}

@@ -1,0 +1,247 @@
+"""What all commands share: the help and its sections, usage errors, interrupts, closed pipes, words on a terminal."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import pty
+import signal
+import struct
+import subprocess
+import sys
+import termios
+import time
+from typing import TYPE_CHECKING
+
+import pytest
+from click import Context
+
+from lutgen.cli import group, outputs
+from lutgen.cli.command import Command, Section
+from lutgen.cli.words import wrapped
+from tests.command import in_process
+from tests.examples_folder import COMMANDS, ROOT, make_folder
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+PROGRAM = [sys.executable, "-m", "lutgen"]
+DISPLAY_A = ROOT / "examples/display-a.csv"
+
+SECTIONS = {
+    "Simulate": "build check apply show",
+    "Find what the model misses": "compare diagnose refine plan effects",
+    "Real displays": "inspect sessions trend",
+    "Pictures": "lifetime cohort nuclei map sheet animate figure table report",
+    "Reader study": "study",
+    "Other people's files": "lint merge",
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_folder(tmp_path_factory.mktemp("examples"))
+
+
+def test_help_lists_the_commands_by_section() -> None:
+    sections = {section.value: " ".join(names) for section, names in group.sections(Context(group)).items()}
+    assert sections == SECTIONS
+    text = group.get_help(Context(group))
+    headings = [line.removesuffix(":") for line in text.splitlines() if line.endswith(":") and line[0] != " "]
+    assert headings == ["Options", *SECTIONS]
+
+
+def test_every_command_of_the_top_level_names_its_section() -> None:
+    for name in group.list_commands(Context(group)):
+        command = group.get_command(Context(group), name)
+        assert isinstance(command, Command)
+        assert command.section is not Section.COMMANDS, name
+
+
+def test_builds_help_says_first_what_most_users_need() -> None:
+    first, _, rest = COMMANDS["build"].get_help(Context(COMMANDS["build"])).partition("\nAdvanced:")
+    for option in ("--hours", "--mode", "--format", "--output", "--display", "--model"):
+        assert option in first.partition("Options:")[2]
+    for option in ("--cubesize", "--jobs", "--at", "--selection", "--reference", "--gpu"):
+        assert f"\n  {option} " in rest
+        assert f"\n  {option} " not in first
+
+
+@pytest.mark.parametrize("width", [24, 40, 61, 100])
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_wraps_at_words_at_any_width(name: str, width: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    command = COMMANDS[name]
+    texts = {}
+    for columns in (width, 1000):
+        monkeypatch.setenv("COLUMNS", str(columns))
+        texts[columns] = command.get_help(Context(command, info_name=name))
+    assert "".join(texts[width].split()) == "".join(texts[1000].split())
+    # A word that is longer than its column may be cut; no other word is.
+    short = {word for word in texts[1000].split() if len(word) <= width // 3}
+    assert short <= set(texts[width].split())
+    # What stands behind \b (examples, small tables) keeps its lines; the rest is not wider than the terminal.
+    kept = {line.strip() for line in (command.help or "").splitlines()}
+    wide = [line for line in texts[width].splitlines() if len(line) > width and line.strip() not in kept]
+    assert all(line.startswith(("  -", "Usage:")) or len(line.split()) == 1 for line in wide), wide
+
+
+@pytest.mark.parametrize(
+    ("typed", "meant"), [("diagnos", "diagnose"), ("Build", "build"), ("lifetimes", "lifetime"), ("insepct", "inspect")]
+)
+def test_an_unknown_command_is_answered_with_the_most_similar_one(
+    typed: str, meant: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    done = in_process(monkeypatch, capsys)(typed)
+    assert done.code == 2
+    assert done.err.splitlines()[-1] == f"Error: No such command '{typed}'. Did you mean {meant}?"
+
+
+def test_a_command_that_is_like_none_is_answered_with_all(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    done = in_process(monkeypatch, capsys)("xyzzy")
+    assert "Pick one of: build, check, apply, show, compare" in done.err
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_usage_error_shows_an_example_of_that_command(
+    name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    done = in_process(monkeypatch, capsys)(*name.split(), "--no-such-option")
+    assert done.code == 2
+    assert f"\nExample: lutgen {name}" in done.err
+    assert done.err.splitlines()[-1].startswith("Error: No such option '--no-such-option'.")
+    assert not done.out
+
+
+@pytest.mark.parametrize("words", [(), ("study",), ("sessions",)])
+def test_a_group_alone_prints_its_help(
+    words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    alone, asked = in_process(monkeypatch, capsys)(*words), in_process(monkeypatch, capsys)(*words, "--help")
+    assert (alone.out + alone.err).strip() == asked.out.strip()
+    assert asked.code == 0
+
+
+def test_a_sentence_wraps_at_words_and_keeps_its_indent() -> None:
+    text = "  The noise of a reading is that of the replicates of the table."
+    assert wrapped(text, 30) == "  The noise of a reading is\n  that of the replicates of\n  the table."
+    assert wrapped("x" * 50, 30) == "x" * 50
+    command = "  lutgen refine examples/display-a.csv --add black-level"
+    assert wrapped(command, 30) == command
+
+
+@pytest.mark.parametrize("width", [33, 60])
+def test_a_terminal_gets_sentences_that_wrap_at_words(width: int) -> None:
+    command = ["apply", "absent.png", "--mode", "chroma", "--hours", "5", "--lut", "some.cube", "-o", "out.png"]
+    piped = subprocess.run([*PROGRAM, *command], capture_output=True, text=True, check=False, timeout=60)
+    lines = on_terminal(width, *command)
+    assert " ".join(lines).split() == piped.stderr.split()
+    assert len(lines) > 1
+    assert all(len(line) <= width for line in lines)
+
+
+def on_terminal(width: int, *arguments: str) -> list[str]:
+    """Run a command on a terminal of this width; return the lines that it shows."""
+    ours, theirs = pty.openpty()
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, width, 0, 0))
+    environment = {name: value for name, value in os.environ.items() if name != "COLUMNS"}
+    process = subprocess.Popen([*PROGRAM, *arguments], stdout=theirs, stderr=theirs, env=environment)
+    os.close(theirs)
+    shown = b"".join(until_closed(ours))
+    process.wait(timeout=60)
+    return shown.decode().splitlines()
+
+
+def until_closed(terminal: int) -> Iterator[bytes]:
+    """Read a terminal until the last program has closed its end."""
+    while True:
+        try:
+            part = os.read(terminal, 4096)
+        except OSError:  # how Linux says that nobody holds the other end
+            return
+        yield part
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "build --hours 0..18000 --jobs 2 --force -o OUT/built",
+        "build --hours 0..18000 --jobs 1 --force -o OUT/built",
+        "diagnose examples/display-a.csv",
+        "cohort slides -o OUT/run",
+    ],
+)
+def test_an_interrupt_ends_with_130_and_without_a_traceback(command: str, folder: Path, tmp_path: Path) -> None:
+    # All that the shell started is interrupted, as by Ctrl-C: the workers too.
+    started = subprocess.Popen(
+        [*PROGRAM, *command.replace("OUT", str(tmp_path)).split()],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    time.sleep(1.5)
+    assert started.poll() is None, "the command was over before it was interrupted"
+    os.killpg(started.pid, signal.SIGINT)
+    out, err = started.communicate(timeout=60)
+    assert started.returncode == 130
+    assert "Traceback" not in err
+    assert "Error" not in err
+    assert not out
+
+
+#: Commands with the files that are asked for.
+ASKED = {
+    "nuclei slide.png --hours 0,10000 --csv OUT/n.csv --json OUT/n.json": {"n.csv", "n.json"},
+    "lifetime slide.png --hours 0,10000 --csv OUT/l.csv --json OUT/l.json": {"l.csv", "l.json"},
+    "compare examples/display-a.csv --json OUT/c.json": {"c.json"},
+    "table 1 slide.png --csv OUT/t.csv --json OUT/t.json": {"t.csv", "t.json"},
+    "inspect examples/session.ti3 --json OUT/i.json": {"i.json"},
+    "trend examples/campaign/campaign.toml --json OUT/t.json": {"t.json"},
+    "sessions explain examples/campaign/campaign.toml --json OUT/e.json": {"e.json"},
+    "plan examples/display-a.csv --effect edge-falloff -o OUT/p.csv --json OUT/p.json": {"p.csv", "p.json"},
+    "map slide.png --mode chroma --hours 10000 -o OUT/m.png --json OUT/m.json": {"m.png", "m.json"},
+    "study power --per-condition 40 --json OUT/s.json": {"s.json"},
+    "apply slide.png --mode chroma --hours 10000 -o OUT/a.png": {"a.png"},
+    "lint theirs.cube --json OUT/l.json": {"l.json"},
+}
+
+
+@pytest.mark.parametrize("command", ASKED)
+def test_a_closed_pipe_changes_nothing_but_the_words(command: str, folder: Path, tmp_path: Path) -> None:
+    ours, theirs = os.pipe()
+    os.close(ours)
+    arguments = command.replace("OUT", str(tmp_path)).split()
+    done = subprocess.run(
+        [*PROGRAM, *arguments], cwd=folder, stdout=theirs, stderr=subprocess.PIPE, text=True, check=False, timeout=120
+    )
+    os.close(theirs)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert {path.name for path in tmp_path.iterdir()} == ASKED[command]
+    assert all(path.stat().st_size for path in tmp_path.iterdir())
+
+
+def test_files_are_written_before_words(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def page() -> Iterator[str]:
+        yield " ".join(sorted(path.name for path in tmp_path.iterdir()))
+
+    def plot(place: str) -> list[Path]:
+        (tmp_path / "p.png").write_text(place)
+        return [tmp_path / "p.png"]
+
+    asked = outputs.Outputs(str(tmp_path / "j.json"), str(tmp_path / "c.csv"), str(tmp_path))
+    asked.write(page(), dict, as_csv=lambda: "a", plot=plot)
+    assert capsys.readouterr().out.splitlines()[0] == "c.csv j.json p.png"
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="/dev/full is Linux's")  # noqa: PTH110
+def test_a_full_disk_under_standard_output_is_one_sentence() -> None:
+    with open("/dev/full", "w") as full:  # noqa: PTH123
+        done = subprocess.run(
+            [*PROGRAM, "show"], stdout=full, stderr=subprocess.PIPE, text=True, check=False, timeout=60
+        )
+    assert done.returncode == 2
+    assert done.stderr == "lutgen: error: no space left on device.\n"

@@ -1,0 +1,81 @@
+"""Names that users type: one list each, in a module that imports nothing."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+
+import pytest
+from click import Choice
+
+import lutgen
+from lutgen import names
+from lutgen.bake.formats import format_named, format_names, lut_suffixes
+from tests.examples_folder import COMMANDS
+
+pytestmark = pytest.mark.texts
+
+PACKAGE = Path(lutgen.__file__).parent
+MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path.name != "names.py")
+
+#: Every list of the module by its name, as the names alone.
+LISTS = {
+    name: tuple(value)
+    for name, value in vars(names).items()
+    if name.isupper() and isinstance(value, Iterable) and not isinstance(value, str)
+}
+
+
+def literals(source: str) -> list[tuple[str, ...]]:
+    """Tuples, lists and sets that are made of texts alone."""
+    found = []
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Tuple | ast.List | ast.Set):
+            texts = [part.value for part in node.elts if isinstance(part, ast.Constant) and isinstance(part.value, str)]
+            if texts and len(texts) == len(node.elts):
+                found.append(tuple(texts))
+    return found
+
+
+@cache
+def literals_of_the_package() -> list[tuple[str, set[str]]]:
+    """Every such literal with the module that holds it."""
+    return [
+        (path.relative_to(PACKAGE).as_posix(), set(found))
+        for path in MODULES
+        for found in literals(path.read_text(encoding="utf-8"))
+    ]
+
+
+def test_the_module_imports_nothing() -> None:
+    tree = ast.parse((PACKAGE / "names.py").read_text(encoding="utf-8"))
+    imported = [node for node in ast.walk(tree) if isinstance(node, ast.Import | ast.ImportFrom)]
+    assert [ast.unparse(node) for node in imported] == ["from __future__ import annotations"]
+
+
+def test_there_are_lists() -> None:
+    assert LISTS["MODES"] == ("stable", "chroma", "chroma-luma")
+    assert literals("a = {'x', 'y'}; b = ('x', y)") == [("x", "y")]
+
+
+@pytest.mark.parametrize("name", [name for name, of in LISTS.items() if len(of) > 1])
+def test_no_other_module_repeats_the_list(name: str) -> None:
+    assert not [module for module, found in literals_of_the_package() if found == set(LISTS[name])]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_an_option_offers_the_names_of_a_list(command: str) -> None:
+    offered = {*LISTS.values(), ("auto", *LISTS["STAINS"]), ("1",)}
+    for option in COMMANDS[command].params:
+        if isinstance(option.type, Choice):
+            assert tuple(option.type.choices) in offered, option.name
+
+
+def test_apply_names_the_suffixes_of_the_luts_that_opencolorio_reads() -> None:
+    assert set(lut_suffixes()) == {
+        format_named(name).suffix for name in format_names() if format_named(name).reader is None
+    }
+    (lut,) = (option for option in COMMANDS["apply"].params if option.name == "lut")
+    assert all(suffix in str(getattr(lut, "help", "")) for suffix in lut_suffixes())
