@@ -18,7 +18,7 @@ pytestmark = pytest.mark.numbers
 EFFECTS = tuple(catalogue().values())
 NAMES = tuple(catalogue())
 
-#: The catalogue of effects.md, table by table.
+#: The catalogue: what shows beside measured white and primaries, and what only from hour 0 on.
 BESIDE_THE_TIPS = """
     black-level eotf-drift channel-gamma drive-loss crosstalk loading primary-shift quantization recalibration
     edge-falloff ambient-reflection veiling-glare warm-up temperature meter-offset matrix-switching
