@@ -25,12 +25,16 @@ from itertools import zip_longest
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from docs.generate.markup import MADE
 from tests.examples_folder import ROOT, make_folder, run_lutgen
 
 DOCS, PICTURES = ROOT / "docs", ROOT / "docs" / "images"
 
 #: Pages whose commands are run: all but those that are made from the code.
-PAGES = (ROOT / "README.md", *sorted(path for path in DOCS.rglob("*.md") if path.parent.parent.name != "reference"))
+PAGES = (
+    ROOT / "README.md",
+    *sorted(path for path in DOCS.rglob("*.md") if MADE not in path.read_text(encoding="utf-8")),
+)
 
 #: What stands for lines that are left out.
 LEFT_OUT = "…"

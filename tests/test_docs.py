@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.texts
 
-ALL = [*PAGES, *sorted(DOCS.glob("reference/**/*.md")), *(ROOT / f"{name}.md" for name in ("CONTRIBUTING", "SECURITY"))]
+ALL = sorted({*PAGES, *DOCS.rglob("*.md"), ROOT / "CONTRIBUTING.md", ROOT / "SECURITY.md"})
 TEXTS = {page: page.read_text(encoding="utf-8") for page in ALL}
 
 #: Bytes that a picture or a table may take in the repository.

@@ -19,7 +19,7 @@ def pages() -> dict[str, str]:
 
 def generated() -> set[str]:
     """Paths below docs/reference of the generated pages that are there."""
-    found = (path for path in REFERENCE.rglob("*.md") if path.read_text(encoding="utf-8").startswith(MADE))
+    found = (path for path in REFERENCE.rglob("*.md") if path.read_text(encoding="utf-8").endswith(f"{MADE}\n"))
     return {path.relative_to(REFERENCE).as_posix() for path in found}
 
 

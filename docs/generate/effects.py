@@ -48,24 +48,24 @@ def _index() -> str:
 
 
 def _needs(effect: Effect) -> str:
-    return ", ".join(f"`{name}`" for name in effect.needs) or "–"
+    return ", ".join(f"`{name}`" for name in effect.needs) or "none"
 
 
 def _page(effect: Effect) -> str:
     head, *points = _POINTS.split(effect.text.strip())
     summary, _, rest = head.partition("\n\n")
     facts = [
-        ("stage", f"`{effect.stage}`: {STAGES[effect.stage]}"),
-        ("seen with", f"`--baseline {effect.baseline}`"),
-        ("columns it needs", _needs(effect)),
-        ("source", inline(effect.source) or "none given"),
+        f"Stage `{effect.stage}`: {STAGES[effect.stage]}.",
+        f"Seen with `--baseline {effect.baseline}`.",
+        f"Columns of readings that it needs: {_needs(effect)}.",
+        f"Source in short: {inline(effect.source) or 'none given'}.",
     ]
     parts = [
         inline(summary),
         inline(rest),
         "\n".join(f"- {inline(' '.join(point.split()))}" for point in points),
         f"![What {effect.name} does at its typical size]({effect.name}.png)",
-        table(("", ""), facts),
+        "\n".join(f"- {fact}" for fact in facts),
         _parameters(effect),
         _confused(effect),
         f"Drawn by `lutgen effects {effect.name} --plot {effect.name}.png`.",

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-#: First line of every generated page, as a comment that no reader sees.
+#: Last line of every generated page, as a comment that no reader sees: a site takes the title from the first line.
 MADE = "<!-- Made by `make reference` from the code; do not edit. -->"
 
 _ROLE = re.compile(r":\w+:`~?(?:[\w.]+\.)?(\w+)`")
@@ -20,7 +20,7 @@ _DOI = re.compile(r"(?<![\w/\[])doi:(10\.\d{4,}/[\w./()-]*[\w])")
 def page(title: str, *parts: str) -> str:
     """Put a generated page together."""
     body = "\n\n".join(part.strip("\n") for part in (f"# {title}", *parts) if part.strip())
-    return f"{MADE}\n\n{body}\n"
+    return f"{body}\n\n{MADE}\n"
 
 
 def inline(text: str) -> str:
