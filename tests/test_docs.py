@@ -15,7 +15,7 @@ from PIL import Image
 
 from docs.generate.markup import anchor
 from examples import make_displays
-from lutgen import LutgenError, read_measurements
+from lutgen import LutgenError, __version__, read_measurements
 from lutgen.bake.formats import format_names
 from lutgen.cli import shared
 from lutgen.display import MODES, REFERENCES, SELECTIONS
@@ -137,6 +137,18 @@ def test_the_default_configs_work_in_oiiotool_as_the_guide_says(tmp_path: Path) 
         command = [*recipe.split()[:-1], out]
         subprocess.run(command, cwd=tmp_path, env=environment, check=True, capture_output=True, timeout=60)
         assert (tmp_path / out).is_file()
+
+
+def test_the_public_workflow_runs_the_commands_of_readme() -> None:
+    (begin,) = re.findall(r"^```sh\n(.*?)^```$", TEXTS[ROOT / "README.md"], flags=re.DOTALL | re.MULTILINE)
+    workflow = (ROOT / ".github/workflows/ci.yml").read_text(encoding="utf-8")
+    commands = re.findall(r"^make \w+", begin, flags=re.MULTILINE)
+    assert commands == ["make demo", "make test"]
+    assert re.findall(r"- run: (make .*)", workflow) == commands
+
+
+def test_the_citation_names_this_version() -> None:
+    assert f"\nversion: {__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
 
 
 # The table of readings

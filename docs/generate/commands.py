@@ -13,7 +13,7 @@ WIDTH = 100
 
 def pages() -> dict[str, str]:
     """Path below docs/reference → text."""
-    found = dict(_commands(group, ""))
+    found = commands()
     names = table(
         ("command", "what it does"),
         [
@@ -31,15 +31,15 @@ def pages() -> dict[str, str]:
     return {"commands.md": page("Commands", intro, names, *sections)}
 
 
-def _commands(here: Group, before: str) -> list[tuple[str, Command]]:
-    """Every command by its words; a group's commands in its place."""
-    found: list[tuple[str, Command]] = []
+def commands(here: Group = group, before: str = "") -> dict[str, Command]:
+    """Every command by its words, such as "study plan"; a group's commands in its place."""
+    found: dict[str, Command] = {}
     for name in here.list_commands(Context(here)):
         command = here.get_command(Context(here), name)
         if isinstance(command, Group):
-            found += _commands(command, f"{before}{name} ")
+            found |= commands(command, f"{before}{name} ")
         elif command is not None:
-            found.append((f"{before}{name}", command))
+            found[f"{before}{name}"] = command
     return found
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import lutgen
+from docs.generate.commands import commands
 from docs.generate.markup import anchor, inline, page, table
 
 #: Objects within objects are shown in one table down to this depth; below it the schema itself says more.
@@ -16,10 +17,8 @@ DEPTH = 4
 def pages() -> dict[str, str]:
     """Path below docs/reference → text."""
     schemas = _schemas()
-    rows = [
-        (f"[`{name} --json`](#{anchor(name)})", inline(each.get("description", "")))
-        for name, (_, each) in schemas.items()
-    ]
+    helps = {name: each.get_short_help_str(limit=1000) for name, each in commands().items()}
+    rows = [(f"[`{name} --json`](#{anchor(name)})", _about(name, each, helps)) for name, (_, each) in schemas.items()]
     sections = [_section(name, file, schema) for name, (file, schema) in schemas.items()]
     intro = (
         "What commands write with `--json`, by their schemas (JSON Schema 2020-12), which the package holds and tests "
@@ -27,6 +26,12 @@ def pages() -> dict[str, str]:
         "raises `schema`. A dot is a key within an object, `[]` each item of a list, `*` any key."
     )
     return {"json.md": page("JSON", intro, table(("output of", "what it is"), rows), *sections)}
+
+
+def _about(name: str, schema: dict[str, Any], helps: dict[str, str]) -> str:
+    """What the output is: in the schema's words, else in those of its command."""
+    command = name.removeprefix("lutgen ").rstrip(" 0123456789")
+    return inline(schema.get("description") or helps[command])
 
 
 def _schemas() -> dict[str, tuple[str, dict[str, Any]]]:
