@@ -85,6 +85,16 @@ def steps(text: str) -> list[Step]:
     return [each for each in items(text) if isinstance(each, Step)]
 
 
+def plain(command: str) -> str:
+    """Return a command without its comment, in one spelling."""
+    return shlex.join(shlex.split(command, comments=True))
+
+
+def all_commands() -> list[str]:
+    """The commands of all pages, as :func:`plain` spells them."""
+    return [plain(step.command) for page in PAGES for step in steps(page.read_text(encoding="utf-8"))]
+
+
 def _parts(body: str) -> list[str]:
     return [part for part in re.split(r"^(?=\$ )", body, flags=re.MULTILINE) if part.startswith("$ ")]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import shlex
 import shutil
 import subprocess
 import sys
@@ -26,6 +25,7 @@ from tests.pages import (
     PAGES,
     File,
     Step,
+    all_commands,
     differences,
     items,
     pictures,
@@ -72,7 +72,7 @@ def test_a_page_says_what_its_commands_print_and_shows_what_they_draw(page: Path
 
 
 def test_a_command_stands_in_one_page_once() -> None:
-    commands = [shlex.join(shlex.split(step.command, comments=True)) for page in PAGES for step in steps(TEXTS[page])]
+    commands = all_commands()
     assert len(commands) > 50
     assert {command for command in commands if commands.count(command) > 1} == set()
 
