@@ -14,7 +14,7 @@ ALONE := OPENBLAS_NUM_THREADS=1
 # A process that has nothing left to do takes tests from another.
 PYTEST := $(PYTHON) -m pytest --numprocesses auto --dist worksteal
 
-.PHONY: help setup programs demo test test-all test-other lint bench consumers hidden sessions figures configs check-configs display table1 dist clean
+.PHONY: help setup programs demo test test-all test-other lint bench consumers hidden sessions reference docs figures configs check-configs display table1 dist clean
 
 help: ## say what can be made (this)
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -59,10 +59,17 @@ hidden: setup ## score the diagnosis on data with hidden effects: figures agains
 sessions: setup ## score the verdicts on simulated sessions: ARGS="--seed 1"
 	@$(ALONE) $(PYTHON) -m tests.virtual_sessions $(ARGS)
 
-figures: setup ## the walk-through's data, its outputs and its pictures anew
+reference: setup ## docs/reference anew: commands, Python API, effects, JSON
+	@$(ALONE) $(PYTHON) -m docs.generate
+
+docs: setup ## the documentation as a site, in build/docs; a warning is an error
+	@NO_MKDOCS_2_WARNING=1 $(PYTHON) -m mkdocs build --strict --quiet
+	@echo build/docs/index.html
+
+figures: setup ## the examples' data, and the outputs and pictures of README and docs anew: ARGS=docs/tutorial.md
 	@$(PYTHON) -m examples.make_displays
 	@$(PYTHON) -m examples.make_session
-	@$(ALONE) $(PYTHON) -m examples.walkthrough --write
+	@$(ALONE) $(PYTHON) -m tests.pages --write $(ARGS)
 
 configs: setup ## build configs/default anew
 	@.venv/bin/lutgen build --hours 0..18000 --mode all --selection continuous --format clf --force -o configs/default

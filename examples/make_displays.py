@@ -10,7 +10,7 @@ Display A is an LCD lit by white LEDs whose black leaks light: 0.06 % of white w
 end, in a form that lutgen's catalogue does not have (light of closed sub-pixels alone, violet, growing in an S-curve).
 Its mid-tones drift too: the exponent of its transfer curve changes by 0.15 in 18 000 h. Display B is a TN panel seen
 from above and below: its exponent changes by 0.15 from the middle of the screen to either edge, which lutgen's
-catalogue does not have. Sizes are assumptions: those of real displays where effects.md gives any.
+catalogue does not have. Sizes are assumptions, near those that the catalogue names as typical.
 """
 
 from __future__ import annotations

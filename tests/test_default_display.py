@@ -178,10 +178,10 @@ def test_other_pixels_and_a_missing_slide_are_refused(
 
 
 @pytest.mark.slow
-def test_the_readme_says_what_lifetime_finds(model: DisplayModel, tmp_path: Path) -> None:
+def test_the_docs_say_what_lifetime_finds(model: DisplayModel, tmp_path: Path) -> None:
     tables = [
         [cell.strip() for cell in row.strip("|").split("|")]
-        for row in (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+        for row in (ROOT / "docs/explanation/default-display.md").read_text(encoding="utf-8").splitlines()
         if row.startswith("|")
     ]
     said = {row[0]: row[1:] for row in tables}
@@ -202,7 +202,7 @@ def test_the_readme_says_what_lifetime_finds(model: DisplayModel, tmp_path: Path
 
 
 def numbers(cell: str) -> list[int]:
-    """Hours in a cell of the README: `10 044; 3785`, `11 084 (−0.1 %)`."""
+    """Hours in a cell of the page: `10 044; 3785`, `11 084 (−0.1 %)`."""
     return [int(part.partition("(")[0].replace(" ", "")) for part in cell.split(";")]
 
 

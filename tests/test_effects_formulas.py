@@ -151,7 +151,7 @@ def test_every_effect_has_a_literal_twin_or_a_test_of_its_own() -> None:
 
 @pytest.mark.parametrize(("hours", "left"), [(0, 1.0), (10_000, 0.67), (18_000, 0.40)])
 def test_the_decay_meets_the_papers_luminances(hours: float, left: float) -> None:
-    """β = 1.41, T = 19 150 h: effects.md."""
+    """β = 1.41, T = 19 150 h meet 67 % at 10 000 h and 40 % at 18 000 h."""
     loss = (18_000 / 19_150) ** 1.41
     found = one("backlight-decay", TIPS[None], at(hours), loss=loss, beta=1.41)
     np.testing.assert_allclose(found, TIPS[None] * left, rtol=0.003)

@@ -100,8 +100,8 @@ def working_copy(*patterns: str) -> set[str]:
 
 @pytest.mark.slow
 def test_sdist_carries_the_whole_project(built: Built) -> None:
-    wanted = working_copy("*.md", "LICENSE", "Makefile", "pyproject.toml", ".ci/*")
-    wanted |= working_copy("lutgen/**/*", "configs/**/*", "tests/**/*", "examples/**/*")
+    wanted = working_copy("*.md", "*.cff", "*.yml", "LICENSE", "Makefile", "pyproject.toml", ".ci/*", ".github/**/*")
+    wanted |= working_copy("lutgen/**/*", "configs/**/*", "docs/**/*", "tests/**/*", "examples/**/*")
     assert not wanted - names_in_sdist(built)
     assert {"LICENSE", "Makefile", "CHANGELOG.md", "tests/test_package.py"} <= wanted
 

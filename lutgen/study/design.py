@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 #: The un-aged display: the same picture, untouched.
 UNAGED = Condition("none", "stable", 0.0)
 
-#: The paper's conditions of session 1, images under each, and sessions.
+#: Session 1 as in the paper, images under each condition, and sessions. The paper does not state the hours of its aged
+#: images: 18 000 h is lutgen's choice.
 PAPER_CONDITIONS = "none,chroma@18000,chroma-luma@18000"
 PAPER_PER_CONDITION, PAPER_SESSIONS = 40, 2
 

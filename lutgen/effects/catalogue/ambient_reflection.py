@@ -2,8 +2,14 @@
 
 XYZ += R_d·E·lamp, with the diffuse reflection coefficient R_d in cd/m² per lx (1/sr) and E the light that falls on the
 screen in lx, so that R_d·E is the luminance that is added and no π is left over; lamp is the lamp's XYZ with Y = 1, D65
-unless tinted. Definition: Samei et al. (AAPM TG18), Med. Phys. 32, 1205 (2005). R_d of 0.002 to 0.06 1/sr at 4 to 150
-lx: effects.md.
+unless tinted.
+
+Meaning of 0 and 1: ``reflectance`` 0 is a screen that reflects nothing, or a dark room; 1/sr would add 1 cd/m² for
+every lx, three times what a perfectly white matt surface reflects (1/π).
+Valid for diffuse reflection: a mirror image of a lamp in the screen depends on where the eye or the meter stands.
+Sources: definition by Samei et al. (AAPM TG18), Med. Phys. 32, 1205 (2005), doi:10.1118/1.1861159. R_d of 0.025 and
+0.058 1/sr on two cathode-ray tubes: J. Digit. Imaging 12 (1999), doi:10.1007/BF03168843.
+Assumption: down to 0.002 1/sr on flat panels, at 4 to 150 lx.
 """
 
 from __future__ import annotations
@@ -37,7 +43,7 @@ USUAL_LX = 100.0
         "meter-offset": "a reading with the lens capped, or several levels of ambient light",
         "veiling-glare": "black at two levels of ambient light",
     },
-    source="Samei et al. 2005 (AAPM TG18, definition); size: effects.md",
+    source="Samei et al. 2005 (AAPM TG18), doi:10.1118/1.1861159 (definition); size on flat panels: an assumption",
     reflectance=Parameter(0.01, (0.0, 0.6), "1/sr", "luminance that the screen reflects per illuminance on it"),
     tint_x=Parameter(0.0, (-0.4, 0.6), "1", "X of the lamp relative to D65's, less 1 (incandescent: 0.16)"),
     tint_z=Parameter(0.0, (-0.95, 1.0), "1", "Z of the lamp relative to D65's, less 1 (incandescent: −0.67)"),

@@ -1,8 +1,14 @@
 """The light source fades: all colours alike.
 
 L = exp(−(t/T)^β), written with the loss at 18 000 h as exp(−ℓ·τ^β), so that T = 18 000 h/ℓ^(1/β). β = 1 is the
-exponential of IES TM-21; the paper's 67 % at 10 000 h and 40 % at 18 000 h (Avanaki et al., Proc. SPIE 9420, 2015) are
-not exponential: T = 19 150 h, β = 1.41 meets both. LED lamps may first rise by 1 to 3 %: × (1 + r·(1 − e^(−t/t_r))).
+exponential of IES TM-21. LED lamps may first rise by 1 to 3 %: × (1 + r·(1 − e^(−t/t_r))).
+
+Meaning of 0 and 1: ``loss`` 0 keeps the light of hour 0; ``loss`` 1 leaves 1/e, 37 %, at 18 000 h. ``beta`` 1 is an
+exponential, above 1 slow first.
+Valid for one light source behind the whole panel; held luminance needs ``stabilizer-headroom``.
+Sources: the form for LED lamps by IES TM-21; Avanaki et al., Proc. SPIE 9420 (2015), doi:10.1117/12.2082315, whose
+67 % at 10 000 h and 40 % at 18 000 h are not exponential: T = 19 150 h, β = 1.41 meets both.
+Assumption: a stretched exponential, and the size of the first rise.
 """
 
 from __future__ import annotations
@@ -28,7 +34,7 @@ if TYPE_CHECKING:
         "meter-drift": "a second meter or a check source",
         "drive-loss": "ramps; under a pure power law nothing separates them and the picture is the same",
     },
-    source="IES TM-21 (form); Avanaki et al. 2015, Proc. SPIE 9420 (67 % and 40 %)",
+    source="IES TM-21 (form); Avanaki et al. 2015, doi:10.1117/12.2082315 (67 % and 40 %)",
     loss=Parameter(0.9, (-0.3, 6.0), "1", "nepers lost by 18 000 h: T = 18 000 h/loss^(1/beta)"),
     beta=Parameter(1.0, (0.3, 4.0), "1", "shape: 1 exponential, above 1 slow first"),
     rise=Parameter(0.0, (-0.3, 0.3), "1", "share by which the light first rises"),

@@ -1,8 +1,15 @@
 """Black leaks light: a share of the backlight passes the panel at code 0, and more of it as the panel ages.
 
 XYZ += κ(τ) · q · W(t), with W(t) the white at that hour and q the leak's colour relative to white, slightly blue in
-LCDs. Medical LCDs show 0.43–0.87 cd/m² of black beside 263–715 cd/m² of white, and their black grows by a factor of 1.2
-to 3 in life.
+LCDs.
+
+Meaning of 0 and 1: a share of 0 is a panel that shuts off all light (an OLED); 1 would be black as bright as white.
+1/κ is the contrast ratio of the display alone, in the dark.
+Valid for a leak that follows the backlight; local dimming, which darkens black with the picture, is not part of it.
+Sources: a constant light under all colours as a part of an LCD's model: Day, Taplin & Berns, Color Res. Appl. 29, 365
+(2004), doi:10.1002/col.20046; Yoshida & Yamamoto (2003), doi:10.1002/ecjc.10074.
+Assumption: sizes of medical LCDs, 0.43 to 0.87 cd/m² of black beside 263 to 715 cd/m² of white, growing by a factor of
+1.2 to 3 in life.
 """
 
 from __future__ import annotations
@@ -38,7 +45,7 @@ if TYPE_CHECKING:
         "veiling-glare": "black on black beside black on white",
         "meter-offset": "a reading with the lens capped, and a second date: a leak follows the backlight",
     },
-    source="sizes: black and white luminance of medical LCDs, effects.md",
+    source="Day, Taplin & Berns 2004, doi:10.1002/col.20046 (form); size: an assumption",
     new=Parameter(0.0015, (0.0, 0.03), "1", "share of white's light that passes at black, at hour 0"),
     grown=Parameter(0.0015, (-0.03, 0.06), "1", "what has come to that share by 18 000 h"),
     power=POWER,

@@ -1,8 +1,13 @@
 """A quick loss in the first hundreds of hours, then a slow one: OLEDs burn in.
 
-L = c·e^(−(t/T₁)^β) + (1 − c)·e^(−ℓ·τ), ℓ = 18 000 h/T₂ the slow loss in nepers by 18 000 h. A stretched exponential
-describes the decay of OLEDs: Féry et al., Appl. Phys. Lett. 87, 213502 (2005), doi:10.1063/1.2133922. c of 2 to 10 %
-and T₁ of 200 to 1500 h: effects.md.
+L = c·e^(−(t/T₁)^β) + (1 − c)·e^(−ℓ·τ), ℓ = 18 000 h/T₂ the slow loss in nepers by 18 000 h.
+
+Meaning of 0 and 1: ``share`` 0 is slow loss alone; 1 would be a display whose whole light belongs to the quick part.
+``beta`` 1 is an exponential, below 1 a stretched one.
+Valid for all channels alike; unequal emitters are ``channel-decay``. Needs readings at 50 to 1000 h.
+Source: a stretched exponential describes the decay of OLEDs: Féry et al., Appl. Phys. Lett. 87, 213502 (2005),
+doi:10.1063/1.2133922.
+Assumption: the split into two parts, c of 2 to 10 % and T₁ of 200 to 1500 h.
 """
 
 from __future__ import annotations
@@ -28,7 +33,7 @@ if TYPE_CHECKING:
         "warm-up": "hours of operation against minutes since power-on: log both",
         "backlight-decay": "readings at 50 to 1000 h",
     },
-    source="Féry et al. 2005, doi:10.1063/1.2133922 (form); size: effects.md",
+    source="Féry et al. 2005, doi:10.1063/1.2133922 (form); size: an assumption",
     share=Parameter(0.05, (-0.2, 0.8), "1", "share of the light that is lost quickly"),
     early_h=Parameter(600.0, (20.0, 15_000.0), "h", "hours in which e − 1 of e parts of that share go"),
     beta=Parameter(1.0, (0.3, 3.0), "1", "shape of the quick loss: 1 exponential, below 1 stretched"),

@@ -1,7 +1,11 @@
 """Each channel fades at its own rate, as the three emitters of an OLED do; white drifts with them.
 
-P_c × exp(−ℓ_c·τ^p); white follows as the sum of its primaries. On an early OLED blue lost 12, green 8 and red 7 % in
-1000 h (effects.md). Stretched in time: Féry et al., Appl. Phys. Lett. 87, 213502 (2005), doi:10.1063/1.2133922.
+P_c × exp(−ℓ_c·τ^p); white follows as the sum of its primaries.
+
+Meaning of 0 and 1: 0 keeps a channel's light of hour 0; 1 leaves 1/e of it, 37 %, at 18 000 h.
+Valid where each channel has a light source of its own that keeps its spectrum while it fades.
+Source: stretched in time: Féry et al., Appl. Phys. Lett. 87, 213502 (2005), doi:10.1063/1.2133922.
+Assumption: unequal rates of the size of an early OLED, on which blue lost 12, green 8 and red 7 % in 1000 h.
 """
 
 from __future__ import annotations
@@ -39,7 +43,7 @@ MOST = 20.0
         "phosphor-wear": "spectra of the primaries: unequal emitters keep their chromaticities",
         "drive-loss": "ramps; under a pure power law nothing separates them and the picture is the same",
     },
-    source="Féry et al. 2005, doi:10.1063/1.2133922 (form); size: effects.md",
+    source="Féry et al. 2005, doi:10.1063/1.2133922 (form); size: an assumption",
     red=Parameter(0.2, (-0.5, 10.0), "1", "nepers that red has lost by 18 000 h"),
     green=Parameter(0.2, (-0.5, 10.0), "1", "nepers that green has lost by 18 000 h"),
     blue=Parameter(0.4, (-0.5, 10.0), "1", "nepers that blue has lost by 18 000 h"),

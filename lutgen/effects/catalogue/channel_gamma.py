@@ -1,8 +1,12 @@
 """The transfer curve of one channel drifts: greys take a tint, and only that channel's ramp bends.
 
 l_c → l_c^(1 + Γ_c) with a Γ for each channel, constant over the levels in the simple forms, free at five levels of one
-channel in the refined ones. Drivers and calibration tables are per channel, and so are their faults. The size is an
-assumption, effects.md.
+channel in the refined ones. Drivers and calibration tables are per channel, and so are their faults.
+
+Meaning of 0 and 1: Γ 0 keeps the curve; Γ 1 squares the light of the channel (a gamma of 2.2 becomes 4.4). Black and
+full drive stay where they are.
+Valid for smooth drifts; a curve with steps is ``quantization``, one that changes on a day ``recalibration``.
+Assumption: the mechanism and the size.
 """
 
 from __future__ import annotations
@@ -59,7 +63,7 @@ def _level(channel: str, code: str) -> Parameter:
         "eotf-drift": "ramps of red, green and blue: one of them bends, or all",
         "black-level": "single-channel ramps at dark levels",
     },
-    source="size: an assumption, effects.md",
+    source="size: an assumption",
     red_new=_new("red"),
     red_grown=_grown("red"),
     green_new=_new("green"),

@@ -2,8 +2,15 @@
 
 l_c → l_c·(1 − χ(τ)·Σ_{j≠c} l_j). Electrical coupling between the columns of a panel; zero on ramps of one channel. The
 refined forms give each pair of channels its own χ, let the neighbour act by another power of its light, or ask for
-both neighbours at once. Products of two channels as terms of a display's model: Wen & Wu, Color Res. Appl. 31, 102
-(2006), doi:10.1002/col.20187. Sizes of 1 to 4 % are an assumption, effects.md.
+both neighbours at once.
+
+Meaning of 0 and 1: χ 0 is an additive display; χ 1 would put a channel out where one neighbour is full. A negative χ
+makes mixtures brighter than their sum.
+Valid for patches; coupling along lines and columns of a picture, beyond the pixel, is not part of it.
+Sources: products of two channels as terms of a display's model: Wen & Wu, Color Res. Appl. 31, 102 (2006),
+doi:10.1002/col.20187; crosstalk as one of two ways in which an LCD departs from additivity: Feng & Yoshida, Proc. CGIV
+2008, 327, doi:10.2352/CGIV.2008.4.1.art00071.
+Assumption: sizes of 1 to 4 %.
 """
 
 from __future__ import annotations
@@ -47,7 +54,7 @@ def _pair(victim: str, neighbour: str) -> Parameter:
         "loading": "the same colour in a 10 % window, or random mixtures",
         "matrix-switching": "pairs of patches across a border between two colour points",
     },
-    source="Wen & Wu 2006, doi:10.1002/col.20187 (form); size: an assumption, effects.md",
+    source="Wen & Wu 2006, doi:10.1002/col.20187 (form); size: an assumption",
     new=Parameter(0.02, (-0.1, 0.2), "1", "share of its light that a channel loses to each full neighbour, at hour 0"),
     grown=Parameter(0.02, (-0.1, 0.25), "1", "what has come to that share by 18 000 h"),
     power=POWER,

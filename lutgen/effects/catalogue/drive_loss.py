@@ -1,8 +1,12 @@
 """Drive is lost on its way to the pixels: every code value arrives a little smaller.
 
 d → (1 − ρ(τ))·d. Contacts oxidise and driver outputs sag. Under a pure power law a smaller drive is a gain of each
-channel, which re-measured tips take in entirely; only the straight toe of sRGB leaves a small residue in the
-mid-tones. Losses of 0.5 to 10 % are an assumption, effects.md.
+channel, which re-measured white and primaries take in entirely; only the straight toe of sRGB leaves a small residue in
+the mid-tones.
+
+Meaning of 0 and 1: ρ 0 passes the code value as it is; ρ 1 leaves none.
+Valid for analogue drive; a digital link either passes a code value or breaks.
+Assumption: the mechanism, and losses of 0.5 to 10 %.
 """
 
 from __future__ import annotations
@@ -39,7 +43,7 @@ if TYPE_CHECKING:
         "channel-decay": "ramps; under a pure power law nothing separates them and the picture is the same",
         "backlight-decay": "ramps; under a pure power law nothing separates them and the picture is the same",
     },
-    source="size: an assumption, effects.md",
+    source="size: an assumption",
     new=Parameter(0.01, (-0.1, 0.4), "1", "share of the drive that is lost at hour 0"),
     grown=Parameter(0.03, (-0.3, 0.5), "1", "what has come to that share by 18 000 h"),
     power=POWER,

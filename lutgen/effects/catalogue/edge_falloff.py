@@ -1,9 +1,14 @@
 """The screen darkens towards its edges, more so as it ages: light guides and lamps lose most where they are hottest.
 
-XYZ × (1 − k(τ)·ρ²), ρ = 1 in the corners, 0 in the centre. About 10 % when new is an assumption, effects.md. The
-refined forms free the power of ρ, the shape of its contours (circles to rounded rectangles), the ratio of horizontal
-to vertical fall-off, a slope across the screen, and the colour of what is lost. Nothing else does this; it takes
-five positions a session to see its shape.
+XYZ × (1 − k(τ)·ρ²), ρ = 1 in the corners, 0 in the centre. The refined forms free the power of ρ, the shape of its
+contours (circles to rounded rectangles), the ratio of horizontal to vertical fall-off, a slope across the screen, and
+the colour of what is lost. Nothing else does this; it takes five positions a session to see its shape.
+
+Meaning of 0 and 1: k 0 is an even screen; k 1 would leave the corners black. The centre never changes.
+Valid for smooth fall-off; a dark line or a bright edge is not part of it. A LUT cannot carry it.
+Source: 10.4 ± 2.4 % largest luminance deviation over 23 medical displays: J. Digit. Imaging (2015),
+doi:10.1007/s10278-015-9811-7. How to measure uniformity: Samei et al. (AAPM TG18), doi:10.1118/1.1861159.
+Assumption: the form, and how much comes with age.
 """
 
 from __future__ import annotations
@@ -38,7 +43,7 @@ if TYPE_CHECKING:
     ),
     needs=("u", "v"),
     confused_with={},
-    source="size: an assumption, effects.md",
+    source="doi:10.1007/s10278-015-9811-7 (size when new); form and growth: an assumption",
     new=Parameter(0.1, (-0.1, 0.6), "1", "share of the light that is missing in the corners, at hour 0"),
     grown=Parameter(0.05, (-0.3, 0.6), "1", "what has come to that share by 18 000 h"),
     power=POWER,

@@ -2,7 +2,11 @@
 
 l → l^(1 + Γ), Γ = ``new`` + ``grown``·τ^p; then with a Γ that varies linearly with the code value (an S-curve), and
 with a Γ free at five levels. Liquid-crystal cells change their voltage curve with age, and the table that linearises
-them does not follow. Gammas off by 0.02 to 0.2 are an assumption on the size, effects.md.
+them does not follow.
+
+Meaning of 0 and 1: Γ 0 keeps the curve; Γ 1 squares the light (a gamma of 2.2 becomes 4.4).
+Valid for smooth drifts of all channels alike; one channel alone is ``channel-gamma``.
+Assumption: the mechanism, and gammas that are off by 0.02 to 0.2.
 """
 
 from __future__ import annotations
@@ -48,7 +52,7 @@ def _level(code: str) -> Parameter:
         "channel-gamma": "ramps of red, green and blue",
         "drive-loss": "ramps: a loss of drive hardly bends the curve",
     },
-    source="size: an assumption, effects.md",
+    source="size: an assumption",
     new=Parameter(0.05, (-0.6, 2.0), "1", "change of the exponent at hour 0"),
     grown=Parameter(0.05, (-0.6, 2.0), "1", "what has come to it by 18 000 h"),
     power=POWER,

@@ -1,9 +1,15 @@
 """A bright screen pulls its supply down: all colours darken with the mean drive of the whole screen.
 
 l → l·(1 − ξ(τ)·m), m the mean code value of patch and surround. Supply lines droop, and brightness limiters of OLED
-screens cut in; up to 26 % on an OLED with a white surround (effects.md). On full-field patches it looks like crosstalk,
-because bright mixtures are bright screens. The refined forms take another power of the code values (their light), bend
-the answer to m (a limiter's knee), and let the channels droop unequally.
+screens cut in. On full-field patches it looks like crosstalk, because bright mixtures are bright screens. The refined
+forms take another power of the code values (their light), bend the answer to m (a limiter's knee), and let the channels
+droop unequally.
+
+Meaning of 0 and 1: ξ 0 is a screen on which patches of all sizes look alike; ξ 1 would put out a white screen.
+Valid for still patches; a limiter that reacts within seconds or to the last minutes is not part of it.
+Source: luminance of an OLED monitor falls when many pixels are lit, most for white: Elze, Taylor & Bex, Med. Phys. 40,
+092701 (2013), doi:10.1118/1.4818056.
+Assumption: up to 26 % on an OLED with a white surround; that LCDs do it too, and by how much.
 """
 
 from __future__ import annotations
@@ -42,7 +48,7 @@ if TYPE_CHECKING:
         "veiling-glare": "window patches: loading darkens by a factor, glare adds",
         "eotf-drift": "window patches",
     },
-    source="size: an assumption, effects.md",
+    source="Elze, Taylor & Bex 2013, doi:10.1118/1.4818056 (effect on OLEDs); size: an assumption",
     new=Parameter(0.03, (-0.1, 0.6), "1", "share of the light that a white screen loses, at hour 0"),
     grown=Parameter(0.03, (-0.2, 0.35), "1", "what has come to that share by 18 000 h"),
     power=POWER,

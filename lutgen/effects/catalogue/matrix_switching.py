@@ -2,6 +2,10 @@
 
 No physics of the display: the residual sits on the borders between colour points, by a third of what white adds to its
 primaries. The cure is ``selection = "continuous"``, which an effect of this stage switches on.
+
+Meaning of 0 and 1: it has no size; it is there or not.
+Valid for models with ``selection = "nearest"`` of a display that is not additive.
+Source: Avanaki et al., Proc. SPIE 9420 (2015), doi:10.1117/12.2082315, step 5 of section 2.2.
 """
 
 from __future__ import annotations
@@ -19,7 +23,7 @@ if TYPE_CHECKING:
     stage="selection",
     neutral={},
     confused_with={"crosstalk": "pairs of patches across a border between two colour points"},
-    source="Avanaki et al., Proc. SPIE 9420 (2015), step 5",
+    source="Avanaki et al. 2015, doi:10.1117/12.2082315, step 5",
 )
 def matrix_switching(linear: Array, scene: Scene) -> Array:  # noqa: ARG001 - an effect's signature
     """Leave the signal alone: its presence is what counts."""

@@ -1,7 +1,13 @@
 """The meter's sensitivity drifts, and every display seems to.
 
-XYZ × (1 + ε·τ^p), ε the drift by 18 000 h: about two years, so the 0.2 to 1 % a year of effects.md are 0.4 to 2 %.
-Filters of a colorimeter drift apart: X and Z in the refined forms.
+XYZ × (1 + ε·τ^p), ε the drift by 18 000 h, which is about two years. Filters of a colorimeter drift apart: X and Z in
+the refined forms.
+
+Meaning of 0 and 1: ε 0 is a steady meter; ε 1 would be one that reads twice the light after 18 000 h.
+Valid for one meter over the whole campaign; another meter, or a calibration of it, is a step and no drift. Never baked:
+it is no light of the display.
+Source: luminance meters built into displays do not stay constant: Silosky & Marsh, Med. Phys. 40, 121902 (2013).
+Assumption: 0.2 to 1 % a year, so 0.4 to 2 % by 18 000 h.
 """
 
 from __future__ import annotations
@@ -33,7 +39,7 @@ if TYPE_CHECKING:
         "yellowing": "a second meter or a check source",
         "phosphor-wear": "a second meter or a check source",
     },
-    source="size: effects.md",
+    source="Silosky & Marsh 2013, Med. Phys. 40, 121902 (effect); size: an assumption",
     drift=Parameter(0.01, (-0.2, 0.2), "1", "relative change of all readings by 18 000 h"),
     drift_x=Parameter(0.0, (-0.2, 0.2), "1", "relative change of X beside that"),
     drift_z=Parameter(0.0, (-0.2, 0.2), "1", "relative change of Z beside that"),

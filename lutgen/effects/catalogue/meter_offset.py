@@ -1,7 +1,10 @@
 """The meter reports light that is not there: its dark signal is added to every reading, also with the lens capped.
 
 XYZ += o, constant in time: o of Y with D65's ratio of X and Z in the simple form, free X and Z in the refined one.
-From about 0.003 cd/m² on (effects.md).
+
+Meaning of 0 and 1: 0 is a meter that reads nothing in the dark; 1 would be 1 cd/m² too much in every reading.
+Valid for one dark signal for the whole campaign. Never baked: it is no light of the display.
+Assumption: from about 0.003 cd/m² on.
 """
 
 from __future__ import annotations
@@ -26,7 +29,7 @@ if TYPE_CHECKING:
         "black-level": "a reading with the lens capped",
         "ambient-reflection": "a reading with the lens capped",
     },
-    source="size: effects.md",
+    source="size: an assumption",
     offset=Parameter(0.01, (-0.5, 0.5), "cd/m²", "luminance that is added, with X and Z in the ratio of D65"),
     offset_x=Parameter(0.0, (-0.5, 0.5), "cd/m²", "X that is added beside that"),
     offset_z=Parameter(0.0, (-0.5, 0.5), "cd/m²", "Z that is added beside that"),

@@ -2,8 +2,12 @@
 
 The part's share of the spectrum is multiplied by exp(−w·g(τ)), g a power of time: in a CCFL the blue phosphor (BAM),
 then the green one; in a white LED the yellow phosphor (YAG), then the chip; of RGB LEDs and OLEDs the blue emitter,
-then the green one. Acts on the display's spectra, measured or estimated from its class. Δu'v' of 0.002 to 0.007 at
-6000 h: effects.md. Which part leads is an assumption for LEDs.
+then the green one. Acts on the display's spectra, measured or estimated from its class.
+
+Meaning of 0 and 1: ``wear`` 0 keeps the spectrum; 1 leaves 1/e, 37 %, of that part at 18 000 h.
+Valid as far as the spectra are: with a guessed spectrum the size is a guess, and the LUT, fitted to XYZ, is right all
+the same.
+Assumption: which part leads, its exponential loss, and Δu'v' of 0.002 to 0.007 at 6000 h.
 """
 
 from __future__ import annotations
@@ -38,7 +42,7 @@ if TYPE_CHECKING:
         "meter-drift": "a second meter or a check source",
         "channel-decay": "spectra of the primaries: a worn phosphor also moves their chromaticities",
     },
-    source="size: effects.md",
+    source="size: an assumption",
     wear=Parameter(0.15, (0.0, 3.0), "1", "nepers that the part that wears first has lost by 18 000 h"),
     second=Parameter(0.0, (-0.3, 3.0), "1", "nepers that the next part has lost by 18 000 h"),
     power=POWER,

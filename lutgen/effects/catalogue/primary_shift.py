@@ -3,8 +3,15 @@
 P_c(d) = P_c(1) + (1 − d_c^b)^e · k_c, where k_c adds X and Z in units of the primary's X + Y + Z and leaves Y alone: a
 shift of chromaticity at constant luminance; the freest forms let Y move too, and b and e from 1. The retardation of a
 liquid-crystal cell depends on wavelength, so its transmittance changes spectrally with voltage. White moves by the sum
-of its primaries' shifts. Primary shift and crosstalk as the two ways in which an LCD departs from additivity: Feng &
-Yoshida, Proc. CGIV 2008, 327, doi:10.2352/CGIV.2008.4.1.art00071. The size is an assumption.
+of its primaries' shifts.
+
+Meaning of 0 and 1: k 0 is a primary of one chromaticity at all levels; 1 would add as much X (or Z) near black as the
+full primary has X, Y and Z together.
+Valid seen from straight ahead, after the black level is taken out: a leak bends chromaticities towards its own colour.
+Sources: primary shift and crosstalk as the two ways in which an LCD departs from additivity: Feng & Yoshida, Proc. CGIV
+2008, 327, doi:10.2352/CGIV.2008.4.1.art00071; nine medical displays measured: Cheng, Wu & Badano, Proc. CIC 21, 143
+(2013), doi:10.2352/CIC.2013.21.1.art00025.
+Assumption: the form and the size.
 """
 
 from __future__ import annotations
@@ -57,7 +64,7 @@ def _luminance(primary: str) -> Parameter:
         "eotf-drift": "ramps of red, green and blue, in x and y",
         "black-level": "ramps: a leak has one colour for all of them; fit it first",
     },
-    source="Feng & Yoshida 2008, doi:10.2352/CGIV.2008.4.1.art00071 (effect); size: an assumption, effects.md",
+    source="Feng & Yoshida 2008, doi:10.2352/CGIV.2008.4.1.art00071 (effect); size: an assumption",
     red_x=_shift("red", "X"),
     red_y=_luminance("red"),
     red_z=_shift("red", "Z"),

@@ -1,8 +1,13 @@
 """Code values are rounded to n bits somewhere on their way: the curve has steps, the same at every hour.
 
 d → round(d·(2ⁿ − 1))/(2ⁿ − 1), or, where a calibration table comes first, the same on d^g or on the code of a panel of
-gamma γ, (light)^(1/γ); hardware rounds by adding a part of a step and truncating. With 8 bits a calibration
-costs up to ±4 % of the luminance at d = 0.1 (effects.md).
+gamma γ, (light)^(1/γ); hardware rounds by adding a part of a step and truncating.
+
+Meaning of 0 and 1: ``bits`` 0 rounds nothing; 1 bit would leave black and white alone, so the search begins at 4.
+Valid for one rounding; dithering in space or time blurs its steps.
+Source: depths of medical displays, and what a calibration to the greyscale standard needs of them: Kimpe &
+Tuytschaever, J. Digit. Imaging 20, 422 (2007), doi:10.1007/s10278-006-1052-3. By rounding alone a calibration through 8
+bits costs up to ±4 % of the luminance at d = 0.1.
 """
 
 from __future__ import annotations
@@ -27,7 +32,7 @@ if TYPE_CHECKING:
         "eotf-drift": "neighbouring code values: a drift is smooth, steps are not",
         "meter-offset": "the same code again: noise changes, a step does not",
     },
-    source="size: effects.md; 4 to 12 bits are what displays have",
+    source="Kimpe & Tuytschaever 2007, doi:10.1007/s10278-006-1052-3 (depths)",
     bits=Parameter(
         8.0, (4.0, 12.0), "bit", "depth to which code values are rounded; 0: not at all", (4, 5, 6, 7, 8, 9, 10, 11, 12)
     ),

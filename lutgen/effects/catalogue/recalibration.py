@@ -1,7 +1,12 @@
 """Somebody recalibrated: from one hour on the display answers code values differently.
 
 d → (1 + g)·d^(1 + Γ) for hours ≥ t*, with one Γ for all channels, one for each, or one free at five levels. The date
-is tried in every gap between two sessions. Re-measured tips take in a step in gain alone. The size is an assumption.
+is tried in every gap between two sessions. Re-measured white and primaries take in a step in gain alone.
+
+Meaning of 0 and 1: g and Γ 0 are a calibration that changed nothing; g 1 would double the drive, Γ 1 double the
+exponent.
+Valid for one event in a campaign; two need two of these effects.
+Assumption: the form and the size.
 """
 
 from __future__ import annotations

@@ -1,7 +1,13 @@
 """A sensor holds the luminance until the lamp has no reserve left; then it falls: a knee.
 
-L = min(L_set, L₀·D(t)), relative to hour 0: min(1, (1 + h)·exp(−ℓ·τ^β)), its corner rounded over ``knee`` nepers. Of
-249 medical displays 4, 20 and 39 missed 170 cd/m² in three successive years (effects.md).
+L = min(L_set, L₀·D(t)), relative to hour 0: min(1, (1 + h)·exp(−ℓ·τ^β)), its corner rounded over ``knee`` nepers.
+
+Meaning of 0 and 1: ``headroom`` 0 is a lamp at its limit from the start, which then fades as ``backlight-decay`` does;
+1 is a lamp that could give twice the held light. ``loss`` 1 leaves 1/e of the lamp's own light at 18 000 h.
+Valid for a display that holds its white by a sensor, at one set luminance.
+Source: of 249 medical displays 4, 20 and 39 could not give 170 cd/m² in three successive years: Radiol. Phys. Technol.
+(2017), doi:10.1007/s12194-017-0401-x.
+Assumption: the form of the knee, and the size of the reserve.
 """
 
 from __future__ import annotations
@@ -26,7 +32,7 @@ if TYPE_CHECKING:
         "backlight-decay": "hours around the knee: held first, or falling from the start",
         "recalibration": "a column or note of events; both change suddenly",
     },
-    source="size: effects.md",
+    source="doi:10.1007/s12194-017-0401-x (249 medical displays); form and size: an assumption",
     headroom=Parameter(0.5, (0.0, 6.0), "1", "reserve at hour 0: the lamp's full light over the held light, less 1"),
     loss=Parameter(0.9, (0.0, 8.0), "1", "nepers that the lamp itself has lost by 18 000 h"),
     beta=Parameter(1.0, (0.3, 4.0), "1", "shape of the lamp's loss: 1 exponential, above 1 slow first"),

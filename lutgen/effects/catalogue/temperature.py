@@ -1,7 +1,11 @@
 """A warmer display gives another amount of light: LEDs fade with the temperature of their junction.
 
-XYZ × (1 + c·(T − T₀)), T₀ = 25 °C. −0.1 to −0.6 % per kelvin: effects.md. The refined forms give each primary its own
-coefficient (red LEDs fade several times faster than blue ones), a curvature, and a colour.
+XYZ × (1 + c·(T − T₀)), T₀ = 25 °C. The refined forms give each primary its own coefficient (red LEDs fade several times
+faster than blue ones), a curvature, and a colour.
+
+Meaning of 0 and 1: c 0 is a display that no temperature changes; 1/K would double the light with one kelvin.
+Valid for a few tens of kelvins about 25 °C, and for a column that follows the lamp: the air in the room lags behind it.
+Assumption: −0.1 to −0.6 % per kelvin.
 """
 
 from __future__ import annotations
@@ -35,7 +39,7 @@ if TYPE_CHECKING:
         "warm-up": "log minutes and temperature apart",
         "backlight-decay": "the temperature column: without it a warmer room looks like wear",
     },
-    source="size: effects.md",
+    source="size: an assumption",
     slope=Parameter(-0.003, (-0.06, 0.06), "1/K", "relative change of the light per kelvin above 25 °C"),
     curve=Parameter(0.0, (-0.002, 0.002), "1/K²", "relative change of the light per squared kelvin"),
     red=Parameter(0.0, (-0.06, 0.06), "1/K", "relative change of red per kelvin, beside that"),

@@ -1,8 +1,14 @@
 """Light scatters within the screen's glass and the meter's lens: a share of the mean light lies over every patch.
 
-XYZ += g·(mean XYZ of the whole screen), patch and surround. On patches that fill the screen it is a factor that tips
-take in; a black patch in a white surround shows it. Definition and test with a dark spot in a bright field: Samei et
-al. (AAPM TG18), Med. Phys. 32, 1205 (2005). The size is an assumption.
+XYZ += g·(mean XYZ of the whole screen), patch and surround. On patches that fill the screen it is a factor that white
+and primaries take in; a black patch in a white surround shows it.
+
+Meaning of 0 and 1: g 0 scatters nothing; 1 would lay the whole mean light of the screen over every patch.
+Valid for light that spreads evenly over the screen; a halo near a bright edge is not part of it.
+Sources: definition, and a test with a dark spot in a bright field: Samei et al. (AAPM TG18), Med. Phys. 32, 1205
+(2005), doi:10.1118/1.1861159. Glare ratios of 25 and 89 on two cathode-ray tubes: J. Digit. Imaging 12 (1999),
+doi:10.1007/BF03168843.
+Assumption: the size on flat panels.
 """
 
 from __future__ import annotations
@@ -39,7 +45,7 @@ if TYPE_CHECKING:
         "loading": "a black and a bright patch in a white surround: loading darkens by a factor, glare adds",
         "ambient-reflection": "black in a white and in a black surround",
     },
-    source="Samei et al. 2005 (AAPM TG18, definition); size: an assumption",
+    source="Samei et al. 2005 (AAPM TG18), doi:10.1118/1.1861159 (definition); size: an assumption",
     glare=Parameter(0.005, (0.0, 0.1), "1", "share of the screen's mean light that lies over the patch, at hour 0"),
     grown=Parameter(0.002, (-0.05, 0.1), "1", "what has come to that share by 18 000 h"),
     power=POWER,

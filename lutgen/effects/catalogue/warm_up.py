@@ -1,9 +1,12 @@
 """A cold display is darker: its lamp needs minutes to reach its light.
 
 XYZ × (1 − a·e^(−m/τ_w)), m minutes since power-on. The pressure of mercury in a fluorescent lamp follows its
-temperature; LEDs, on the contrary, are brighter when cold (a < 0). 2 to 20 % within 30 to 100 minutes: effects.md. The
-refined forms give the approach a long tail, (1 + q·m/τ_w)^(−1/q), which is 1/(1 + m/τ_w) for q = 1, a stretched start,
-and a colour.
+temperature; LEDs, on the contrary, are brighter when cold (a < 0). The refined forms give the approach a long tail,
+(1 + q·m/τ_w)^(−1/q), which is 1/(1 + m/τ_w) for q = 1, a stretched start, and a colour.
+
+Meaning of 0 and 1: a 0 is a display that is warm at once; 1 would be one that is dark at power-on.
+Valid for a display that was switched off long enough to be cold, and that holds no luminance by a sensor.
+Assumption: 2 to 20 % within 30 to 100 minutes.
 """
 
 from __future__ import annotations
@@ -40,7 +43,7 @@ LEAST_TAIL = 1e-7
         "temperature": "log minutes and temperature apart, and read the first patch again at the end",
         "burn-in-decay": "hours of operation against minutes since power-on",
     },
-    source="size: effects.md",
+    source="size: an assumption",
     amount=Parameter(0.08, (-0.5, 0.9), "1", "share of the warm display's light that is missing at power-on"),
     grown=Parameter(0.0, (-0.5, 0.5), "1", "what has come to that share by 18 000 h"),
     minutes=Parameter(30.0, (1.0, 300.0), "min", "time in which e − 1 of e parts of it come"),

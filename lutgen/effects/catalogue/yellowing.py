@@ -1,8 +1,14 @@
 """Optics yellow: films, glue and light guide absorb more and more of the short wavelengths.
 
 Transmittance exp(−a·g(τ)·e^(−(λ−400 nm)/λ₀)) on the display's spectra, measured or estimated from its class, g a power
-of time. The paper (Avanaki et al., Proc. SPIE 9420, 2015) sees white turn yellow in all displays; the form and its
-size are assumptions. Never negative: nothing un-yellows.
+of time. Never negative: nothing un-yellows.
+
+Meaning of 0 and 1: ``depth`` 0 is clear optics; 1 lets 1/e, 37 %, of the light at 400 nm pass at 18 000 h.
+Valid as far as the spectra are: with a guessed spectrum the size is a guess, and the LUT, fitted to XYZ, is right all
+the same.
+Source: all colour LCDs of a radiology practice yellowed over three years, and did so together: J. Digit. Imaging 24,
+828 (2011), doi:10.1007/s10278-010-9346-x.
+Assumption: the exponential in wavelength, and the size.
 """
 
 from __future__ import annotations
@@ -37,7 +43,7 @@ if TYPE_CHECKING:
         "meter-drift": "a second meter or a check source",
         "channel-decay": "spectra of the primaries: yellowing also moves their chromaticities",
     },
-    source="size: an assumption",
+    source="doi:10.1007/s10278-010-9346-x (that displays yellow); form and size: an assumption",
     depth=Parameter(0.1, (0.0, 2.0), "1", "optical depth at 400 nm that has come by 18 000 h"),
     power=POWER,
     saturation=SATURATION,

@@ -1,0 +1,128 @@
+"""reference/effects/: a page for each built-in effect, from its declaration, with the plot that lutgen draws of it."""
+
+from __future__ import annotations
+
+import re
+from io import BytesIO
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+from docs.generate.markup import inline, page, table
+from lutgen.effects import STAGES, catalogue
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+    from lutgen.effects import Effect
+
+#: Pixels across a plot, the largest first that keeps it within MOST bytes; its colours, and rounds to choose them in.
+WIDTHS, MOST = (1000, 900, 800, 700), 30_000
+COLOURS, ROUNDS = 32, 3
+
+#: What begins a line of its own in the text of an effect.
+_POINTS = re.compile(r"^(?=Meaning of 0 and 1:|Valid |Sources?:|Assumption:)", re.MULTILINE)
+
+
+def pages() -> dict[str, str]:
+    """Path below docs/reference → text."""
+    effects = catalogue().values()
+    return {"effects/index.md": _index()} | {f"effects/{each.name}.md": _page(each) for each in effects}
+
+
+def _index() -> str:
+    rows = [
+        (f"[{each.name}]({each.name}.md)", each.stage, inline(each.summary), f"`{each.baseline}`", _needs(each))
+        for each in catalogue().values()
+    ]
+    return page(
+        "Effects",
+        f"The {len(rows)} physical effects that lutgen knows, in the order in which light and signal meet them. Each "
+        "page gives the equation, what 0 and 1 mean, where it holds, what its size rests on, and what it is confused "
+        "with. Most sizes are assumptions and say so: a fit starts from them, and its bounds are wide.",
+        table(("effect", "stage", "what happens", "seen with `--baseline`", "columns it needs"), rows),
+        "A stage is where an effect acts, and on which signal:",
+        table(("stage", "signal"), STAGES.items()),
+        "Add one: [effects of your own](../../guides/your-own-effects.md).",
+    )
+
+
+def _needs(effect: Effect) -> str:
+    return ", ".join(f"`{name}`" for name in effect.needs) or "none"
+
+
+def _page(effect: Effect) -> str:
+    head, *points = _POINTS.split(effect.text.strip())
+    summary, _, rest = head.partition("\n\n")
+    facts = [
+        f"Stage `{effect.stage}`: {STAGES[effect.stage]}.",
+        f"Seen with `--baseline {effect.baseline}`.",
+        f"Columns of readings that it needs: {_needs(effect)}.",
+        f"Source in short: {inline(effect.source) or 'none given'}.",
+    ]
+    parts = [
+        inline(summary),
+        inline(rest),
+        "\n".join(f"- {inline(' '.join(point.split()))}" for point in points),
+        f"![What {effect.name} does at its typical size]({effect.name}.png)",
+        "\n".join(f"- {fact}" for fact in facts),
+        _parameters(effect),
+        _confused(effect),
+        f"Drawn by `lutgen effects {effect.name} --plot {effect.name}.png`.",
+    ]
+    return page(effect.name, *parts)
+
+
+def _parameters(effect: Effect) -> str:
+    if not effect.parameters:
+        return "It has no parameters."
+    rows = [
+        (
+            f"`{name}`",
+            f"{each.value:g}",
+            f"{each.bounds[0]:g} to {each.bounds[1]:g}",
+            each.unit,
+            f"{effect.neutral[name]:g}" if name in effect.neutral else "–",
+            each.meaning,
+        )
+        for name, each in effect.parameters.items()
+    ]
+    heads = ("parameter", "typical", "bounds", "unit", "does nothing at", "meaning")
+    forms = [
+        f"{number}. {', '.join(f'`{name}`' for name in form)}{' (refined)' if number > effect.refined else ''}"
+        for number, form in enumerate(effect.forms, start=1)
+    ]
+    return "\n\n".join([table(heads, rows), "A fit frees these, the simplest form first:", "\n".join(forms)])
+
+
+def _confused(effect: Effect) -> str:
+    rows = [(f"[{name}]({name}.md)", separates) for name, separates in effect.confused_with.items()]
+    return table(("looks like", "what separates them"), rows) if rows else "No other effect looks like it."
+
+
+def plot(name: str) -> bytes:
+    """Draw an effect as ``lutgen effects NAME --plot`` does, smaller and in fewer colours; bytes of a PNG."""
+    from click.testing import CliRunner
+    from PIL import Image
+
+    from lutgen.cli import group
+
+    with TemporaryDirectory() as folder:
+        path = Path(folder, "plot.png")
+        done = CliRunner().invoke(group, ["effects", name, "--plot", str(path)], catch_exceptions=False)
+        if done.exit_code:
+            raise SystemExit(f"lutgen effects {name} --plot failed: {done.output}")
+        with Image.open(path) as drawn:
+            drawn.load()
+    sizes = (_small(drawn.convert("RGB"), across) for across in WIDTHS)
+    return next(each for each in sizes if len(each) <= MOST)
+
+
+def _small(image: Image.Image, across: int) -> bytes:
+    from PIL import Image
+
+    smaller = image.resize((across, round(image.height * across / image.width)), Image.Resampling.LANCZOS)
+    few = smaller.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, ROUNDS, dither=Image.Dither.NONE)
+    stream = BytesIO()
+    few.save(stream, "PNG", optimize=True)
+    return stream.getvalue()

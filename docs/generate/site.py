@@ -1,0 +1,63 @@
+"""Hooks of mkdocs: pages of effects in the index, and links that leave docs/.
+
+A page links to files of the repository as they lie, so that the link works where the repository is read. A site has
+only docs/: there such a link becomes one to the repository, where mkdocs.yml names its address (``repo_url``), else the
+words alone; a picture is copied into the site.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[2]
+
+_LINK = re.compile(r"(!?)\[([^\]]*)\]\(((?:\.\./)+[^)\s]+)\)")
+
+
+def on_config(config: Any) -> Any:
+    """Put the page of every effect into the index, after that of all."""
+    folder = ROOT / "docs/reference/effects"
+    pages = [f"reference/effects/{path.name}" for path in sorted(folder.glob("*.md")) if path.name != "index.md"]
+    reference = next(part["Reference"] for part in config.nav if "Reference" in part)
+    next(part["Effects"] for part in reference if "Effects" in part).extend(pages)
+    return config
+
+
+def on_files(files: Any, config: Any) -> Any:
+    """Add to the site the pictures outside docs/ that pages show."""
+    from mkdocs.structure.files import File
+
+    for path in sorted(pictures_outside(Path(config.docs_dir))):
+        files.append(File.generated(config, f"images/{path.name}", abs_src_path=str(path)))
+    return files
+
+
+def pictures_outside(docs: Path) -> set[Path]:
+    """Pictures outside docs/ that pages show."""
+    found = set()
+    for page in docs.rglob("*.md"):
+        for mark, _, target in _LINK.findall(page.read_text(encoding="utf-8")):
+            path = (page.parent / target).resolve()
+            if mark and not path.is_relative_to(docs):
+                found.add(path)
+    return found
+
+
+def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:  # noqa: ARG001 - mkdocs' signature
+    """Turn links that leave docs/ into links of the site."""
+    here = Path(page.file.abs_src_path).parent
+
+    def turned(link: re.Match[str]) -> str:
+        mark, words, target = link.groups()
+        path = (here / target.partition("#")[0]).resolve()
+        if path.is_relative_to(config.docs_dir):
+            return link[0]
+        if mark:
+            return f"![{words}]({os.path.relpath(Path(config.docs_dir, 'images', path.name), here)})"
+        home = (config.repo_url or "").rstrip("/")
+        return f"[{words}]({home}/blob/main/{path.relative_to(ROOT).as_posix()})" if home else words
+
+    return _LINK.sub(turned, markdown)

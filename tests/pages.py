@@ -1,0 +1,264 @@
+"""Runs README.md and the pages of docs/: every command in them, in order, each page in a folder of its own.
+
+    python -m tests.pages [PAGE]…            say where a page differs from what its commands print; exit 1 if one does
+    python -m tests.pages [PAGE]… --write    put what they print into the pages, and their pictures into docs/images
+
+A block of ``console`` holds commands after ``$ ``, each with what it prints. Lines may be left out, as whole lines,
+where ``…`` stands; a renewed page leaves out the same ones. A command with nothing below it has to succeed, whatever
+it prints. A block with ``title="NAME"`` is written to the file NAME before the commands below it run; a block of
+``python`` without a title is run. The picture docs/images/NAME-PLOT.png is PLOT.png of a command with ``--plots
+out/NAME``, in fewer colours; other pictures keep their names.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from difflib import SequenceMatcher
+from itertools import zip_longest
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from docs.generate.markup import MADE
+from tests.examples_folder import ROOT, make_folder, run_lutgen
+
+DOCS, PICTURES = ROOT / "docs", ROOT / "docs" / "images"
+
+#: Pages whose commands are run: all but those that are made from the code.
+PAGES = (
+    ROOT / "README.md",
+    *sorted(path for path in DOCS.rglob("*.md") if MADE not in path.read_text(encoding="utf-8")),
+)
+
+#: What stands for lines that are left out.
+LEFT_OUT = "…"
+
+#: Colours of a picture in the text, so that it stays small, and rounds of k-means in which they are chosen: at most 17
+#: of 255 codes off.
+COLOURS, ROUNDS = 128, 3
+
+#: Numbers may differ by so many units of their last printed digit, or by this share: platforms round differently.
+UNITS, SHARE = 1.01, 1e-4
+
+#: Lines more alike than this are the same line, with new numbers.
+ALIKE = 0.6
+
+_BLOCK = re.compile(r'^```(\w+)(?: title="([^"\n]+)")?\n(.*?)^```$', flags=re.DOTALL | re.MULTILINE)
+_NUMBER = re.compile(r"\d+(?:\.\d+)?")
+
+
+@dataclass(frozen=True)
+class Step:
+    """A command and the lines that the page says it prints."""
+
+    command: str
+    shown: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class File:
+    """A file that a page shows; without a name a script to run."""
+
+    name: str
+    text: str
+
+
+def items(text: str) -> list[Step | File]:
+    """Everything in a page that its runner acts on, in order."""
+    found: list[Step | File] = []
+    for language, title, body in _BLOCK.findall(text):
+        if language == "console":
+            found += [_step(part) for part in _parts(body)]
+        elif title or language == "python":
+            found.append(File(title, body))
+    return found
+
+
+def steps(text: str) -> list[Step]:
+    """All commands of a page, in order."""
+    return [each for each in items(text) if isinstance(each, Step)]
+
+
+def plain(command: str) -> str:
+    """Return a command without its comment, in one spelling."""
+    return shlex.join(shlex.split(command, comments=True))
+
+
+def all_commands() -> list[str]:
+    """The commands of all pages, as :func:`plain` spells them."""
+    return [plain(step.command) for page in PAGES for step in steps(page.read_text(encoding="utf-8"))]
+
+
+def _parts(body: str) -> list[str]:
+    return [part for part in re.split(r"^(?=\$ )", body, flags=re.MULTILINE) if part.startswith("$ ")]
+
+
+def _step(part: str) -> Step:
+    command, _, shown = part.removeprefix("$ ").partition("\n")
+    return Step(command, tuple(shown.rstrip("\n").splitlines()))
+
+
+def prepare(folder: Path) -> None:
+    """Put into an empty folder what commands of the pages name: the examples and the simulator."""
+    make_folder(folder)
+    away = shutil.ignore_patterns("__pycache__", "*.jpg")
+    shutil.copytree(ROOT / "examples", folder / "examples", ignore=away, dirs_exist_ok=True)
+    shutil.copytree(ROOT / "tests/virtual_display", folder / "tests/virtual_display", ignore=away)
+
+
+def run_page(text: str, folder: Path) -> list[tuple[str, ...]]:
+    """Run a page in a prepared folder, and return the lines that each of its commands prints."""
+    printed = []
+    for each in items(text):
+        if isinstance(each, Step):
+            printed.append(run(each.command, folder))
+        elif each.name:
+            (folder / each.name).write_text(each.text, encoding="utf-8")
+        else:
+            _python(["-c", each.text], folder, what=each.text)
+    return printed
+
+
+def run(command: str, folder: Path) -> tuple[str, ...]:
+    """Run a command of a page in a folder, and return the lines that it prints; fails where the command fails."""
+    program, *arguments = shlex.split(command, comments=True)
+    out = _python(arguments, folder, what=command) if program == "python" else run_lutgen(command, folder)
+    return tuple(line.rstrip() for line in out.rstrip().splitlines())
+
+
+def _python(arguments: list[str], folder: Path, *, what: str) -> str:
+    environment = os.environ | {"PYTHONUTF8": "1", "PYTHONPATH": os.pathsep.join(["", str(ROOT)])}
+    done = subprocess.run(
+        [sys.executable, *arguments], cwd=folder, env=environment, capture_output=True, encoding="utf-8", check=False
+    )
+    assert done.returncode == 0, f"{what}\nfails in {folder}:\n{done.stderr}"
+    return done.stdout
+
+
+def differences(shown: tuple[str, ...], printed: tuple[str, ...]) -> list[str]:
+    """Say where a page differs from what is printed, but for last digits and for what ``…`` leaves out."""
+    place, free = 0, not shown
+    for line in shown:
+        if line == LEFT_OUT:
+            free = True
+            continue
+        found = next((at for at in range(place, len(printed)) if same(line, printed[at])), None)
+        if found is None or (found > place and not free):
+            near = printed[place] if place < len(printed) else "nothing more"
+            return [f"the page says     {line}", f"it prints, there  {near}"]
+        place, free = found + 1, False
+    if place < len(printed) and not free:
+        return ["the page says     nothing more", f"it prints, there  {printed[place]}"]
+    return []
+
+
+def same(one: str, other: str) -> bool:
+    """Whether two lines say the same: words alike, numbers to about their last digit, whatever the spaces."""
+    if _words(one) != _words(other):
+        return False
+    return all(_near(*pair) for pair in zip(_NUMBER.findall(one), _NUMBER.findall(other), strict=True))
+
+
+def _words(line: str) -> str:
+    return " ".join(_NUMBER.sub("#", line).split())
+
+
+def _near(one: str, other: str) -> bool:
+    unit = 10.0 ** -len(one.partition(".")[2])
+    return abs(float(one) - float(other)) <= max(UNITS * unit, SHARE * abs(float(one)))
+
+
+def renewed(text: str, printed: list[tuple[str, ...]]) -> str:
+    """Put what the commands print into a page, leaving out what the page leaves out."""
+    outputs = iter(printed)
+
+    def renew(block: re.Match[str]) -> str:
+        if block[1] != "console":
+            return block[0]
+        parts = [(_step(part), next(outputs)) for part in _parts(block[3])]
+        lines = [line for step, new in parts for line in (f"$ {step.command}", *_kept(step.shown, new))]
+        return "\n".join(["```console", *lines, "```"])
+
+    return _BLOCK.sub(renew, text)
+
+
+def _kept(shown: tuple[str, ...], printed: tuple[str, ...]) -> list[str]:
+    """Of what is printed, the lines that the page has too."""
+    if not shown:
+        return []
+    kept: list[int] = []
+    for line in shown:
+        start = kept[-1] + 1 if kept else 0
+        alike = [(_alike(line, printed[at]), -at) for at in range(start, len(printed))] if line != LEFT_OUT else []
+        best, at = max(alike, default=(0.0, 0))
+        if best > ALIKE:
+            kept.append(-at)
+    lines: list[str] = []
+    for before, at in zip_longest([-1, *kept], [*kept, len(printed)]):
+        between = printed[before + 1 : at]
+        lines += [LEFT_OUT] if any(between) else between
+        lines += printed[at : at + 1]
+    return lines
+
+
+def _alike(one: str, other: str) -> float:
+    return SequenceMatcher(None, _words(one), _words(other), autojunk=False).ratio()
+
+
+def pictures(text: str) -> dict[Path, Path]:
+    """Pictures of docs/images that the commands of a page make → where they write them."""
+    folders = re.findall(r"--plots out/(\S+)", text)
+    targets = re.findall(r"images/([\w-]+\.(?:png|jpg))", text)
+    found = {}
+    for target in map(Path, targets):
+        name = next((each for each in folders if target.name.startswith(f"{each}-")), "")
+        source = Path("out", name, target.name.removeprefix(f"{name}-") if name else target.name)
+        if name or f"$ python -m examples.{target.stem.replace('-', '_')}" in text:
+            found[PICTURES / target] = source
+    return found
+
+
+def main() -> int:
+    """Run and compare, or renew; the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m tests.pages", description="Run README.md and docs/.")
+    parser.add_argument("pages", nargs="*", type=Path, help="some pages instead of all")
+    parser.add_argument("--write", action="store_true", help="renew the pages and their pictures")
+    options, off = parser.parse_args(), 0
+    for page in options.pages or PAGES:
+        text = page.read_text(encoding="utf-8")
+        with TemporaryDirectory() as scratch:
+            folder = Path(scratch)
+            prepare(folder)
+            printed = run_page(text, folder)
+            for step, lines in zip(steps(text), printed, strict=True):
+                found = differences(step.shown, lines)
+                off += bool(found)
+                print("\n".join([f"$ {step.command}", *found]), flush=True)
+            if options.write:
+                page.write_text(renewed(text, printed), encoding="utf-8")
+                for target, source in pictures(text).items():
+                    _save_small(folder / source, target)
+    return 1 if off and not options.write else 0
+
+
+def _save_small(source: Path, target: Path) -> None:
+    """Copy a picture; a PNG in fewer colours."""
+    from PIL import Image
+
+    target.parent.mkdir(exist_ok=True)
+    if source.suffix == ".png":
+        with Image.open(source) as image:
+            few = image.convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE, ROUNDS, dither=Image.Dither.NONE)
+            few.save(target, optimize=True)
+    else:
+        shutil.copyfile(source, target)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

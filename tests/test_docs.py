@@ -1,0 +1,277 @@
+"""README.md and docs/ are held to the code: every command runs, prints what the page says, and every link leads on."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from typing import TYPE_CHECKING
+
+import pytest
+from PIL import Image
+
+from docs.generate.markup import anchor
+from examples import make_displays
+from lutgen import LutgenError, __version__, names, read_measurements
+from lutgen.bake.formats import format_names
+from lutgen.display import MODES, REFERENCES, SELECTIONS
+from tests.examples_folder import COMMANDS, ROOT, make_folder
+from tests.pages import (
+    DOCS,
+    LEFT_OUT,
+    PAGES,
+    File,
+    Step,
+    all_commands,
+    differences,
+    items,
+    pictures,
+    prepare,
+    renewed,
+    run_page,
+    same,
+    steps,
+)
+from tests.virtual_display.campaign import csv_text
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+pytestmark = pytest.mark.texts
+
+ALL = sorted({*PAGES, *DOCS.rglob("*.md"), ROOT / "CONTRIBUTING.md", ROOT / "SECURITY.md"})
+TEXTS = {page: page.read_text(encoding="utf-8") for page in ALL}
+
+#: Bytes that a picture or a table may take in the repository.
+SMALL = 150_000
+
+
+def of(page: Path) -> str:
+    return page.relative_to(ROOT).as_posix()
+
+
+# What the pages say
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", [page for page in PAGES if items(TEXTS[page])], ids=of)
+def test_a_page_says_what_its_commands_print_and_shows_what_they_draw(page: Path, tmp_path: Path) -> None:
+    text = TEXTS[page]
+    prepare(tmp_path)
+    printed = run_page(text, tmp_path)
+    off = {step.command: differences(step.shown, lines) for step, lines in zip(steps(text), printed, strict=True)}
+    assert not {command: found for command, found in off.items() if found}
+    again = renewed(text, printed)
+    assert all(same(*lines) for lines in zip(again.splitlines(), text.splitlines(), strict=True))
+    for shown, source in pictures(text).items():
+        with Image.open(shown) as old, Image.open(tmp_path / source) as new:
+            assert old.size == new.size, shown
+
+
+def test_a_command_stands_in_one_page_once() -> None:
+    commands = all_commands()
+    assert len(commands) > 50
+    assert {command for command in commands if commands.count(command) > 1} == set()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=of)
+def test_a_command_stands_in_a_block_that_is_run(page: Path) -> None:
+    fenced = re.findall(r"^```(\w*)[^\n]*\n(.*?)^```$", TEXTS[page], flags=re.DOTALL | re.MULTILINE)
+    for language, body in fenced:
+        assert language, body
+        if language != "console":
+            assert not re.findall(r"^(?:\$ )?lutgen .*", body, flags=re.MULTILINE)
+
+
+def test_options_name_what_the_library_has() -> None:
+    assert tuple(MODES) == names.MODES
+    assert tuple(SELECTIONS) == names.SELECTIONS
+    assert REFERENCES == names.REFERENCES
+
+
+@pytest.mark.parametrize("name", [*COMMANDS, *MODES, *SELECTIONS, *REFERENCES, *format_names()])
+def test_a_guide_or_an_explanation_mentions_every_command_mode_and_format(name: str) -> None:
+    by_hand = "".join(TEXTS[page] for page in PAGES)
+    assert re.search(rf"(?<![\w-]){name}(?![\w-])", by_hand)
+
+
+def test_readme_is_short() -> None:
+    assert len(TEXTS[ROOT / "README.md"].splitlines()) <= 120
+
+
+def test_the_tutorial_shows_every_command_of_criticism_with_its_output() -> None:
+    tutorial = steps(TEXTS[DOCS / "tutorial.md"])
+    commands = " ".join(step.command for step in tutorial)
+    assert all(f"lutgen {name} " in commands for name in ("compare", "diagnose", "refine", "effects", "build", "check"))
+    assert all(set(step.shown) - {LEFT_OUT, ""} for step in tutorial)
+
+
+def test_the_tutorials_own_effect_is_that_of_the_file_and_takes_15_lines() -> None:
+    (shown,) = [each.text for each in items(TEXTS[DOCS / "tutorial.md"]) if isinstance(each, File)]
+    assert shown == (ROOT / "examples/viewing_gamma.py").read_text(encoding="utf-8")
+    assert len(shown.splitlines()) <= 15
+
+
+@pytest.mark.parametrize("name", make_displays.DISPLAYS)
+def test_a_display_is_what_its_maker_makes_and_says_that_it_is_simulated(name: str) -> None:
+    text = (ROOT / "examples" / name).read_text(encoding="utf-8")
+    assert make_displays.same(text, csv_text(make_displays.DISPLAYS[name]))
+    assert "SIMULATED" in text.partition("\n")[0]
+    assert len(text) < SMALL
+
+
+@pytest.mark.skipif(shutil.which("oiiotool") is None, reason="oiiotool is not installed (Debian: openimageio-tools)")
+def test_the_default_configs_work_in_oiiotool_as_the_guide_says(tmp_path: Path) -> None:
+    make_folder(tmp_path)
+    (recipe,) = re.findall(r"^oiiotool .*", TEXTS[DOCS / "guides/viewers-and-formats.md"], flags=re.MULTILINE)
+    for config in ("chroma/10000h/config.ocio", "config.ocio"):
+        environment = os.environ | {
+            "OCIO": str(ROOT / "configs/default" / config),
+            "AGING_MODE": "chroma",
+            "AGING_HOURS": "10000",
+        }
+        out = f"{config.replace('/', '-')}.png"
+        command = [*recipe.split()[:-1], out]
+        subprocess.run(command, cwd=tmp_path, env=environment, check=True, capture_output=True, timeout=60)
+        assert (tmp_path / out).is_file()
+
+
+def test_the_public_workflow_runs_the_commands_of_readme() -> None:
+    (begin,) = re.findall(r"^```sh\n(.*?)^```$", TEXTS[ROOT / "README.md"], flags=re.DOTALL | re.MULTILINE)
+    workflow = (ROOT / ".github/workflows/ci.yml").read_text(encoding="utf-8")
+    commands = re.findall(r"^make \w+", begin, flags=re.MULTILINE)
+    assert commands == ["make demo", "make test"]
+    assert re.findall(r"- run: (make .*)", workflow) == commands
+
+
+def test_the_citation_names_this_version() -> None:
+    assert f"\nversion: {__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+
+
+# The table of readings
+
+
+def columns() -> dict[str, tuple[float, float, bool]]:
+    """Column → smallest and largest value by the guide, and whether a blank cell is allowed."""
+    rows = re.findall(r"^\| (`\w+`[^|]*) \| [^|]+ \| (\S+) to (\S+) \| ([^|]+) \|", GUIDE, flags=re.MULTILINE)
+    return {
+        name: (float(low), float(high), not blank.startswith("an error"))
+        for names, low, high, blank in rows
+        for name in re.findall(r"`(\w+)`", names)
+    }
+
+
+GUIDE = TEXTS[DOCS / "guides/your-display.md"]
+HEAD = "hour,R,G,B,X,Y,Z"
+TIPS = {"1,1,1": "95,100,109", "1,0,0": "41,21,2", "0,1,0": "36,72,12", "0,0,1": "18,7,95"}
+
+
+def table_with(column: str, cell: str) -> str:
+    """A small table; the last of its rows has this cell, in a column of its own where it is optional."""
+    rows = [f"0,{drive},{xyz}" for drive, xyz in TIPS.items()]
+    last = dict(zip(HEAD.split(","), ["5", "0.5", "0.5", "0.5", "20", "21", "23"], strict=True))
+    if column in last:
+        last[column] = cell
+        return "\n".join([HEAD, *rows, ",".join(last.values())]) + "\n"
+    return "\n".join([f"{HEAD},{column}", *(f"{row}," for row in rows), f"{','.join(last.values())},{cell}"]) + "\n"
+
+
+def reads(text: str, folder: Path) -> bool:
+    (folder / "readings.csv").write_text(text)
+    try:
+        read_measurements(folder / "readings.csv")
+    except LutgenError:
+        return False
+    return True
+
+
+def test_the_guide_has_every_column() -> None:
+    assert {*HEAD.split(","), "u", "v", "ambient_lx", "warmup_min", "temperature_c", "window", "surround"} <= set(
+        columns()
+    )
+
+
+@pytest.mark.parametrize("column", [name for name in columns() if name not in "xy"])
+def test_the_guides_ranges_and_blanks_are_those_of_the_reader(column: str, tmp_path: Path) -> None:
+    low, high, may_be_blank = columns()[column]
+    assert reads(table_with(column, repr(low)), tmp_path)
+    assert reads(table_with(column, repr(high)), tmp_path)
+    step = 1e-7 if column == "window" else (high - low) / 1000
+    assert not reads(table_with(column, repr(low - step)), tmp_path)
+    assert not reads(table_with(column, repr(high + step)), tmp_path)
+    assert reads(table_with(column, ""), tmp_path) == may_be_blank
+
+
+# Links and the site
+
+
+def targets(text: str) -> list[str]:
+    without_code = re.sub(r"^```.*?^```$", "", text, flags=re.DOTALL | re.MULTILINE)
+    found: list[str] = re.findall(r'\]\(([^)\s]+)\)|(?:src|href)="([^"]+)"', without_code)
+    return [target for pair in found for target in pair if target and "://" not in target]
+
+
+def anchors(text: str) -> set[str]:
+    return {anchor(title.replace("`", "")) for title in re.findall(r"^#+ (.*)$", text, flags=re.MULTILINE)}
+
+
+@pytest.mark.parametrize("page", ALL, ids=of)
+def test_every_link_leads_somewhere(page: Path) -> None:
+    for target in targets(TEXTS[page]):
+        path, _, place = target.partition("#")
+        there = (page.parent / path).resolve() if path else page
+        assert there.exists(), target
+        if place:
+            assert place in anchors(TEXTS[there]), target
+
+
+def test_every_picture_is_small_and_shown() -> None:
+    shown = "".join(TEXTS.values())
+    for path in (DOCS / "images").iterdir():
+        assert path.stat().st_size < SMALL, path
+        assert f"images/{path.name}" in shown, path
+
+
+@pytest.mark.slow
+def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(tmp_path)]
+    environment = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "tutorial/index.html").is_file()
+    assert (tmp_path / "reference/effects/black-level/index.html").is_file()
+
+
+# The runner
+
+SHOWN = ("a 1.00", LEFT_OUT, "c 3.00")
+
+
+@pytest.mark.parametrize(
+    ("printed", "alike"),
+    [
+        (("a 1.00", "b 2.00", "c 3.00"), True),
+        (("a  1.01", "c 2.99"), True),
+        (("a 1.02", "b 2.00", "c 3.00"), False),
+        (("a 1.00", "b 2.00", "d 3.00"), False),
+        (("a 1.00", "c 3.00", "d 4.00"), False),
+        (("b 2.00", "a 1.00", "c 3.00"), False),
+    ],
+)
+def test_a_difference_is_seen_and_rounding_is_none(printed: tuple[str, ...], alike: bool) -> None:
+    assert (differences(SHOWN, printed) == []) == alike
+
+
+def test_a_renewed_page_has_new_numbers_and_the_same_gaps() -> None:
+    text = "```console\n$ one\na 1.00\n…\nc 3.00\n$ two # silent\n```\n\n```sh\n$ three\n```\n"
+    again = renewed(text, [("a 5.00", "b 6.00", "c 7.00"), ("x", "y")])
+    assert again == "```console\n$ one\na 5.00\n…\nc 7.00\n$ two # silent\n```\n\n```sh\n$ three\n```\n"
+
+
+def test_a_page_is_read_in_order() -> None:
+    text = '```console\n$ one\na\n$ two\n```\n```toml title="a.toml"\nb\n```\n```python\nc\n```\n```sh\nd\n```\n'
+    found = items(text)
+    assert found[:2] == [Step("one", ("a",)), Step("two", ())]
+    assert found[2:] == [File("a.toml", "b\n"), File("", "c\n")]

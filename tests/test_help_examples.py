@@ -1,0 +1,41 @@
+"""Every command's help ends in examples that work."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.examples_folder import COMMANDS, make_folder, run_lutgen
+from tests.pages import all_commands, plain
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+pytestmark = pytest.mark.texts
+
+#: A command line is run once: what README and docs show, tests/test_docs.py runs.
+RUN_BY_DOCS = frozenset(all_commands())
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_folder(tmp_path_factory.mktemp("examples"))
+
+
+def examples(command: str) -> list[str]:
+    """The example lines of a command's help."""
+    text = COMMANDS[command].help
+    assert text is not None
+    _, _, after = text.partition("Example:")
+    return [line.strip() for line in after.splitlines() if line.strip().startswith("lutgen ")]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", ["build", *(name for name in COMMANDS if name != "build")])
+def test_every_commands_help_ends_in_examples_that_work(command: str, folder: Path) -> None:
+    lines = examples(command)
+    assert lines
+    for line in lines:
+        if plain(line) not in RUN_BY_DOCS:
+            run_lutgen(line, folder)
