@@ -1,0 +1,67 @@
+"""What a rewriting is, how it is entered into a registry, and the groups of rows that several of them need."""
+
+from __future__ import annotations
+
+from functools import wraps
+from typing import TYPE_CHECKING
+from zlib import crc32
+
+import numpy as np
+
+from tests.generators.table import Table, parsed
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from numpy.typing import NDArray
+
+    Rewriting = Callable[[str], str]
+    OfTable = Callable[[Table], Table]
+
+
+class CannotRewrite(ValueError):  # noqa: N818, it is no error: the caller leaves this pair out and says so
+    """This campaign cannot be written down in this way, and why."""
+
+
+def rewriting(registry: dict[str, Rewriting]) -> Callable[[OfTable], Rewriting]:
+    """Enter a function of tables into a registry of functions of texts, under the first line of its docstring."""
+
+    def enter(rewrite: OfTable) -> Rewriting:
+        @wraps(rewrite)
+        def of_text(text: str) -> str:
+            given = parsed(text)
+            rewritten = rewrite(given).text()
+            if rewritten == given.text():
+                raise CannotRewrite("the file is written so already")
+            return rewritten
+
+        registry[name_of(rewrite)] = of_text
+        return of_text
+
+    return enter
+
+
+def name_of(function: Callable[..., object]) -> str:
+    """The first line of the docstring, without its capital and full stop."""
+    sentence = (function.__doc__ or "").partition("\n")[0].rstrip(".")
+    return sentence[0].lower() + sentence[1:]
+
+
+def random_of(table: Table) -> np.random.Generator:
+    """A generator of random numbers that follows from the text."""
+    return np.random.default_rng(crc32(table.text().encode()))
+
+
+def rows_of_each(labels: Iterable[object]) -> list[NDArray[np.intp]]:
+    """Rows of each label, labels in their first order."""
+    groups: dict[object, list[int]] = {}
+    for row, label in enumerate(labels):
+        groups.setdefault(label, []).append(row)
+    return [np.array(rows) for rows in groups.values()]
+
+
+def rows_of_sessions(table: Table) -> list[NDArray[np.intp]]:
+    """Rows of each session, earliest first."""
+    hours = table.numbers("hour")
+    sessions = rows_of_each(zip(hours, table.session, strict=True))
+    return sorted(sessions, key=lambda rows: float(hours[rows[0]]))
