@@ -52,12 +52,16 @@ def _again(truth: Truth, rows: NDArray[np.intp], name: str) -> Truth:
     )
 
 
+def _points(truth: Truth) -> NDArray[np.bool_]:
+    return is_colour_point(truth.drive) & at_rest(truth.conditions, truth.drive, truth.note)
+
+
 @_of_truth
 def extra_sessions(truth: Truth, seed: int) -> Truth:
     """Two extra sessions in between."""
-    hours = np.unique(truth.hours)[1:-1]
+    hours = np.unique(truth.hours[_points(truth)])[1:-1]
     if hours.size < 2:
-        raise CannotRewrite("fewer than four hours")
+        raise CannotRewrite("fewer than four hours at which the colour points were read")
     for number, hour in enumerate(np.random.default_rng(seed).choice(hours, 2, replace=False)):
         truth = _again(truth, np.flatnonzero(truth.hours == hour), f"extra {number + 1}")
     return truth
@@ -66,6 +70,6 @@ def extra_sessions(truth: Truth, seed: int) -> Truth:
 @_of_truth
 def extra_colour_points(truth: Truth, seed: int) -> Truth:
     """An extra session of colour points alone."""
-    hour = np.random.default_rng(seed).choice(np.unique(truth.hours)[1:])
-    points = is_colour_point(truth.drive) & at_rest(truth.conditions, truth.drive, truth.note)
+    points = _points(truth)
+    hour = np.random.default_rng(seed).choice(np.unique(truth.hours[points])[1:])
     return _again(truth, np.flatnonzero(points & (truth.hours == hour)), "colour points again")

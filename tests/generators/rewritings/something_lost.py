@@ -30,7 +30,9 @@ def _replicates(table: Table) -> list[NDArray[np.intp]]:
 
 
 def _middle(table: Table) -> NDArray[np.intp]:
-    sessions = rows_of_sessions(table)
+    """Rows of the middle one of the sessions that have colour points."""
+    point = is_colour_point(table.drive) & table.at_rest()
+    sessions = [rows for rows in rows_of_sessions(table) if point[rows].any()]
     if len(sessions) < 3:
         raise CannotRewrite("there is no session between the first and the last")
     return sessions[len(sessions) // 2]
