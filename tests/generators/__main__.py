@@ -1,0 +1,105 @@
+"""``python -m tests.generators``: all generators put to lutgen, their figures side by side against the gates.
+
+Exit code 1 when a figure misses its gate, or a generator that was named cannot be had here.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import lutgen
+from tests.generators.meters import METERS
+from tests.generators.scoring.ask import ask
+from tests.generators.scoring.figures import FIGURES, result
+from tests.generators.scoring.questions import Wanted, questions
+from tests.generators.scoring.report import report
+from tests.generators.scoring.sources import SOURCES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from tests.generators.scoring.ask import Answered
+    from tests.generators.scoring.figures import Result
+    from tests.generators.scoring.questions import Question
+
+RESULTS = Path(__file__).with_name("RESULTS.md")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the scoring; the exit code."""
+    options = _options(arguments)
+    wanted = Wanted(
+        seed=options.seed,
+        per_kind=options.per_kind,
+        rewritten=options.rewritten,
+        only=options.only,
+        meters=tuple(options.meter or METERS),
+        baseline=options.baseline,
+        order=options.order,
+    )
+    asked: list[Question] = []
+    left_out = []
+    for name in options.generator or SOURCES:
+        if SOURCES[name].missing:
+            left_out.append(f"{name} is left out: {SOURCES[name].missing}.")
+        else:
+            asked += questions(SOURCES[name], wanted)
+    print(*left_out, sep="\n", file=sys.stderr)
+    if not asked:
+        print("Nothing to ask. Name a sort or an effect that a generator here has.", file=sys.stderr)
+        return 1
+    answers = _answers(asked, options.workers)
+    text = "\n".join([*left_out, report(answers)])
+    print(text)
+    if options.write:
+        command = "python -m tests.generators " + shlex.join(sys.argv[1:] if arguments is None else arguments)
+        birth = f"lutgen {lutgen.__version__}, seed {options.seed}. Made by `{command}`; do not edit."
+        RESULTS.write_text(f"# Hidden effects of all generators, found or not\n\n{birth}\n\n{text}\n", encoding="utf-8")
+    missed = not all(found.met for name in SOURCES for found in _results(answers, name))
+    return 1 if missed or (options.generator and left_out) else 0
+
+
+def _results(answers: Sequence[Answered], generator: str) -> Iterable[Result]:
+    those = [one for one in answers if one.question.generator == generator]
+    return [found for figure in FIGURES if (found := result(figure, those)) is not None]
+
+
+def _answers(asked: Sequence[Question], workers: int) -> list[Answered]:
+    """Ask all questions, in this process where ``workers`` is 0."""
+    if workers == 0:
+        return [ask(question) for question in asked]
+    answers = []
+    with ProcessPoolExecutor(workers) as pool:
+        for done, answer in enumerate(pool.map(ask, asked), start=1):
+            answers.append(answer)
+            if sys.stderr.isatty() or done % 20 == 0:
+                print(f"\r{done} of {len(asked)} campaigns", end="", file=sys.stderr, flush=True)
+    return answers
+
+
+def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m tests.generators", description=__doc__)
+    parser.add_argument("--seed", type=int, default=1, help="tune on other seeds than you score with")
+    parser.add_argument(
+        "--per-kind", type=int, default=4, metavar="N", help="campaigns of each sort; healthy ones: N for each meter"
+    )
+    parser.add_argument(
+        "--rewritten", type=int, default=2, metavar="N", help="campaigns that are written down in all other ways"
+    )
+    parser.add_argument("--only", default="", metavar="KIND", help="one sort of question, or one effect")
+    parser.add_argument("--generator", action="append", choices=SOURCES, help="only this one; again for another")
+    parser.add_argument("--meter", action="append", choices=METERS, help="only this one; again for another")
+    parser.add_argument("--baseline", default="", choices=["", "colour-points", "first-hour", "native"])
+    parser.add_argument("--no-order", dest="order", action="store_false", help="no file tells the order of reading")
+    parser.add_argument("--workers", type=int, default=2, help="processes; 0: this one")
+    parser.add_argument("--write", action="store_true", help=f"write {RESULTS.name}")
+    return parser.parse_args(arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,189 @@
+"""Puts one question to lutgen as a user would: a file, a baseline, a diagnosis."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+from lutgen.errors import LutgenError
+from tests.generators.meters import METERS
+from tests.generators.rewritings import NOTHING_LOST, OF_TRUTH, SOMETHING_LOST, CannotRewrite
+from tests.generators.scoring.sources import SOURCES
+from tests.generators.scoring.strength import sized
+from tests.generators.table import table
+from tests.virtual_display.judge import Reply
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from tests.generators.scoring.questions import Question
+    from tests.generators.truth import Truth
+
+#: What a fault in lutgen would raise: such a campaign counts as answered wrongly, and the rest is still scored.
+FAULTS = (
+    ArithmeticError,
+    AssertionError,
+    AttributeError,
+    LookupError,
+    MemoryError,
+    RuntimeError,
+    TypeError,
+    ValueError,
+)
+
+#: Shares of effects and the error after adding them may differ by so much of 1: they are printed to two digits.
+ROUNDING = 0.01
+
+
+@dataclass(frozen=True)
+class Said:
+    """What lutgen said of one file, with the shares of the effects and the RMS error in σ with them added."""
+
+    reply: Reply
+    shares: dict[str, float] = field(default_factory=dict)
+    after: float = 0.0
+
+    @property
+    def verdict(self) -> tuple[str, frozenset[str]]:
+        """The verdict and all names that it puts forward."""
+        return self.reply.verdict, self.reply.answered
+
+    def agrees(self, other: Said) -> bool:
+        """Whether verdict, names, shares and error are the same but for rounding."""
+        return (
+            self.verdict == other.verdict
+            and self.shares.keys() == other.shares.keys()
+            and all(abs(share - other.shares[name]) <= ROUNDING for name, share in self.shares.items())
+            and abs(self.after - other.after) <= ROUNDING * max(self.after, other.after)
+        )
+
+
+@dataclass(frozen=True)
+class Rewritten:
+    """What became of one rewriting.
+
+    ``lossless`` says whether nothing was lost; ``verdict`` and ``figures`` whether they stayed; where the campaign
+    cannot be written so, ``cannot`` says why.
+    """
+
+    name: str
+    lossless: bool
+    verdict: bool = True
+    figures: bool = True
+    said: str = ""
+    cannot: str = ""
+
+
+@dataclass(frozen=True)
+class Answered:
+    """A question, how many smallest detectable sizes each hidden effect has, and the reply."""
+
+    question: Question
+    multiples: tuple[float, ...]
+    said: Said
+    rewritten: tuple[Rewritten, ...] = ()
+
+    @property
+    def reply(self) -> Reply:
+        """What lutgen said."""
+        return self.said.reply
+
+
+def ask(question: Question) -> Answered:
+    """Make the campaign, put it to lutgen, and where the question says so, once more in each other writing."""
+    hidden, multiples = _hidden(question)
+    truth = _campaign(question, hidden)
+    said = put(question, _text(question, truth))
+    if question.sort != "rewritten" or said.reply.verdict in ("traceback", "refused"):
+        return Answered(question, multiples, said)
+    return Answered(question, multiples, said, tuple(_rewritings(question, truth, said)))
+
+
+def _campaign(question: Question, hidden: dict[str, float]) -> Truth:
+    make = SOURCES[question.generator].load().campaign
+    return make(question.seed, hidden, design=question.design, habits=question.habits)
+
+
+def _hidden(question: Question) -> tuple[dict[str, float], tuple[float, ...]]:
+    """Sizes of what is hidden, in typical ones, each effect sized as if it were alone."""
+    if question.typical:
+        return dict(zip(question.effects, question.sizes, strict=True)), ()
+    discrepancy = SOURCES[question.generator].discrepancy
+    first_hour = question.baseline == "first-hour"
+    found = [
+        sized(partial(_alone, question, name), target, first_hour=first_hour, discrepancy=discrepancy)
+        for name, target in zip(question.effects, question.sizes, strict=True)
+    ]
+    sizes = {name: each.size for name, each in zip(question.effects, found, strict=True)}
+    return sizes, tuple(each.multiple for each in found)
+
+
+def _alone(question: Question, name: str, size: float) -> Truth:
+    return _campaign(question, {name: size})
+
+
+def _text(question: Question, truth: Truth) -> str:
+    meter = METERS[question.meter]
+    stated = replace(truth, metadata={**truth.metadata, **meter.metadata})
+    return table(stated, meter.read(truth, question.seed), order=question.order)
+
+
+def put(question: Question, text: str) -> Said:
+    """Diagnose one file. What lutgen refuses has the verdict ``refused``, what makes it fall ``traceback``."""
+    from lutgen.criticism.diagnose import diagnose
+    from lutgen.criticism.problem import BASELINES
+    from lutgen.measurements import read_measurements
+
+    names = dict(zip(("colour-points", "first-hour", "native"), BASELINES, strict=True))
+    start = time.perf_counter()
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "readings.csv"
+        path.write_bytes(text.encode())
+        try:
+            readings = read_measurements(path)
+            found = diagnose(readings, baseline=names[question.baseline], without=question.without)
+            seconds = time.perf_counter() - start
+            reply = Reply.of(found.as_json(), seconds=seconds)
+            after = found.after.error.rms_sigma if question.sort == "rewritten" else 0.0
+            return Said(reply, dict(found.verdict.shares), after)
+        except LutgenError as refusal:
+            return Said(Reply("refused", sentence=str(refusal).replace(folder, "")))
+        except FAULTS as fault:
+            return Said(Reply("traceback", sentence=f"{type(fault).__name__}: {fault}"))
+
+
+def _rewritings(question: Question, truth: Truth, said: Said) -> Iterator[Rewritten]:
+    text = _text(question, truth)
+    for name, rewrite in NOTHING_LOST.items():
+        yield _compared(question, said, name, partial(rewrite, text), lossless=True)
+    if question.effects and not clear(question):
+        return
+    for name, rewrite in SOMETHING_LOST.items():
+        yield _compared(question, said, name, partial(rewrite, text), lossless=False)
+    for name, read_more in OF_TRUTH.items():
+        yield _compared(question, said, name, partial(_read_more, question, truth, read_more), lossless=False)
+
+
+def clear(question: Question) -> bool:
+    """Whether one effect of the catalogue is hidden, at a clear size."""
+    known = SOURCES[question.generator].load().KINDS
+    return len(question.effects) == 1 and question.effects[0] in known and question.sizes[0] >= 3.0
+
+
+def _read_more(question: Question, truth: Truth, read_more: Callable[[Truth, int], Truth]) -> str:
+    return _text(question, read_more(truth, question.seed))
+
+
+def _compared(question: Question, said: Said, name: str, write: Callable[[], str], *, lossless: bool) -> Rewritten:
+    try:
+        text = write()
+    except CannotRewrite as why:
+        return Rewritten(name, lossless, cannot=str(why))
+    again = put(question, text)
+    words = again.reply.short if again.verdict[0] not in ("refused", "traceback") else f"{again.verdict[0]}: "
+    words += again.reply.sentence if words.endswith(": ") else ""
+    return Rewritten(name, lossless, again.verdict == said.verdict, again.agrees(said), words)

@@ -1,0 +1,183 @@
+"""What is counted: the figures of the issue against their gates, each generator apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from scipy.stats import binomtest
+
+from tests.generators.meters import METERS
+from tests.generators.scoring.questions import TIED
+from tests.generators.scoring.sources import SOURCES
+from tests.virtual_display.judge import CONFIDENT
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+    from tests.generators.scoring.ask import Answered
+
+#: A set of names is an answer when it has no more than these.
+AT_MOST = 2
+
+#: Light that adds to every reading alike: on greys the data may tell which of them it is, or not.
+ADDITIVE = "meter-offset"
+
+
+def right(one: Answered) -> bool:
+    """Whether the reply is an honest one to what is hidden."""
+    return _RIGHT[one.question.sort](one)
+
+
+def _consistent(one: Answered) -> bool:
+    return one.reply.verdict == "consistent"
+
+
+def _names(one: Answered) -> bool:
+    return one.reply.verdict in (*CONFIDENT, "one-of")
+
+
+def _family(one: Answered) -> bool:
+    answered, truth = one.reply.answered, set(one.question.effects)
+    if one.reply.verdict == "one-of":
+        return truth <= answered and len(answered) <= AT_MOST
+    return one.reply.verdict in ("named", "form") and answered == truth
+
+
+def _exact(one: Answered) -> bool:
+    return one.reply.verdict == "several" and one.reply.answered == set(one.question.effects)
+
+
+def _reserved(one: Answered) -> bool:
+    """Nothing is named with confidence, but for the family of which a thing outside the catalogue is a form."""
+    kin = {SOURCES[one.question.generator].kin().get(name, "") for name in one.question.effects}
+    if one.question.sort == "outside" and one.reply.verdict == "form" and one.reply.answered == kin:
+        return True
+    return one.reply.verdict in ("consistent", "one-of", "unexplained", "measurement-problem")
+
+
+def _blind(one: Answered) -> bool:
+    (name,) = one.question.effects
+    if (one.question.design, name) not in TIED:
+        return _consistent(one)
+    if one.reply.verdict == "one-of":
+        return name in one.reply.answered
+    return one.reply.verdict in ("unexplained", "measurement-problem") or (name == ADDITIVE and _family(one))
+
+
+def _unchanged(one: Answered) -> bool:
+    return one.reply.verdict not in ("traceback", "refused") and all(
+        each.figures if each.lossless else each.verdict for each in one.rewritten
+    )
+
+
+_RIGHT: dict[str, Callable[[Answered], bool]] = {
+    "healthy": _consistent,
+    "clear": _family,
+    "faint": _family,
+    "pair": _exact,
+    "law": _family,
+    "outside": _reserved,
+    "removed": _reserved,
+    "blind": _blind,
+    "rewritten": _unchanged,
+}
+
+
+@dataclass(frozen=True)
+class Share:
+    """A figure: of the trials that ``trials`` finds in one answer, the share that are true.
+
+    ``gate`` and ``goal`` are upper limits where ``at_most``, else lower ones; None: for information.
+    """
+
+    title: str
+    trials: Callable[[Answered], Sequence[bool]]
+    gate: float | None = None
+    goal: float | None = None
+    at_most: bool = False
+
+
+def _of(
+    sort: str, counts: Callable[[Answered], bool], meter: str = "", truth: str = ""
+) -> Callable[[Answered], Sequence[bool]]:
+    def trials(one: Answered) -> Sequence[bool]:
+        asked = one.question
+        among = asked.sort == sort and meter in ("", asked.meter) and truth in ("", *asked.effects)
+        return [counts(one)] if among else []
+
+    return trials
+
+
+def _not(counts: Callable[[Answered], bool]) -> Callable[[Answered], bool]:
+    return lambda one: not counts(one)
+
+
+def _verdict(*verdicts: str) -> Callable[[Answered], Sequence[bool]]:
+    """One trial a diagnosis, those of rewritings too."""
+
+    def trials(one: Answered) -> Sequence[bool]:
+        tried = [each.said for each in one.rewritten if not each.cannot]
+        return [one.reply.verdict in verdicts, *(said.partition(":")[0] in verdicts for said in tried)]
+
+    return trials
+
+
+def _changes(*, lossless: bool, figures: bool) -> Callable[[Answered], Sequence[bool]]:
+    def trials(one: Answered) -> Sequence[bool]:
+        tried = [each for each in one.rewritten if each.lossless == lossless and not each.cannot]
+        return [not (each.figures if figures else each.verdict) for each in tried]
+
+    return trials
+
+
+FIGURES: tuple[Share, ...] = (
+    Share("tracebacks", _verdict("traceback"), 0.0, 0.0, at_most=True),
+    Share("refused files", _verdict("refused"), 0.0, 0.0, at_most=True),
+    Share("right family, clear (3–10×)", _of("clear", _family), 0.95, 0.99),
+    Share("right family, faint (1–3×)", _of("faint", _family), 0.85, 0.95),
+    Share("exact pair", _of("pair", _exact), 0.90, 0.97),
+    Share("from hour 0 alone (law)", _of("law", _family), 0.85, 0.95),
+    Share("healthy, all meters: not consistent", _of("healthy", _not(_consistent)), 0.05, 0.02, at_most=True),
+    Share("healthy, all meters: an effect named", _of("healthy", _names), 0.01, 0.005, at_most=True),
+    *(Share(f"healthy, {name}: not consistent", _of("healthy", _not(_consistent), name)) for name in METERS),
+    *(Share(f"healthy, {name}: an effect named", _of("healthy", _names, name)) for name in METERS),
+    Share("confidently wrong, outside the catalogue", _of("outside", _not(_reserved)), 0.05, 0.03, at_most=True),
+    Share("confidently wrong, truth removed", _of("removed", _not(_reserved)), 0.10, 0.05, at_most=True),
+    Share("blind designs honest", _of("blind", _blind), 0.95, 1.0),
+    Share("nothing lost: verdict changes", _changes(lossless=True, figures=False), 0.0, 0.0, at_most=True),
+    Share("nothing lost: verdict, share or error changes", _changes(lossless=True, figures=True), 0, 0, at_most=True),
+    Share("something lost: verdict changes", _changes(lossless=False, figures=False), 0.0, 0.0, at_most=True),
+)
+
+
+@dataclass(frozen=True)
+class Result:
+    """A figure as it came out, with Wilson's 95 % interval."""
+
+    figure: Share
+    hits: int
+    n: int
+
+    @property
+    def value(self) -> float:
+        """The share."""
+        return self.hits / self.n
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Wilson's 95 % interval."""
+        found = binomtest(self.hits, self.n).proportion_ci(method="wilson")
+        return float(found.low), float(found.high)
+
+    @property
+    def met(self) -> bool:
+        """Whether the value meets the gate."""
+        gate = self.figure.gate
+        return gate is None or (self.value <= gate if self.figure.at_most else self.value >= gate)
+
+
+def result(figure: Share, answers: Iterable[Answered]) -> Result | None:
+    """Work out one figure; None when no answer bears on it."""
+    trials = [trial for one in answers for trial in figure.trials(one)]
+    return Result(figure, sum(trials), len(trials)) if trials else None
