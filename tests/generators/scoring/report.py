@@ -22,8 +22,8 @@ def report(answers: Sequence[Answered]) -> str:
         [
             "## Figures against gates\n",
             figures(answers),
-            "\nShares with Wilson's 95 % interval. × is the smallest detectable size: a strength of 6.5 in the noise of",
-            "a good meter, beside what white and primaries take up.",
+            "\nShares with Wilson's 95 % interval. × is the smallest detectable size: a strength of 6.5 in the noise",
+            "of a good meter, beside what white and primaries take up.",
             f"\n{times(answers)}",
             "\n## Where the generators disagree\n",
             disagreements(answers),
