@@ -157,7 +157,7 @@ def parsed(text: str) -> Table:
 def table(truth: Truth, xyz: NDArray[np.float64], *, order: bool = True, digits: int = 6) -> str:
     """Text of the file in which ``xyz`` (n, 3), cd/m², stands for the truth's light.
 
-    Rows are sorted by hour, then in the order of reading; ``order`` says whether the file tells that order.
+    Rows stand as the generator hands them over; ``order`` says whether the file tells the order of reading.
     """
     names = [name for name in CONDITIONS if name in truth.conditions]
     columns = {"hour": _cells(truth.hours)}
@@ -171,7 +171,7 @@ def table(truth: Truth, xyz: NDArray[np.float64], *, order: bool = True, digits:
         columns["note"] = truth.note
     head = ["# SIMULATED: not measured; a generator of tests/generators of lutgen wrote this file"]
     head += [f"# {key}: {value}" for key, value in truth.metadata.items()]
-    return Table(tuple(head), columns).rows(np.lexsort((truth.order, truth.hours))).text()
+    return Table(tuple(head), columns).text()
 
 
 def _cells(values: NDArray[np.float64], digits: int = 10) -> tuple[str, ...]:

@@ -35,6 +35,9 @@ FAULTS = (
     ValueError,
 )
 
+#: A hidden effect that shows by less than this share of what was asked for belongs to no band of sizes.
+ENOUGH = 0.7
+
 #: Shares of effects and the error after adding them may differ by so much of 1: they are printed to two digits.
 ROUNDING = 0.01
 
@@ -91,6 +94,12 @@ class Answered:
     def reply(self) -> Reply:
         """What lutgen said."""
         return self.said.reply
+
+    @property
+    def large_enough(self) -> bool:
+        """Whether what is hidden is as large as the question says: not every design and display shows so much."""
+        asked = self.question.sizes
+        return all(found > ENOUGH * size for found, size in zip(self.multiples, asked, strict=bool(self.multiples)))
 
 
 def ask(question: Question) -> Answered:

@@ -103,7 +103,7 @@ def _of(
 ) -> Callable[[Answered], Sequence[bool]]:
     def trials(one: Answered) -> Sequence[bool]:
         asked = one.question
-        among = asked.sort == sort and meter in ("", asked.meter) and truth in ("", *asked.effects)
+        among = asked.sort == sort and one.large_enough and meter in ("", asked.meter) and truth in ("", *asked.effects)
         return [counts(one)] if among else []
 
     return trials

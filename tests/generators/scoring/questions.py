@@ -138,7 +138,7 @@ def _finished(drawn: Question, source: Source, wanted: Wanted, meter: str) -> Qu
 
 
 def _drawn(source: Source, sort: str, number: int, random: np.random.Generator, **more: object) -> Question:
-    given = {"habits": number % HABITS, **more}
+    given = {"habits": (_start(source, sort) + number) % HABITS, **more}
     return Question(source.name, sort, number, int(random.integers(1 << 31)), **given)  # type: ignore[arg-type]
 
 

@@ -25,6 +25,7 @@ def report(answers: Sequence[Answered]) -> str:
             "\nShares with Wilson's 95 % interval. × is the smallest detectable size: a strength of 6.5 in the noise",
             "of a good meter, beside what white and primaries take up.",
             f"\n{times(answers)}",
+            f"Not counted, since they cannot show as much as was asked for: {_small(answers)} campaigns.",
             "\n## Where the generators disagree\n",
             disagreements(answers),
             "\n## Truth and reply\n",
@@ -35,6 +36,10 @@ def report(answers: Sequence[Answered]) -> str:
             faults(answers),
         ]
     )
+
+
+def _small(answers: Iterable[Answered]) -> int:
+    return sum(not one.large_enough for one in answers)
 
 
 def _generators(answers: Iterable[Answered]) -> list[str]:
@@ -96,7 +101,8 @@ def disagreements(answers: Sequence[Answered]) -> str:
             lines.append(f"- {figure.title}: {shares}")
     truths: dict[tuple[str, str], dict[str, list[bool]]] = defaultdict(lambda: defaultdict(list))
     for one in answers:
-        truths[one.question.sort, one.question.truth][one.question.generator].append(right(one))
+        if one.large_enough:
+            truths[one.question.sort, one.question.truth][one.question.generator].append(right(one))
     for (sort, truth), replies in sorted(truths.items()):
         shares_of = {name: sum(each) / len(each) for name, each in replies.items()}
         if max(shares_of.values()) - min(shares_of.values()) > 0.5:
@@ -111,7 +117,7 @@ def confusion(answers: Sequence[Answered]) -> str:
     for one in answers:
         asked = one.question
         truth = f"nothing ({asked.meter})" if asked.sort == "healthy" else asked.truth
-        if asked.sort != "rewritten":
+        if asked.sort != "rewritten" and one.large_enough:
             rows[asked.sort, truth, asked.generator].append(one)
     lines = [_row("sort", "truth", "generator", "right", "wrong replies"), "|---" * 5 + "|"]
     for (sort, truth, generator), replies in sorted(rows.items()):
