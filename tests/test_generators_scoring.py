@@ -168,6 +168,7 @@ def _hiding(name: str, size: float) -> Truth:
     return campaign(4, {name: size})
 
 
+@pytest.mark.slow
 def test_lutgen_is_asked_with_the_file_and_answers() -> None:
     question = Question("stub", "clear", 0, 7, effects=("black-level",), sizes=(8.0,))
     answer = ask(question)
