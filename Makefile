@@ -38,7 +38,7 @@ bench: programs ## how fast, against other programs
 consumers: programs ## how real programs render our files: errors in 8-bit codes
 	@$(PYTHON) -m tests.consumers
 
-# Some 400 campaigns, and 12 written down in 30 ways: an hour on two cores; ARGS="--per-kind 40" narrows the intervals.
+# Some 380 campaigns, and 12 written down in all ways; ARGS="--per-kind 40" narrows the intervals.
 # python -m tests.virtual_display scores our own generator at three noise levels, baked LUTs and broken tables too.
 hidden: setup ## score the diagnosis on data with hidden effects, three generators side by side
 	@$(ALONE) $(PYTHON) -m tests.generators --per-kind 10 --rewritten 4 $(ARGS)

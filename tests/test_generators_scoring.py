@@ -19,6 +19,7 @@ from tests.generators.scoring.questions import LAWS, SORTS, Question, Wanted, qu
 from tests.generators.scoring.report import report
 from tests.generators.scoring.sources import SOURCES, Source
 from tests.generators.scoring.strength import MOST, sized
+from tests.generators.table import parsed
 from tests.stub_generator import KINDS, campaign
 from tests.virtual_display.judge import Reply
 
@@ -124,6 +125,23 @@ def test_questions_are_the_same_every_time_and_of_every_sort() -> None:
         assert set(one.effects) <= {*KINDS, "mood"}
         assert (one.baseline == "first-hour") == (one.sort == "law")
         assert all(name in LAWS for name in one.effects) or one.sort != "law"
+
+
+def test_campaigns_are_rewritten_with_and_without_conditions() -> None:
+    asked = questions(STUB, Wanted(rewritten=8, only="rewritten"))
+    assert [one.design for one in asked] == ["full", "colour"] * 4
+    assert {len(one.effects) for one in asked} == {0, 1, 2}
+    assert all("edge-falloff" not in one.effects for one in asked if one.design == "colour")
+
+
+def test_further_readings_leave_the_old_ones_as_they_were() -> None:
+    question = Question("stub", "rewritten", 0, 7)
+    before = parsed(asking._text(question, campaign(7, {})))
+    for read_more in OF_TRUTH.values():
+        after = parsed(asking._read_more(question, campaign(7, {}), read_more))
+        old = [row for row, name in enumerate(after.session) if name in before.session]
+        assert after.rows(old).columns == before.columns
+        assert len(after) > len(before)
 
 
 def test_one_sort_or_one_effect_can_be_asked_alone() -> None:
