@@ -14,7 +14,7 @@ from PIL import Image
 
 from docs.generate.markup import anchor
 from examples import make_displays
-from lutgen import LutgenError, __version__, names, read_measurements
+from lutgen import LutgenError, __version__, read_measurements
 from lutgen.bake.formats import format_names
 from lutgen.display import MODES, REFERENCES, SELECTIONS
 from tests.examples_folder import COMMANDS, ROOT, make_folder
@@ -83,12 +83,6 @@ def test_a_command_stands_in_a_block_that_is_run(page: Path) -> None:
         assert language, body
         if language != "console":
             assert not re.findall(r"^(?:\$ )?lutgen .*", body, flags=re.MULTILINE)
-
-
-def test_options_name_what_the_library_has() -> None:
-    assert tuple(MODES) == names.MODES
-    assert tuple(SELECTIONS) == names.SELECTIONS
-    assert REFERENCES == names.REFERENCES
 
 
 @pytest.mark.parametrize("name", [*COMMANDS, *MODES, *SELECTIONS, *REFERENCES, *format_names()])

@@ -131,6 +131,12 @@ def test_filled_cells_leave_no_blank_and_keep_what_was_written() -> None:
     assert set(after.columns["temperature_c"]) == {"24.3"}
 
 
+def test_renamed_sessions_hold_the_same_rows() -> None:
+    before, after = _apply("sessions with other names")
+    assert len(set(zip(before.session, after.session, strict=True))) == len(set(before.session))
+    assert set(before.session).isdisjoint(after.session)
+
+
 def test_minutes_that_change_are_neither_blanked_nor_filled() -> None:
     given = parsed(_text())
     minutes = ["5" if row % 3 == 0 else "60" if row % 3 == 1 else "" for row in range(len(given))]

@@ -6,8 +6,10 @@ Exit code 1 when a figure misses its gate, or a generator that was named cannot 
 from __future__ import annotations
 
 import argparse
+import math
 import shlex
 import sys
+import time
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,7 +18,7 @@ import lutgen
 from tests.generators.meters import METERS
 from tests.generators.scoring.ask import ask
 from tests.generators.scoring.figures import FIGURES, result
-from tests.generators.scoring.questions import Wanted, questions
+from tests.generators.scoring.questions import SORTS, Wanted, questions
 from tests.generators.scoring.report import report
 from tests.generators.scoring.sources import SOURCES
 
@@ -53,7 +55,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if not asked:
         print("Nothing to ask. Name a sort or an effect that a generator here has.", file=sys.stderr)
         return 1
-    answers = _answers(asked, options.workers)
+    # Generators in turn, so that a run which ends early has asked about all of them.
+    asked.sort(key=lambda question: (question.number, list(SORTS).index(question.sort)))
+    answers = _answers(asked, options.workers, options.minutes)
+    if len(answers) < len(asked):
+        left_out.append(f"Of {len(asked)} campaigns {len(answers)} were asked about in {options.minutes:g} minutes.")
     text = "\n".join([*left_out, report(answers)])
     print(text)
     if options.write:
@@ -69,16 +75,20 @@ def _results(answers: Sequence[Answered], generator: str) -> Iterable[Result]:
     return [found for figure in FIGURES if (found := result(figure, those)) is not None]
 
 
-def _answers(asked: Sequence[Question], workers: int) -> list[Answered]:
-    """Ask all questions, in this process where ``workers`` is 0."""
+def _answers(asked: Sequence[Question], workers: int, minutes: float) -> list[Answered]:
+    """Ask all questions, in this process where ``workers`` is 0; after so many minutes no further ones."""
     if workers == 0:
         return [ask(question) for question in asked]
-    answers = []
+    end = time.monotonic() + 60.0 * minutes
+    answers: list[Answered] = []
     with ProcessPoolExecutor(workers) as pool:
-        for done, answer in enumerate(pool.map(ask, asked), start=1):
-            answers.append(answer)
-            if sys.stderr.isatty() or done % 20 == 0:
-                print(f"\r{done} of {len(asked)} campaigns", end="", file=sys.stderr, flush=True)
+        waiting = [pool.submit(ask, question) for question in asked]
+        for future in waiting:
+            if time.monotonic() > end and future.cancel():
+                continue
+            answers.append(future.result())
+            if sys.stderr.isatty() or len(answers) % 20 == 0:
+                print(f"\r{len(answers)} of {len(asked)} campaigns", end="", file=sys.stderr, flush=True)
     return answers
 
 
@@ -97,6 +107,7 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--baseline", default="", choices=["", "colour-points", "first-hour", "native"])
     parser.add_argument("--no-order", dest="order", action="store_false", help="no file tells the order of reading")
     parser.add_argument("--workers", type=int, default=2, help="processes; 0: this one")
+    parser.add_argument("--minutes", type=float, default=math.inf, help="ask no further questions after so many")
     parser.add_argument("--write", action="store_true", help=f"write {RESULTS.name}")
     return parser.parse_args(arguments)
 

@@ -38,7 +38,8 @@ def _again(truth: Truth, rows: NDArray[np.intp], name: str) -> Truth:
     hours = truth.hours[new].copy()
     hours[truth.hours.size :] += SOON
     session = truth.session + (name,) * rows.size
-    place = np.lexsort((order, hours))
+    # Stable, so that the readings that were there keep their order.
+    place = np.argsort(hours, kind="stable")
     new = new[place]
     return replace(
         truth,

@@ -106,7 +106,16 @@ def resting_cells_filled(table: Table) -> Table:
         cells = table.columns.get(name, ("",) * len(table))
         if name in BLANK or not any(cells):
             filled[name] = [cell or f"{rest:g}" for cell in cells]
-    return table.having(**filled, session=[f"session {name}" for name in table.session])
+    named = table.columns.get("session", ("",) * len(table))
+    sessions = [cell or f"session {hour}" for cell, hour in zip(named, table.columns["hour"], strict=True)]
+    return table.having(**filled, session=sessions)
+
+
+@rewriting(NOTHING_LOST)
+def sessions_renamed(table: Table) -> Table:
+    """Sessions with other names."""
+    numbers = {name: number for number, name in enumerate(sorted(set(table.session), reverse=True), start=1)}
+    return table.having(session=[f"visit {numbers[name]}" for name in table.session])
 
 
 def _always(table: Table, **values: str) -> Table:

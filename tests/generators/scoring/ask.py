@@ -9,6 +9,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lutgen.errors import LutgenError
 from tests.generators.meters import METERS
 from tests.generators.rewritings import NOTHING_LOST, OF_TRUTH, SOMETHING_LOST, CannotRewrite
@@ -20,6 +22,7 @@ from tests.virtual_display.judge import Reply
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from tests.generators.meters import Array
     from tests.generators.scoring.questions import Question
     from tests.generators.truth import Truth
 
@@ -136,9 +139,12 @@ def _alone(question: Question, name: str, size: float) -> Truth:
 
 
 def _text(question: Question, truth: Truth) -> str:
-    meter = METERS[question.meter]
-    stated = replace(truth, metadata={**truth.metadata, **meter.metadata})
-    return table(stated, meter.read(truth, question.seed), order=question.order)
+    return _written(question, truth, METERS[question.meter].read(truth, question.seed))
+
+
+def _written(question: Question, truth: Truth, xyz: Array) -> str:
+    stated = replace(truth, metadata={**truth.metadata, **METERS[question.meter].metadata})
+    return table(stated, xyz, order=question.order)
 
 
 def put(question: Question, text: str) -> Said:
@@ -184,7 +190,12 @@ def clear(question: Question) -> bool:
 
 
 def _read_more(question: Question, truth: Truth, read_more: Callable[[Truth, int], Truth]) -> str:
-    return _text(question, read_more(truth, question.seed))
+    """The file with further readings: those that it had stay as they were read."""
+    meter, longer = METERS[question.meter], read_more(truth, question.seed)
+    old = np.isin(np.array(longer.session), truth.session)
+    xyz = meter.read(longer, question.seed + 1)
+    xyz[old] = meter.read(truth, question.seed)
+    return _written(question, longer, xyz)
 
 
 def _compared(question: Question, said: Said, name: str, write: Callable[[], str], *, lossless: bool) -> Rewritten:

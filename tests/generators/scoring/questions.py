@@ -212,11 +212,16 @@ def _blind(source: Source, number: int, random: np.random.Generator) -> Question
 
 
 def _rewritten(source: Source, number: int, random: np.random.Generator) -> Question:
-    """Nothing, one effect, two, and one that the catalogue lacks; full designs and those without conditions."""
+    """Nothing, one effect, two, one that the catalogue lacks; in turn full designs, and those without conditions."""
     draws: tuple[Draw, ...] = (_healthy, _one("clear", CLEAR), _pair, _one("faint", FAINT), _outside)
-    drawn = draws[number % len(draws)](source, number, random) or _healthy(source, number, random)
-    colours = number % 2 == 1 and set(drawn.effects) <= SHOWN_BY_COLOURS
-    return replace(drawn, sort="rewritten", design="colour" if colours else "full")
+    design = "full"
+    if number % 2:
+        shown = [name for name in _tips_kinds(source) if name in SHOWN_BY_COLOURS]
+        draws = (_healthy, _one("clear", CLEAR), _one("faint", FAINT)) if shown else (_healthy,)
+        source = replace(source, only=shown[int(random.integers(len(shown)))] if shown else "")
+        design = "colour"
+    drawn = draws[number // 2 % len(draws)](source, number, random) or _healthy(source, number, random)
+    return replace(drawn, sort="rewritten", design=design)
 
 
 SORTS: dict[str, Draw] = {
