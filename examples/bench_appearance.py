@@ -16,19 +16,19 @@ import numpy as np
 
 from examples.racing import LUTGEN, Peer, Row, against_limit, peak_memory, race
 from lutgen import lifetime
-from lutgen.appearance.curve import curves_of
-from lutgen.appearance.distinct import count_colours
 from lutgen.bindings import oiio
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab
 from lutgen.names import AGING_MODES
+from lutgen.pictures.curve import curves_of
+from lutgen.pictures.distinct import count_colours
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
     from lutgen import DisplayModel
-    from lutgen.appearance.distinct import Colours
     from lutgen.colorimetry import Array
+    from lutgen.pictures.distinct import Colours
 
 with warnings.catch_warnings():
     # It warns of optional packages that nothing here uses.

@@ -21,8 +21,8 @@ __version__ = "0.1.0"
 #: Public name → the module that defines it.
 _HOME = {
     "LutgenError": "lutgen.errors",
-    "Measurements": "lutgen.measurements",
-    "read_measurements": "lutgen.measurements",
+    "Measurements": "lutgen.readings",
+    "read_measurements": "lutgen.readings",
     "DisplayModel": "lutgen.display",
     "AppliedEffect": "lutgen.display",
     "default_display": "lutgen.display",
@@ -31,17 +31,17 @@ _HOME = {
     "Plan": "lutgen.bake.plan",
     "build": "lutgen.bake.build",
     "check": "lutgen.bake.check",
-    "apply_to_image": "lutgen.appearance.apply",
-    "lifetime": "lutgen.appearance.lifetime",
-    "cohort": "lutgen.appearance.cohort",
-    "nuclei": "lutgen.appearance.conspicuity",
+    "apply_to_image": "lutgen.pictures.apply",
+    "lifetime": "lutgen.pictures.lifetime",
+    "cohort": "lutgen.pictures.cohort",
+    "nuclei": "lutgen.pictures.conspicuity",
     "show": "lutgen.display.aging",
     "compare": "lutgen.criticism.compare",
     "diagnose": "lutgen.criticism.diagnose",
     "refine": "lutgen.criticism.refine",
     "plan": "lutgen.criticism.plan",
-    "read_session": "lutgen.measurements.sessions",
-    "inspect_session": "lutgen.sessions.inspect",
+    "read_session": "lutgen.readings.sessions",
+    "inspect_session": "lutgen.history.inspect",
     "lint": "lutgen.lint",
     "merge": "lutgen.merge",
     "plan_study": "lutgen.study.plan",
@@ -81,10 +81,6 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from lutgen.appearance.apply import apply_to_image
-    from lutgen.appearance.cohort import cohort
-    from lutgen.appearance.conspicuity import nuclei
-    from lutgen.appearance.lifetime import lifetime
     from lutgen.bake.build import build
     from lutgen.bake.check import check
     from lutgen.bake.plan import Plan
@@ -95,11 +91,15 @@ if TYPE_CHECKING:
     from lutgen.display import AppliedEffect, DisplayModel, default_display, load_model, save_model
     from lutgen.display.aging import show
     from lutgen.errors import LutgenError
+    from lutgen.history.inspect import inspect_session
     from lutgen.lint import lint
-    from lutgen.measurements import Measurements, read_measurements
-    from lutgen.measurements.sessions import read_session
     from lutgen.merge import merge
-    from lutgen.sessions.inspect import inspect_session
+    from lutgen.pictures.apply import apply_to_image
+    from lutgen.pictures.cohort import cohort
+    from lutgen.pictures.conspicuity import nuclei
+    from lutgen.pictures.lifetime import lifetime
+    from lutgen.readings import Measurements, read_measurements
+    from lutgen.readings.sessions import read_session
     from lutgen.study.analysis import analyse_answers
     from lutgen.study.answers import read_answers
     from lutgen.study.plan import plan_study

@@ -29,12 +29,12 @@ REFERENCES = ("relative", "absolute")
 #: Model of the fresh display → what the model knows of the display.
 BASELINES = {
     "tips": "white and primaries as measured at each hour",
-    "fresh": "white and primaries of hour 0 alone: the effects do the aging",
+    "first-hour": "white and primaries of hour 0 alone: the effects do the aging",
     "native": "white and primaries as measured at each hour, transfer curves and black as in the first session",
 }
 
 #: Baselines that age without effects.
-AGING_BASELINES = ("tips", "native")
+AGING_BASELINES = ("colour-points", "native")
 
 #: Direction of a build → meaning.
 DIRECTIONS = {

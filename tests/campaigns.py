@@ -23,7 +23,7 @@ CAMPAIGNS = {
     "edge": Campaign(design="full", hours=MORE_HOURS, hidden=(("edge-falloff", 0.15, "same"),), seed=9),
     "curve": Campaign(design="colours", hours=HOURS, hidden=(("eotf-drift", 0.12, "same"),), seed=7),
     "fading": Campaign(
-        design="greys", hours=HOURS, hidden=(("backlight-decay", 0.4, "same"),), seed=16, baseline="fresh"
+        design="greys", hours=HOURS, hidden=(("backlight-decay", 0.4, "same"),), seed=16, baseline="first-hour"
     ),
     "outside": Campaign(design="full", hours=MORE_HOURS, hidden=(("colour-across", 0.1, "outside"),), seed=31),
     "tips only": Campaign(design="tips", hours=HOURS, seed=17),

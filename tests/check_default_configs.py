@@ -16,8 +16,8 @@ from lutgen.bake.manifest import MANIFEST, read_manifest
 from lutgen.bindings import ocio
 from lutgen.display import DisplayModel, default_display
 from lutgen.display.hours import parse_hours
-from lutgen.measurements import read_measurements
 from lutgen.names import MODES
+from lutgen.readings import read_measurements
 
 COMMITTED = Path(__file__).resolve().parents[1] / "configs" / "default"
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
-from lutgen.measurements import Measurements
+from lutgen.readings import Measurements
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -44,13 +44,13 @@ HOURS = (0.0, 7000.0, 16_000.0)
 
 #: Parameters that a display has, and the baseline that shows them. No row lies on a bound.
 TRUTHS = {
-    "black-level": ({"new": 0.002, "grown": 0.003}, "tips"),
-    "crosstalk": ({"new": 0.02, "grown": 0.05}, "tips"),
-    "eotf-drift": ({"new": 0.03, "grown": 0.15}, "tips"),
-    "edge-falloff": ({"new": 0.1, "grown": 0.2}, "tips"),
-    "ambient-reflection": ({"reflectance": 0.02}, "tips"),
-    "backlight-decay": ({"loss": 0.9, "beta": 1.41}, "fresh"),
-    "channel-decay": ({"red": 0.2, "green": 0.3, "blue": 0.7}, "fresh"),
+    "black-level": ({"new": 0.002, "grown": 0.003}, "colour-points"),
+    "crosstalk": ({"new": 0.02, "grown": 0.05}, "colour-points"),
+    "eotf-drift": ({"new": 0.03, "grown": 0.15}, "colour-points"),
+    "edge-falloff": ({"new": 0.1, "grown": 0.2}, "colour-points"),
+    "ambient-reflection": ({"reflectance": 0.02}, "colour-points"),
+    "backlight-decay": ({"loss": 0.9, "beta": 1.41}, "first-hour"),
+    "channel-decay": ({"red": 0.2, "green": 0.3, "blue": 0.7}, "first-hour"),
 }
 
 
@@ -204,7 +204,7 @@ def display(hours: Sequence[float] = HOURS, ageing: float = 0.3) -> dict[float, 
 
 def measured(name: str, *, seed: int = 1, values: Mapping[str, float] | None = None) -> list[Reading]:
     truth, baseline = TRUTHS[name]
-    tips = display(ageing=0.0 if baseline == "fresh" else 0.3)
+    tips = display(ageing=0.0 if baseline == "first-hour" else 0.3)
     readings = [each for hour in HOURS for each in session(hour)]
     return noisy(readings, tips, FAULTS[name], values or truth, seed=seed)
 
@@ -234,9 +234,9 @@ def solve(
 ) -> Answer:
     """Fit tips, gains and parameters at once, from the middle of the parameters' bounds.
 
-    Under ``fresh`` the tips are those of hour 0, and every session has a gain; else the tips are each hour's own, and
-    a gain is only needed where an hour has several sessions or no tips. ``held``: a sensor keeps white at the luminance
-    of hour 0.
+    Under ``first-hour`` the tips are those of hour 0, and every session has a gain; else the tips are each hour's own,
+    and a gain is only needed where an hour has several sessions or no tips. ``held``: a sensor keeps white at the
+    luminance of hour 0.
     """
     hours = sorted({each.hour for each in readings})
     knots = [hour for hour in hours if any(each.hour == hour and each.code in TIPS for each in readings)]

@@ -20,7 +20,7 @@ from skimage.io import imsave
 
 from lutgen.cli import group, main
 from lutgen.display import DisplayModel, default_display
-from lutgen.measurements import read_measurements
+from lutgen.readings import read_measurements
 from lutgen.report.criticism.effect_sketch import sketched
 
 ROOT = Path(__file__).resolve().parents[1]

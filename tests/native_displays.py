@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.measurements import Measurements
+from lutgen.readings import Measurements
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -13,7 +13,7 @@ from lutgen.bake.formats import Provenance, format_named
 from lutgen.bake.lut import Sampler
 from lutgen.display import DisplayModel, default_display
 from lutgen.lint.finding import ARGYLL, CHROMIUM, LCMS_8, READS, REFUSES, WRONG
-from lutgen.measurements import read_measurements
+from lutgen.readings import read_measurements
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -15,11 +15,11 @@ from PIL import Image, ImageCms
 from skimage import data
 
 from lutgen import DisplayModel, LutgenError, apply_to_image, read_measurements
-from lutgen.appearance.engines import ChainEngine, PaperEngine, engine_for
 from lutgen.bindings import oiio
 from lutgen.cli import main
 from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.display import default_display
+from lutgen.pictures.engines import ChainEngine, PaperEngine, engine_for
 from tests.disk import mounted
 
 if TYPE_CHECKING:
@@ -347,7 +347,7 @@ def test_many_bands_give_what_one_gives(
 ) -> None:
     source = write(tmp_path / "in.png", tissue)
     apply_to_image(source, tmp_path / "one.png", aged)
-    monkeypatch.setattr("lutgen.appearance.images.BAND", 20_000)
+    monkeypatch.setattr("lutgen.pictures.images.BAND", 20_000)
     apply_to_image(source, tmp_path / "many.png", aged)
     np.testing.assert_array_equal(read(tmp_path / "many.png").pixels, read(tmp_path / "one.png").pixels)
 

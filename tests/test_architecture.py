@@ -20,16 +20,16 @@ ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "lutgen"
 
 #: A row imports only from rows above it; two siblings of a row do not import each other. A name is a folder's or a
-#: file's in ``lutgen/``. Folders that are on their way to another name have both.
+#: file's in ``lutgen/``.
 ROWS = (
     {"errors", "cells", "names"},
     {"colorimetry", "bindings", "files", "icc_tags", "numerals", "schemas", "time_law"},
     {"config_parts"},
-    {"measurements", "readings"},
+    {"readings"},
     {"effects"},
     {"display"},
-    {"bake", "criticism", "sessions", "history"},
-    {"appearance", "pictures"},
+    {"bake", "criticism", "history"},
+    {"pictures"},
     {"lint", "merge", "study"},  # each needs baked LUTs, and the study shows images through them
     {"report"},
     {"server", "explore"},
@@ -126,8 +126,8 @@ CLIMBS = {
     ("import lutgen.cli", "bake/build.py"): 1,
     ("import lutgen.cli", "report/show.py"): 1,
     ("from lutgen import report, errors", "bake/build.py"): 1,
-    ("from lutgen.effects import leak", "measurements/csv.py"): 1,
-    ("from lutgen.appearance.apply import x", "bake/build.py"): 1,
+    ("from lutgen.effects import leak", "readings/csv.py"): 1,
+    ("from lutgen.pictures.apply import x", "bake/build.py"): 1,
     ("def f():\n    from lutgen.cli import main", "report/show.py"): 1,
     ("from ..bake import lut", "display/chain.py"): 1,
     ("from lutgen.utils import f", "bake/build.py"): 1,

@@ -24,8 +24,8 @@ from lutgen.bake.fidelity import PAIRS, certificate_colours
 from lutgen.bindings import ocio
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
-from lutgen.measurements import read_measurements
 from lutgen.names import MODES
+from lutgen.readings import read_measurements
 from tests.disk import mounted
 from tests.twin import Twin, nearest_points, rows_of_csv, to_linear
 

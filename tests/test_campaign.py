@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lutgen import LutgenError, read_measurements
-from lutgen.measurements.campaign import read_campaign
+from lutgen.readings.campaign import read_campaign
 from tests.command import Done, in_process
 from tests.session_files import DRIVE, WHITE_CD_M2, light, ti3
 

@@ -16,7 +16,7 @@ from lutgen.bake.build import Plan, build
 from lutgen.bake.check import Budget, check, check_lut
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
-from lutgen.measurements import read_measurements
+from lutgen.readings import read_measurements
 from tests.quick import mostly_slow
 
 if TYPE_CHECKING:

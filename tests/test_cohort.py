@@ -17,23 +17,23 @@ from skimage.data import immunohistochemistry
 from skimage.io import imsave
 
 from lutgen import LutgenError, cohort, lifetime
-from lutgen.appearance.cohort import cluster, local
-from lutgen.appearance.cohort.find import find_slides
-from lutgen.appearance.cohort.folder import RunFolder
-from lutgen.appearance.cohort.record import image_from_json
-from lutgen.appearance.cohort.spread import bands_of, coverage, left_out, lives_of
-from lutgen.appearance.cohort.task import Asked, Outcome
-from lutgen.appearance.curve import STATISTICS
-from lutgen.appearance.difference import few_threads, threads
 from lutgen.bindings import oiio
+from lutgen.pictures.cohort import cluster, local
+from lutgen.pictures.cohort.find import find_slides
+from lutgen.pictures.cohort.folder import RunFolder
+from lutgen.pictures.cohort.record import image_from_json
+from lutgen.pictures.cohort.spread import bands_of, coverage, left_out, lives_of
+from lutgen.pictures.cohort.task import Asked, Outcome
+from lutgen.pictures.curve import STATISTICS
+from lutgen.pictures.difference import few_threads, threads
 from tests.cohort_slides import HOURS, break_slide, deadly_model, make_slides, model, seven_colours
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lutgen.appearance.cohort import Cohort
-    from lutgen.appearance.cohort.find import Slide
     from lutgen.display import DisplayModel
+    from lutgen.pictures.cohort import Cohort
+    from lutgen.pictures.cohort.find import Slide
 
 FEW: Any = {"hours": HOURS}
 

@@ -16,8 +16,8 @@ from jsonschema.exceptions import ValidationError
 from referencing import Registry, Resource
 
 from lutgen import lifetime, save_model
-from lutgen.appearance.cohort import cluster
-from lutgen.appearance.schema import NAMES, schema
+from lutgen.pictures.cohort import cluster
+from lutgen.pictures.schema import NAMES, schema
 from lutgen.report.pictures.lifetime import hours_or_never
 from tests.altered import altered
 from tests.cohort_slides import break_slide, make_slides, model, seven_colours, waiting_model

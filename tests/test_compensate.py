@@ -36,7 +36,7 @@ from lutgen.display.paper import Selection, matrices_of
 from lutgen.display.search import searched
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError
-from lutgen.measurements import Measurements, read_measurements
+from lutgen.readings import Measurements, read_measurements
 from tests.twin import PAPER_LAW, Twin, rows_of_csv
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from lutgen.bake.readback import apply_lut
 from lutgen.bindings import ocio
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
-from lutgen.measurements import read_measurements
+from lutgen.readings import read_measurements
 from tests.command import in_process
 from tests.twin import PAPER_LAW, Twin, rows_of_csv
 

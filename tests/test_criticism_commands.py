@@ -15,8 +15,8 @@ from lutgen.criticism.direction import placed
 from lutgen.criticism.separate import POOL, Separation
 from lutgen.display import load_model
 from lutgen.effects.child import check_file
-from lutgen.measurements import read_measurements
 from lutgen.numerals import percent, readable, with_error
+from lutgen.readings import read_measurements
 from lutgen.report.criticism import diagnosis as diagnosis_page
 from lutgen.report.criticism.effect_sketch import FOLLOWS, sketched
 from tests.campaigns import single, text_of, write
@@ -65,7 +65,7 @@ DIAGNOSED: dict[str, tuple[str, ...]] = {
     "curve": ("named: eotf-drift", "grown", "±", "cannot be seen"),
     "healthy": ("consistent: ", "lutgen plan healthy.csv"),
     "tips only": ("consistent: ", "cannot be seen", "These data could not have seen"),
-    "fading --baseline fresh": ("[a-z-]+: ", "fading.csv --baseline fresh -"),
+    "fading --baseline first-hour": ("[a-z-]+: ", "fading.csv --baseline first-hour -"),
 }
 
 
@@ -263,7 +263,7 @@ BAD: dict[str, str] = {
     "compare folder": "folder: is a folder. Put all sessions into one table of readings",
     "compare notes.txt": "the suffix '.txt' names no format of measurements",
     "compare {leak} {leak}": "unexpected extra argument",
-    "compare {leak} --baseline stale": "'stale' is not one of 'tips', 'fresh'",
+    "compare {leak} --baseline stale": "'stale' is not one of 'colour-points', 'first-hour'",
     "compare {leak} --selection furthest": "'furthest' is not one of 'nearest', 'continuous'",
     "compare {leak} --instrument good": "instrument noise 'good': give two numbers above 0",
     "compare {leak} --instrument 0.002": "give two numbers above 0",
@@ -277,7 +277,9 @@ BAD: dict[str, str] = {
     "compare {leak} --model missing.toml": "cannot read the model: no such file",
     "compare {leak} --model notes.txt": "not a model file (TOML)",
     "compare {leak} --model unknown.toml": "unknown effect 'gravity'",
-    "compare {leak} --model fresh.toml --baseline tips": "--baseline tips contradicts --model, whose baseline is fresh",
+    "compare {leak} --model fresh.toml --baseline colour-points": (
+        "--baseline colour-points contradicts --model, whose baseline is first-hour"
+    ),
     "compare {leak} --model fresh.toml --selection nearest": "whose selection is continuous",
     "diagnose {leak} --without gravity": "unknown effect 'gravity'",
     "diagnose {leak} --effects missing.py": "missing.py",
@@ -291,7 +293,7 @@ BAD: dict[str, str] = {
     "refine {leak} --add gravity": "unknown effect 'gravity'. Pick one of: ",
     "refine {leak} --add black-level,black-level": "is in the model already",
     "refine {leak} --add black-level --add black-level": "is in the model already",
-    "refine {leak} --add backlight-decay": "Add --baseline fresh",
+    "refine {leak} --add backlight-decay": "Add --baseline first-hour",
     "refine {tips} --add eotf-drift": "Measure greys and ramps too",
     "refine {leak} --add black-level -o taken.toml": "taken.toml: exists already. Add --force",
     "refine {leak} --add black-level -o model.json": "give a name that ends in .toml",
@@ -323,7 +325,7 @@ def test_bad_input_is_one_sentence_and_writes_nothing(
     (tmp_path / "own.py").write_text(sketched("tips, x", misfit="a test"))
     head = 'schema = 1\n[display]\nfile = "leak.csv"\n'
     (tmp_path / "unknown.toml").write_text(f'{head}[[effects]]\nname = "gravity"\norigin = "built-in"\n')
-    (tmp_path / "fresh.toml").write_text(f'{head}[model]\nbaseline = "fresh"\nselection = "continuous"\n')
+    (tmp_path / "fresh.toml").write_text(f'{head}[model]\nbaseline = "first-hour"\nselection = "continuous"\n')
     (tmp_path / "bounds.toml").write_text(
         f'{head}[[effects]]\nname = "meter-drift"\norigin = "built-in"\n[effects.parameters.drift]\nvalue = 1e6\n'
     )

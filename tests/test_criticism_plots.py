@@ -22,7 +22,7 @@ from lutgen.criticism.problem import Problem
 from lutgen.criticism.refine import refine
 from lutgen.criticism.search import family
 from lutgen.effects import catalogue
-from lutgen.measurements import csv
+from lutgen.readings import csv
 from lutgen.report.criticism.fit_plot import plot_fit
 from lutgen.report.criticism.plots import (
     OF_COMPARE,
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lutgen.criticism.diagnose import Diagnosis
-    from lutgen.measurements import Measurements
+    from lutgen.readings import Measurements
 
 pytestmark = pytest.mark.numbers
 
@@ -229,7 +229,7 @@ def test_every_effect_of_the_catalogue_can_be_drawn(tmp_path: Path, canvases: li
     problem = Problem.of(readings("edge"))
     base = fit(problem)
     for effect in catalogue().values():
-        if effect.baseline == "tips":
+        if effect.baseline == "colour-points":
             view = View.of(problem, family(base, effect).best.fit.terms, effect)
             path = tmp_path / f"{effect.name}.png"
             plot_fit([view], path, title=effect.name, foot="", force=False)

@@ -19,13 +19,13 @@ from configs.displays.reconstruct_ccfl import REACHED, Drift
 from configs.displays.table1 import Colours, Curve
 from lutgen import lifetime
 from lutgen.display import DisplayModel, default_display
-from lutgen.measurements import read_measurements
+from lutgen.readings import read_measurements
 from tests.twin import Twin, rows_of_csv
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lutgen.appearance.lifetime import ImageLifetime
+    from lutgen.pictures.lifetime import ImageLifetime
 
 ROOT = Path(__file__).parent.parent
 

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from lutgen import AppliedEffect, DisplayModel, read_measurements
-from lutgen.appearance.difference import differences
 from lutgen.colorimetry import CHUNK, LINEAR_TO_XYZ, SRGB_XY, delta_e_2000
 from lutgen.display import default_display
 from lutgen.display.conditions import conditions_of
 from lutgen.effects import catalogue
+from lutgen.pictures.difference import differences
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

@@ -13,12 +13,12 @@ from skimage.data import immunohistochemistry
 from skimage.io import imsave
 
 from lutgen import DisplayModel, LutgenError, default_display, lifetime, read_measurements
-from lutgen.appearance import difference_map as module
-from lutgen.appearance.area_means import AreaMeans, Grid, whole_factor
-from lutgen.appearance.blocks import Place
-from lutgen.appearance.difference_map import BIN, difference_map
 from lutgen.bindings import oiio
 from lutgen.colorimetry import LINEAR_TO_XYZ
+from lutgen.pictures import difference_map as module
+from lutgen.pictures.area_means import AreaMeans, Grid, whole_factor
+from lutgen.pictures.blocks import Place
+from lutgen.pictures.difference_map import BIN, difference_map
 from lutgen.report.pictures.difference_map import (
     MAGENTA,
     RANGE,
@@ -33,8 +33,8 @@ from lutgen.report.pictures.difference_map import (
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from lutgen.appearance.difference_map import DifferenceMap
     from lutgen.colorimetry import Array
+    from lutgen.pictures.difference_map import DifferenceMap
 
 AGE = ("chroma-luma", 10_000.0)
 
@@ -106,7 +106,7 @@ def test_statistics_are_those_of_lifetime(model: DisplayModel, tissue: Any, tmp_
 def test_sixteen_bits_are_exact_per_pixel_though_colours_are_binned(
     model: DisplayModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("lutgen.appearance.distinct.LIMIT", 500)
+    monkeypatch.setattr("lutgen.pictures.distinct.LIMIT", 500)
     pixels = np.random.default_rng(3).integers(0, 65_536, (40, 50, 3), dtype=np.uint16)
     file = write_tiff(tmp_path / "a.tif", pixels, "uint16")
     found = difference_map(file, model, *AGE, floats=[tmp_path / "m.exr"])
@@ -118,7 +118,7 @@ def test_sixteen_bits_are_exact_per_pixel_though_colours_are_binned(
 def test_a_tiled_image_is_written_in_tiles_and_read_in_pieces(
     model: DisplayModel, tissue: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("lutgen.appearance.images.BAND", 2000)
+    monkeypatch.setattr("lutgen.pictures.images.BAND", 2000)
     file = write_tiff(tmp_path / "a.tif", tissue, "uint8", tile=32)
     difference_map(file, model, *AGE, floats=[tmp_path / "m.tif", tmp_path / "m.exr"])
     for name in ("m.tif", "m.exr"):
@@ -143,7 +143,7 @@ def test_a_large_image_is_drawn_by_means_of_squares(
     model: DisplayModel, tissue: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(module, "LONGEST", 50)
-    monkeypatch.setattr("lutgen.appearance.images.BAND", 1000)
+    monkeypatch.setattr("lutgen.pictures.images.BAND", 1000)
     imsave(tmp_path / "a.png", tissue, check_contrast=False)
     found = difference_map(tmp_path / "a.png", model, *AGE)
     expected = literal(tissue / 255.0, model, *AGE)

@@ -12,11 +12,11 @@ from skimage.data import immunohistochemistry
 from skimage.filters import threshold_otsu
 
 from lutgen import LutgenError
-from lutgen.appearance import distinct, slides
-from lutgen.appearance.distinct import Colours, count_colours
-from lutgen.appearance.tissue import BINS, otsu, tissue_only
 from lutgen.bindings import oiio
 from lutgen.colorimetry import code_to_linear, linear_to_code, linear_to_lab
+from lutgen.pictures import distinct, slides
+from lutgen.pictures.distinct import Colours, count_colours
+from lutgen.pictures.tissue import BINS, otsu, tissue_only
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -127,7 +127,7 @@ def test_tiles_strips_bands_and_the_order_of_pixels_do_not_show(
         write(tmp_path / "shuffled.png", shuffled),
         write(tmp_path / "turned.png", tissue[::-1, ::-1]),
     ]
-    monkeypatch.setattr("lutgen.appearance.images.BAND", 5000)
+    monkeypatch.setattr("lutgen.pictures.images.BAND", 5000)
     for file in files:
         same(count_colours(file), counted(tissue, 255.0))
 
@@ -160,7 +160,7 @@ def test_an_image_of_one_colour_has_one(tmp_path: Path) -> None:
 
 
 def test_progress_ends_at_the_whole(tissue: Pixels, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("lutgen.appearance.images.BAND", 5000)
+    monkeypatch.setattr("lutgen.pictures.images.BAND", 5000)
     seen: list[tuple[int, int]] = []
     count_colours(write(tmp_path / "in.png", tissue), progress=lambda done, total: seen.append((done, total)))
     assert [done for done, _ in seen] == list(range(1, len(seen) + 1))
@@ -172,7 +172,7 @@ def test_progress_ends_at_the_whole(tissue: Pixels, tmp_path: Path, monkeypatch:
 
 @pytest.mark.parametrize("tile", [0, 16])
 def test_a_pixel_that_is_no_number_is_named(tile: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("lutgen.appearance.images.BAND", 16 * 16)
+    monkeypatch.setattr("lutgen.pictures.images.BAND", 16 * 16)
     light = np.full((80, 40, 3), 0.5, np.float32)
     light[70, 35, 1] = np.nan
     with pytest.raises(LutgenError, match=r"in\.exr: pixel \(35, 70\) is NaN or infinite"):
@@ -180,7 +180,7 @@ def test_a_pixel_that_is_no_number_is_named(tile: int, tmp_path: Path, monkeypat
 
 
 def test_a_wide_image_is_read_tile_by_tile(tissue: Pixels, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("lutgen.appearance.images.BAND", 64 * 64)
+    monkeypatch.setattr("lutgen.pictures.images.BAND", 64 * 64)
     seen: list[int] = []
     path = write(tmp_path / "in.tif", tissue, tile=64)
     same(count_colours(path, progress=lambda _done, total: seen.append(total)), counted(tissue, 255.0))

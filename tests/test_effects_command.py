@@ -68,7 +68,7 @@ def test_the_list_names_every_effect_with_stage_columns_and_origin(folder: Path)
     assert text.startswith(f"{len(catalogue()) + 2} effects, 2 of them not built in, in the order of the light's way")
     for effect in catalogue().values():
         assert f"\n{effect.name} " in text
-    for word in (*STAGES, "ambient_lx", "fresh", "glue.py", LEAK[:20], "Glue between panel"):
+    for word in (*STAGES, "ambient_lx", "first-hour", "glue.py", LEAK[:20], "Glue between panel"):
         assert word in text
     assert folder.name not in text
 

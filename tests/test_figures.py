@@ -13,10 +13,10 @@ from skimage.data import immunohistochemistry
 from skimage.io import imsave
 
 from lutgen import DisplayModel, LutgenError, apply_to_image, default_display, lifetime, read_measurements
-from lutgen.appearance import published
-from lutgen.appearance.aged_series import GREY, aged_series
 from lutgen.cli.commands import animate as animate_command
 from lutgen.colorimetry import code_to_linear, linear_to_code
+from lutgen.pictures import published
+from lutgen.pictures.aged_series import GREY, aged_series
 from lutgen.report.pictures.age_sheet import COLUMNS, check_hours, longest
 from lutgen.report.pictures.animation import LONGEST, SECONDS, animate, frame
 from lutgen.report.pictures.contact_sheet import Layout

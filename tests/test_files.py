@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 import pytest
 
 from lutgen import LutgenError, load_model
-from lutgen.appearance.cohort.find import find_slides
 from lutgen.bake.manifest import read_manifest
 from lutgen.display.modes import luminance_law
 from lutgen.display.origin import found_by
 from lutgen.effects.own import load_file
 from lutgen.files import bytes_at_most, file_sha256, read_at_most
+from lutgen.pictures.cohort.find import find_slides
 from lutgen.study.analysis.answer_table import read_answer_table
 from lutgen.study.analysis.figures import read_counts, read_summary
 from lutgen.study.design_table import read_design

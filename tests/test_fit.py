@@ -14,7 +14,7 @@ from lutgen.criticism.linear import State, Term, predict
 from lutgen.criticism.problem import Problem
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError
-from lutgen.measurements.csv import read
+from lutgen.readings.csv import read
 from tests.criticism_twin import (
     FAULTS,
     FRESH,
@@ -70,7 +70,7 @@ def assert_same(found: Fit, twin: Answer, *, chi2: float = 1e-4, sigma: float = 
 def test_a_fit_ends_where_the_twin_ends_and_near_the_truth(name: str) -> None:
     truth, baseline = TRUTHS[name]
     readings = measured(name)
-    twin = solve(readings, FAULTS[name], bounds_of(name, tuple(truth)), fresh=baseline == "fresh")
+    twin = solve(readings, FAULTS[name], bounds_of(name, tuple(truth)), fresh=baseline == "first-hour")
     found = fitted(readings, name, tuple(truth), baseline)
     assert_same(found, twin)
     for key, value in truth.items():
@@ -102,7 +102,7 @@ def test_the_gain_between_two_sessions_of_one_hour_is_fitted_as_the_twin_does() 
     truth, _ = TRUTHS["crosstalk"]
     patches = [each for hour in HOURS for each in session(hour)] + session(HOURS[-1], "b")
     readings = noisy(patches, display(), FAULTS["crosstalk"], truth, seed=2)
-    found = fitted(readings, "crosstalk", tuple(truth), "tips")
+    found = fitted(readings, "crosstalk", tuple(truth), "colour-points")
     assert_same(found, solve(readings, FAULTS["crosstalk"], bounds_of("crosstalk", tuple(truth))))
     assert np.count_nonzero(found.gains) == 2
 
@@ -116,7 +116,7 @@ def test_an_hour_without_tips_is_fitted_nearly_as_the_twin_does(name: str) -> No
     patches = [each for hour in hours for each in session(hour) if hour != 7000.0 or each.code not in TIPS]
     readings = noisy(patches, tips, FAULTS[name], truth, seed=3)
     twin = solve(readings, FAULTS[name], bounds_of(name, tuple(truth)))
-    assert_same(fitted(readings, name, tuple(truth), "tips"), twin, chi2=1e-3, sigma=0.1)
+    assert_same(fitted(readings, name, tuple(truth), "colour-points"), twin, chi2=1e-3, sigma=0.1)
 
 
 def _held(tips: Array, tau: float, p: Mapping[str, float]) -> Array:
@@ -132,7 +132,7 @@ def test_a_held_display_is_fitted_as_the_twin_does() -> None:
         tips=lambda tips, tau, p: FAULTS["channel-decay"].tips(tips, tau, {"red": 0.0, "green": 0.0, **p})
     )
     twin = solve(readings, only_blue, bounds_of("channel-decay", ("blue",)), fresh=True, held=True)
-    assert_same(fitted(readings, "channel-decay", ("blue",), "fresh", "held"), twin)
+    assert_same(fitted(readings, "channel-decay", ("blue",), "first-hour", "held"), twin)
 
 
 def test_parameters_that_trade_off_perfectly_do_not_keep_a_fit_from_its_minimum() -> None:
@@ -141,7 +141,7 @@ def test_parameters_that_trade_off_perfectly_do_not_keep_a_fit_from_its_minimum(
     patches = [each for hour in HOURS for each in session(hour)]
     readings = noisy(patches, display(ageing=0.0), Fault(tips=_held), truth, seed=4)
     twin = solve(readings, FAULTS["channel-decay"], bounds_of("channel-decay", form), fresh=True, held=True)
-    found = fitted(readings, "channel-decay", form, "fresh", "held")
+    found = fitted(readings, "channel-decay", form, "first-hour", "held")
     assert found.chi2 == pytest.approx(twin.chi2, rel=1e-3)
     values = found.terms[0].values
     assert values["blue"] - values["red"] == pytest.approx(0.5, abs=0.02)
@@ -150,7 +150,7 @@ def test_parameters_that_trade_off_perfectly_do_not_keep_a_fit_from_its_minimum(
 
 def test_a_parameter_stops_at_its_bound_and_says_so() -> None:
     readings = measured("black-level", values={"new": -0.002, "grown": 0.003})
-    found = fitted(readings, "black-level", ("new", "grown"), "tips")
+    found = fitted(readings, "black-level", ("new", "grown"), "colour-points")
     twin = solve(readings, FAULTS["black-level"], bounds_of("black-level", ("new", "grown")))
     said = parameters_of(found)["black-level"]
     assert said["new"]["value"] == 0.0 == catalogue()["black-level"].parameters["new"].bounds[0]
@@ -166,7 +166,7 @@ def test_a_parameter_stops_at_its_bound_and_says_so() -> None:
 ])  # fmt: skip
 def test_a_parameter_without_influence_has_no_standard_error(name: str, form: tuple[str, ...], why: str) -> None:
     readings = [each for each in measured("crosstalk") if not each.where]
-    found = fitted(readings, name, form, "tips")
+    found = fitted(readings, name, form, "colour-points")
     assert np.isinf(found.stderr[0][form[0]]), why
     assert parameters_of(found)[name][form[0]]["stderr"] is None
     assert found.terms[0].values[form[0]] == catalogue()[name].rest()[form[0]]
@@ -205,7 +205,9 @@ def test_chi2_counts_the_residuals_and_what_gains_and_tips_cost() -> None:
     truth, _ = TRUTHS["crosstalk"]
     hours = (0.0, 5000.0, 7000.0, 11_000.0)
     patches = [each for hour in hours for each in session(hour) if hour != 7000.0 or each.code not in TIPS]
-    found = fitted(noisy(patches, display(hours), FAULTS["crosstalk"], truth, seed=5), "crosstalk", ("new",), "tips")
+    found = fitted(
+        noisy(patches, display(hours), FAULTS["crosstalk"], truth, seed=5), "crosstalk", ("new",), "colour-points"
+    )
     problem, total = found.problem, 0.0
     for reading, light, cov in zip(problem.xyz, found.predicted, _covariances(found), strict=True):
         total += float((reading - light) @ np.linalg.solve(cov, reading - light))
@@ -255,7 +257,7 @@ def test_a_fit_is_the_same_twice_and_in_any_order_of_terms() -> None:
 
 
 def test_a_better_start_ends_at_the_same_minimum() -> None:
-    found = fitted(measured("crosstalk"), "crosstalk", ("new", "grown"), "tips")
+    found = fitted(measured("crosstalk"), "crosstalk", ("new", "grown"), "colour-points")
     again = fit(found.problem, found.terms, State((), found.tips, found.gains))
     assert again.chi2 == pytest.approx(found.chi2, rel=1e-6)
     np.testing.assert_allclose(
@@ -265,7 +267,7 @@ def test_a_better_start_ends_at_the_same_minimum() -> None:
 
 @pytest.mark.parametrize(("baseline", "luminance", "told"), [
     ("old", "free", "baseline"),
-    ("fresh", "helt", "luminance is 'helt'. Pick one of: held, free"),
+    ("first-hour", "helt", "luminance is 'helt'. Pick one of: held, free"),
 ])  # fmt: skip
 def test_what_is_no_problem_is_refused(baseline: str, luminance: str, told: str) -> None:
     with pytest.raises(LutgenError, match=told):

@@ -31,7 +31,7 @@ from lutgen.bindings import ocio
 from lutgen.colorimetry import code_to_linear, linear_to_code, xyY_to_xyz
 from lutgen.display import SELECTIONS, AgedDisplay, DisplayModel, default_display
 from lutgen.errors import LutgenError
-from lutgen.measurements import Measurements, read_measurements
+from lutgen.readings import Measurements, read_measurements
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -474,7 +474,7 @@ task = json.loads(sys.argv[1])
 if task["build"]:
     from lutgen.bake.build import Plan, build
     from lutgen.display import DisplayModel, default_display
-    from lutgen.measurements import read_measurements
+    from lutgen.readings import read_measurements
     from lutgen.bake.formats import format_names
     from lutgen.names import MODES
     every = ("cube", "clf", *(name for name in format_names() if name not in ("cube", "clf")))

@@ -19,7 +19,7 @@ from lutgen.bake.readback import apply_lut, table_kind
 from lutgen.colorimetry import D65, linear_to_xyz
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
-from lutgen.measurements import read_measurements
+from lutgen.readings import read_measurements
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from lutgen.appearance.engines import engine_for
 from lutgen.bake.build import Plan, build
 from lutgen.bake.check import Budget, check, check_lut
 from lutgen.bake.fidelity import Judge
@@ -25,7 +24,8 @@ from lutgen.bindings import LARGEST_LUT, ocio
 from lutgen.display import AppliedEffect, DisplayModel, default_display
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError
-from lutgen.measurements import read_measurements
+from lutgen.pictures.engines import engine_for
+from lutgen.readings import read_measurements
 from tests.command import Done, in_process
 
 if TYPE_CHECKING:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from lutgen.criticism.problem import BASELINES
 from tests.generators import __main__ as command
 from tests.generators.meters import METERS
 from tests.generators.rewritings import NOTHING_LOST, OF_TRUTH, SOMETHING_LOST
@@ -199,12 +198,6 @@ def test_a_file_that_lutgen_refuses_is_a_reply() -> None:
     said = put(Question("stub", "clear", 0, 1), "hour,R,G,B\n")
     assert said.reply.verdict == "refused"
     assert "readings.csv" in said.reply.sentence
-
-
-def test_baselines_have_three_names() -> None:
-    # ``put`` names them by their place: re-measured colour points, hour 0 alone, the display's own model.
-    assert len(BASELINES) == 3
-    assert BASELINES[2] == "native"
 
 
 def test_each_rewriting_is_tried_and_compared(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -21,7 +21,7 @@ from lutgen.bindings import ocio
 from lutgen.colorimetry import code_to_linear
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
-from lutgen.measurements import read_measurements
+from lutgen.readings import read_measurements
 from tests.command import in_process
 
 if TYPE_CHECKING:

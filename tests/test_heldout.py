@@ -12,7 +12,7 @@ from lutgen.criticism.heldout import HeldOut, cells, held_out
 from lutgen.criticism.linear import Term, whiten
 from lutgen.criticism.problem import Problem
 from lutgen.effects import catalogue
-from lutgen.measurements.csv import read
+from lutgen.readings.csv import read
 from tests.criticism_twin import FAULTS, HOURS, TIPS, TRUTHS, Fault, display, measured, noisy, session, table
 from tests.virtual_display.campaign import Campaign, csv_text
 
@@ -67,7 +67,7 @@ def test_from_hour_0_whole_sessions_are_withheld_and_their_gains_counted(name: s
     truth = {**TRUTHS[name][0], "beta": 1.0}
     patches = [each for hour in LATER for each in session(hour)]
     readings = table(noisy(patches, display(LATER, ageing=0.0), FAULTS[name], truth, 4), luminance="free")
-    problem = Problem.of(readings, baseline="fresh", instrument="0.002,0.003")
+    problem = Problem.of(readings, baseline="first-hour", instrument="0.002,0.003")
     found, squares = fit(problem, (Term.at_rest(catalogue()[name], form),)), []
     for hour in range(1, len(LATER)):
         cell = np.flatnonzero(problem.hour_of == hour)
@@ -149,7 +149,7 @@ def test_what_dims_whole_sessions_is_confirmed_from_hour_0() -> None:
     truth = {"loss": 0.2, "beta": 1.0}
     patches = [each for hour in LATER for each in session(hour)]
     readings = table(noisy(patches, display(LATER, ageing=0.0), FAULTS["backlight-decay"], truth, 4), luminance="free")
-    problem = Problem.of(readings, baseline="fresh", instrument="0.002,0.003")
+    problem = Problem.of(readings, baseline="first-hour", instrument="0.002,0.003")
     bare, true = fit(problem), fit(problem, (Term.at_rest(catalogue()["backlight-decay"], ("loss",)),))
     gain, deviation = held_out(true).gain_over(held_out(bare))
     assert gain > 2.0 * deviation > 0

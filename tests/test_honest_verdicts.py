@@ -17,7 +17,7 @@ from lutgen.criticism.problem import Problem
 from lutgen.criticism.search import PureError, contenders, family
 from lutgen.criticism.separate import separation
 from lutgen.effects import catalogue
-from lutgen.measurements.csv import read
+from lutgen.readings.csv import read
 from tests.campaigns import single, text_of
 from tests.command import Done, in_process
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from lutgen.measurements import Measurements
+    from lutgen.readings import Measurements
 
 pytestmark = pytest.mark.numbers
 

@@ -11,7 +11,7 @@ from lutgen.bake.formats import Provenance, format_named
 from lutgen.bake.lut import Lut, MatrixLut, Sampler
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab
 from lutgen.display import DisplayModel, default_display
-from lutgen.measurements import read_measurements
+from lutgen.readings import read_measurements
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

@@ -17,13 +17,13 @@ from jsonschema.exceptions import ValidationError
 from lutgen import LutgenError
 from lutgen.cli.outputs import write_json
 from lutgen.colorimetry import SRGB_XY, xy_to_uv
-from lutgen.measurements.sessions import read_session
+from lutgen.history import Inspection, inspect_session
+from lutgen.history.calibration import native_gamma, native_ramp
+from lutgen.history.primaries import GAMUTS, _covered
+from lutgen.history.schema import NAMES, as_json, schema
+from lutgen.readings.sessions import read_session
 from lutgen.report.history.inspection import inspect_page
 from lutgen.report.history.inspection_plot import headline, picture_names, plot_inspection
-from lutgen.sessions import Inspection, inspect_session
-from lutgen.sessions.calibration import native_gamma, native_ramp
-from lutgen.sessions.primaries import GAMUTS, _covered
-from lutgen.sessions.schema import NAMES, as_json, schema
 from tests.session_files import DRIVE, GAMMA, LEAK, WHITE_CD_M2, curves, light, ti3
 
 if TYPE_CHECKING:

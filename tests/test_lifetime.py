@@ -17,17 +17,17 @@ from skimage.data import immunohistochemistry
 from skimage.io import imsave
 
 from lutgen import AppliedEffect, DisplayModel, LutgenError, lifetime, read_measurements
-from lutgen.appearance import curve, distinct
-from lutgen.appearance.curve import STATISTICS, Curve, quantile, statistics
-from lutgen.appearance.difference import differences
-from lutgen.appearance.distinct import Colours, count_colours
-from lutgen.appearance.lifetime import TOLERANCES, binning_error
-from lutgen.appearance.schema import NAMES, schema
-from lutgen.appearance.uncertainty import DRAWS, coarse, drawn
 from lutgen.colorimetry import xyY_to_xyz
 from lutgen.display import Estimate, LatentTips, default_display
 from lutgen.effects import catalogue
 from lutgen.names import AGING_MODES
+from lutgen.pictures import curve, distinct
+from lutgen.pictures.curve import STATISTICS, Curve, quantile, statistics
+from lutgen.pictures.difference import differences
+from lutgen.pictures.distinct import Colours, count_colours
+from lutgen.pictures.lifetime import TOLERANCES, binning_error
+from lutgen.pictures.schema import NAMES, schema
+from lutgen.pictures.uncertainty import DRAWS, coarse, drawn
 from tests.altered import altered
 from tests.twin import SRGB_XY, Twin, rows_of_csv, srgb_matrix
 
@@ -177,7 +177,7 @@ def test_an_image_tiled_ten_times_or_turned_has_the_same_curve(
 ) -> None:
     part = tissue[:120, :150]
     shuffled = np.random.default_rng(2).permutation(part.reshape(-1, 3)).reshape(part.shape)
-    monkeypatch.setattr("lutgen.appearance.images.BAND", 7000)
+    monkeypatch.setattr("lutgen.pictures.images.BAND", 7000)
     pictures = {"once": part, "ten": np.tile(part, (5, 2, 1)), "turned": part[::-1], "shuffled": shuffled}
     files = [save(tmp_path / f"{name}.png", pixels) for name, pixels in pictures.items()]
     once, *others = curves(files, model)

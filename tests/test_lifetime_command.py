@@ -12,10 +12,10 @@ from skimage.data import immunohistochemistry
 from skimage.io import imread, imsave
 
 from lutgen import DisplayModel, lifetime, read_measurements
-from lutgen.appearance.lifetime import TOLERANCES
 from lutgen.cli.commands import lifetime as lifetime_command
 from lutgen.display import default_display
 from lutgen.numerals import pixels_of_colours
+from lutgen.pictures.lifetime import TOLERANCES
 from lutgen.report.pictures.lifetime import hours_or_never, lifetime_page
 from lutgen.report.pictures.lifetime_plot import draw_curve, draw_lives, plot_lifetimes, title_of
 from tests.command import Done, in_process
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from lutgen.appearance.lifetime import Lifetimes
+    from lutgen.pictures.lifetime import Lifetimes
 
 #: An effect with a standard error, on the default display.
 MODEL = """\

@@ -13,9 +13,9 @@ from skimage.data import immunohistochemistry
 from skimage.io import imsave
 
 from lutgen import DisplayModel, default_display, lifetime, read_measurements
-from lutgen.appearance import published
-from lutgen.appearance.schema import schema
 from lutgen.cli.commands import map as map_command
+from lutgen.pictures import published
+from lutgen.pictures.schema import schema
 from lutgen.report.pictures.difference_map import RANGE
 from tests.command import Done, in_process
 

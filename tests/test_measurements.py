@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
-from lutgen.measurements import formats, read_measurements
+from lutgen.readings import formats, read_measurements
 
 if TYPE_CHECKING:
     from collections.abc import Callable

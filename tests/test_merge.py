@@ -16,10 +16,10 @@ from lutgen.bindings import ocio
 from lutgen.config_parts import file_transforms
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
-from lutgen.measurements import read_measurements
 from lutgen.merge import Merging, merge
 from lutgen.merge.schema import schema
 from lutgen.names import MODES
+from lutgen.readings import read_measurements
 from tests.command import in_process
 
 if TYPE_CHECKING:

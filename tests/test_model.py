@@ -25,7 +25,7 @@ from lutgen.display import MODES, REFERENCES, SELECTIONS, DisplayModel, default_
 from lutgen.display.modes import luminance_law
 from lutgen.display.paper import averaged_matrices, matrices_of, nearest_weights, three_point_matrices
 from lutgen.errors import LutgenError
-from lutgen.measurements import Measurements, read_measurements
+from lutgen.readings import Measurements, read_measurements
 from tests.twin import PAPER_LAW, Law, Row, Twin, rows_of_csv
 
 if TYPE_CHECKING:

@@ -19,7 +19,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from skimage.io import imread, imsave
 
-from lutgen.appearance.apply import apply_to_image
 from lutgen.bake.build import Plan, build
 from lutgen.bake.check import check
 from lutgen.bake.manifest import MANIFEST, model_as_json, model_from_json
@@ -49,8 +48,9 @@ from lutgen.effects import catalogue
 from lutgen.effects.expression import parse
 from lutgen.effects.own import load_file
 from lutgen.errors import LutgenError
-from lutgen.measurements import Measurements, read_measurements
-from lutgen.measurements.conditions import COLUMNS
+from lutgen.pictures.apply import apply_to_image
+from lutgen.readings import Measurements, read_measurements
+from lutgen.readings.conditions import COLUMNS
 from tests.quick import mostly_slow
 from tests.twin import PAPER_LAW, Twin, rows_of_csv
 
@@ -167,7 +167,7 @@ def test_a_leak_is_what_it_is_when_written_out(
 
 
 @pytest.mark.parametrize("name", catalogue())
-@pytest.mark.parametrize("baseline", ["tips", "fresh"])
+@pytest.mark.parametrize("baseline", ["colour-points", "first-hour"])
 def test_modes_keep_the_luminance_of_white_that_leaves_the_display(
     baseline: str, name: str, readings: Measurements
 ) -> None:
@@ -200,17 +200,17 @@ def test_a_luminance_that_cannot_be_held_is_refused(readings: Measurements) -> N
 def test_an_additive_light_that_stays_is_held_by_a_backlight_that_gives_way(readings: Measurements) -> None:
     """Not proportional to the tips, so the gain is solved for."""
     glare = AppliedEffect.of(parse("glare: xyz + k*tau*fresh_white; k=0.1[0,1]"), {"k": 0.2})
-    aged = a_model(readings, glare, baseline="fresh").at("chroma", 18_000.0)
+    aged = a_model(readings, glare, baseline="first-hour").at("chroma", 18_000.0)
     black, white = aged.code_to_xyz(np.array([[0.0] * 3, [1.0] * 3]))
     assert (black[1], white[1]) == (pytest.approx(0.2, abs=1e-12), pytest.approx(1.0, abs=1e-12))
 
 
 def test_a_fresh_model_ages_by_its_effects_alone(readings: Measurements, colours: Array) -> None:
-    plain = DisplayModel(readings, baseline="fresh", luminance=MEASURED)
+    plain = DisplayModel(readings, baseline="first-hour", luminance=MEASURED)
     for mode in MODES:
         np.testing.assert_allclose(plain.at(mode, 12_345.0).code_to_code(colours), colours, rtol=0, atol=1e-12)
     decay = named("backlight-decay", {"loss": 0.9, "beta": 1.4})
-    fading = a_model(readings, decay, baseline="fresh", luminance=MEASURED)
+    fading = a_model(readings, decay, baseline="first-hour", luminance=MEASURED)
     left = np.exp(-0.9 * (12_345.0 / 18_000.0) ** 1.4)
     white = fading.at("chroma-luma", 12_345.0).code_to_xyz(WHITE)[0, 1]
     assert white == pytest.approx(left, abs=1e-12)
@@ -228,9 +228,9 @@ def test_a_fresh_model_needs_no_tips_but_those_of_hour_0(readings: Measurements,
     mine = read_measurements(tmp_path / "mine.csv")
     with pytest.raises(LutgenError, match="one time only"):
         DisplayModel(mine)
-    model = a_model(mine, named("yellowing"), baseline="fresh")
+    model = a_model(mine, named("yellowing"), baseline="first-hour")
     np.testing.assert_array_equal(model.tips.hours, [0, 9000])
-    everything = a_model(readings, named("yellowing"), baseline="fresh")
+    everything = a_model(readings, named("yellowing"), baseline="first-hour")
     assert model.at("chroma", 9000.0) == everything.at("chroma", 9000.0)
 
 
@@ -528,7 +528,7 @@ BAD_FILES: list[tuple[str, str]] = [
     ("schema = 9", "schema is 9; this version of lutgen reads `schema = 1`"),
     ("schema = 1\n[fit", "not a model file (TOML)"),
     ("colour = 3", "unknown key 'colour' in the file. Pick one of: schema, display"),
-    ("[model]\nbaselin = 'tips'", "unknown key 'baselin' in [model]. Pick one of: baseline"),
+    ("[model]\nbaselin = 'colour-points'", "unknown key 'baselin' in [model]. Pick one of: baseline"),
     ("[model]\nbaseline = 'tip'", "unknown baseline 'tip'. Pick one of: tips, fresh"),
     ("[model]\nheld = 'yes'", "[model]: held is 'yes'; it must be true or false"),
     ("[model]\nselection = 3", "[model]: selection is 3; it must be a text"),
@@ -744,7 +744,7 @@ def test_two_processes_write_the_bytes_of_one_with_own_effects_too(readings: Mea
 
 
 def test_a_lut_says_which_effects_and_conditions_it_holds(readings: Measurements, tmp_path: Path) -> None:
-    model = refined(readings, named("edge-falloff"), baseline="fresh", conditions=Conditions(u=0.0))
+    model = refined(readings, named("edge-falloff"), baseline="first-hour", conditions=Conditions(u=0.0))
     build(model, Plan((9000.0,), modes=("chroma",), cubesize=17, certify=False), tmp_path / "built", jobs=1)
     for name in ("aged.cube", "aged.clf"):
         text = (tmp_path / "built/chroma/9000h" / name).read_text(encoding="utf-8")
@@ -768,9 +768,11 @@ def test_colours_beyond_what_a_table_holds_are_refused(readings: Measurements, t
 # The manifest, and what becomes stale
 
 
-@pytest.mark.parametrize("baseline", ["tips", "fresh"])
+@pytest.mark.parametrize("baseline", ["colour-points", "first-hour"])
 def test_a_manifest_gives_the_model_back(baseline: str, readings: Measurements, tmp_path: Path) -> None:
-    model = refined(readings, named("phosphor-wear"), named("meter-drift"), baseline=baseline, held=baseline == "fresh")
+    model = refined(
+        readings, named("phosphor-wear"), named("meter-drift"), baseline=baseline, held=baseline == "first-hour"
+    )
     content = json.loads(json.dumps(model_as_json(model, tmp_path)))
     again = model_from_json(content, where=str(tmp_path / MANIFEST))
     assert again.at("chroma", 9000.0).code_to_xyz(WHITE) == pytest.approx(
@@ -898,7 +900,7 @@ def test_the_commands_take_a_model_with_effects(
 def test_show_tells_the_effects_and_their_errors(
     readings: Measurements, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    model = refined(readings, named("meter-offset"), baseline="fresh", latent=None)
+    model = refined(readings, named("meter-offset"), baseline="first-hour", latent=None)
     save_model(model, tmp_path / "my.toml")
     assert lutgen(monkeypatch, "show", "--model", tmp_path / "my.toml", "--plot", tmp_path / "page.png") == 0
     said = capsys.readouterr().out
@@ -912,5 +914,5 @@ def test_show_tells_the_effects_and_their_errors(
     assert content["effects"][0]["parameters"]["grown"] == {
         "value": 0.1 / 3, "stderr": 1e-5, "at_bound": False, "unit": "1", "free": True,
     }  # fmt: skip
-    shown = show(a_model(readings, named("backlight-decay"), baseline="fresh"))
+    shown = show(a_model(readings, named("backlight-decay"), baseline="first-hour"))
     assert all(later < earlier for earlier, later in pairwise(shown.luminance[:, 0]))

@@ -26,8 +26,8 @@ from lutgen.display.modes import luminance_law
 from lutgen.display.native import NativeDisplay, rising_light
 from lutgen.display.transfer_curve import TransferCurve
 from lutgen.errors import LutgenError
-from lutgen.measurements import Measurements, read_measurements
-from lutgen.measurements.csv import read
+from lutgen.readings import Measurements, read_measurements
+from lutgen.readings.csv import read
 from tests.native_displays import BLACK, GREYS, LEVELS, MIXTURES, RAMPS, TIPS, Panel, from_8_bit, session, write
 from tests.virtual_display.campaign import Campaign, csv_text
 
@@ -160,7 +160,7 @@ def _without(*codes: tuple[float, ...]) -> Callable[[Measurements], Measurements
 @pytest.mark.parametrize(("fault", "words"), [
     (_with((0.0, 0.5, 0.0), 0.4), ("ramp of green is not monotonic", "code 0.36", "code 0.5", "Measure these codes")),
     (_with((0.94, 0.0, 0.0), 1.4), ("ramp of red is not monotonic", "code 0.94", "at code 1,")),
-    (_without(BLACK), ("no black (code 0, 0, 0)", "--baseline tips")),
+    (_without(BLACK), ("no black (code 0, 0, 0)", "--baseline colour-points")),
     (_without(*RAMPS[:5], *GREYS[:5]), ("5 levels or more", "4 of red, 9 of green, 9 of blue, 4 of grey")),
 ])  # fmt: skip
 def test_a_first_session_that_makes_no_native_display_is_refused(
@@ -226,7 +226,7 @@ def test_a_model_file_keeps_the_native_display_to_the_last_bit(saved: Path) -> N
     ("  [0.0, 0.0],", "  [0.0, 0.1],", ("must run from code 0, light 0",)),
     ("  [0.0, 0.0],", "  [0.0],", ("rows of two numbers",)),
     ('source = "ramps"', 'source = "guess"', ("Pick one of: ramps, greys",)),
-    ('baseline = "native"', 'baseline = "tips"', ("Take the baseline native",)),
+    ('baseline = "native"', 'baseline = "colour-points"', ("Take the baseline native",)),
 ])  # fmt: skip
 def test_a_model_file_with_another_native_display_is_refused(
     saved: Path, old: str, new: str, words: tuple[str, ...]

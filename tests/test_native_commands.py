@@ -34,7 +34,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
 
 
 def test_the_option_names_what_the_library_has() -> None:
-    assert set(AGING_BASELINES) == set(BASELINES) - {"fresh"}
+    assert set(AGING_BASELINES) == set(BASELINES) - {"first-hour"}
 
 
 @pytest.mark.slow

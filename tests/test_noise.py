@@ -14,7 +14,7 @@ from lutgen.criticism.noise import CORRELATION, FLOOR_CD_M2, RELATIVE, SESSION, 
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.search import PureError
 from lutgen.errors import LutgenError
-from lutgen.measurements import Measurements
+from lutgen.readings import Measurements
 from tests.criticism_twin import FRESH, TIPS
 
 if TYPE_CHECKING:

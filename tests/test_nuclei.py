@@ -19,15 +19,15 @@ from skimage.data import immunohistochemistry
 from skimage.io import imsave
 
 from lutgen import DisplayModel, LutgenError, nuclei, read_measurements
-from lutgen.appearance import contrast, field
-from lutgen.appearance.contrast import FEWEST, PERCENT, contrast_of
-from lutgen.appearance.field import read_field
-from lutgen.appearance.nuclei import segment, width_of
-from lutgen.appearance.nuclei_mask import read_mask
-from lutgen.appearance.rings import LEAST_PIXELS, outlines, rings_of
-from lutgen.appearance.schema import schema
 from lutgen.display import default_display
 from lutgen.names import AGING_MODES
+from lutgen.pictures import contrast, field
+from lutgen.pictures.contrast import FEWEST, PERCENT, contrast_of
+from lutgen.pictures.field import read_field
+from lutgen.pictures.nuclei import segment, width_of
+from lutgen.pictures.nuclei_mask import read_mask
+from lutgen.pictures.rings import LEAST_PIXELS, outlines, rings_of
+from lutgen.pictures.schema import schema
 from tests.altered import altered
 from tests.twin import SRGB_XY, Twin, rows_of_csv, srgb_matrix
 
@@ -484,7 +484,7 @@ def test_without_scikit_image_it_says_what_to_install_and_masks_still_work(
     def missing(name: str) -> Any:
         raise ImportError(f"No module named {name!r}")
 
-    monkeypatch.setattr("lutgen.appearance.nuclei.import_module", missing)
+    monkeypatch.setattr("lutgen.pictures.nuclei.import_module", missing)
     with pytest.raises(LutgenError, match=r"scikit-image, which cannot be imported .*pip install lutgen\[nuclei\]"):
         nuclei(image, model)
     assert nuclei(image, model, mask=mask, hours=HOURS).nuclei.count == 16

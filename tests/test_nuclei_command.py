@@ -11,9 +11,9 @@ from skimage.data import immunohistochemistry
 from skimage.io import imread, imsave
 
 from lutgen import DisplayModel, nuclei, read_measurements
-from lutgen.appearance.conspicuity import LOSS
 from lutgen.cli.commands import nuclei as nuclei_command
 from lutgen.display import default_display
+from lutgen.pictures.conspicuity import LOSS
 from lutgen.report.parts import Headline
 from lutgen.report.pictures.nuclei import ROWS, headline, nuclei_page, percent, shown_hours
 from lutgen.report.pictures.nuclei_plot import DETAIL, NUCLEUS, RING, crowded, draw_contrast, outlined, plot_nuclei
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from lutgen.appearance.conspicuity import Conspicuity
+    from lutgen.pictures.conspicuity import Conspicuity
 
 
 @pytest.fixture

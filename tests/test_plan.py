@@ -19,12 +19,12 @@ from lutgen.criticism.separate import POOL, separation, with_patches
 from lutgen.criticism.visibility import visibility
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError
-from lutgen.measurements.csv import read
+from lutgen.readings.csv import read
 from tests.criticism_twin import FRESH, TIPS, Fault, Reading, shown
 from tests.virtual_display.campaign import Campaign, csv_text
 
 if TYPE_CHECKING:
-    from lutgen.measurements import Measurements
+    from lutgen.readings import Measurements
 
 pytestmark = pytest.mark.numbers
 
@@ -201,7 +201,7 @@ def test_a_ti1_is_cgats_with_codes_in_percent() -> None:
     ({"between": ("crosstalk", "crosstalk")}, "cannot be told from itself"),
     ({"between": ("crosstalk", "loadding")}, r"effect 'loadding'.*Pick one of"),
     ({"effect": "leak"}, "effect 'leak'"),
-    ({"effect": "backlight-decay"}, "Use --baseline fresh"),
+    ({"effect": "backlight-decay"}, "Use --baseline first-hour"),
     ({"between": ("backlight-decay", "meter-drift")}, "no patch"),
 ])  # fmt: skip
 def test_what_cannot_be_planned_is_refused(asked: dict[str, object], told: str) -> None:

@@ -18,7 +18,7 @@ from lutgen.criticism.refine import Refinement, refine, terms_of
 from lutgen.display import DisplayModel, load_model, save_model
 from lutgen.display.modes import luminance_law
 from lutgen.errors import LutgenError
-from lutgen.measurements.csv import read
+from lutgen.readings.csv import read
 from tests.criticism_twin import TIPS, Fault, Reading, display, noisy, table
 from tests.virtual_display.campaign import Campaign, csv_text, truth
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lutgen.colorimetry import Array
-    from lutgen.measurements import Measurements
+    from lutgen.readings import Measurements
 
 pytestmark = pytest.mark.numbers
 
@@ -176,7 +176,7 @@ def tips_only() -> Measurements:
 
 
 @pytest.mark.parametrize(("add", "baseline", "told"), [
-    (["backlight-decay"], "tips", r"absorbed by the tips .* Add --baseline fresh"),
+    (["backlight-decay"], "colour-points", r"absorbed by the tips .* Add --baseline first-hour"),
     (["yellowing"], "tips", "only be fitted from the hour-0 display"),
     (["leakage"], "tips", r"effect 'leakage'.*Pick one of"),
     (["crosstalk", "crosstalk"], "tips", "in the model already"),
@@ -202,14 +202,14 @@ def test_a_fresh_display_is_refined_from_hour_0() -> None:
         design="colours",
         hours=HOURS,
         seed=3,
-        baseline="fresh",
+        baseline="first-hour",
         hidden=(("channel-decay", 0.3, "same"),),
     )
-    made = refine(read(csv_text(hidden), file="oled.csv", sha256="2" * 64), ["channel-decay"], baseline="fresh")
+    made = refine(read(csv_text(hidden), file="oled.csv", sha256="2" * 64), ["channel-decay"], baseline="first-hour")
     assert made.before.ratio > 5.0
     # The gains of three sessions alone move the error over its floor by a quarter: what is left tells more.
     assert made.found.chi2 / made.found.freedom == pytest.approx(1.0, abs=0.12)
     assert made.after.ratio == pytest.approx(1.0, abs=0.5)
     code = np.random.default_rng(8).random((200, 3))
     assert error(made.model, hidden, 18_000.0, code) < 0.3
-    assert made.model.baseline == "fresh"
+    assert made.model.baseline == "first-hour"

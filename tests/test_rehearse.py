@@ -12,12 +12,12 @@ import pytest
 from lutgen.criticism.rehearse import Rehearsal, rehearse
 from lutgen.effects import catalogue
 from lutgen.effects.expression import parse
-from lutgen.measurements.csv import read
+from lutgen.readings.csv import read
 from tests.quick import mostly_slow
 from tests.virtual_display.campaign import Campaign, csv_text
 
 if TYPE_CHECKING:
-    from lutgen.measurements import Measurements
+    from lutgen.readings import Measurements
 
 pytestmark = pytest.mark.numbers
 
@@ -36,13 +36,13 @@ OWN = {
 
 
 @cache
-def readings(design: str, baseline: str = "tips") -> Measurements:
+def readings(design: str, baseline: str = "colour-points") -> Measurements:
     campaign = Campaign(
         design=design,
         hours=HOURS,
         seed=3,
         baseline=baseline,
-        display="OLED" if baseline == "fresh" else "white LED LCD",
+        display="OLED" if baseline == "first-hour" else "white LED LCD",
     )
     return read(csv_text(campaign), file="own.csv", sha256="")
 
@@ -73,8 +73,8 @@ def test_what_is_put_in_is_found_again_in_its_size(name: str, design: str, told:
 
 
 @pytest.mark.parametrize(("name", "design", "told"), [
-    ("fade", "colours", 'declare it with baseline="fresh"'),
-    ("crosstalk", "tips", "Measure more than the tips"),
+    ("fade", "colours", 'declare it with baseline="first-hour"'),
+    ("crosstalk", "colour-points", "Measure more than the tips"),
     ("corner", "colours", "It changes none of these readings"),
     ("edge-falloff", "colours", "It needs the columns u, v."),
     ("small", "colours", "It would show from k = "),
@@ -106,13 +106,13 @@ def test_an_effect_is_most_like_its_twin_in_the_catalogue_whatever_its_sign(name
     assert cosine == pytest.approx(1.0, abs=1e-6)
     assert [share for _, share in found.likeness] == sorted((share for _, share in found.likeness), reverse=True)
     assert all(0.0 <= share < 0.99 for _, share in others)
-    names = {each.name for each in BUILT_IN if each.baseline == "tips"}
+    names = {each.name for each in BUILT_IN if each.baseline == "colour-points"}
     assert {each for each, _ in found.likeness} == names
 
 
 @pytest.mark.slow
 def test_only_effects_of_the_same_baseline_are_likened_and_all_from_hour_0() -> None:
-    found = rehearse(catalogue()["channel-decay"], readings("colours", "fresh"), BUILT_IN)
+    found = rehearse(catalogue()["channel-decay"], readings("colours", "first-hour"), BUILT_IN)
     assert {each for each, _ in found.likeness} == set(catalogue()) - {"channel-decay"}
     assert dict(found.likeness)["phosphor-wear"] > 0.8
     assert found.smallest_detectable is not None

@@ -18,11 +18,11 @@ from skimage.data import immunohistochemistry
 from skimage.io import imread, imsave
 
 from lutgen import DisplayModel, apply_to_image, cli, lifetime, read_measurements
-from lutgen.appearance.frame import fitting, read_frame, turned
-from lutgen.appearance.png import page_png
 from lutgen.bindings import oiio
 from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.display import default_display
+from lutgen.pictures.frame import fitting, read_frame, turned
+from lutgen.pictures.png import page_png
 from lutgen.report.document.chart import ticks
 from lutgen.report.document.scenes import MOST, STEPS, hours_of, map_colours, reach_of
 from lutgen.report.document.templates import environment
@@ -287,7 +287,7 @@ def test_cells_that_straddle_pixels_and_blocks_keep_all_light(tmp_path: Path, mo
     assert out.write_tiles(0, 97, 0, 97, 0, 1, np.ascontiguousarray(picture))
     assert out.close()
     whole = read_frame(tmp_path / "a.tif", pixels=10**6, width=41)
-    monkeypatch.setattr("lutgen.appearance.images.BAND", 32 * 32)
+    monkeypatch.setattr("lutgen.pictures.images.BAND", 32 * 32)
     parts = read_frame(tmp_path / "a.tif", pixels=10**6, width=41)
     assert (parts.colours[parts.places] == whole.colours[whole.places]).all()
     mean = code_to_linear(whole.colours[whole.places] / 255.0).mean()

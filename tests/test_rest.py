@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from lutgen import LutgenError
-from lutgen.measurements.conditions import COLUMNS, CONDITIONS
-from lutgen.measurements.csv import read
+from lutgen.readings.conditions import COLUMNS, CONDITIONS
+from lutgen.readings.csv import read
 
 if TYPE_CHECKING:
-    from lutgen.measurements import Measurements
+    from lutgen.readings import Measurements
 
 pytestmark = pytest.mark.numbers
 

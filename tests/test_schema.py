@@ -18,8 +18,8 @@ from lutgen.criticism.diagnose import VERDICTS, diagnose
 from lutgen.criticism.plan import plan
 from lutgen.criticism.refine import refine
 from lutgen.criticism.schema import NAMES, schema
-from lutgen.measurements import csv
 from lutgen.names import BASELINES
+from lutgen.readings import csv
 from tests.altered import altered
 from tests.campaigns import single, text_of
 from tests.quick import mostly_slow
@@ -27,7 +27,7 @@ from tests.quick import mostly_slow
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lutgen.measurements import Measurements
+    from lutgen.readings import Measurements
 
 pytestmark = pytest.mark.numbers
 
@@ -57,8 +57,8 @@ OUTPUTS: dict[str, Callable[[], dict[str, Any]]] = {
         for name in SETS
     },
     "compare edge": lambda: compare(readings("edge")).as_json(),
-    "compare fading": lambda: compare(readings("fading"), baseline="fresh").as_json(),
-    "diagnose fading": lambda: diagnose(readings("fading"), baseline="fresh").as_json(),
+    "compare fading": lambda: compare(readings("fading"), baseline="first-hour").as_json(),
+    "diagnose fading": lambda: diagnose(readings("fading"), baseline="first-hour").as_json(),
     "diagnose once": lambda: diagnose(once(), instrument="0.002,0.003").as_json(),
     "plan between": lambda: plan(once(), between=("crosstalk", "loading")).as_json(),
     "plan effect": lambda: plan(readings("leak"), effect="warm-up").as_json(),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from lutgen.measurements import read_measurements
+from lutgen.readings import read_measurements
 from tests.virtual_display import sealed
 from tests.virtual_display.__main__ import OFTENER, main
 from tests.virtual_display.campaign import csv_text

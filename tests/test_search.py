@@ -15,7 +15,7 @@ from lutgen.criticism.problem import Problem
 from lutgen.criticism.search import STRONG, PureError, Score, bic, contenders, families, family, forms_of
 from lutgen.effects import Effect, catalogue
 from lutgen.errors import LutgenError
-from lutgen.measurements.csv import read
+from lutgen.readings.csv import read
 from tests.criticism_twin import FAULTS, TRUTHS, display, measured, noisy, session, table
 from tests.virtual_display.campaign import Campaign, csv_text
 from tests.virtual_display.spectra import CLASSES
@@ -99,7 +99,7 @@ def test_families_come_in_the_order_given_and_hopeless_ones_are_not_refined() ->
 
 def test_contenders_are_those_below_the_limit_best_first() -> None:
     base = campaign("greys", crosstalk=(0.0015, "same"))
-    effects = [each for each in catalogue().values() if each.baseline == "tips"]
+    effects = [each for each in catalogue().values() if each.baseline == "colour-points"]
     limit = min(bic(each.best) for each in families(base, effects)) + STRONG
     found = contenders(base, effects, limit)
     assert {each.name for each in found} >= {"crosstalk", "loading"}
@@ -156,9 +156,9 @@ def test_a_shape_far_from_its_typical_value_is_found() -> None:
 
 def test_an_effect_that_begins_beyond_a_threshold_is_found() -> None:
     text = csv_text(
-        Campaign(design="colours", seed=3, baseline="fresh", hidden=(("stabilizer-headroom", 0.6, "same"),))
+        Campaign(design="colours", seed=3, baseline="first-hour", hidden=(("stabilizer-headroom", 0.6, "same"),))
     )
-    base = fit(Problem.of(read(text, file="knee.csv", sha256=""), baseline="fresh"))
+    base = fit(Problem.of(read(text, file="knee.csv", sha256=""), baseline="first-hour"))
     effect: Effect = catalogue()["stabilizer-headroom"]
     assert family(base, effect).best.gain > 0.9 * (base.chi2 - base.freedom)
 

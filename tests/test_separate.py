@@ -13,17 +13,17 @@ import numpy as np
 import pytest
 
 from lutgen import LutgenError
-from lutgen.measurements.campaign import Campaign, Entry, read_campaign
-from lutgen.measurements.session import Session
-from lutgen.measurements.sessions import read_session
-from lutgen.sessions.calibration import full_light_ratio
-from lutgen.sessions.causes import causes
-from lutgen.sessions.course import course
-from lutgen.sessions.evidence import covariance, fit
-from lutgen.sessions.five import COLOURS, PARAMETERS, Five, changed
-from lutgen.sessions.lines import line_shift
-from lutgen.sessions.separate import explanations, separate
-from lutgen.sessions.verdicts import KINDS, Verdict
+from lutgen.history.calibration import full_light_ratio
+from lutgen.history.causes import causes
+from lutgen.history.course import course
+from lutgen.history.evidence import covariance, fit
+from lutgen.history.five import COLOURS, PARAMETERS, Five, changed
+from lutgen.history.lines import line_shift
+from lutgen.history.separate import explanations, separate
+from lutgen.history.verdicts import KINDS, Verdict
+from lutgen.readings.campaign import Campaign, Entry, read_campaign
+from lutgen.readings.session import Session
+from lutgen.readings.sessions import read_session
 from tests.virtual_sessions import __main__ as scoring
 from tests.virtual_sessions.campaigns import life, write
 from tests.virtual_sessions.causes import SIZES, case
@@ -135,7 +135,7 @@ def test_scoring_counts_what_is_wrong(monkeypatch: pytest.MonkeyPatch, capsys: p
 
 
 def test_no_file_of_causes_is_left_out() -> None:
-    folder = Path(__file__).parents[1] / "lutgen/sessions/causes"
+    folder = Path(__file__).parents[1] / "lutgen/history/causes"
     files = {path.stem.replace("_", "-") for path in folder.glob("[!_]*.py")}
     assert {*causes()} == files
     for cause in causes().values():

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 import pytest
 from jsonschema import Draft202012Validator
 
-from lutgen.measurements.campaign import read_campaign
+from lutgen.history.schema import schema
+from lutgen.history.trend import trend
+from lutgen.readings.campaign import read_campaign
 from lutgen.report.history.trend_plot import plot_trend
-from lutgen.sessions.schema import schema
-from lutgen.sessions.trend import trend
 from tests.command import Done, in_process
 
 if TYPE_CHECKING:

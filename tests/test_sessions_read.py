@@ -17,14 +17,14 @@ from hypothesis import strategies as st
 
 from examples.make_session import FILE, alike, session_text
 from lutgen import LutgenError
-from lutgen.measurements.sessions import read_session, session_formats
+from lutgen.readings.sessions import read_session, session_formats
 from tests.session_files import DRIVE, LEAK, WHITE_CD_M2, curves, light, ti3
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from lutgen.colorimetry import Array
-    from lutgen.measurements.session import Session
+    from lutgen.readings.session import Session
 
 pytestmark = pytest.mark.numbers
 

@@ -14,7 +14,7 @@ from lutgen.bake.build import Plan, build
 from lutgen.bake.check import check
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
-from lutgen.measurements import read_measurements
+from lutgen.readings import read_measurements
 from tests.command import in_process
 
 if TYPE_CHECKING:

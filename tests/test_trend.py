@@ -9,19 +9,19 @@ import pytest
 from scipy.optimize import curve_fit
 
 from lutgen import LutgenError
-from lutgen.measurements.campaign import read_campaign
+from lutgen.history.decay import LAWS, fit_laws
+from lutgen.history.limits import SETS, Limit, limits_of, parse_limit
+from lutgen.history.trend import FEWEST, trend
 from lutgen.names import LIMIT_SETS
+from lutgen.readings.campaign import read_campaign
 from lutgen.report.history.trend import headline
-from lutgen.sessions.decay import LAWS, fit_laws
-from lutgen.sessions.limits import SETS, Limit, limits_of, parse_limit
-from lutgen.sessions.trend import FEWEST, trend
 from tests.virtual_sessions.campaigns import life, write
 from tests.virtual_sessions.display import State
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from lutgen.measurements.campaign import Campaign
+    from lutgen.readings.campaign import Campaign
 
 pytestmark = pytest.mark.numbers
 

@@ -12,14 +12,14 @@ import pytest
 
 from lutgen.criticism.diagnose import VERDICTS, Diagnosis, diagnose
 from lutgen.errors import LutgenError
-from lutgen.measurements.csv import read
+from lutgen.readings.csv import read
 from tests.quick import mostly_slow
 from tests.virtual_display import broken
 from tests.virtual_display.campaign import Campaign, csv_text
 from tests.virtual_display.strength import DETECTABLE, sized
 
 if TYPE_CHECKING:
-    from lutgen.measurements import Measurements
+    from lutgen.readings import Measurements
 
 pytestmark = pytest.mark.numbers
 
@@ -36,7 +36,7 @@ class Case:
     hidden: tuple[tuple[str, str, float], ...] = ()
     said: str = ""
     campaign: tuple[tuple[str, Any], ...] = ()
-    baseline: str = "tips"
+    baseline: str = "colour-points"
 
     def measured(self) -> Measurements:
         plain = Campaign(
@@ -66,7 +66,7 @@ CASES = {
         ("channel-decay",),
         (("channel-decay", "same", 50.0),),
         campaign=(("display", "OLED"),),
-        baseline="fresh",
+        baseline="first-hour",
     ),
     "a leak by another formula": Case(
         "form", ("black-level",), (("black-level", "other", 6.0),), "not in its simple form"

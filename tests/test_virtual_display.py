@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from lutgen.measurements import read_measurements
+from lutgen.readings import read_measurements
 from tests.virtual_display import physics
 from tests.virtual_display.campaign import Campaign, csv_text, measured, noise_free, truth
 from tests.virtual_display.designs import DESIGNS, HOURS, OFF_KNOT_HOURS, TIPS
@@ -84,7 +84,7 @@ def test_white_is_near_d65_and_bright_enough(display: str, seed: int) -> None:
 def test_without_a_fault_the_tips_say_everything(display: str, design: str) -> None:
     campaign = Campaign(display=display, design=design, ageing=2.0, held=design == "greys")
     assert strength(campaign) < 1e-6
-    assert strength(replace(campaign, baseline="fresh")) < 1e-6
+    assert strength(replace(campaign, baseline="first-hour")) < 1e-6
 
 
 def test_a_display_whose_ageing_tips_absorb_does_age() -> None:
@@ -186,7 +186,7 @@ def signature(campaign: Campaign) -> Array:
     readings, xyz, plain = campaign.readings, noise_free(campaign), noise_free(campaign, ())
     noise = NOISE[campaign.noise]
     weight = noise.whitened(xyz - plain, plain + 1e-6)
-    if campaign.baseline == "fresh":
+    if campaign.baseline == "first-hour":
         return weight.ravel()
     basis = continuous(physics.effect.code_to_linear(readings.drive))
     for hour in np.unique(readings.hours):

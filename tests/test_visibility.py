@@ -15,7 +15,7 @@ from lutgen.criticism.search import STRONG
 from lutgen.criticism.visibility import Visibility, threshold, visibility
 from lutgen.effects import Effect, catalogue
 from lutgen.effects.expression import parse
-from lutgen.measurements.csv import read
+from lutgen.readings.csv import read
 from tests.virtual_display.campaign import Campaign, csv_text
 from tests.virtual_display.designs import DESIGNS
 from tests.virtual_display.strength import strength
@@ -26,12 +26,12 @@ HOURS = (0.0, 2500.0, 6000.0, 11_500.0, 18_000.0)
 
 
 @cache
-def healthy(design: str, baseline: str = "tips", hours: tuple[float, ...] = HOURS) -> Fit:
+def healthy(design: str, baseline: str = "colour-points", hours: tuple[float, ...] = HOURS) -> Fit:
     text = csv_text(Campaign(design=design, hours=hours, seed=6, baseline=baseline))
     return fit(Problem.of(read(text, file="null.csv", sha256=""), baseline=baseline))
 
 
-def seen(effect: Effect | str, design: str = "colours", baseline: str = "tips") -> Visibility:
+def seen(effect: Effect | str, design: str = "colours", baseline: str = "colour-points") -> Visibility:
     declared = catalogue()[effect] if isinstance(effect, str) else effect
     return visibility(healthy(design, baseline), [declared])[0]
 
@@ -93,7 +93,7 @@ def test_a_gain_of_everything_is_absorbed_by_the_tips_and_seen_from_hour_0(formu
     assert said.absorbed == pytest.approx(1.0, abs=1e-9)
     assert said.smallest_detectable is None or said.smallest_detectable > 100.0
     assert not said.visible
-    fresh = seen(effect, baseline="fresh")
+    fresh = seen(effect, baseline="first-hour")
     assert fresh.visible
     assert fresh.smallest_detectable is not None
     assert fresh.smallest_detectable < 0.1  # beside session gains of 0.3 %
@@ -101,7 +101,7 @@ def test_a_gain_of_everything_is_absorbed_by_the_tips_and_seen_from_hour_0(formu
 
 @pytest.mark.parametrize("design", DESIGNS)
 def test_absorbed_is_a_share(design: str) -> None:
-    for baseline in ("tips", "fresh"):
+    for baseline in ("colour-points", "first-hour"):
         for each in visibility(healthy(design, baseline), catalogue().values()):
             assert each.absorbed is None or -1e-9 <= each.absorbed <= 1.0 + 1e-9, each
             assert each.smallest_detectable is None or each.smallest_detectable > 0.0
@@ -115,20 +115,21 @@ def test_without_its_columns_an_effect_cannot_be_seen(name: str) -> None:
     assert seen(name, "full").visible
 
 
-@pytest.mark.parametrize("name", [name for name, each in catalogue().items() if each.baseline == "tips"])
+@pytest.mark.parametrize("name", [name for name, each in catalogue().items() if each.baseline == "colour-points"])
 def test_tips_alone_show_nothing_that_is_visible_beside_them(name: str) -> None:
     if name != "matrix-switching":  # whose trace is in the tips' own sum
-        assert not seen(name, "tips").visible
+        assert not seen(name, "colour-points").visible
 
 
-@pytest.mark.parametrize("name", [name for name, each in catalogue().items() if each.baseline == "fresh"])
+@pytest.mark.parametrize("name", [name for name, each in catalogue().items() if each.baseline == "first-hour"])
 def test_what_only_hour_0_shows_is_visible_from_there(name: str) -> None:
-    assert seen(name, "colours", "fresh").visible
+    assert seen(name, "colours", "first-hour").visible
 
 
 def test_more_readings_show_smaller_effects() -> None:
     few, many = (
-        visibility(healthy("colours", "tips", hours), [catalogue()["crosstalk"]])[0] for hours in (HOURS[:2], HOURS)
+        visibility(healthy("colours", "colour-points", hours), [catalogue()["crosstalk"]])[0]
+        for hours in (HOURS[:2], HOURS)
     )
     assert few.smallest_detectable is not None
     assert many.smallest_detectable is not None

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from lutgen.criticism.diagnose import diagnose
-from lutgen.measurements.csv import read
+from lutgen.readings.csv import read
 from tests.campaigns import text_of
 from tests.generators.rewritings import NOTHING_LOST, SOMETHING_LOST, CannotRewrite
 
@@ -20,7 +20,13 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.numbers
 
 #: Campaigns of this test by their baseline; "filled" has a blank in no cell, and the order of reading.
-BASELINES = {"healthy": "tips", "leak": "tips", "curve": "tips", "fading": "fresh", "filled": "tips"}
+BASELINES = {
+    "healthy": "colour-points",
+    "leak": "colour-points",
+    "curve": "colour-points",
+    "fading": "first-hour",
+    "filled": "colour-points",
+}
 
 #: Of these the verdict is clear: losing information may not change it.
 CLEAR = ("healthy", "leak", "curve", "filled", "edge")
@@ -68,6 +74,6 @@ def test_a_rewriting_that_loses_nothing_changes_nothing(name: str) -> None:
 @pytest.mark.parametrize("name", SOMETHING_LOST)
 def test_a_rewriting_that_loses_something_keeps_a_clear_verdict(name: str) -> None:
     campaign, rewritten = first_that_can(name, CLEAR)
-    before, after = (diagnosis(each, "tips").verdict for each in (text(campaign), rewritten))
+    before, after = (diagnosis(each, "colour-points").verdict for each in (text(campaign), rewritten))
     assert after.effects == before.effects
     assert (after.name == "consistent") == (before.name == "consistent")

@@ -28,12 +28,12 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from configs.displays.reconstruct_ccfl import TABLE, Drift, table
-from lutgen.appearance.published import TABLE_1
 from lutgen.bindings import oiio
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab, xyz_to_linear
 from lutgen.display import DisplayModel
-from lutgen.measurements import read_measurements
-from lutgen.measurements.csv import read
+from lutgen.pictures.published import TABLE_1
+from lutgen.readings import read_measurements
+from lutgen.readings.csv import read
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

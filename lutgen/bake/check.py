@@ -34,7 +34,7 @@ from lutgen.bake.readback import apply_lut, table_kind
 from lutgen.bindings import ocio, refuse_unlikely
 from lutgen.display import default_display, load_model
 from lutgen.errors import LutgenError
-from lutgen.measurements import read_measurements
+from lutgen.readings import read_measurements
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -23,8 +23,8 @@ from lutgen.display.native import NativeDisplay
 from lutgen.display.origin import found_by, record_of
 from lutgen.errors import LutgenError
 from lutgen.files import bytes_at_most
-from lutgen.measurements.rest import TIP_DRIVES
-from lutgen.measurements.table import Measurements
+from lutgen.readings.rest import TIP_DRIVES
+from lutgen.readings.table import Measurements
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -124,7 +124,7 @@ def model_as_json(model: DisplayModel, output: Path) -> dict[str, Any]:
 def _refinements_as_json(model: DisplayModel, output: Path) -> dict[str, Any]:
     """What a model has beyond the paper's: each key only where there is something to say."""
     content: dict[str, Any] = {}
-    if model.baseline != "tips":
+    if model.baseline != "colour-points":
         content |= {"baseline": model.baseline, "held": model.held}
     if model.native:
         content["native"] = model.native.as_record()
@@ -204,7 +204,7 @@ def model_from_json(content: Mapping[str, Any], *, where: str) -> DisplayModel:
 def _refinements_from_json(content: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     latent = content.get("latent")
     return {
-        "baseline": content.get("baseline", "tips"),
+        "baseline": content.get("baseline", "colour-points"),
         "held": content.get("held", False),
         "native": NativeDisplay.from_record(content["native"]) if "native" in content else None,
         "conditions": conditions_of(content.get("conditions", {})),

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from lutgen.criticism.linear import Term
     from lutgen.display import DisplayModel
     from lutgen.effects import Effect
-    from lutgen.measurements import Measurements
+    from lutgen.readings import Measurements
 
 
 @dataclass(frozen=True)
@@ -76,8 +76,9 @@ _MODEL = (
     click.option(
         "--baseline",
         type=click.Choice(BASELINES),
-        help="What the model knows: `tips`, white and primaries measured anew at each hour; `fresh`, hour 0 alone; "
-        "`native`, as tips, and transfer curves and black of the first session too [default: tips].",
+        help="What the model knows: `colour-points`, white and primaries measured again at each hour; `first-hour`, "
+        "hour 0 alone; `native`, as colour-points, and transfer curves and black of the first session too [default: "
+        "colour-points].",
     ),
     click.option(
         "--selection",
@@ -120,7 +121,7 @@ def question_from(
     from lutgen.effects.contract import refuse_unsound
     from lutgen.effects.expression import parse
     from lutgen.effects.own import everything
-    from lutgen.measurements import read_measurements
+    from lutgen.readings import read_measurements
 
     if Path(data).is_dir():
         message = f"{data}: is a folder. Put all sessions into one table of readings (.csv), told apart by hour."
@@ -133,7 +134,7 @@ def question_from(
     effects |= {each.effect.name: each.effect for each in saved.effects} if saved else {}
     return Question(
         readings,
-        _said_once("baseline", baseline, saved.baseline if saved else None, "tips"),
+        _said_once("baseline", baseline, saved.baseline if saved else None, "colour-points"),
         _said_once("selection", selection, saved.selection if saved else None, "nearest"),
         instrument,
         effects,

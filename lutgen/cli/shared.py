@@ -79,7 +79,7 @@ def model_from(
 
     from lutgen.display import DisplayModel, default_display, load_model, parse_at
     from lutgen.display.modes import luminance_law
-    from lutgen.measurements import read_measurements
+    from lutgen.readings import read_measurements
 
     if model:
         if display or baseline or selection or reference or luminance:
@@ -89,7 +89,7 @@ def model_from(
         return replace(saved, conditions=parse_at(at, saved.conditions))
     return DisplayModel(
         read_measurements(display or default_display()),
-        baseline=baseline or "tips",
+        baseline=baseline or "colour-points",
         selection=selection or "nearest",
         reference=reference or "relative",
         luminance=luminance_law(luminance or "paper"),

@@ -14,7 +14,7 @@ import numpy as np
 
 from lutgen.criticism.fit import fit
 from lutgen.criticism.linear import State, predict
-from lutgen.measurements.rest import TIP_DRIVES
+from lutgen.readings.rest import TIP_DRIVES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -30,12 +30,12 @@ DRAWS = 32
 
 
 def anchored_state(problem: Problem, terms: Sequence[Term]) -> State:
-    """Solve the tips from their own readings, effects given: at every hour, under ``fresh`` at hour 0 only."""
+    """Solve the tips from their own readings, effects given: at every hour, under ``first-hour`` at hour 0 only."""
     fixed = tuple(replace(term, free=()) for term in terms)
     sub = replace(problem, rows=problem.rows[problem.is_tip_anchor])
     solved = fit(sub, fixed)
     tips = problem.measured_tips.copy()
-    if problem.baseline == "fresh":
+    if problem.baseline == "first-hour":
         tips[:] = solved.tips[0]
     else:
         tips[np.isin(problem.hours, sub.hours)] = solved.tips
@@ -53,7 +53,7 @@ def noise_only(problem: Problem, predicted: Array) -> Iterator[Array]:
     rng = np.random.default_rng(SEED)
     root = np.linalg.cholesky(problem.noise.covariance(predicted))
     anchor, before = problem.is_tip_anchor, problem.panel(())
-    fresh = problem.baseline == "fresh"
+    fresh = problem.baseline == "first-hour"
     for draw in range(DRAWS):
         noise = np.einsum("nij,nj->ni", root, rng.standard_normal(predicted.shape))
         gains = problem.noise.session * rng.standard_normal(max(int(problem.gains.max()) + 1, 1))

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.criticism.linear import Term
-    from lutgen.measurements import Measurements
+    from lutgen.readings import Measurements
 
 SCHEMA = 1
 
@@ -167,7 +167,11 @@ def left_out(problem: Problem) -> list[int]:
 
 
 def compare(
-    readings: Measurements, *, baseline: str = "tips", selection: str = "nearest", instrument: str | None = None
+    readings: Measurements,
+    *,
+    baseline: str = "colour-points",
+    selection: str = "nearest",
+    instrument: str | None = None,
 ) -> Comparison:
     """Compare the paper's model with readings.
 
@@ -176,8 +180,8 @@ def compare(
     readings
         The measurements.
     baseline
-        ``tips``: white and primaries re-measured at each hour; ``fresh``: only hour 0 known; ``native``: as ``tips``,
-        starting from the first session's own transfer curves and black.
+        ``colour-points``: white and primaries re-measured at each hour; ``first-hour``: only hour 0 known; ``native``:
+        as ``colour-points``, starting from the first session's own transfer curves and black.
     selection
         The paper's choice of matrix.
     instrument

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.criticism.noise import Noise
     from lutgen.criticism.problem import Problem
-    from lutgen.measurements import Measurements
+    from lutgen.readings import Measurements
 
 SEED = 20150319
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from lutgen.criticism.linear import Term
     from lutgen.effects import Effect
-    from lutgen.measurements import Measurements
+    from lutgen.readings import Measurements
 
 __all__ = ["VERDICTS", "Diagnosis", "Ranked", "diagnose"]
 
@@ -134,7 +134,7 @@ class Diagnosis:
 def diagnose(
     readings: Measurements,
     *,
-    baseline: str = "tips",
+    baseline: str = "colour-points",
     selection: str = "nearest",
     instrument: str | None = None,
     effects: Mapping[str, Effect] | None = None,
@@ -198,7 +198,7 @@ def candidates(effects: Mapping[str, Effect] | None, baseline: str, without: Seq
         if name not in known:
             raise pick_one("effect", name, known)
     usable = [each for each in known.values() if each.name not in without]
-    return [each for each in usable if baseline == "fresh" or each.baseline == "tips"]
+    return [each for each in usable if baseline == "first-hour" or each.baseline == "colour-points"]
 
 
 def _suspicion(base: Fit, error: PureError, rows: Sequence[int]) -> Suspicion:

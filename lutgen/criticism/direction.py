@@ -9,7 +9,7 @@ import numpy as np
 
 from lutgen.colorimetry import xyz_to_lab
 from lutgen.criticism.families import dimension, slices
-from lutgen.measurements.conditions import CONDITIONS
+from lutgen.readings.conditions import CONDITIONS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.measurements.conditions import CONDITIONS
-from lutgen.measurements.table import is_capped
+from lutgen.readings.conditions import CONDITIONS
+from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.criticism.problem import Problem
-    from lutgen.measurements.conditions import Condition
+    from lutgen.readings.conditions import Condition
 
 #: Levels are reported in these bands of the largest code value.
 LEVELS = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0)

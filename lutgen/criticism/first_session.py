@@ -54,7 +54,7 @@ class FirstSession:
 
 def first_session(problem: Problem) -> FirstSession | None:
     """Hold the readings of hour 0 against the paper's fresh display and the native one; None where none are left."""
-    paper = replace(problem, baseline="tips", native=None, drawn=(), rows=problem.rows[problem.hour_of == 0])
+    paper = replace(problem, baseline="colour-points", native=None, drawn=(), rows=problem.rows[problem.hour_of == 0])
     out = np.setdiff1d(np.arange(problem.readings.hours.size), problem.rows)
     try:
         own = problem.native or NativeDisplay.of(problem.readings, [int(row) for row in out])

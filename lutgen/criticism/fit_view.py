@@ -10,9 +10,9 @@ import numpy as np
 
 from lutgen.criticism.anchored import anchored
 from lutgen.criticism.families import condition_of
-from lutgen.measurements.conditions import CONDITIONS
-from lutgen.measurements.table import OPTIONAL, is_capped
 from lutgen.numerals import spaced
+from lutgen.readings.conditions import CONDITIONS
+from lutgen.readings.table import OPTIONAL, is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -146,7 +146,7 @@ class View:
                 # A session has one or two temperatures: hours are taken together.
                 return Way(condition.axis, spread(values), (*names, *(("hour",) if condition.cell == "heat" else ())))
         if self.effect.stage in {"drive", "transfer", "mixing"} or (
-            self.effect.stage == "emission" and problem.baseline != "fresh"
+            self.effect.stage == "emission" and problem.baseline != "first-hour"
         ):
             return Way("code value", problem.readings.drive[problem.rows].max(axis=1), ())
         return Way("operating hours", problem.hours[problem.hour_of], ("hour",))

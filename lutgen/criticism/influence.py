@@ -9,8 +9,8 @@ import numpy as np
 from scipy import stats
 
 from lutgen.criticism.fit import fit
-from lutgen.measurements.rest import TIP_DRIVES
-from lutgen.measurements.table import is_capped
+from lutgen.readings.rest import TIP_DRIVES
+from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -100,7 +100,7 @@ def wrong_sessions(found: Fit, scale: float) -> tuple[float, ...]:
     ``scale`` is the variance of the noise in the fit's own units.
     """
     problem = found.problem
-    if problem.baseline == "fresh" or problem.hours.size < 4:
+    if problem.baseline == "first-hour" or problem.hours.size < 4:
         return ()
     squares = (found.linear.residual**2).sum(axis=1) / scale
     mean = np.bincount(problem.hour_of, squares) / (3 * np.bincount(problem.hour_of))

@@ -18,14 +18,14 @@ import numpy as np
 
 from lutgen.criticism.digits import Digits, digits_of
 from lutgen.errors import LutgenError
-from lutgen.measurements.conditions.temperature import FEW_KELVINS
-from lutgen.measurements.table import is_capped
+from lutgen.readings.conditions.temperature import FEW_KELVINS
+from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
-    from lutgen.measurements import Measurements
+    from lutgen.readings import Measurements
 
 #: An ordinary good colorimeter: 0.2 % of the light, 0.003 cd/m², and 0.3 % from session to session (criticism.md).
 RELATIVE, FLOOR_CD_M2, SESSION = 0.002, 0.003, 0.003

@@ -11,7 +11,7 @@ from lutgen.colorimetry import xyz_to_lab
 from lutgen.criticism.anchored import noise_only
 from lutgen.criticism.families import condition_of, dimension, slices
 from lutgen.criticism.linear import whiten
-from lutgen.measurements.conditions import CONDITIONS
+from lutgen.readings.conditions import CONDITIONS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

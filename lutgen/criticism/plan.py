@@ -16,14 +16,14 @@ from lutgen.criticism.shared_errors import with_shared_errors
 from lutgen.criticism.visibility import visibility
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError, pick_one
-from lutgen.measurements.rest import TIP_DRIVES
-from lutgen.measurements.table import OPTIONAL
+from lutgen.readings.rest import TIP_DRIVES
+from lutgen.readings.table import OPTIONAL
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from lutgen.effects import Effect
-    from lutgen.measurements import Measurements
+    from lutgen.readings import Measurements
 
 #: Tips and black, three times each: every session needs them, for the model and for the noise.
 BASICS = tuple(
@@ -105,7 +105,7 @@ def plan(
     *,
     between: tuple[str, str] | None = None,
     effect: str | None = None,
-    baseline: str = "tips",
+    baseline: str = "colour-points",
     selection: str = "nearest",
     instrument: str | None = None,
     effects: Mapping[str, Effect] | None = None,
@@ -149,8 +149,8 @@ def _between(base: Fit, known: Mapping[str, Effect], pair: tuple[str, str]) -> M
     best = min(found, key=lambda each: each.after)
     if best.after < CLEAR and best.after - best.before < 1.0:
         raise LutgenError(
-            f"no patch in one more session would tell {pair[0]} from {pair[1]}: all they do is absorbed. Use "
-            f"--baseline fresh, or a spectrum."
+            f"no patch in one more session would tell {pair[0]} from {pair[1]}: re-measured white and primaries hide all "
+            f"that they do. Use --baseline first-hour, or a spectrum."
         )
     sentence = (
         f"To tell {pair[0]} from {pair[1]}: {best.name}. It raises their separation (χ²) from {best.before:.3g} to "
@@ -185,9 +185,10 @@ def base_of(truth: Fit) -> Fit:
 
 
 def _for_effect(base: Fit, effect: Effect) -> MeasurementPlan:
-    if effect.baseline == "fresh" and base.problem.baseline != "fresh":
+    if effect.baseline == "first-hour" and base.problem.baseline != "first-hour":
         raise LutgenError(
-            f"no patch in one more session would show {effect.name}: it is absorbed by the tips. Use --baseline fresh."
+            f"no patch in one more session would show {effect.name}: re-measured white and primaries hide it. Use "
+            f"--baseline first-hour."
         )
     before = visibility(base, [effect])[0].smallest_detectable
     gains = {}
@@ -197,7 +198,8 @@ def _for_effect(base: Fit, effect: Effect) -> MeasurementPlan:
     useful = {name: after for name, (_, after) in gains.items() if after is not None}
     if not useful:
         raise LutgenError(
-            f"no patch in one more session would show {effect.name}: it is absorbed by the tips. Use --baseline fresh."
+            f"no patch in one more session would show {effect.name}: re-measured white and primaries hide it. Use "
+            f"--baseline first-hour."
         )
     # Information goes by 1/size²; what a set adds of it is weighed against the time that it takes.
     already = before**-2 if before else 0.0

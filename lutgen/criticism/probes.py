@@ -16,8 +16,8 @@ import numpy as np
 
 from lutgen.criticism.linear import whiten
 from lutgen.criticism.search import Score
-from lutgen.measurements.conditions import CONDITIONS
-from lutgen.measurements.table import is_capped
+from lutgen.readings.conditions import CONDITIONS
+from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -1,11 +1,11 @@
 """The question that a fit answers: which tips and effects would have given these readings.
 
-Under the baseline ``tips`` every hour's tips are unknown, with their own readings among the data: effects act on the
-latent display, and its tips are solved again whenever an effect changes. At an hour without readings of the tips they
-are known only from the neighbouring hours, within what a straight line between those misses. Under ``fresh`` only the
-tips of hour 0 are unknown; sessions have gains of their own. ``native`` is ``tips`` from another start:
-transfer curves and black are those of the first session, and what its noise leaves open of them are unknowns that all
-sessions share.
+Under the baseline ``colour-points`` every hour's tips are unknown, with their own readings among the data: effects act
+on the latent display, and its tips are solved again whenever an effect changes. At an hour without readings of the tips
+they are known only from the neighbouring hours, within what a straight line between those misses. Under ``first-hour``
+only the tips of hour 0 are unknown; sessions have gains of their own. ``native`` is ``colour-points`` from another
+start: transfer curves and black are those of the first session, and what its noise leaves open of them are unknowns
+that all sessions share.
 
 Unknown tips and gains are *local* to a block of readings and enter the prediction (nearly) linearly, so
 a fit eliminates them block by block (:mod:`lutgen.criticism.fit`).
@@ -28,10 +28,10 @@ from lutgen.display.trace import Panel, emitted, panel, reported
 from lutgen.effects import Scene
 from lutgen.effects.spectra import SpectralDisplay, class_of
 from lutgen.errors import LutgenError, pick_one
-from lutgen.measurements.conditions import COLUMNS
-from lutgen.measurements.rest import TIP_DRIVES, is_tip
-from lutgen.measurements.table import is_capped, is_shrouded
 from lutgen.names import BASELINES
+from lutgen.readings.conditions import COLUMNS
+from lutgen.readings.rest import TIP_DRIVES, is_tip
+from lutgen.readings.table import is_capped, is_shrouded
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.criticism.noise import Noise
     from lutgen.display.trace import Applied
-    from lutgen.measurements import Measurements
+    from lutgen.readings import Measurements
 
 
 #: Readings (three numbers each) that a free parameter needs beside those of the tips.
@@ -67,7 +67,7 @@ class Problem:
     baseline, selection
         One of ``BASELINES``; the paper's choice of matrix.
     held
-        Whether a sensor holds white's luminance (only asked under ``fresh``).
+        Whether a sensor holds white's luminance (only asked under ``first-hour``).
     rows
         Indices of the readings that count: slips are left out.
     assumed
@@ -100,7 +100,7 @@ class Problem:
         cls,
         readings: Measurements,
         *,
-        baseline: str = "tips",
+        baseline: str = "colour-points",
         selection: str = "nearest",
         instrument: str | None = None,
         leave_out: Sequence[int] = (),
@@ -168,7 +168,7 @@ class Problem:
         """Readings of the tips at rest that the tips are solved from, (n,)."""
         rest = self.readings.at_rest()[self.rows] & ~is_capped(self.readings)[self.rows]
         anchor = is_tip(self.readings.drive[self.rows]).any(axis=1) & rest
-        return np.asarray(anchor & (self.hour_of == 0) if self.baseline == "fresh" else anchor)
+        return np.asarray(anchor & (self.hour_of == 0) if self.baseline == "first-hour" else anchor)
 
     @cached_property
     def is_anchor(self) -> NDArray[np.bool_]:
@@ -206,7 +206,7 @@ class Problem:
         taken = {
             float(hour)
             for hour, knot in zip(self.hours, self.is_knot, strict=True)
-            if self.baseline != "fresh" and knot and len(of_hour[float(hour)]) == 1
+            if self.baseline != "first-hour" and knot and len(of_hour[float(hour)]) == 1
         }
         known = sorted({key for key in keys if key[0] not in taken})
         number = {key: place for place, key in enumerate(known)}
@@ -214,8 +214,8 @@ class Problem:
 
     @cached_property
     def blocks(self) -> list[NDArray[np.intp]]:
-        """Readings that share local unknowns: those of an hour (its tips), under ``fresh`` of a session (its gain)."""
-        number = self.gains if self.baseline == "fresh" else self.hour_of
+        """Readings that share local unknowns: of an hour (its tips), under ``first-hour`` of a session (its gain)."""
+        number = self.gains if self.baseline == "first-hour" else self.hour_of
         return [np.flatnonzero(number == each) for each in np.unique(number)]
 
     @cached_property
@@ -368,7 +368,7 @@ class Problem:
     @property
     def holds(self) -> bool:
         """Whether a sensor's holding of white is predicted: under ``tips`` the tips have it in them."""
-        return self.baseline == "fresh" and self.held
+        return self.baseline == "first-hour" and self.held
 
     def _held_gain(self, applied: Sequence[Applied], tips: Array) -> Array:
         """Gain by which a sensor holds the white of every hour at that of hour 0, (..., H)."""

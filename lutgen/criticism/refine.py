@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from lutgen.effects import Effect
-    from lutgen.measurements import Measurements
+    from lutgen.readings import Measurements
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ def refine(
     add: Sequence[str] = (),
     *,
     auto: bool = False,
-    baseline: str = "tips",
+    baseline: str = "colour-points",
     selection: str = "nearest",
     instrument: str | None = None,
     effects: Mapping[str, Effect] | None = None,
@@ -181,7 +181,7 @@ def _joined(current: Fit, effect: Effect) -> Fit:
     if not candidates({effect.name: effect}, current.problem.baseline, ()):
         raise LutgenError(
             f"effect {effect.name!r} is absorbed by the tips that are measured anew at each hour: it can only be "
-            f"fitted from the hour-0 display. Add --baseline fresh."
+            f"fitted from the hour-0 display. Add --baseline first-hour."
         )
     _check_enough(current, effect)
     found = family(current, effect).best.fit

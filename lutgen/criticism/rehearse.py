@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from lutgen.criticism.stepwise import Explanation
     from lutgen.criticism.visibility import Visibility
     from lutgen.effects import Effect
-    from lutgen.measurements import Measurements
+    from lutgen.readings import Measurements
 
 SEED = 20150319
 
@@ -97,7 +97,7 @@ def rehearse(effect: Effect, measurements: Measurements, others: Sequence[Effect
     base = fit(problem)
     score = Score(base)
     seen = visibility(base, [effect], score)[0]
-    rivals = [each for each in others if each.name != effect.name and effect.baseline in {each.baseline, "fresh"}]
+    rivals = [each for each in others if each.name != effect.name and effect.baseline in {each.baseline, "first-hour"}]
     term = _put_in(score, effect, seen)
     sentence, recovered = (_unseen(effect, seen), False) if term is None else _recovery(base, term, rivals, seen)
     return Rehearsal(
@@ -183,7 +183,9 @@ def _unseen(effect: Effect, seen: Visibility) -> str:
         return "It shows too little in these readings, however it is set."
     if seen.smallest_detectable is None:
         advice = (
-            ' Measure more than the tips, or declare it with baseline="fresh".' if effect.baseline == "tips" else ""
+            ' Measure more than the tips, or declare it with baseline="first-hour".'
+            if effect.baseline == "colour-points"
+            else ""
         )
         return f"The tips take up {seen.absorbed:.1%} of it: no size of it shows in these readings.{advice}"
     least = _with_unit(seen.smallest_detectable, seen.unit)

@@ -14,8 +14,8 @@ import numpy as np
 
 from lutgen.criticism.fit import Fit, fit
 from lutgen.criticism.linear import State, Term, predict
-from lutgen.measurements.conditions import COLUMNS, CONDITIONS
-from lutgen.measurements.rest import is_tip
+from lutgen.readings.conditions import COLUMNS, CONDITIONS
+from lutgen.readings.rest import is_tip
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -20,7 +20,7 @@ from scipy.optimize import minimize_scalar
 from lutgen.criticism.fit import fit
 from lutgen.criticism.linear import State, linearise
 from lutgen.criticism.system import local_columns, prior_rows
-from lutgen.measurements.table import is_capped
+from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

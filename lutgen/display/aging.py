@@ -14,15 +14,15 @@ import numpy as np
 
 from lutgen.colorimetry import LINEAR_TO_XYZ, xy_to_uv, xyz_to_xyY
 from lutgen.display import what_luts_carry
-from lutgen.measurements import TIP_NAMES
 from lutgen.numerals import spaced, with_error
+from lutgen.readings import TIP_NAMES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lutgen.colorimetry import Array
     from lutgen.display import AppliedEffect, DisplayModel
-    from lutgen.measurements import Measurements
+    from lutgen.readings import Measurements
 
 #: CIE 15:2018, 9.5: farther from the Planckian locus than this, no temperature correlates with a colour.
 MAX_DUV = 0.05

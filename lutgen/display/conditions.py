@@ -11,7 +11,7 @@ import numpy as np
 
 from lutgen.effects.probe import reacts_to
 from lutgen.errors import LutgenError, pick_one
-from lutgen.measurements.conditions import COLUMNS, CONDITIONS
+from lutgen.readings.conditions import COLUMNS, CONDITIONS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

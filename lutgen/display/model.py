@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.display.chain import Link
-    from lutgen.measurements import Measurements
+    from lutgen.readings import Measurements
 
 #: The display that is used when none is given: reconstructed, see its first line.
 DEFAULT_DISPLAY = "reconstructed-ccfl"
@@ -51,7 +51,7 @@ class DisplayModel:
     baseline
         One of ``BASELINES``.
     held
-        For ``fresh``: whether a sensor holds white's luminance, so that by the law ``measured`` it stays.
+        For ``first-hour``: whether a sensor holds white's luminance, so that by the law ``measured`` it stays.
     native
         For ``native``: the fresh display; None: as the readings of hour 0 have it.
     conditions
@@ -69,7 +69,7 @@ class DisplayModel:
     luminance: LuminanceLaw = field(default_factory=lambda: luminance_law("paper"))
     effects: tuple[AppliedEffect, ...] = ()
     latent: LatentTips | None = None
-    baseline: str = "tips"
+    baseline: str = "colour-points"
     held: bool = False
     native: NativeDisplay | None = None
     conditions: Conditions = REFERENCE
@@ -100,7 +100,7 @@ class DisplayModel:
 
     @property
     def tips(self) -> Tips:
-        """White and primaries over time, as measured; for the baseline ``fresh`` those of hour 0."""
+        """White and primaries over time, as measured; for the baseline ``first-hour`` those of hour 0."""
         tips: Tips = self.__dict__["_tips"]
         return tips
 
@@ -203,7 +203,7 @@ class DisplayModel:
         if self.luminance.table:
             factor = self.luminance.factor(hours, self.tips)
             return lambda _measured: factor
-        return lambda measured: 1.0 if self.held and self.baseline == "fresh" else measured
+        return lambda measured: 1.0 if self.held and self.baseline == "first-hour" else measured
 
     def _surroundings(self, hours: float, reference: str) -> Surroundings:
         tips = self.tips_before_effects
@@ -213,7 +213,7 @@ class DisplayModel:
         return Surroundings(hours, four_tips(now), four_tips(fresh), kind)
 
     def _measured_tips(self) -> Tips:
-        if self.baseline == "fresh":
+        if self.baseline == "first-hour":
             readings = self.measurements
             return constant_tips(np.unique(readings.hours), readings.tips()[1][0], readings.file)
         return Tips.of(self.measurements)
@@ -221,7 +221,7 @@ class DisplayModel:
     def _tips_before_effects(self) -> Tips:
         if self.latent is None:
             return self.tips
-        if self.baseline == "fresh":
+        if self.baseline == "first-hour":
             fresh = xyz_to_xyY(self.latent.xyz_cd_m2[0])
             return constant_tips(self.tips.hours, fresh, self.measurements.file)
         return self.latent.over_time(self.measurements.file)

@@ -25,14 +25,14 @@ from lutgen.display.origin import found_by, record_of
 from lutgen.display.toml import document, table_lines
 from lutgen.errors import LutgenError
 from lutgen.files import read_at_most, write_atomically
-from lutgen.measurements import read_measurements
+from lutgen.readings import read_measurements
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from lutgen.display.modes import LuminanceLaw
     from lutgen.effects import Effect
-    from lutgen.measurements import Measurements
+    from lutgen.readings import Measurements
 
 SCHEMA = 1
 
@@ -102,7 +102,7 @@ def _model_lines(model: DisplayModel) -> list[str]:
     own_law = law.name not in LAWS
     values = {
         "baseline": model.baseline,
-        "held": model.held if model.baseline == "fresh" else None,
+        "held": model.held if model.baseline == "first-hour" else None,
         "reference": model.reference,
         "selection": model.selection,
         "luminance": law.name,
@@ -183,7 +183,7 @@ def _model_of(content: _Table, path: Path, effects: Mapping[str, Effect]) -> Dis
         luminance=_law(model, folder),
         effects=tuple(_effect(_Table(each, "[[effects]]"), folder, effects) for each in content.tables("effects")),
         latent=LatentTips(tips.numbers("hours"), tips.numbers("xyz_cd_m2")) if tips.values else None,
-        baseline=model.text("baseline", "tips"),
+        baseline=model.text("baseline", "colour-points"),
         held=model.flag("held"),
         native=NativeDisplay.from_record(native.values) if native.values else None,
         conditions=conditions_of({name: conditions.number(name) for name in conditions.values}),

@@ -24,8 +24,8 @@ import numpy as np
 from lutgen.colorimetry import inverse
 from lutgen.display.transfer_curve import TransferCurve
 from lutgen.errors import LutgenError, pick_one
-from lutgen.measurements.rest import TIP_DRIVES
-from lutgen.measurements.table import is_capped
+from lutgen.readings.rest import TIP_DRIVES
+from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
-    from lutgen.measurements import Measurements
+    from lutgen.readings import Measurements
 
 CHANNELS = ("red", "green", "blue")
 
@@ -296,6 +296,6 @@ def _check_complete(
     if lacks:
         message = (
             f"{readings.file}: a native display needs more of the first session. At hour 0 (centre, dark, full screen) "
-            f"there is no {'; no '.join(lacks)}. Measure it, or take --baseline tips."
+            f"there is no {'; no '.join(lacks)}. Measure it, or take --baseline colour-points."
         )
         raise LutgenError(message)

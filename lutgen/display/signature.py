@@ -20,9 +20,9 @@ from lutgen.display.trace import SELECTION_STAGE, panel, reported
 from lutgen.effects import Scene
 from lutgen.effects.scene import LIFE_H
 from lutgen.effects.spectra import SpectralDisplay, class_of
-from lutgen.measurements import read_measurements
-from lutgen.measurements.conditions import COLUMNS
 from lutgen.numerals import spaced
+from lutgen.readings import read_measurements
+from lutgen.readings.conditions import COLUMNS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -143,7 +143,7 @@ class Signature:
         left = float(np.sqrt((rest**2).sum() / (whole**2).sum()))
         size = f"Up to {whole.max():.2g} ΔE2000 (code {code} at {spaced(hour)} h), {whole.mean():.2g} in the mean. "
         if left < ABSORBED:
-            return f"{size}Tips measured again absorb it all: --baseline fresh sees it."
+            return f"{size}Tips measured again absorb it all: --baseline first-hour sees it."
         return f"{size}Beside tips measured again, {left:.0%} of that is left."
 
 

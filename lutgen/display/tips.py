@@ -9,12 +9,12 @@ import numpy as np
 
 from lutgen.colorimetry import LINEAR_TO_XYZ, SRGB_XY, xyY_to_xyz
 from lutgen.errors import LutgenError, pick_one
-from lutgen.measurements import TIP_NAMES
 from lutgen.names import REFERENCES
+from lutgen.readings import TIP_NAMES
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
-    from lutgen.measurements import Measurements
+    from lutgen.readings import Measurements
 
 #: Colour points whose matrix is worse conditioned than this lie on a line, as far as any meter can tell.
 MAX_CONDITION = 1e5

@@ -15,7 +15,7 @@ from lutgen.effects import probe
 from lutgen.effects.own import what_was_raised
 from lutgen.effects.scene import Scene
 from lutgen.errors import LutgenError
-from lutgen.measurements.conditions import COLUMNS
+from lutgen.readings.conditions import COLUMNS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping

@@ -24,7 +24,7 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any, Protocol
 
 from lutgen.errors import LutgenError
-from lutgen.measurements.conditions import COLUMNS
+from lutgen.readings.conditions import COLUMNS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -108,7 +108,7 @@ class Effect:
     needs
         Columns without which it cannot be seen.
     baseline
-        ``tips``: can be seen beside re-measured tips; ``fresh``: only by a model that starts from hour 0.
+        ``colour-points``: can be seen beside re-measured tips; ``first-hour``: only by a model that starts from hour 0.
     confused_with
         Name of another effect → what would separate the two, one sentence.
     source
@@ -126,7 +126,7 @@ class Effect:
     function: Transform
     refined: int = 1
     needs: tuple[str, ...] = ()
-    baseline: str = "tips"
+    baseline: str = "colour-points"
     confused_with: Mapping[str, str] = field(default_factory=dict)
     source: str = ""
     text: str = ""
@@ -172,7 +172,7 @@ def effect(
     forms: tuple[tuple[str, ...], ...] = (),
     refined: int = 1,
     needs: tuple[str, ...] = (),
-    baseline: str = "tips",
+    baseline: str = "colour-points",
     confused_with: Mapping[str, str] | None = None,
     source: str = "",
     **parameters: Parameter,
@@ -221,7 +221,7 @@ def check_declaration(declared: Effect) -> None:
     who = f"effect {declared.name!r}"
     if declared.stage not in STAGES:
         _refuse(f"{who}: stage {declared.stage!r} is none. Pick one of: {', '.join(STAGES)}.")
-    if declared.baseline not in {"tips", "fresh"}:
+    if declared.baseline not in {"colour-points", "first-hour"}:
         _refuse(f"{who}: baseline {declared.baseline!r} is none. Pick one of: tips, fresh.")
     _check_signature(declared, who)
     for name, parameter in declared.parameters.items():

@@ -19,7 +19,7 @@ import numpy as np
 
 from lutgen.colorimetry import code_to_linear
 from lutgen.errors import LutgenError
-from lutgen.measurements.conditions import COLUMNS
+from lutgen.readings.conditions import COLUMNS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping

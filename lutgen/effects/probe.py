@@ -16,7 +16,7 @@ import numpy as np
 from lutgen.colorimetry import LINEAR_TO_XYZ, code_to_linear, transform
 from lutgen.effects.scene import LIFE_H, Scene
 from lutgen.effects.spectra import DEFAULT_CLASS, SpectralDisplay
-from lutgen.measurements.conditions import COLUMNS
+from lutgen.readings.conditions import COLUMNS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.measurements.conditions import COLUMNS
-from lutgen.measurements.conditions.temperature import REFERENCE_C
+from lutgen.readings.conditions import COLUMNS
+from lutgen.readings.conditions.temperature import REFERENCE_C
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

@@ -1,17 +1,17 @@
 """ΔE2000 at nuclei between what a study shows of an image aged and un-aged.
 
 Both are pictures on the same un-aged display, so that no display model is needed: nuclei are found in the un-aged
-render by their stain (:mod:`lutgen.appearance.nuclei`), and the colours of the same pixels are compared.
+render by their stain (:mod:`lutgen.pictures.nuclei`), and the colours of the same pixels are compared.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lutgen.appearance.field import code_of, read_field
-from lutgen.appearance.nuclei import segment
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab
 from lutgen.errors import LutgenError
+from lutgen.pictures.field import code_of, read_field
+from lutgen.pictures.nuclei import segment
 from lutgen.study.analysis.agreement import UNAGED
 
 if TYPE_CHECKING:

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.appearance.images import FORMATS, open_source
 from lutgen.errors import LutgenError
 from lutgen.files import file_sha256, files_below
+from lutgen.pictures.images import FORMATS, open_source
 from lutgen.study.protocol import StudyImage
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from lutgen.appearance.images import Source
-    from lutgen.appearance.png import Pixels
+    from lutgen.pictures.images import Source
+    from lutgen.pictures.png import Pixels
 
 #: Kinds of files that a study shows: those of code values.
 KINDS = ("png", "jpeg", "tiff")

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lutgen.appearance.apply import apply_to_images
-from lutgen.appearance.png import plain_png
 from lutgen.bake.build import Plan, build
+from lutgen.pictures.apply import apply_to_images
+from lutgen.pictures.png import plain_png
 from lutgen.study.design import UNAGED
 from lutgen.study.pictures import shown_pixels
 from lutgen.study.protocol import IMAGES, Condition, Render

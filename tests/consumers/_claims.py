@@ -14,7 +14,7 @@ from lutgen.bake.formats import Provenance, format_named
 from lutgen.bake.lut import Sampler
 from lutgen.display import DisplayModel, default_display
 from lutgen.lint import lint
-from lutgen.measurements import read_measurements
+from lutgen.readings import read_measurements
 from tests.consumers import TIMEOUT, Claim, Unavailable
 from tests.lint_cases import BAD, GOOD, PLAIN
 

@@ -12,7 +12,7 @@ from skimage.data import immunohistochemistry
 from lutgen.bake.build import Plan, build
 from lutgen.bake.formats import format_names
 from lutgen.display import DisplayModel, default_display
-from lutgen.measurements import read_measurements
+from lutgen.readings import read_measurements
 from tests.consumers import Job
 
 if TYPE_CHECKING:

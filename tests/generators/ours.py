@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["KIN", "KINDS", "OUTSIDE", "campaign"]
 
 #: Effects of the aging itself, which hide nothing when the display ages by them alone.
-_LAWS = tuple(names(baseline="fresh"))
+_LAWS = tuple(names(baseline="first-hour"))
 
 KINDS = (*names(), *_LAWS)
 OUTSIDE = tuple(sorted(name for name, form in EFFECTS if form == "outside"))
@@ -43,7 +43,7 @@ def campaign(seed: int, hidden: Mapping[str, float], *, design: str = "full", ha
         hours=_FEW_HOURS if design == "few" else designs.HOURS,
         hidden=tuple((name, _size(name, effects[name].typical * hidden[name]), effects[name].form) for name in hidden),
         seed=seed,
-        baseline="fresh" if set(hidden) & set(_LAWS) else "tips",
+        baseline="first-hour" if set(hidden) & set(_LAWS) else "colour-points",
         held=bool(random.integers(2)),
     )
     readings = planned.readings

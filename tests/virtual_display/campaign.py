@@ -37,7 +37,7 @@ class Campaign:
     seed
         Of the display, its traits, the design's mixtures, and the noise.
     baseline
-        ``tips``: the display ages, and the tips tell. ``fresh``: it ages by the hidden effect alone.
+        ``colour-points``: the display ages, and the tips tell. ``first-hour``: it ages by the hidden effect alone.
     held
         Whether a sensor holds white's luminance.
     ageing
@@ -55,7 +55,7 @@ class Campaign:
     hidden: Hidden = ()
     noise: str = "good"
     seed: int = 0
-    baseline: str = "tips"
+    baseline: str = "colour-points"
     held: bool = False
     ageing: float = 1.0
     room_lx: float = 0.0
@@ -70,7 +70,7 @@ class Campaign:
     @property
     def made(self) -> Display:
         """The display itself."""
-        ageing = self.ageing if self.baseline == "tips" else 0.0
+        ageing = self.ageing if self.baseline == "colour-points" else 0.0
         return made(self.display, seed=self.seed, ageing=ageing, held=self.held)
 
 

@@ -104,7 +104,7 @@ FIGURES: tuple[Share | Median, ...] = (
     Share("broken tables: no effect named", _of("broken"), _right, 0.95, 1.0),
     Share("right family at the size of real displays", _of("typical"), _right, 0.95, 0.99),
     Share("two effects at the size of real displays: exact pair", _of("typical-pair"), _right),
-    Share("right family from the hour-0 display", _of("fresh"), _right),
+    Share("right family from the hour-0 display", _of("first-hour"), _right),
     Share("outside the catalogue, said so", _of("outside"), _says("unexplained")),
     Share("truth removed, said so", _of("removed"), _says("unexplained")),
     Share("broken tables: row or session named", _has_place, _placed),

@@ -35,7 +35,7 @@ def ask_lutgen(path: Path, baseline: str, without: tuple[str, ...]) -> Reply:
     What lutgen raises becomes the verdict ``error``.
     """
     from lutgen.criticism.diagnose import diagnose
-    from lutgen.measurements import read_measurements
+    from lutgen.readings import read_measurements
 
     start = time.perf_counter()
     try:
@@ -55,7 +55,7 @@ def _with_errors(reply: Reply, diagnosis: Diagnosis, path: Path) -> Reply:
     before, after = diagnosis.comparison, diagnosis.after
     reply = replace(reply, before=before.error.rms_sigma, after=after.error.rms_sigma, floor=after.floor.rms_sigma)
     answer = json.loads((path.parent / ANSWERS).read_text(encoding="utf-8"))[path.name]
-    if answer["campaign"]["baseline"] != "tips":
+    if answer["campaign"]["baseline"] != "colour-points":
         return reply
     campaign = campaign_of(answer)
     return replace(

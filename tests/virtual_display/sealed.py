@@ -47,7 +47,7 @@ PAIRS = {
 #: For a fault outside the catalogue: the family of which it is a refined form, so that ``form`` is no wrong answer.
 KIN = {"blue-run-in": "warm-up", "dynamic-dimming": "loading", "room-sensor": "ambient-reflection"}
 
-#: Names that the data of ``fresh`` sets cannot always tell apart.
+#: Names that the data of ``first-hour`` sets cannot always tell apart.
 TIED = 3
 
 
@@ -129,7 +129,7 @@ def _multiple(band: str, rng: np.random.Generator) -> float:
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
-def _one(form: str, *, baseline: str = "tips", at_most: int = 2) -> Callable[..., Sealed]:
+def _one(form: str, *, baseline: str = "colour-points", at_most: int = 2) -> Callable[..., Sealed]:
     """One effect in the given form, every other set weak (1–3×) and strong (3–10×)."""
 
     def kind(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
@@ -145,8 +145,8 @@ def _one(form: str, *, baseline: str = "tips", at_most: int = 2) -> Callable[...
 
 def _fresh(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
     """Ageing itself, to be told from the hour-0 display; both forms in turn."""
-    form = ("same", "other")[number // (2 * len(names(baseline="fresh"))) % 2]
-    return _one(form, baseline="fresh", at_most=TIED)(base, number, rng)
+    form = ("same", "other")[number // (2 * len(names(baseline="first-hour"))) % 2]
+    return _one(form, baseline="first-hour", at_most=TIED)(base, number, rng)
 
 
 def _real_size(name: str, form: str, rng: np.random.Generator) -> float:
@@ -235,7 +235,7 @@ KINDS: dict[str, Callable[[Campaign, int, np.random.Generator], Sealed]] = {
     "typical": _typical,
     "pair": _pair,
     "typical-pair": _typical_pair,
-    "fresh": _fresh,
+    "first-hour": _fresh,
     "outside": _outside,
     "removed": _removed,
     "blind": _blind,

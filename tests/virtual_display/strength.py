@@ -49,7 +49,7 @@ def strength(campaign: Campaign) -> float:
     linear = code_to_linear(readings.drive)
     switching = any(name == "matrix-switching" for name, _, _ in campaign.hidden)
     basis = nearest(linear) if switching else continuous(linear)
-    if campaign.baseline == "fresh":
+    if campaign.baseline == "first-hour":
         return float(np.sqrt(_left_beside_hour_0(xyz, basis, readings.hours, noise)))
     hours = [readings.hours == hour for hour in np.unique(readings.hours)]
     return float(np.sqrt(sum(_left(xyz[here], basis[here], noise) for here in hours)))

@@ -15,15 +15,15 @@ from typing import TYPE_CHECKING
 
 from scipy.stats import binomtest
 
-from lutgen.measurements.campaign import read_campaign
-from lutgen.sessions.separate import separate
+from lutgen.history.separate import separate
+from lutgen.readings.campaign import read_campaign
 from tests.virtual_sessions.campaigns import write
 from tests.virtual_sessions.causes import SIZES, case
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lutgen.sessions.verdicts import Verdict
+    from lutgen.history.verdicts import Verdict
 
 OUTCOMES = ("alone", "among rivals", "unclear", "wrong")
 

@@ -55,8 +55,8 @@ def command(
       lutgen animate slide.png --mode chroma-luma -o slide-aging.png
       lutgen animate slide.png --mode chroma --hours 0..18000:3000 --seconds 3 -o slide-aging.apng
     """
-    from lutgen.appearance.aged_series import aged_series
     from lutgen.display.hours import parse_hours
+    from lutgen.pictures.aged_series import aged_series
     from lutgen.report.pictures.animation import animate, check_animation
 
     path = check_output(output, image, force=force, suffixes=ANIMATION_SUFFIXES)

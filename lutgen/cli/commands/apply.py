@@ -15,8 +15,8 @@ from lutgen.names import MODES, SOURCES
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from lutgen.appearance.apply import Applied
     from lutgen.display import AgedDisplay
+    from lutgen.pictures.apply import Applied
 
 
 @click.command(cls=Command, section=Section.SIMULATE, place=3)
@@ -68,7 +68,7 @@ def command(
     """
     from pathlib import Path
 
-    from lutgen.appearance.apply import apply_to_images, outputs_for
+    from lutgen.pictures.apply import apply_to_images, outputs_for
 
     aging, remarks = _aging(mode, hours, lut, build, options)
     paths = [Path(image) for image in images]

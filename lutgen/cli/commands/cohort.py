@@ -58,8 +58,8 @@ def command(
       lutgen cohort slides/ -o run/
       lutgen cohort slides/a.tif slides/b.tif --tissue --tolerance 1,3 -o run-tissue/ --csv cohort.csv
     """
-    from lutgen.appearance.cohort import cohort
     from lutgen.display.hours import parse_hours
+    from lutgen.pictures.cohort import cohort
     from lutgen.report.pictures.cohort import cohort_page
 
     if jobs and scheduler:

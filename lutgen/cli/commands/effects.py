@@ -172,7 +172,7 @@ def _said(effect: Effect, *, must_be_sound: bool) -> str:
 
 _BASELINES = {
     "tips": "tips: seen beside white and primaries measured again at every hour",
-    "fresh": "fresh: seen only by a model that starts from hour 0 (--baseline fresh)",
+    "first-hour": "fresh: seen only by a model that starts from hour 0 (--baseline first-hour)",
 }
 
 
@@ -222,7 +222,7 @@ def _rehearse(file: str, data: str, reports: tuple[Report, ...]) -> dict[str, An
     """What readings could show of the effects that keep the contract: name → Rehearsal."""
     from lutgen.criticism.rehearse import rehearse
     from lutgen.effects.own import everything, load_file
-    from lutgen.measurements import read_measurements
+    from lutgen.readings import read_measurements
 
     measurements = read_measurements(data)
     sound = {report.effect for report in reports if report.passed}

@@ -14,7 +14,7 @@ from lutgen.cli.shared import progress_bar
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lutgen.measurements.session import Session
+    from lutgen.readings.session import Session
 
 
 @click.command(name="inspect", cls=Command, section=Section.REAL_DISPLAYS, place=1)
@@ -35,9 +35,9 @@ def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, f
       lutgen inspect examples/session.ti3
       lutgen inspect examples/session.ti3 --plots plots/inspect --json inspect.json
     """
+    from lutgen.history import inspect_session
+    from lutgen.history.schema import as_json
     from lutgen.report.history.inspection import inspect_page
-    from lutgen.sessions import inspect_session
-    from lutgen.sessions.schema import as_json
 
     alone = check_json(json_to, force=force)
     if plots:
@@ -64,8 +64,8 @@ def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, f
 
 def _sessions(files: tuple[str, ...]) -> Iterator[Session]:
     """Read the files, one after the other; a campaign gives all its sessions."""
-    from lutgen.measurements.campaign import read_campaign
-    from lutgen.measurements.sessions import read_session
+    from lutgen.readings.campaign import read_campaign
+    from lutgen.readings.sessions import read_session
 
     for file in files:
         if file.lower().endswith(".toml"):

@@ -49,8 +49,8 @@ def command(
       lutgen lifetime slide.png
       lutgen lifetime a.tif b.tif --tolerance 1,3 --tissue --json lifetimes.json --plots plots/lifetime
     """
-    from lutgen.appearance.lifetime import check_tolerances, lifetime
     from lutgen.display.hours import parse_hours
+    from lutgen.pictures.lifetime import check_tolerances, lifetime
     from lutgen.report.pictures.lifetime import lifetime_page
     from lutgen.report.pictures.lifetime_plot import picture_names, plot_lifetimes
 

@@ -13,7 +13,7 @@ from lutgen.cli.shared import model_from, model_options, progress_bar
 from lutgen.names import AGING_MODES, MAP_SUFFIXES
 
 if TYPE_CHECKING:
-    from lutgen.appearance.difference_map import DifferenceMap
+    from lutgen.pictures.difference_map import DifferenceMap
 
 
 @click.command(cls=Command, section=Section.PICTURES, place=4)
@@ -58,7 +58,7 @@ def command(
       lutgen map slide.png --mode chroma-luma --hours 10000 -o slide-map.png
       lutgen map slide.png --mode chroma --hours 18000 -o slide-map.exr -o slide-map.tif --json slide-map.json
     """
-    from lutgen.appearance.difference_map import difference_map
+    from lutgen.pictures.difference_map import difference_map
     from lutgen.report.pictures.difference_map import check_range, plot_map
 
     low, high = check_range(*_numbers(ends))

@@ -71,8 +71,8 @@ def command(
       lutgen nuclei slide.png
       lutgen nuclei slide.png --stain hdab --hours 0,10000,18000 --csv each.csv --plots plots/nuclei
     """
-    from lutgen.appearance.conspicuity import nuclei
     from lutgen.display.hours import parse_hours
+    from lutgen.pictures.conspicuity import nuclei
     from lutgen.report.pictures.nuclei import nuclei_page
     from lutgen.report.pictures.nuclei_plot import picture_names, plot_nuclei
 

@@ -62,8 +62,8 @@ def command(
     """
     from pathlib import Path
 
-    from lutgen.appearance.frame import read_frame
-    from lutgen.appearance.lifetime import check_tolerances, lifetime
+    from lutgen.pictures.frame import read_frame
+    from lutgen.pictures.lifetime import check_tolerances, lifetime
     from lutgen.report.document.origin import read_build
     from lutgen.report.document.page import Run, write_report
     from lutgen.report.document.scenes import WIDTH, hours_of, pixels_of_a_frame, scenes_of

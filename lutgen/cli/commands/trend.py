@@ -49,11 +49,11 @@ def command(
       lutgen trend examples/campaign/campaign.toml
       lutgen trend examples/campaign/campaign.toml --limit 'white>=80%' --plot trend.png --json trend.json
     """
-    from lutgen.measurements.campaign import read_campaign
+    from lutgen.history.limits import limits_of, parse_limit
+    from lutgen.history.trend import trend
+    from lutgen.history.trend_json import trend_as_json
+    from lutgen.readings.campaign import read_campaign
     from lutgen.report.history.trend import trend_page
-    from lutgen.sessions.limits import limits_of, parse_limit
-    from lutgen.sessions.trend import trend
-    from lutgen.sessions.trend_json import trend_as_json
 
     alone = check_json(json_to, force=force)
     path = check_new_file(plot, force=force, suffixes=(".png",)) if plot else None

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     stage="emission",
     neutral={"loss": 0.0, "rise": 0.0},
     forms=(("loss",), ("loss", "beta"), ("loss", "beta", "rise", "rise_h")),
-    baseline="fresh",
+    baseline="first-hour",
     confused_with={
         "stabilizer-headroom": "hours around the knee: held first, or falling from the start",
         "meter-drift": "a second meter or a check source",

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     neutral={"share": 0.0, "loss": 0.0},
     forms=(("share", "early_h"), ("share", "early_h", "loss"), ("share", "early_h", "beta", "loss")),
     refined=2,
-    baseline="fresh",
+    baseline="first-hour",
     confused_with={
         "warm-up": "hours of operation against minutes since power-on: log both",
         "backlight-decay": "readings at 50 to 1000 h",

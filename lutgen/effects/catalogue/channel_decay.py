@@ -38,7 +38,7 @@ MOST = 20.0
         ("red", "green", "blue", "power", "red_bend", "blue_bend"),
     ),
     refined=2,
-    baseline="fresh",
+    baseline="first-hour",
     confused_with={
         "phosphor-wear": "spectra of the primaries: unequal emitters keep their chromaticities",
         "drive-loss": "ramps; under a pure power law nothing separates them and the picture is the same",

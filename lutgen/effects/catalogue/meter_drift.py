@@ -33,7 +33,7 @@ if TYPE_CHECKING:
         ("drift", "drift_x", "drift_z"),
         ("drift", "drift_x", "drift_z", "power"),
     ),
-    baseline="fresh",
+    baseline="first-hour",
     confused_with={
         "backlight-decay": "a second meter or a check source",
         "yellowing": "a second meter or a check source",

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
         ("wear", "second", "power"),
         ("wear", "second", "power", "saturation"),
     ),
-    baseline="fresh",
+    baseline="first-hour",
     confused_with={
         "yellowing": "a spectrum; with a guessed one both give the same picture",
         "meter-drift": "a second meter or a check source",

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     stage="emission",
     neutral={"loss": 0.0},
     forms=(("headroom", "loss"), ("headroom", "loss", "beta"), ("headroom", "loss", "beta", "knee")),
-    baseline="fresh",
+    baseline="first-hour",
     confused_with={
         "backlight-decay": "hours around the knee: held first, or falling from the start",
         "recalibration": "a column or note of events; both change suddenly",

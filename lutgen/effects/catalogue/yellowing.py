@@ -37,7 +37,7 @@ if TYPE_CHECKING:
         ("depth", "power", "reach"),
         ("depth", "power", "saturation", "reach"),
     ),
-    baseline="fresh",
+    baseline="first-hour",
     confused_with={
         "phosphor-wear": "a spectrum; with a guessed one both give the same picture",
         "meter-drift": "a second meter or a check source",

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from lutgen.criticism.compare import CLEAR
 from lutgen.criticism.families import dimension
 from lutgen.criticism.standing_out import over_noise, standing_out
-from lutgen.measurements.conditions import CONDITIONS
 from lutgen.numerals import spaced
+from lutgen.readings.conditions import CONDITIONS
 from lutgen.report.parts import Table
 
 if TYPE_CHECKING:

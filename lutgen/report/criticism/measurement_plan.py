@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lutgen.measurements.conditions import COLUMNS
 from lutgen.numerals import readable
+from lutgen.readings.conditions import COLUMNS
 from lutgen.report.parts import Headline, Table
 
 if TYPE_CHECKING:

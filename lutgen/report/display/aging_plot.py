@@ -14,8 +14,8 @@ import numpy as np
 from lutgen.colorimetry import linear_to_code, xy_to_uv, xyY_to_xyz, xyz_to_linear
 from lutgen.display.aging import show
 from lutgen.display.modes import luminance_law
-from lutgen.measurements import TIP_NAMES
 from lutgen.numerals import spaced
+from lutgen.readings import TIP_NAMES
 from lutgen.report.drawing.figure import new_figure
 
 if TYPE_CHECKING:

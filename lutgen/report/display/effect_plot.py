@@ -13,8 +13,8 @@ import numpy as np
 from lutgen.display.signature import Signature
 from lutgen.effects.probe import reacts_to
 from lutgen.effects.scene import LIFE_H
-from lutgen.measurements.conditions import COLUMNS
 from lutgen.numerals import spaced
+from lutgen.readings.conditions import COLUMNS
 from lutgen.report.display.aging_plot import PAGE, TIP_COLOURS
 from lutgen.report.drawing.figure import new_figure
 

@@ -11,9 +11,9 @@ from lutgen.numerals import spaced
 from lutgen.report.drawing.figure import BLUE, RED
 
 if TYPE_CHECKING:
-    from lutgen.appearance.curve import Curve
-    from lutgen.appearance.lifetime import Lifetimes
     from lutgen.colorimetry import Array
+    from lutgen.pictures.curve import Curve
+    from lutgen.pictures.lifetime import Lifetimes
 
 #: Size in the drawing's own units, and its margins around the axes.
 WIDTH, HEIGHT = 900, 380

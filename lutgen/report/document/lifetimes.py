@@ -13,7 +13,7 @@ from lutgen.report.parts import Table
 from lutgen.report.pictures.lifetime import lifetime_page
 
 if TYPE_CHECKING:
-    from lutgen.appearance.lifetime import Lifetimes
+    from lutgen.pictures.lifetime import Lifetimes
     from lutgen.report.document.scenes import Scene, Scenes
 
 

@@ -17,7 +17,7 @@ from lutgen.report.document.viewer import frames_section, script_data, viewer_se
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lutgen.appearance.lifetime import Lifetimes
+    from lutgen.pictures.lifetime import Lifetimes
     from lutgen.report.document.scenes import Scenes
     from lutgen.report.document.section import Section
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.appearance.png import page_png
 from lutgen.colorimetry import xyz_to_xyY
 from lutgen.display.hours import parse_hours
 from lutgen.errors import LutgenError
+from lutgen.pictures.png import page_png
 from lutgen.report.drawing.png_file import data_address
 
 if TYPE_CHECKING:
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from lutgen.appearance.curve import Curve
-    from lutgen.appearance.frame import Frame
-    from lutgen.appearance.lifetime import Lifetimes
     from lutgen.display import AgedDisplay, DisplayModel
+    from lutgen.pictures.curve import Curve
+    from lutgen.pictures.frame import Frame
+    from lutgen.pictures.lifetime import Lifetimes
 
 #: ΔE2000 at which the colours of the maps may end. A page takes the first of them that no map exceeds in more than 5 %
 #: of its pixels, and takes it for all its maps, so that they can be compared.

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from lutgen.appearance.png import page_png
 from lutgen.numerals import spaced
+from lutgen.pictures.png import page_png
 from lutgen.report.document.chart import ticks
 from lutgen.report.document.scenes import map_colours
 from lutgen.report.document.section import Section

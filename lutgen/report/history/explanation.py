@@ -10,9 +10,9 @@ from lutgen.report.parts import Headline, Table
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lutgen.measurements.campaign import Campaign
+    from lutgen.history.separate import Separation
+    from lutgen.readings.campaign import Campaign
     from lutgen.report.parts import Part
-    from lutgen.sessions.separate import Separation
 
 
 def separate_page(separation: Separation) -> Iterator[Part]:

@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lutgen.colorimetry import xyz_to_xyY
+from lutgen.history.patches import CHANNELS
 from lutgen.report.parts import Headline, Table
-from lutgen.sessions.patches import CHANNELS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from lutgen.history import Inspection
     from lutgen.report.parts import Part
-    from lutgen.sessions import Inspection
 
 
 def inspect_page(inspections: Sequence[Inspection]) -> Iterator[Part]:

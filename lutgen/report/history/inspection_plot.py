@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import SRGB_XY, code_to_linear, xy_to_uv, xyz_to_xyY
+from lutgen.history.patches import CHANNELS
+from lutgen.history.primaries import GAMUTS
+from lutgen.history.transfer import lightness
 from lutgen.report.display.aging_plot import TIP_COLOURS, chromaticity_diagram
 from lutgen.report.drawing.figure import BAND, BLACK, GREY, RED, named_once, picture, tidy
 from lutgen.report.history.inspection import origin
-from lutgen.sessions.patches import CHANNELS
-from lutgen.sessions.primaries import GAMUTS
-from lutgen.sessions.transfer import lightness
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.axes import Axes
 
-    from lutgen.sessions import Inspection
+    from lutgen.history import Inspection
 
 #: Colours in which greys and the channels are drawn.
 COLOURS = dict(zip(("grey", *CHANNELS), TIP_COLOURS, strict=True))

@@ -6,18 +6,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.history.history import QUANTITIES
+from lutgen.history.trend import FEWEST, HORIZON, name_of
 from lutgen.numerals import spaced
 from lutgen.report.history.explanation import simulated
 from lutgen.report.parts import Table
-from lutgen.sessions.history import QUANTITIES
-from lutgen.sessions.trend import FEWEST, HORIZON, name_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from lutgen.history.limits import Limit
+    from lutgen.history.trend import Passing, Trend
     from lutgen.report.parts import Part
-    from lutgen.sessions.limits import Limit
-    from lutgen.sessions.trend import Passing, Trend
 
 #: Digits of each quantity.
 _DIGITS = {

@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.history.history import QUANTITIES
 from lutgen.report.drawing.figure import BAND, BLACK, BLUE, GREY, RED, picture, tidy
 from lutgen.report.history.explanation import simulated
 from lutgen.report.history.trend import headline
-from lutgen.sessions.history import QUANTITIES
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from matplotlib.axes import Axes
 
-    from lutgen.sessions.trend import Trend
+    from lutgen.history.trend import Trend
 
 #: Headroom above and below what is drawn, as a share of its reach.
 _ROOM = 0.12

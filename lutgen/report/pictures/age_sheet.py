@@ -14,7 +14,7 @@ from lutgen.report.drawing.png_file import new_png
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from lutgen.appearance.aged_series import AgedSeries
+    from lutgen.pictures.aged_series import AgedSeries
 
 #: Width of a sheet in pixels, about: pictures of many hours are reduced to fit.
 ACROSS = 3600

@@ -17,7 +17,7 @@ from lutgen.report.pictures.mp4 import check_ffmpeg, write_mp4
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from lutgen.appearance.aged_series import AgedSeries
+    from lutgen.pictures.aged_series import AgedSeries
     from lutgen.report.drawing.grey_page import Pixels
 
 #: Pixels of the longest side of the picture, and across a frame at least.

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lutgen.appearance.cohort.spread import coverage
 from lutgen.numerals import spaced
+from lutgen.pictures.cohort.spread import coverage
 from lutgen.report.parts import Headline, Table
 from lutgen.report.pictures.lifetime import COLUMNS, hours_or_never
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lutgen.appearance.cohort import Cohort
-    from lutgen.appearance.cohort.spread import Lives
+    from lutgen.pictures.cohort import Cohort
+    from lutgen.pictures.cohort.spread import Lives
     from lutgen.report.parts import Part
 
 

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.appearance.difference_map import BIN
-from lutgen.appearance.published import MAP_RANGE
 from lutgen.errors import LutgenError
 from lutgen.numerals import pixels_of_colours, spaced
+from lutgen.pictures.difference_map import BIN
+from lutgen.pictures.published import MAP_RANGE
 from lutgen.report.drawing.figure import BLACK, DPI, WIDTH, picture, tidy
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from lutgen.appearance.difference_map import DifferenceMap
+    from lutgen.pictures.difference_map import DifferenceMap
 
 #: ΔE2000 at the ends of the scale. On the default display pictures in chroma stay within it for 18 000 h, all but a few
 #: pixels, and in chroma-luma for 10 000 h: the paper's ages, with tolerances of 3 and 5 still told apart.

@@ -10,7 +10,7 @@ from lutgen.report.parts import Headline, Table
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lutgen.appearance.lifetime import ImageLifetime, Lifetimes
+    from lutgen.pictures.lifetime import ImageLifetime, Lifetimes
     from lutgen.report.parts import Part
 
 #: The columns of Table 1 for each tolerance: statistic and its name in the paper.

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from lutgen.appearance.curve import Curve
-    from lutgen.appearance.lifetime import ImageLifetime, Lifetimes
+    from lutgen.pictures.curve import Curve
+    from lutgen.pictures.lifetime import ImageLifetime, Lifetimes
 
 #: Colour of each statistic of Table 1: mean, and mean + 2 SD.
 COLOURS = {"mean": BLUE, "max": RED}

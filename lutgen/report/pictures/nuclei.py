@@ -11,7 +11,7 @@ from lutgen.report.parts import Headline, Table
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from lutgen.appearance.conspicuity import Conspicuity
+    from lutgen.pictures.conspicuity import Conspicuity
     from lutgen.report.parts import Part
 
 #: Rows of the table of a mode, at most; JSON and the plot have all hours.

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from lutgen.appearance.rings import outlines
 from lutgen.numerals import spaced
+from lutgen.pictures.rings import outlines
 from lutgen.report.drawing.figure import BLUE, GREY, RED, picture, tidy
 from lutgen.report.drawing.grey_page import save_page
 from lutgen.report.drawing.png_file import new_png
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from lutgen.appearance.conspicuity import Conspicuity
+    from lutgen.pictures.conspicuity import Conspicuity
 
 _Kind = TypeVar("_Kind", bound=np.generic)
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lutgen.appearance.aged_series import aged_series
-from lutgen.appearance.difference_map import difference_map
-from lutgen.appearance.lifetime import lifetime
-from lutgen.appearance.published import AGES, MAPS
 from lutgen.errors import pick_one
 from lutgen.names import FIGURES
 from lutgen.numerals import spaced
+from lutgen.pictures.aged_series import aged_series
+from lutgen.pictures.difference_map import difference_map
+from lutgen.pictures.lifetime import lifetime
+from lutgen.pictures.published import AGES, MAPS
 from lutgen.report.pictures.age_sheet import footer
 from lutgen.report.pictures.contact_sheet import contact_sheet
 from lutgen.report.pictures.difference_map import plot_figure_6
@@ -24,8 +24,8 @@ from lutgen.report.pictures.lifetime_plot import plot_lifetime
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lutgen.appearance.difference_map import DifferenceMap
     from lutgen.display import DisplayModel
+    from lutgen.pictures.difference_map import DifferenceMap
 
 
 def draw_figure(

@@ -5,16 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lutgen.appearance.published import TABLE_1, TABLE_1_COLUMNS
-from lutgen.appearance.schema import seen_on
 from lutgen.numerals import spaced
+from lutgen.pictures.published import TABLE_1, TABLE_1_COLUMNS
+from lutgen.pictures.schema import seen_on
 from lutgen.report.parts import Headline, Table
 from lutgen.report.pictures.lifetime import COLUMNS, counted, hours_or_never
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lutgen.appearance.lifetime import ImageLifetime, Lifetimes
+    from lutgen.pictures.lifetime import ImageLifetime, Lifetimes
     from lutgen.report.parts import Part
 
 
@@ -35,7 +35,7 @@ def table_1_page(lifetimes: Lifetimes) -> Iterator[Part]:
 
 
 def table_1_json(lifetimes: Lifetimes) -> dict[str, Any]:
-    """Return what ``--json`` writes: see ``lutgen/appearance/schema/table.json``."""
+    """Return what ``--json`` writes: see ``lutgen/pictures/schema/table.json``."""
     return {
         "schema": 1,
         "table": 1,

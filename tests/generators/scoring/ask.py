@@ -150,17 +150,15 @@ def _written(question: Question, truth: Truth, xyz: Array) -> str:
 def put(question: Question, text: str) -> Said:
     """Diagnose one file. What lutgen refuses has the verdict ``refused``, what makes it fall ``traceback``."""
     from lutgen.criticism.diagnose import diagnose
-    from lutgen.measurements import read_measurements
-    from lutgen.names import BASELINES
+    from lutgen.readings import read_measurements
 
-    names = dict(zip(("colour-points", "first-hour", "native"), BASELINES, strict=True))
     start = time.perf_counter()
     with TemporaryDirectory() as folder:
         path = Path(folder) / "readings.csv"
         path.write_bytes(text.encode())
         try:
             readings = read_measurements(path)
-            found = diagnose(readings, baseline=names[question.baseline], without=question.without)
+            found = diagnose(readings, baseline=question.baseline, without=question.without)
             seconds = time.perf_counter() - start
             reply = Reply.of(found.as_json(), seconds=seconds)
             after = found.after.error.rms_sigma if question.sort == "rewritten" else 0.0

@@ -31,6 +31,6 @@ def find(name: str, form: str) -> Effect:
     return EFFECTS[name, form]
 
 
-def names(*, baseline: str = "tips") -> list[str]:
+def names(*, baseline: str = "colour-points") -> list[str]:
     """Names of the catalogue's effects that a baseline can see, sorted."""
     return sorted(effect.name for effect in EFFECTS.values() if effect.form == "same" and effect.baseline == baseline)

@@ -26,26 +26,28 @@ def _each(column: Array) -> Array:
     return column[:, :, np.newaxis]
 
 
-@effect("backlight-decay", "same", stage="emission", typical=0.5, largest=3.0, unit="nepers", baseline="fresh")
+@effect("backlight-decay", "same", stage="emission", typical=0.5, largest=3.0, unit="nepers", baseline="first-hour")
 def backlight_decay(spectra: Array, scene: Scene, size: float) -> Array:
     """exp(−s τ^1.41), the power that fits the paper's 67 % and 40 %."""
     return spectra * _each(np.exp(-size * scene.tau**1.41))
 
 
-@effect("backlight-decay", "other", stage="emission", typical=0.5, largest=3.0, unit="nepers", baseline="fresh")
+@effect("backlight-decay", "other", stage="emission", typical=0.5, largest=3.0, unit="nepers", baseline="first-hour")
 def backlight_decay_rational(spectra: Array, scene: Scene, size: float) -> Array:
     """1/(1 + s τ^1.3/2)²."""
     return spectra / _each((1.0 + 0.5 * size * scene.tau**1.3) ** 2)
 
 
-@effect("burn-in-decay", "same", stage="emission", typical=0.05, largest=0.5, unit="quick share", baseline="fresh")
+@effect("burn-in-decay", "same", stage="emission", typical=0.05, largest=0.5, unit="quick share", baseline="first-hour")
 def burn_in_decay(spectra: Array, scene: Scene, size: float) -> Array:
     """c e^(−t/T₁) + (1 − c) e^(−t/T₂), the slow part losing 3 c in a life."""
     quick = np.exp(-scene.readings.hours[:, np.newaxis] / BURN_IN_H)
     return spectra * _each(size * quick + (1.0 - size) * np.exp(-3.0 * size * scene.tau))
 
 
-@effect("burn-in-decay", "other", stage="emission", typical=0.05, largest=0.5, unit="quick share", baseline="fresh")
+@effect(
+    "burn-in-decay", "other", stage="emission", typical=0.05, largest=0.5, unit="quick share", baseline="first-hour"
+)
 def burn_in_rational(spectra: Array, scene: Scene, size: float) -> Array:
     """A quick loss that stretches (exponent 0.5), and a slow rational one."""
     hours = scene.readings.hours[:, np.newaxis]
@@ -60,7 +62,7 @@ def burn_in_rational(spectra: Array, scene: Scene, size: float) -> Array:
     typical=0.2,
     largest=2.0,
     unit="nepers",
-    baseline="fresh",
+    baseline="first-hour",
     classes=PHOSPHORS,
 )
 def phosphor_wear(spectra: Array, scene: Scene, size: float) -> Array:
@@ -75,7 +77,7 @@ def phosphor_wear(spectra: Array, scene: Scene, size: float) -> Array:
     typical=0.2,
     largest=2.0,
     unit="nepers",
-    baseline="fresh",
+    baseline="first-hour",
     classes=PHOSPHORS,
 )
 def phosphor_wear_rational(spectra: Array, scene: Scene, size: float) -> Array:
@@ -84,13 +86,15 @@ def phosphor_wear_rational(spectra: Array, scene: Scene, size: float) -> Array:
     return spectra * (1.0 - scene.wearing * _each(lost) + 0.05 * (1.0 - scene.wearing) * _each(lost))
 
 
-@effect("yellowing", "same", stage="emission", typical=0.2, largest=2.0, unit="nepers at 400 nm", baseline="fresh")
+@effect("yellowing", "same", stage="emission", typical=0.2, largest=2.0, unit="nepers at 400 nm", baseline="first-hour")
 def yellowing(spectra: Array, scene: Scene, size: float) -> Array:
     """Transmittance exp(−a τ e^(−(λ − 400)/60))."""
     return spectra * np.exp(-size * _each(scene.tau) * np.exp(-(NM - 400.0) / 60.0))
 
 
-@effect("yellowing", "other", stage="emission", typical=0.2, largest=2.0, unit="nepers at 400 nm", baseline="fresh")
+@effect(
+    "yellowing", "other", stage="emission", typical=0.2, largest=2.0, unit="nepers at 400 nm", baseline="first-hour"
+)
 def yellowing_edge(spectra: Array, scene: Scene, size: float) -> Array:
     """An absorption edge that creeps from the violet, with τ^1.3."""
     edge = 1.0 / (1.0 + np.exp((NM - 440.0) / 18.0))
@@ -104,7 +108,7 @@ def yellowing_edge(spectra: Array, scene: Scene, size: float) -> Array:
     typical=0.2,
     largest=2.0,
     unit="nepers below the set point",
-    baseline="fresh",
+    baseline="first-hour",
     classes=LCDS,
 )
 def stabilizer_headroom(spectra: Array, scene: Scene, size: float) -> Array:
@@ -119,7 +123,7 @@ def stabilizer_headroom(spectra: Array, scene: Scene, size: float) -> Array:
     typical=0.2,
     largest=2.0,
     unit="nepers below the set point",
-    baseline="fresh",
+    baseline="first-hour",
     classes=LCDS,
 )
 def stabilizer_soft_knee(spectra: Array, scene: Scene, size: float) -> Array:
@@ -137,7 +141,7 @@ def stabilizer_soft_knee(spectra: Array, scene: Scene, size: float) -> Array:
     typical=0.2,
     largest=2.0,
     unit="nepers of blue",
-    baseline="fresh",
+    baseline="first-hour",
     classes=OWN_LIGHT,
 )
 def channel_decay(spectra: Array, scene: Scene, size: float) -> Array:
@@ -152,7 +156,7 @@ def channel_decay(spectra: Array, scene: Scene, size: float) -> Array:
     typical=0.2,
     largest=2.0,
     unit="nepers of blue",
-    baseline="fresh",
+    baseline="first-hour",
     classes=OWN_LIGHT,
 )
 def channel_decay_rational(spectra: Array, scene: Scene, size: float) -> Array:

@@ -121,7 +121,7 @@ class Effect:
     unit
         Of the size.
     baseline
-        ``tips`` when it is visible beside re-measured tips, ``fresh`` when only the hour-0 display shows it.
+        ``colour-points`` when it is visible beside re-measured tips, ``first-hour`` when only hour 0 shows it.
     classes
         Display classes that can have it.
 
@@ -150,7 +150,7 @@ def effect(
     typical: float,
     unit: str,
     largest: float | None = None,
-    baseline: str = "tips",
+    baseline: str = "colour-points",
     classes: tuple[str, ...] = tuple(CLASSES),
 ) -> Callable[[Callable[[Array, Scene, float], Array]], Callable[[Array, Scene, float], Array]]:
     """Enter the decorated function into ``EFFECTS``; ``largest`` is 10 × ``typical`` unless that is absurd."""

@@ -59,13 +59,13 @@ def meter_offset_drifting(xyz: Array, scene: Scene, size: float) -> Array:
     return np.asarray(xyz + size * (0.8 + 0.5 * late(scene.tau)) * np.array([1.0, 0.8, 1.4]))
 
 
-@effect("meter-drift", "same", stage="instrument", typical=0.005, unit="1/year", baseline="fresh")
+@effect("meter-drift", "same", stage="instrument", typical=0.005, unit="1/year", baseline="first-hour")
 def meter_drift(xyz: Array, scene: Scene, size: float) -> Array:
     """× (1 − ε t)."""
     return xyz * (1.0 - size * scene.readings.hours[:, np.newaxis] / YEAR_H)
 
 
-@effect("meter-drift", "other", stage="instrument", typical=0.005, unit="1/year at first", baseline="fresh")
+@effect("meter-drift", "other", stage="instrument", typical=0.005, unit="1/year at first", baseline="first-hour")
 def meter_drift_settling(xyz: Array, scene: Scene, size: float) -> Array:
     """Filters that bleach, fast at first, the blue one most."""
     years = scene.readings.hours[:, np.newaxis] / YEAR_H

@@ -33,10 +33,10 @@ def command(*, files: tuple[str, ...], reference: str | None, json_to: str | Non
       lutgen sessions explain examples/campaign/2021-01.ti3 examples/campaign/2022-01.ti3
       lutgen sessions explain examples/campaign/campaign.toml --reference 2021-06.ti3 --json explain.json
     """
-    from lutgen.measurements.campaign import campaign_of, read_campaign
+    from lutgen.history.separate import separate
+    from lutgen.history.separate_json import separation_as_json
+    from lutgen.readings.campaign import campaign_of, read_campaign
     from lutgen.report.history.explanation import separate_page
-    from lutgen.sessions.separate import separate
-    from lutgen.sessions.separate_json import separation_as_json
 
     alone = check_json(json_to, force=force)
     listed = len(files) == 1 and files[0].lower().endswith(".toml")

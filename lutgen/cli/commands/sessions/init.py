@@ -16,8 +16,8 @@ from lutgen.files import write_atomically
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lutgen.measurements.session import Session
-    from lutgen.sessions.draft import Answers
+    from lutgen.history.draft import Answers
+    from lutgen.readings.session import Session
 
 
 @click.command(cls=Command)
@@ -38,8 +38,8 @@ def command(*, files: tuple[str, ...], output: str, same_display: bool, force: b
     Example:
       lutgen sessions init examples/session.ti3 -o campaign.toml
     """
-    from lutgen.measurements.sessions import read_session
-    from lutgen.sessions.draft import check_one_display, displays_of, draft
+    from lutgen.history.draft import check_one_display, displays_of, draft
+    from lutgen.readings.sessions import read_session
 
     path = check_new_file(output, force=force, suffixes=(".toml",))
     sessions = []
@@ -64,7 +64,7 @@ def command(*, files: tuple[str, ...], output: str, same_display: bool, force: b
 
 def _ask(sessions: Sequence[Session]) -> Answers:
     """Ask on the terminal; nothing leaves the line open."""
-    from lutgen.sessions.draft import OF_DISPLAY, OF_SESSION, Answers
+    from lutgen.history.draft import OF_DISPLAY, OF_SESSION, Answers
 
     names = ", ".join(dict.fromkeys(each.display for each in sessions if each.display))
     say("Enter alone: not known, and left open in the file.", err=True)

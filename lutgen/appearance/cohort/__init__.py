@@ -1,7 +1,0 @@
-"""``cohort``: lifetimes of many slides, on this machine's cores or on a Dask cluster, and over all of them."""
-
-from __future__ import annotations
-
-from lutgen.appearance.cohort.run import Broken, Cohort, cohort
-
-__all__ = ["Broken", "Cohort", "cohort"]

@@ -1,0 +1,144 @@
+"""What the calibration was doing: the curves that the graphics card was loaded with while the session was read.
+
+The signal goes through them first, then into the display. So a channel's readings against the curve's *output* are the
+display's native curve, and the curve's end says how much of the channel white was allowed.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.history.patches import CHANNELS, mean_xyz, ramp, tip
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.readings.session import Session
+
+#: A channel whose curve ends above this is at its stop: less than half a percent of its light is left to raise it by.
+STOP = 0.998
+
+#: Native γ of a channel whose ramp was not read.
+USUAL_GAMMA = 2.2
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """The loop's gains.
+
+    Attributes
+    ----------
+    ends
+        Output of the red, green and blue curve at full input, (3,).
+    starts
+        Output at no input, (3,): above 0 the black was raised.
+    at_stop
+        Channels whose curve ends at 1.
+    cost
+        Share of white's luminance that the lowered channels give away, from the tips and each channel's native γ; None
+        where a tip is missing.
+    monotonic
+        Whether all curves rise.
+    bend
+        Largest distance of a curve from the straight line between its ends.
+    target
+        What the calibration was asked for: white x, y and luminance in cd/m², where the file says so.
+
+    """
+
+    ends: Array
+    starts: Array
+    at_stop: tuple[str, ...]
+    cost: float | None
+    monotonic: bool
+    bend: float
+    target: dict[str, float]
+
+
+def calibration(session: Session) -> Calibration | None:
+    """Return what the session's calibration does; None where the file holds none."""
+    curves = session.calibration
+    if curves is None:
+        return None
+    ends, starts = curves[-1, 1:], curves[0, 1:]
+    straight = starts + curves[:, :1] * (ends - starts)
+    return Calibration(
+        ends=ends,
+        starts=starts,
+        at_stop=tuple(name for name, end in zip(CHANNELS, ends, strict=True) if end >= STOP),
+        cost=_cost(session, ends),
+        monotonic=bool((np.diff(curves[:, 1:], axis=0) >= -1e-6).all()),
+        bend=float(np.abs(curves[:, 1:] - straight).max()),
+        target=_target(session.metadata.get("CAL_ARGYLL_DISPCAL_ARGS", "")),
+    )
+
+
+def native_ramp(session: Session, channel: str) -> tuple[Array, Array]:
+    """Return a channel's native curve: drive after the calibration, (n,), and XYZ less black, (n, 3).
+
+    Without calibration curves drive stays as it is; without black nothing is taken off.
+    """
+    found = ramp(session, channel)
+    black = mean_xyz(session, "black")
+    drive = found.drive
+    if session.calibration is not None:
+        drive = np.interp(drive, session.calibration[:, 0], session.calibration[:, 1 + CHANNELS[channel]])
+    return drive, found.xyz - (0.0 if black is None else black)
+
+
+def native_gamma(session: Session, channel: str) -> float | None:
+    """Return the native γ of a channel, fitted in logarithms with a free gain, 10 to 90 %; None: too few levels."""
+    drive, xyz = native_ramp(session, channel)
+    kept = (drive >= 0.1) & (drive <= 0.9) & (xyz[:, 1] > 0)
+    if np.count_nonzero(kept) < 3:
+        return None
+    return float(np.polyfit(np.log(drive[kept]), np.log(xyz[kept, 1]), 1)[0])
+
+
+def full_light_ratio(before: Session, after: Session) -> Array:
+    """By what the later calibration multiplies each channel's full light, (3,): 1 where a session has no curves."""
+    loops = calibration(before), calibration(after)
+    if loops[0] is None or loops[1] is None or min(loops[0].ends.min(), loops[1].ends.min()) <= 0:
+        return np.ones(3)
+    ratios = []
+    for name, one, other in zip(CHANNELS, loops[0].ends, loops[1].ends, strict=True):
+        kept = _light_kept(before if one >= other else after, name, float(min(one, other) / max(one, other)))
+        ratios.append(kept if one >= other else 1.0 / kept)
+    return np.array(ratios)
+
+
+def _light_kept(session: Session, channel: str, share: float) -> float:
+    """Light that a channel keeps at a share of its session's highest drive, by its native ramp, else by its γ.
+
+    Levels are joined by powers: no curve of a display, DICOM's neither, is one power from black to white.
+    """
+    drive, xyz = native_ramp(session, channel)
+    lit = (drive > 0) & (xyz[:, 1] > 0)
+    drive, light = drive[lit], xyz[lit, 1]
+    if drive.size and drive[0] <= share * drive[-1] and (np.diff(drive) > 0).all():
+        return float(np.exp(np.interp(np.log(share * drive[-1]), np.log(drive), np.log(light))) / light[-1])
+    return float(share ** (native_gamma(session, channel) or USUAL_GAMMA))
+
+
+def _cost(session: Session, ends: Array) -> float | None:
+    tips, black = [tip(session, name) for name in CHANNELS], mean_xyz(session, "black")
+    found = [each for each in tips if each is not None]
+    if len(found) < 3 or ends.min() <= 0:
+        return None
+    light = np.array([each[1] for each in found]) - (0.0 if black is None else black[1])
+    gammas = np.array([native_gamma(session, name) or USUAL_GAMMA for name in CHANNELS])
+    native = float((light / ends**gammas).sum())
+    return float(1.0 - light.sum() / native) if native > 0 else None
+
+
+def _target(arguments: str) -> dict[str, float]:
+    """Read Argyll dispcal's -w (white's x, y) and -b (luminance), https://www.argyllcms.com/doc/dispcal.html."""
+    found: dict[str, float] = {}
+    if match := re.search(r"(?:^|\s)-w(0?\.\d+),(0?\.\d+)", arguments):
+        found |= {"x": float(match[1]), "y": float(match[2])}
+    if match := re.search(r"(?:^|\s)-b(\d+(?:\.\d+)?)", arguments):
+        found["Y"] = float(match[1])
+    return found

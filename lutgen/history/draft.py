@@ -1,0 +1,180 @@
+"""A campaign file drafted from session files: what they say is filled in, what only a person knows is left open."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.colorimetry import xy_to_uv
+from lutgen.errors import LutgenError
+from lutgen.history.calibration import calibration
+from lutgen.history.patches import CHANNELS, mean_xyz
+from lutgen.history.primaries import primaries
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from lutgen.colorimetry import Array
+    from lutgen.readings.session import Session
+
+#: Δu'v' of a primary between two sessions that no aging explains; another panel, mode or correction of the meter does.
+#: Eighteen thousand hours of the paper's display move none by half as much.
+ANOTHER = 0.02
+
+#: What systems call a display whose name they do not know.
+NO_NAMES = ("", "color lcd", "generic pnp monitor", "default monitor", "display")
+
+#: What only a person knows of a display, and of a session: key → question.
+OF_DISPLAY = {"hours_per_day": "Hours a day that the display is on"}
+OF_SESSION = {
+    "ambient_lx": "Light in the room in lux (0: dark)",
+    "settings": "Settings of the display (brightness, mode)",
+}
+
+
+@dataclass(frozen=True)
+class Answers:
+    """What a person said: of the display, and of all sessions; what is absent stays open in the draft.
+
+    Attributes
+    ----------
+    name
+        The display's name; "": the files'.
+    numbers, texts
+        Keys of ``OF_DISPLAY`` and ``OF_SESSION`` with numbers, and with text.
+
+    """
+
+    name: str = ""
+    numbers: Mapping[str, float] = field(default_factory=dict)
+    texts: Mapping[str, str] = field(default_factory=dict)
+
+
+def displays_of(sessions: Sequence[Session]) -> list[list[Session]]:
+    """Group sessions by display, in the order given: names do not differ, nor primaries by more than by aging."""
+    groups: list[list[tuple[Session, dict[str, Array]]]] = []
+    for session in sessions:
+        mine = (session, _uv(session))
+        home = next((group for group in groups if all(_alike(mine, each) for each in group)), None)
+        if home is None:
+            groups.append([mine])
+        else:
+            home.append(mine)
+    return [[session for session, _ in group] for group in groups]
+
+
+def check_one_display(sessions: Sequence[Session]) -> None:
+    """Refuse sessions of clearly different displays, naming which are which.
+
+    Raises
+    ------
+    LutgenError
+        Primaries differ by more than any aging, or names do.
+
+    """
+    groups = displays_of(sessions)
+    if len(groups) < 2:
+        return
+    listed = "; ".join(
+        f"{number}) {_names(group) or 'no name'}: {', '.join(Path(each.file).name for each in group)}"
+        for number, group in enumerate(groups, start=1)
+    )
+    message = (
+        f"these sessions are of {len(groups)} displays, or of settings as different (primaries apart by more than "
+        f"Δu'v' {ANOTHER:g}, or other names): {listed}. A campaign is of one: name its files alone, or add "
+        "--same-display if it is one."
+    )
+    raise LutgenError(message)
+
+
+def draft(sessions: Sequence[Session], beside: Path, answers: Answers | None = None) -> str:
+    """Return a campaign file of these sessions, by date; paths are told from the folder ``beside``.
+
+    Raises
+    ------
+    LutgenError
+        The same bytes twice.
+
+    """
+    answers = answers or Answers()
+    twice = {each.sha256: each for each in sessions}
+    if len(twice) < len(sessions):
+        same = next(each for each in sessions if twice[each.sha256] is not each)
+        message = f"{same.file} and {twice[same.sha256].file} hold the same bytes. Name one of them."
+        raise LutgenError(message)
+    ordered = sorted(sessions, key=lambda each: (each.created.isoformat() if each.created else "undated", each.file))
+    names = _names(ordered)
+    lines = [
+        "# A campaign: the sessions of one display, drafted by lutgen sessions init.",
+        "# What begins with TODO only you know: take the # and TODO away and write it.",
+        "schema = 1",
+        "",
+        "[display]",
+        f"name = {_quoted(answers.name or names)}",
+    ]
+    if not answers.name and "," in names:
+        lines[-1] += "  # TODO the files name several; their primaries agree"
+    lines.append(_open_or_said("hours_per_day", answers, "8.0", "dates are no operating hours; or give hours in each"))
+    for session in ordered:
+        lines += ["", *_entry(session, beside, answers)]
+    return "\n".join(lines) + "\n"
+
+
+def _entry(session: Session, beside: Path, answers: Answers) -> list[str]:
+    path = Path(os.path.relpath(Path(session.file).resolve(), beside.resolve())).as_posix()
+    lines = ["[[sessions]]", f"# {_summary(session)}", f"file = {_quoted(path)}"]
+    lines.append(f"date = {session.created.date()}" if session.created else "# TODO date = 2020-05-26, or hours = 0.0")
+    lines.append(
+        f"instrument = {_quoted(session.instrument)}" if session.instrument else '# TODO instrument = "maker and model"'
+    )
+    lines.append(_open_or_said("ambient_lx", answers, "0.0", "light in the room"))
+    lines.append(_open_or_said("settings", answers, '"brightness 30 %"', "the display's own"))
+    lines.append("# position = [0.5, 0.5]  # where on the screen, from the left and the top; the centre if not said")
+    return lines
+
+
+def _open_or_said(key: str, answers: Answers, example: str, why: str) -> str:
+    if key in answers.numbers:
+        return f"{key} = {float(answers.numbers[key])!r}"
+    if answers.texts.get(key):
+        return f"{key} = {_quoted(answers.texts[key])}"
+    return f"# TODO {key} = {example}  # {why}"
+
+
+def _summary(session: Session) -> str:
+    """Say in a comment what the file holds: readings, white, calibration."""
+    parts = [f"{len(session.drive)} readings"]
+    white, loop = mean_xyz(session, "white"), calibration(session)
+    if white is not None:
+        parts.append(f"white {white[1]:.1f} cd/m²" if session.absolute else "relative to white")
+    if loop is not None:
+        ends = ", ".join(f"{name} {end:.3f}" for name, end in zip(CHANNELS, loop.ends, strict=True))
+        parts.append(f"calibration ends at {ends}")
+    return "; ".join(parts)
+
+
+def _quoted(text: str) -> str:
+    """Write a TOML basic string: JSON's escapes are among TOML's, but for DEL."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _names(sessions: Sequence[Session]) -> str:
+    return ", ".join(dict.fromkeys(each.display for each in sessions if each.display))
+
+
+def _alike(one: tuple[Session, dict[str, Array]], other: tuple[Session, dict[str, Array]]) -> bool:
+    (mine, my_uv), (theirs, their_uv) = one, other
+    named = {each.display for each in (mine, theirs) if each.display.lower() not in NO_NAMES}
+    return len(named) < 2 and all(
+        float(np.hypot(*(my_uv[name] - their_uv[name]))) <= ANOTHER for name in my_uv.keys() & their_uv.keys()
+    )
+
+
+def _uv(session: Session) -> dict[str, Array]:
+    found = primaries(session)
+    return {name: xy_to_uv(xy) for name, xy in found.xy.items()} if found else {}

@@ -1,0 +1,131 @@
+"""The history of a display: white, black, contrast, colours and γ over the sessions of a campaign."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.colorimetry import xy_to_uv, xyz_to_xyY
+from lutgen.errors import LutgenError
+from lutgen.history.evidence import ALIKE, BLACK, FLOOR_CD_M2
+from lutgen.history.inspect import inspect_session
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.history.inspect import Inspection
+    from lutgen.readings.campaign import Campaign
+
+#: Quantity → what it is, with its unit.
+QUANTITIES = {
+    "white": "luminance of white, cd/m²",
+    "black": "luminance of black, cd/m²",
+    "contrast": "white over black",
+    "white-shift": "Δu'v' of white since the first session",
+    "primaries-shift": "largest Δu'v' of a primary since then",
+    "gamma": "γ of the greys",
+}
+
+#: What the colour of white or a primary repeats to between sessions, Δu'v', and γ: 1 σ.
+COLOUR_NOISE, GAMMA_NOISE = 0.0010, 0.02
+
+
+@dataclass(frozen=True)
+class History:
+    """Figures over time.
+
+    Attributes
+    ----------
+    campaign
+        The sessions.
+    places
+        Places of the sessions in the campaign, by time, (n,).
+    time, unit
+        Since the earliest session, (n,): "hours" of operation, or "days" where only dates are known.
+    values, errors
+        Quantity → figures, (n,), NaN where a session does not tell; and what they repeat to, 1 σ, (n,).
+
+    """
+
+    campaign: Campaign
+    places: tuple[int, ...]
+    time: Array
+    unit: str
+    values: dict[str, Array]
+    errors: dict[str, Array]
+
+
+def history(campaign: Campaign) -> History:
+    """Collect the figures of all sessions.
+
+    Raises
+    ------
+    LutgenError
+        Neither hours nor dates are known, or a session is relative, so that luminances cannot be compared.
+
+    """
+    time, unit = times(campaign)
+    order = np.argsort(time, kind="stable")
+    for entry in campaign.entries:
+        _ = entry.session.xyz_cd_m2
+    found = [inspect_session(campaign.entries[place].session) for place in order]
+    values, errors = _figures(found)
+    return History(campaign, tuple(order.tolist()), time[order], unit, values, errors)
+
+
+def times(campaign: Campaign) -> tuple[Array, str]:
+    """Return time since the earliest session, (n,), and its unit: hours where they can be told, else days."""
+    dated = [entry.date for entry in campaign.entries if entry.date]
+    counted = all(entry.hours is not None for entry in campaign.entries)
+    if campaign.hours_per_day is None and not counted and len(dated) == len(campaign.entries):
+        days = np.array([each.toordinal() for each in dated], dtype=np.float64)
+        return days - days.min(), "days"
+    return campaign.hours(), "hours"
+
+
+def _figures(found: list[Inspection]) -> tuple[dict[str, Array], dict[str, Array]]:
+    white, black = (_luminance(found, kind) for kind in ("white", "black"))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        contrast = np.where(black > 0, white / black, np.nan)
+    dark = np.hypot(BLACK * black, FLOOR_CD_M2)
+    values = {
+        "white": white,
+        "black": black,
+        "contrast": contrast,
+        "white-shift": _shift([None if each.white is None else [each.white] for each in found]),
+        "primaries-shift": _shift(
+            [list(each.primaries.xyz.values()) if each.primaries and len(each.primaries.xyz) == 3 else None
+             for each in found]
+        ),
+        "gamma": np.array([np.nan if each.gamma is None else each.gamma for each in found]),
+    }  # fmt: skip
+    errors = {
+        "white": ALIKE * white,
+        "black": dark,
+        "contrast": contrast * np.hypot(ALIKE, dark / np.maximum(black, 1e-9)),
+        "white-shift": np.full(len(found), COLOUR_NOISE),
+        "primaries-shift": np.full(len(found), COLOUR_NOISE),
+        "gamma": np.full(len(found), GAMMA_NOISE),
+    }
+    if not np.isfinite(white).any():
+        raise LutgenError(f"{found[0].session.file}: no session of the campaign read white; nothing can be followed.")
+    return values, errors
+
+
+def _luminance(found: list[Inspection], kind: str) -> Array:
+    read = [getattr(each, kind) for each in found]
+    return np.array([np.nan if each is None else float(each[1]) for each in read])
+
+
+def _shift(colours: list[list[Array] | None]) -> Array:
+    """Largest Δu'v' of a list of colours against those of the first session that has them, (n,)."""
+    first = next((each for each in colours if each is not None), None)
+    if first is None:
+        return np.full(len(colours), np.nan)
+    start = _uv(first)
+    return np.array([np.nan if each is None else float(np.hypot(*(_uv(each) - start).T).max()) for each in colours])
+
+
+def _uv(colours: list[Array]) -> Array:
+    return xy_to_uv(xyz_to_xyY(np.array(colours))[:, :2])

@@ -1,0 +1,189 @@
+"""One session at a glance: what a display engineer asks first, and what is worth a remark."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.colorimetry import xyz_to_xyY
+from lutgen.history.calibration import Calibration, calibration, native_gamma
+from lutgen.history.grey_tracking import GreyTracking, grey_tracking
+from lutgen.history.patches import CHANNELS, mean_xyz, ramp
+from lutgen.history.primaries import Primaries, additivity, primaries
+from lutgen.history.remarks import remarks
+from lutgen.history.steadiness import Steadiness, steadiness
+from lutgen.history.transfer import Transfer, transfer
+from lutgen.history.wanting import wanting
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.readings.session import Session
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What one session says.
+
+    Attributes
+    ----------
+    session
+        The readings.
+    white, black
+        Mean XYZ, (3,), in cd/m² or relative to white as the session; None: not read.
+    primaries, steadiness, calibration, greys
+        See their modules; None where the session lacks the patches.
+    curves
+        "grey" and the channels → transfer curve; those that were read.
+    additivity
+        Y of white over the sum of the primaries', after black; None: a tip is missing.
+    uniformity
+        Smallest and largest luminance of white over the screen, over that of the middle; None: one place.
+
+    """
+
+    session: Session
+    white: Array | None
+    black: Array | None
+    primaries: Primaries | None
+    curves: dict[str, Transfer]
+    additivity: float | None
+    greys: GreyTracking | None
+    steadiness: Steadiness | None
+    calibration: Calibration | None
+    uniformity: tuple[float, float] | None
+
+    @cached_property
+    def remarks(self) -> tuple[str, ...]:
+        """What an engineer would say, each with its figure, the gravest first."""
+        return remarks(self)
+
+    @cached_property
+    def wanting(self) -> tuple[str, ...]:
+        """What is missing for which diagnosis."""
+        return wanting(self.session)
+
+    @property
+    def contrast(self) -> float | None:
+        """Y of white over Y of black; None where one was not read, or black has no light."""
+        if self.white is None or self.black is None or self.black[1] <= 0:
+            return None
+        return float(self.white[1] / self.black[1])
+
+    @property
+    def gamma(self) -> float | None:
+        """γ of the greys."""
+        return self.curves["grey"].gamma if "grey" in self.curves else None
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the entry of ``lutgen inspect --json``; its schema is ``lutgen/history/schema/inspect.json``."""
+        session, steady, greys = self.session, self.steadiness, self.greys
+        tips = self.primaries
+        return {
+            "file": session.file,
+            "sha256": session.sha256,
+            "format": session.form,
+            "readings": len(session.drive),
+            "created": session.created.isoformat() if session.created else None,
+            "instrument": session.instrument or None,
+            "display": session.display or None,
+            "unit": "cd/m2" if session.absolute else "relative",
+            "white": _colour(self.white),
+            "black": _colour(self.black),
+            "contrast": self.contrast,
+            "primaries": {name[0]: _colour(tips.xyz.get(name)) if tips else None for name in CHANNELS},
+            "gamut": {"nearest": tips.nearest, "shift_uv": tips.shift, "srgb_coverage": tips.coverage}
+            if tips
+            else None,
+            "gamma": self.gamma,
+            "transfer": {name: _curve(curve) for name, curve in self.curves.items()},
+            "additivity": self.additivity,
+            "grey_tracking": {
+                "drive": greys.drive.tolist(),
+                "delta_e": greys.delta_e.tolist(),
+                "shift_uv": np.hypot(*greys.shift.T).tolist(),
+            }
+            if greys
+            else None,
+            "noise": steady.noise if steady else None,
+            "repeats": {
+                "patches": steady.patches,
+                "readings": steady.readings,
+                "dark_noise": steady.dark_noise,
+                "drift": steady.drift,
+                "shift_uv": steady.shift,
+                "order": steady.order.tolist(),
+                "ratio": steady.ratio.tolist(),
+            }
+            if steady
+            else None,
+            "calibration": _loop(self),
+            "uniformity": dict(zip(("lowest", "highest"), self.uniformity, strict=True)) if self.uniformity else None,
+            "remarks": list(self.remarks),
+            "wanting": list(self.wanting),
+        }
+
+
+def inspect_session(session: Session) -> Inspection:
+    """Say of a session what can be said without a model; what it lacks is None, and named in ``wanting``."""
+    white, black = mean_xyz(session, "white"), mean_xyz(session, "black")
+    ramps = {name: ramp(session, name) for name in ("grey", *CHANNELS)}
+    curves = {name: curve for name, each in ramps.items() if (curve := transfer(each, black)) is not None}
+    return Inspection(
+        session=session,
+        white=white,
+        black=black,
+        primaries=primaries(session),
+        curves=curves,
+        additivity=additivity(session),
+        greys=grey_tracking(ramps["grey"], white),
+        steadiness=steadiness(session),
+        calibration=calibration(session),
+        uniformity=_uniformity(session),
+    )
+
+
+def _uniformity(session: Session) -> tuple[float, float] | None:
+    if session.positions is None:
+        return None
+    white = np.array(session.kinds) == "white"
+    middle = session.xyz[white & session.central, 1]
+    if not middle.size or middle.mean() <= 0 or np.count_nonzero(white) == middle.size:
+        return None
+    ratio = session.xyz[white, 1] / middle.mean()
+    return float(ratio.min()), float(ratio.max())
+
+
+def _colour(xyz: Array | None) -> dict[str, float | None] | None:
+    if xyz is None:
+        return None
+    x, y, luminance = xyz_to_xyY(xyz).tolist()
+    return {"x": x, "y": y, "Y": luminance}
+
+
+def _curve(curve: Transfer) -> dict[str, Any]:
+    return {
+        "gamma": curve.gamma,
+        "residual": curve.residual,
+        "drive": curve.drive.tolist(),
+        "linear": curve.linear.tolist(),
+        "lightness_from_srgb": curve.lightness.tolist(),
+    }
+
+
+def _loop(found: Inspection) -> dict[str, Any] | None:
+    loop = found.calibration
+    if loop is None:
+        return None
+    return {
+        "ends": dict(zip("rgb", loop.ends.tolist(), strict=True)),
+        "starts": dict(zip("rgb", loop.starts.tolist(), strict=True)),
+        "at_stop": list(loop.at_stop),
+        "luminance_cost": loop.cost,
+        "monotonic": loop.monotonic,
+        "bend": loop.bend,
+        "target": loop.target,
+        "native_gamma": {name[0]: native_gamma(found.session, name) for name in CHANNELS},
+    }

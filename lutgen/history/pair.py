@@ -1,0 +1,172 @@
+"""Two sessions of one display side by side: what was read, and what is known of how it was read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.colorimetry import xy_to_uv, xyz_to_xyY
+from lutgen.errors import LutgenError
+from lutgen.history.bend import bend
+from lutgen.history.calibration import full_light_ratio
+from lutgen.history.course import FEWEST, Course, course, course_beside, shared
+from lutgen.history.five import five
+from lutgen.history.lines import line_shift
+from lutgen.history.patches import mean_xyz
+from lutgen.history.steadiness import steadiness
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.history.five import Five
+    from lutgen.readings.campaign import Entry
+
+#: Words that a file's or a campaign's name of an instrument or display may hold and still say nothing.
+UNKNOWN = ("", "unknown", "color lcd", "generic pnp monitor", "default monitor", "display")
+
+#: What dispread notes of how the instrument was set: another value is another correction.
+_SETTINGS = ("DISPLAY_TYPE_REFRESH", "DISPLAY_TYPE_BASE_ID", "CCMX_NAME", "CCSS_NAME")
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A session beside its reference.
+
+    Attributes
+    ----------
+    before, after
+        The reference and the session, with what the campaign says of them.
+    days
+        From the reference to the session; None: a date is missing.
+
+    """
+
+    before: Entry
+    after: Entry
+    days: float | None
+
+    @cached_property
+    def seen(self) -> tuple[Five, Five] | None:
+        """The five colours of both, the reference's as the session's calibration would show them.
+
+        None: one is relative, or lacks white or a primary. Black is left out of both where one lacks it.
+        """
+        sessions = self.before.session, self.after.session
+        black_too = all(mean_xyz(each, "black") is not None for each in sessions)
+        one, other = (five(each, black_too=black_too) for each in sessions)
+        if one is None or other is None or not all(each.absolute for each in sessions):
+            return None
+        return one.with_gains(self.held_back), other
+
+    @cached_property
+    def held_back(self) -> Array:
+        """By what the calibration curves multiply each channel's full light, (3,): 1 where one file has none."""
+        return full_light_ratio(self.before.session, self.after.session)
+
+    @property
+    def curves_known(self) -> bool:
+        """Whether both files hold the calibration that was loaded."""
+        return self.before.session.calibration is not None and self.after.session.calibration is not None
+
+    @cached_property
+    def bend(self) -> float | None:
+        """Change of the display's own transfer curves, in L*; None: too few levels."""
+        return bend(self.before.session, self.after.session, native=self.curves_known)
+
+    @cached_property
+    def bend_as_seen(self) -> float | None:
+        """Change of the transfer curves with what the calibrations do, in L*; None: too few levels."""
+        return bend(self.before.session, self.after.session, native=False)
+
+    @cached_property
+    def drifts(self) -> tuple[Course, Course]:
+        """Drift within the reference, and within the session."""
+        own = [course(each.session) for each in (self.before, self.after)]
+        if not own[1].ran_away and not own[0].ran_away:
+            beside = course_beside(self.after.session, self.before.session)
+            own[1] = beside or own[1]
+        return own[0], own[1]
+
+    @cached_property
+    def unwatched(self) -> bool:
+        """Whether light may have run away unseen: a session read no bright patch twice, and they share few."""
+        sessions = self.before.session, self.after.session
+        few = shared(sessions[1], sessions[0])[0].size < FEWEST
+        return few and any(steadiness(each) is None for each in sessions)
+
+    @cached_property
+    def noise(self) -> float:
+        """Noise of a reading of these two, 1 σ, as a share: as repeated patches say, or nothing."""
+        found = [steadiness(each.session) for each in (self.before, self.after)]
+        one, other = (min(each.noise, 0.02) if each else 0.0 for each in found)
+        return float(np.hypot(one, other))
+
+    @cached_property
+    def shift(self) -> Array:
+        """Change of u', v' of red, green, blue and white, after black, (4, 2). Only where ``seen``."""
+        one, other = _both(self)
+        return np.asarray(_uv(other) - _uv(one))
+
+    @cached_property
+    def additivity(self) -> tuple[float, float]:
+        """White over the sum of the primaries, both after black, in luminance: before and after."""
+        return tuple(1.0 + float(each.extra[1] / each.channels[:, 1].sum()) for each in _both(self))  # type: ignore[return-value]
+
+    @cached_property
+    def contrast(self) -> tuple[float, float] | None:
+        """Luminance of white over that of black, before and after; None: a black was not read, or has no light."""
+        pair = _both(self)
+        if not all(each.has_black and each.leak[1] > 0 for each in pair):
+            return None
+        one, other = (float(each.xyz()[3, 1] / each.leak[1]) for each in pair)
+        return one, other
+
+    @cached_property
+    def lines(self) -> float | None:
+        """Common shift of the primaries' spectra in nm; None: no spectra."""
+        return line_shift(self.before.session, self.after.session)
+
+    @property
+    def other_instrument(self) -> str:
+        """What the records say of another instrument or setting of it; "": nothing."""
+        one, other = self.before.instrument, self.after.instrument
+        if one.lower() not in UNKNOWN and other.lower() not in UNKNOWN and one != other:
+            return f"the instrument is {other!r}, it was {one!r}"
+        for key in _SETTINGS:
+            values = [each.session.metadata.get(key, "") for each in (self.before, self.after)]
+            if values[0] != values[1]:
+                return f"the instrument's {key} is {values[1] or 'not said'}, it was {values[0] or 'not said'}"
+        return ""
+
+    @property
+    def other_display(self) -> str:
+        """What the records say of another display; "": nothing."""
+        one, other = self.before.session.display, self.after.session.display
+        if one.lower() not in UNKNOWN and other.lower() not in UNKNOWN and one != other:
+            return f"the file names {other!r}, the reference {one!r}"
+        return ""
+
+    @property
+    def other_settings(self) -> str:
+        """What the campaign says of other settings; "": nothing."""
+        one, other = self.before.settings, self.after.settings
+        return f"the campaign says {other!r}, it was {one!r}" if one and other and one != other else ""
+
+    @property
+    def more_room_light(self) -> float | None:
+        """Change of the room's light in lux as the campaign says; None: not said of both."""
+        one, other = (each.conditions.get("ambient_lx") for each in (self.before, self.after))
+        return None if one is None or other is None else other - one
+
+
+def _both(pair: Pair) -> tuple[Five, Five]:
+    if pair.seen is None:
+        raise LutgenError(f"{pair.after.session.file}: white and primaries in cd/m² were not read in both sessions.")
+    return pair.seen
+
+
+def _uv(colours: Five) -> Array:
+    light = np.vstack([colours.channels, colours.channels.sum(axis=0) + colours.extra])
+    return xy_to_uv(xyz_to_xyY(light)[:, :2])

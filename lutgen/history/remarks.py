@@ -1,0 +1,190 @@
+"""What an engineer would say of a session: sentences, each with its figure, the gravest first."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.colorimetry import SRGB_XY, xy_to_uv, xyz_to_xyY
+from lutgen.history.clipping import clipping
+from lutgen.history.patches import CHANNELS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from lutgen.colorimetry import Array
+    from lutgen.history.calibration import Calibration
+    from lutgen.history.grey_tracking import GreyTracking
+    from lutgen.history.inspect import Inspection
+    from lutgen.history.primaries import Primaries
+    from lutgen.history.steadiness import Steadiness
+    from lutgen.history.transfer import Transfer
+    from lutgen.readings.session import Session
+
+#: Change of luminance within a session that is drift, and one that no settled display at fixed settings has: a warm-up
+#: from cold is some percent, automatic brightness and local dimming tens.
+DRIFT, UNSTEADY = 0.005, 0.03
+
+#: Noise of a contact colorimeter on a bright patch is some 0.1 to 0.3 %.
+NOISY = 0.005
+
+#: An additive display is within this of 1; dynamic contrast, HDR tone mapping or a fourth sub-pixel is not.
+ADDITIVE = 0.03
+
+#: ΔL* from sRGB that makes another curve: a plain γ of 2.2 is up to 3.4 off, at code 0.1.
+LIGHTNESS = 4.0
+
+#: A grey's cast that is seen beside white.
+CAST = 3.0
+
+#: Δu'v' of white or a primary that is more than the meters disagree on.
+COLOUR = 0.01
+
+#: Share of white's luminance that a calibration may cost before it is news.
+COST = 0.1
+
+#: Fading or brightening from the middle of the screen that is common in good displays.
+UNEVEN = 0.1
+
+
+def remarks(found: Inspection) -> tuple[str, ...]:
+    """Return the remarks on a session."""
+    session = found.session
+    return (
+        *session.remarks,
+        *_steadiness(found.steadiness),
+        *_black(session, found.white, found.black),
+        *_additivity(found.additivity, found.black),
+        *_calibration(found.calibration),
+        *_white(session, found.white, found.calibration),
+        *_primaries(found.primaries),
+        *_clipped(found.curves),
+        *_curve(found.curves),
+        *_greys(found.greys),
+        *_uniformity(found.uniformity),
+    )
+
+
+def _steadiness(found: Steadiness | None) -> Iterator[str]:
+    if found is None:
+        return
+    change = f"{found.drift:+.1%}"
+    if abs(found.drift) >= UNSTEADY:
+        yield (
+            f"Unsteady: a patch that was read again had {change} luminance within the session: automatic brightness, "
+            "local dimming or warm-up. All readings are uncertain by as much."
+        )
+    elif abs(found.drift) >= DRIFT:
+        yield f"Drift: luminance changed by {change} within the session, as in warm-up."
+    if found.noise >= NOISY and abs(found.drift) < UNSTEADY:
+        yield f"Noisy: repeated patches scatter by {found.noise:.2%} (1 σ); a colorimeter in contact has 0.1 to 0.3 %."
+
+
+def _black(session: Session, white: Array | None, black: Array | None) -> Iterator[str]:
+    if black is None or white is None:
+        return
+    if black[1] <= 0:
+        yield f"Black reads {black[1]:.4f}: below what the meter can tell; contrast is unknown."
+    elif black[1] > white[1] / 200.0:
+        unit = " cd/m²" if session.absolute else " of white"
+        yield f"Contrast is only {white[1] / black[1]:.0f}: black of {black[1]:.3g}{unit}, or room light on the screen."
+
+
+def _additivity(additivity: float | None, black: Array | None) -> Iterator[str]:
+    if additivity is not None and abs(additivity - 1.0) >= ADDITIVE:
+        after = "after black" if black is not None else "black not taken off"
+        yield (
+            f"Not additive: white is {additivity:.3f} times the sum of red, green and blue ({after}). HDR tone "
+            "mapping, dynamic contrast, power limits or a drift; the model's matrices do not hold."
+        )
+
+
+def _calibration(found: Calibration | None) -> Iterator[str]:
+    if found is None:
+        return
+    ends = ", ".join(f"{name} {end:.3f}" for name, end in zip(CHANNELS, found.ends, strict=True))
+    if found.at_stop and len(found.at_stop) < 3:
+        yield (
+            f"Calibration: {' and '.join(found.at_stop)} at the stop ({ends}): white is held by lowering the others, "
+            "and nothing is left to raise it by."
+        )
+    elif not found.at_stop:
+        yield f"Calibration ends at {ends}: no channel is at its stop."
+    if found.cost is not None and found.cost >= COST:
+        yield f"The calibration gives away {found.cost:.0%} of white's luminance."
+    if not found.monotonic:
+        yield "A calibration curve falls somewhere: steps will invert there."
+    if found.starts.max() > 1e-3:
+        yield f"The calibration raises black (to {found.starts.max():.3f} of drive)."
+
+
+def _clipped(curves: dict[str, Transfer]) -> Iterator[str]:
+    found = clipping(curves)
+    bright = [f"{name} from code {each.bright:.2f} up" for name, each in found.items() if each.bright is not None]
+    dark = [f"{name} up to code {each.dark:.2f}" for name, each in found.items() if each.dark is not None]
+    if bright:
+        yield (
+            f"Clipped: the same light for {', '.join(bright)}: contrast set too high, a calibration at its stop, or a "
+            "signal of limited range. Nothing brighter is told apart."
+        )
+    if dark:
+        yield f"Crushed: no light for {', '.join(dark)}: a signal of limited range, or brightness set too low."
+
+
+def _white(session: Session, white: Array | None, loop: Calibration | None) -> Iterator[str]:
+    if white is None:
+        return
+    aimed = loop is not None and "x" in loop.target
+    target = np.array([loop.target["x"], loop.target["y"]]) if loop is not None and aimed else SRGB_XY[0]
+    name = f"the calibration's target ({target[0]:.4f}, {target[1]:.4f})" if aimed else "D65"
+    xy = xyz_to_xyY(white)[:2]
+    shift = float(np.hypot(*(xy_to_uv(xy) - xy_to_uv(target))))
+    if shift >= (COLOUR / 2 if aimed else COLOUR):
+        yield f"White ({xy[0]:.4f}, {xy[1]:.4f}) is Δu'v' {shift:.4f} off {name}."
+    wanted = loop.target.get("Y") if loop is not None else None
+    if wanted and session.absolute and abs(white[1] / wanted - 1.0) >= 0.05:
+        yield f"White has {white[1]:.0f} cd/m², the calibration asked for {wanted:.0f}."
+
+
+def _primaries(found: Primaries | None) -> Iterator[str]:
+    if found is None:
+        return
+    shift = found.shift[found.nearest]
+    worst = max(shift, key=lambda name: shift[name])
+    covered = "" if found.coverage is None else f"; covers {found.coverage:.0%} of sRGB in u'v'"
+    if shift[worst] >= COLOUR:
+        yield f"Primaries: nearest to {found.nearest}, {worst} Δu'v' {shift[worst]:.3f} off{covered}."
+    else:
+        yield f"Primaries: {found.nearest} within Δu'v' {shift[worst]:.3f}{covered}."
+
+
+def _curve(curves: dict[str, Transfer]) -> Iterator[str]:
+    grey = curves.get("grey")
+    if grey is None or grey.gamma is None:
+        return
+    at, off = grey.drive[grey.worst], grey.lightness[grey.worst]
+    if abs(off) >= LIGHTNESS:
+        yield f"Transfer: γ {grey.gamma:.2f}, not sRGB: ΔL* {off:+.1f} at code {at:.2f}."
+    gammas = {name: curve.gamma for name, curve in curves.items() if name != "grey" and curve.gamma is not None}
+    if len(gammas) == 3 and max(gammas.values()) - min(gammas.values()) >= 0.15:
+        yield f"Channels bend apart: γ {', '.join(f'{name} {gamma:.2f}' for name, gamma in gammas.items())}."
+
+
+def _greys(found: GreyTracking | None) -> Iterator[str]:
+    if found is None:
+        return
+    worst = int(np.argmax(found.delta_e))
+    if found.delta_e[worst] >= CAST:
+        u, v = found.shift[worst]
+        yield (
+            f"Greys do not track white: ΔE2000 {found.delta_e[worst]:.1f} at code {found.drive[worst]:.2f} "
+            f"(Δu' {u:+.4f}, Δv' {v:+.4f})."
+        )
+
+
+def _uniformity(found: tuple[float, float] | None) -> Iterator[str]:
+    if found is not None:
+        low, high = found
+        word = "Uneven" if max(1.0 - low, high - 1.0) >= UNEVEN else "Even"
+        yield f"{word}: over the screen white has {low:.0%} to {high:.0%} of the middle's luminance."

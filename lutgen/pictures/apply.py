@@ -1,0 +1,256 @@
+"""``apply_to_image``: what a picture looks like on an aged display.
+
+Bands of rows are read, aged and written at the same time. The picture's code values are taken as they are sent to
+the display; an ICC profile is kept, not applied. Linear light (EXR) is encoded for the display, aged, and written
+as linear light again. Numbers outside 0..1, which no display can show, are clipped: on the aged display and on the
+un-aged one alike.
+"""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.errors import LutgenError, pick_one
+from lutgen.files import check_name, replacing
+from lutgen.names import SOURCES
+from lutgen.pictures.encoding import NotFiniteError
+from lutgen.pictures.engines import Unaged, engine_for
+from lutgen.pictures.images import Target, format_of_suffix, open_source
+from lutgen.pictures.shading import Shader, TableShader, shader_for
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from concurrent.futures import Future
+
+    from lutgen.display import AgedDisplay
+    from lutgen.pictures.encoding import Stored
+    from lutgen.pictures.engines import Engine
+    from lutgen.pictures.images import Source
+
+
+@dataclass(frozen=True)
+class Applied:
+    """One aged image.
+
+    Attributes
+    ----------
+    file, output
+        Paths of the source and of what was written.
+    width, height
+        Of what was written.
+    encoding
+        What the source stores: ``signal`` or ``linear``.
+    clipped_share
+        Share of pixels whose aged colour lies outside the viewer's gamut; None for a LUT, which does not tell.
+    source_clipped_share
+        Share of pixels of the source outside 0..1.
+
+    """
+
+    file: str
+    output: str
+    width: int
+    height: int
+    encoding: str
+    clipped_share: float | None
+    source_clipped_share: float
+
+
+def apply_to_image(
+    image: str | Path,
+    output: str | Path,
+    aging: AgedDisplay | str | Path,
+    *,
+    side_by_side: bool = False,
+    source: str = "auto",
+    force: bool = False,
+) -> Applied:
+    """Write what ``image`` looks like on an aged display.
+
+    Parameters
+    ----------
+    image
+        PNG, JPEG, TIFF or EXR, RGB or RGBA, 8 or 16 bits, half or float.
+    output
+        Path to write; its suffix picks the format. An existing folder: a file of the same name in it.
+    aging
+        A display from ``DisplayModel.at`` (the direct model, in double precision), or the path of a LUT that
+        OpenColorIO reads, such as a .cube or .clf.
+    side_by_side
+        Write the un-aged picture on the left and the aged one on the right.
+    source
+        One of ``SOURCES``: what the numbers in the file are.
+    force
+        Replace an existing output.
+
+    Raises
+    ------
+    LutgenError
+        An image that cannot be read or aged, or an output that cannot be written; nothing is written then.
+
+    """
+    outputs = outputs_for([Path(image)], output)
+    (applied,) = apply_to_images(
+        [(Path(image), outputs[0])], aging, side_by_side=side_by_side, source=source, force=force
+    )
+    return applied
+
+
+def outputs_for(images: Sequence[Path], output: str | Path) -> list[Path]:
+    """Return the path to write for each image: ``output``, or files of the same names in the folder ``output``."""
+    output = Path(output)
+    if len(images) == 1 and not output.is_dir():
+        return [output]
+    if not output.is_dir():
+        message = f"{output}: several images need an existing folder. Make it first, or choose another with -o."
+        raise LutgenError(message)
+    names = [image.name for image in images]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice:
+        raise LutgenError(f"{output}: two images are named {twice}. Apply to them one after the other.")
+    return [output / name for name in names]
+
+
+def apply_to_images(
+    pairs: Sequence[tuple[Path, Path]],
+    aging: AgedDisplay | str | Path,
+    *,
+    side_by_side: bool = False,
+    source: str = "auto",
+    force: bool = False,
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
+) -> list[Applied]:
+    """Age several images, given with their outputs: all of them are written, or none.
+
+    ``progress`` is called with the rows done and the rows in all. Otherwise as :func:`apply_to_image`.
+    """
+    if source not in SOURCES:
+        raise pick_one("source", source, SOURCES)
+    engine = engine_for(aging)
+    rows = []
+    for image, output in pairs:
+        _check_output(image, output, force=force)
+        with open_source(image, source) as opened:
+            Target(opened, format_of_suffix(output), wide=side_by_side)
+            _check_turned(opened, side_by_side=side_by_side)
+            rows.append(opened.height)
+    done: list[Applied] = []
+    with ExitStack() as stack:
+        for number, (image, output) in enumerate(pairs):
+            before = sum(rows[:number])
+            partial = stack.enter_context(replacing(output))
+            with open_source(image, source) as opened:
+                target = Target(opened, format_of_suffix(output), wide=side_by_side)
+                with target.open(partial):
+                    work = _Work(opened, target, engine, side_by_side=side_by_side)
+                    work.run(lambda row, before=before: progress(before + row, sum(rows)))  # type: ignore[misc]
+                done.append(work.applied(output))
+    return done
+
+
+class _Work:
+    """One image from source to target."""
+
+    def __init__(self, source: Source, target: Target, engine: Engine, *, side_by_side: bool) -> None:
+        self._source, self._target = source, target
+        self._shader = shader_for(source.storage, target.storage, engine)
+        self._unaged = Shader(source.storage, target.storage, Unaged(target.storage.encoding)) if side_by_side else None
+        self._clipped: int | None = 0
+        self._source_clipped = 0
+
+    def run(self, progress: Callable[[int], None]) -> None:
+        """Read the next band and write the last one while this one is aged."""
+        bands = self._source.bands()
+        threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        with ThreadPoolExecutor(2) as files, ThreadPoolExecutor(threads) as workers:
+            reading = files.submit(self._source.read, *bands[0])
+            writing: Future[None] | None = None
+            for band, following in zip(bands, [*bands[1:], None], strict=True):
+                pixels = reading.result()
+                if following:
+                    reading = files.submit(self._source.read, *following)
+                aged = self._aged(pixels, band[0], workers)
+                if writing:
+                    writing.result()
+                writing = files.submit(self._target.write, *band, aged)
+                progress(band[1])
+            if writing:
+                writing.result()
+
+    def applied(self, output: Path) -> Applied:
+        """Sum up."""
+        source = self._source
+        pixels = source.width * source.height
+        return Applied(
+            file=str(source.path),
+            output=str(output),
+            width=int(self._target.spec.width),
+            height=source.height,
+            encoding=source.storage.encoding,
+            clipped_share=None if self._clipped is None else self._clipped / pixels,
+            source_clipped_share=self._source_clipped / pixels,
+        )
+
+    def _aged(self, pixels: Stored, first_row: int, workers: ThreadPoolExecutor) -> Stored:
+        rows, width, channels = pixels.shape
+        aged = np.empty((rows * width, channels), self._target.storage.dtype)
+        self._shade(self._shader, pixels, aged, first_row, workers)
+        aged = aged.reshape(pixels.shape)
+        if self._unaged is None:
+            return aged
+        plain = pixels
+        if self._unaged.changes:
+            plain = np.empty(pixels.shape, self._target.storage.dtype)
+            self._shade(self._unaged, pixels, plain.reshape(-1, channels), first_row, workers)
+        halves = (aged, plain) if self._source.mirrored else (plain, aged)
+        return np.concatenate(halves, axis=1)
+
+    def _shade(
+        self, shader: Shader | TableShader, pixels: Stored, out: Stored, first_row: int, workers: ThreadPoolExecutor
+    ) -> None:
+        flat = pixels.reshape(len(out), -1)
+
+        def part(start: int) -> Any:
+            stop = start + shader.chunk
+            try:
+                return shader(flat[start:stop], out[start:stop])
+            except NotFiniteError as error:
+                row, column = divmod(start + error.index, self._source.width)
+                message = (
+                    f"{self._source.path}: pixel ({column}, {first_row + row}) is NaN or infinite, "
+                    "which no display can show. Repair the image first."
+                )
+                raise LutgenError(message) from None
+
+        for clipped, source_clipped in workers.map(part, range(0, len(out), shader.chunk)):
+            if shader is self._shader:
+                self._clipped = None if clipped is None or self._clipped is None else self._clipped + clipped
+                self._source_clipped += source_clipped
+
+
+def _check_output(image: Path, output: Path, *, force: bool) -> None:
+    format_of_suffix(output)
+    check_name(output)
+    if not output.parent.is_dir():
+        message = f"{output}: there is no folder {output.parent}. Make it first, or choose another with -o."
+        raise LutgenError(message)
+    if output.is_dir():
+        raise LutgenError(f"{output}: is a folder. Choose the name of a file with -o.")
+    if output.exists():
+        if image.exists() and output.samefile(image):
+            raise LutgenError(f"{output}: is the image itself, which is never written to. Choose another name with -o.")
+        if not force:
+            raise LutgenError(f"{output}: exists already. Choose another name with -o, or replace it with --force.")
+
+
+def _check_turned(source: Source, *, side_by_side: bool) -> None:
+    if side_by_side and source.sideways:
+        message = f"{source.path}: is stored on its side (Orientation): its rows have no left and right. Turn it first."
+        raise LutgenError(message)

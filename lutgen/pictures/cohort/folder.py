@@ -1,0 +1,153 @@
+"""A cohort's run folder: what was asked, and a file for every finished slide, so that a second run does the rest."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lutgen.display.model_file import model_text
+from lutgen.errors import LutgenError
+from lutgen.files import PARTIAL, bytes_at_most, write_atomically
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from lutgen.pictures.cohort.find import Slide
+    from lutgen.pictures.cohort.task import Asked
+
+SCHEMA = 1
+
+#: What was asked of every slide.
+OPTIONS = "cohort.json"
+
+#: The folder of results.
+SLIDES = "slides"
+
+#: A result has some numbers for each hour and mode.
+MAX_BYTES = 64_000_000
+
+
+@dataclass(frozen=True)
+class RunFolder:
+    """A folder that was found fit for a run.
+
+    Attributes
+    ----------
+    path
+        The folder.
+    recipe
+        What decides the results: written down before the first.
+    other
+        Whether it holds results of another recipe, which go when the run begins.
+
+    """
+
+    path: Path
+    recipe: Mapping[str, Any]
+    other: bool
+
+    def begin(self) -> None:
+        """Note what is asked, and clear away what a killed run half wrote and, by force, another one's results."""
+        for old in (self.path / SLIDES).glob("*.json" if self.other else f".*{PARTIAL}"):
+            old.unlink()
+        write_atomically(self.path / OPTIONS, _text(self.recipe))
+
+    def keep(self, slide: Slide, image: Mapping[str, Any]) -> None:
+        """Write a slide's result down."""
+        write_atomically(self._file(slide), _text({"schema": SCHEMA, "slide": asdict(slide), "image": image}))
+
+    def kept(self, slide: Slide) -> dict[str, Any] | None:
+        """Return a slide's result, None where there is none of the slide as it is now."""
+        if self.other:
+            return None
+        try:
+            content = json.loads(bytes_at_most(self._file(slide), MAX_BYTES, none="result"))
+            same = content["schema"] == SCHEMA and content["slide"] | {"name": slide.name} == asdict(slide)
+            found: dict[str, Any] | None = content["image"] if same else None
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
+            return None
+        return found
+
+    def _file(self, slide: Slide) -> Path:
+        # Slides of one name come from many folders.
+        place = hashlib.sha256(slide.path.encode(errors="surrogateescape")).hexdigest()[:12]
+        return self.path / SLIDES / f"{Path(slide.path).name[:40]}-{place}.json"
+
+
+def claim(path: Path, asked: Asked, *, force: bool) -> RunFolder:
+    """Check, before anything is written, that a run may go into ``path``.
+
+    Raises
+    ------
+    LutgenError
+        Not a folder, someone else's files, or a run that asked something else, without ``force``.
+
+    """
+    in_the_way = next((place for place in (path, *path.parents) if place.exists()), path)
+    if in_the_way.exists() and not in_the_way.is_dir():
+        raise LutgenError(f"{in_the_way}: is a file, and a run is a folder. Choose another with -o.")
+    recipe = recipe_of(asked, path)
+    before = _read(path)
+    if before is None:
+        return RunFolder(path, recipe, other=False)
+    changed = [name for name in recipe if before.get(name) != recipe[name]]
+    if changed and not force:
+        message = (
+            f"{path}: holds a run that asked something else ({', '.join(changed)}). Add --force to give its "
+            "results up, or choose another folder with -o."
+        )
+        raise LutgenError(message)
+    return RunFolder(path, recipe, other=bool(changed))
+
+
+def recipe_of(asked: Asked, path: Path) -> dict[str, Any]:
+    """Say what decides the results of a run into ``path``, in words of the command line, ready for JSON.
+
+    Raises
+    ------
+    LutgenError
+        The model cannot be found again: its readings, or an effect, come from no file.
+
+    """
+    return {
+        "schema": SCHEMA,
+        "version": asked.version,
+        "model": hashlib.sha256(model_text(asked.model, path.resolve())).hexdigest(),
+        "tolerances": list(asked.tolerances),
+        "modes": list(asked.modes),
+        "hours": list(asked.hours),
+        "tissue": asked.tissue,
+        "source": asked.source,
+    }
+
+
+def _read(path: Path) -> dict[str, Any] | None:
+    """Return what a run asked; None for a folder that is empty or not there."""
+    advice = "Was it edited? Choose another folder with -o."
+    try:
+        content = json.loads(bytes_at_most(path / OPTIONS, MAX_BYTES, none="run", advice=advice))
+    except FileNotFoundError:
+        stranger = min((each.name for each in path.iterdir()), default="") if path.is_dir() else ""
+        if not stranger or stranger.endswith(PARTIAL):
+            return None
+        message = (
+            f"{path}: holds files that are no run of lutgen's, such as {stranger}. Choose an empty or new folder "
+            "with -o."
+        )
+        raise LutgenError(message) from None
+    except LutgenError:  # a ValueError too
+        raise
+    except (OSError, ValueError, RecursionError) as error:
+        message = f"{path / OPTIONS}: cannot be read ({error}). {advice}"
+        raise LutgenError(message) from None
+    if not isinstance(content, dict) or "tolerances" not in content:
+        message = f"{path / OPTIONS}: says nothing of a cohort. Choose another folder with -o."
+        raise LutgenError(message)
+    return content
+
+
+def _text(content: Mapping[str, Any]) -> bytes:
+    return (json.dumps(content, indent=1, allow_nan=False) + "\n").encode()

@@ -1,0 +1,299 @@
+"""``difference_map``: ΔE2000 of every pixel between the un-aged and the aged display, the paper's Figure 6.
+
+The file is read twice: once for its distinct colours, of which the statistics are taken exactly as ``lifetime`` takes
+them, and once pixel by pixel. ΔE2000 of 8-bit pixels is looked up by colour; that of others is computed for each, not
+for the middle of its bin. A map for people is smaller than a large picture, by means over squares; the map in numbers
+(EXR, TIFF: one channel of single floats) has every pixel, NaN where alpha is 0 and there is nothing to see.
+"""
+
+from __future__ import annotations
+
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lutgen.bindings import oiio
+from lutgen.display import what_pictures_carry
+from lutgen.errors import LutgenError, pick_one
+from lutgen.files import check_name, replacing
+from lutgen.names import AGING_MODES, MAP_SUFFIXES, SIGNAL, SOURCES
+from lutgen.pictures.area_means import AreaMeans, Grid, whole_factor
+from lutgen.pictures.blocks import open_blocks
+from lutgen.pictures.curve import statistics
+from lutgen.pictures.difference import differences
+from lutgen.pictures.distinct import count_colours
+from lutgen.pictures.encoding import Decoder
+from lutgen.pictures.lifetime import binning_error
+from lutgen.pictures.schema import seen_on
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from lutgen.colorimetry import Array
+    from lutgen.display import AgedDisplay, DisplayModel
+    from lutgen.pictures.blocks import Blocks, Place
+    from lutgen.pictures.distinct import Colours, Counts
+    from lutgen.pictures.encoding import Storage, Stored
+
+#: Pixels of the longest side of a map for people: more do not fit on a screen beside its scale.
+LONGEST = 1000
+
+#: Width of the histogram's bins in ΔE2000.
+BIN = 0.1
+
+Singles = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class DifferenceMap:
+    """ΔE2000 of an image's pixels in one mode at one hour.
+
+    Attributes
+    ----------
+    file, mode, hours
+        What was looked at.
+    model
+        The display.
+    pixels, colours
+        How many pixels count (not those of alpha 0), and of how many distinct colours.
+    binning_error
+        The most that a statistic is off because colours were counted in bins, as in ``lifetime``; 0: exact. The maps
+        themselves are exact.
+    mean, sd, p95, p99, largest
+        As in ``Curve``.
+    shown
+        The map for people, (h, w): means over ``factor`` × ``factor`` pixels; NaN where there is nothing to see.
+    factor
+        1 for images of up to ``LONGEST`` pixels a side.
+    values, counts
+        ΔE2000 of the distinct colours, and pixels of each: (n,) both.
+
+    """
+
+    file: str
+    mode: str
+    hours: float
+    model: DisplayModel
+    pixels: int
+    colours: int
+    binning_error: float
+    mean: float
+    sd: float
+    p95: float
+    p99: float
+    largest: float
+    shown: Array
+    factor: int
+    values: Array = field(repr=False)
+    counts: Counts = field(repr=False)
+
+    def share(self, above: float) -> float:
+        """Share of the pixels whose ΔE2000 is larger than ``above``."""
+        return float(self.counts[self.values > above].sum() / self.pixels)
+
+    def histogram(self) -> NDArray[np.int64]:
+        """Pixels in bins of ``BIN`` ΔE2000 from 0 on, shape (n,); the last bin holds the largest."""
+        bins: NDArray[np.intp] = (self.values / BIN).astype(np.intp)
+        return np.rint(np.bincount(bins, self.counts)).astype(np.int64)
+
+    def remarks(self) -> list[str]:
+        """Say under which conditions the display was seen: sentences, none where nothing depends on them."""
+        return what_pictures_carry(self.model)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what ``--json`` writes: see ``lutgen/pictures/schema/map.json``."""
+        return {
+            "schema": 1,
+            **seen_on(self.model),
+            "file": self.file,
+            "mode": self.mode,
+            "hours": self.hours,
+            "pixels": self.pixels,
+            "colours": self.colours,
+            "binning_error": self.binning_error,
+            "delta_e": {
+                "mean": self.mean,
+                "sd": self.sd,
+                "mean_plus_2_sd": self.mean + 2.0 * self.sd,
+                "p95": self.p95,
+                "p99": self.p99,
+                "max": self.largest,
+            },
+            "histogram": {"bin": BIN, "pixels": [int(count) for count in self.histogram()]},
+        }
+
+
+def difference_map(
+    image: str | Path,
+    model: DisplayModel,
+    mode: str,
+    hours: float,
+    *,
+    floats: Sequence[str | Path] = (),
+    source: str = "auto",
+    force: bool = False,
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
+) -> DifferenceMap:
+    """Find by how much aging changes each pixel of an image.
+
+    Parameters
+    ----------
+    image
+        PNG, JPEG, TIFF, EXR, RGB or RGBA; slides (.svs, .ndpi, .mrxs) with the extra ``slides``.
+    model
+        The display.
+    mode, hours
+        One of the modes that age, and the operating hours.
+    floats
+        Write the map in numbers here too: .exr, .tif.
+    source
+        What the numbers of the image are: ``auto``, ``signal`` or ``linear``, as for ``apply``.
+    force
+        Replace ``floats`` where it exists.
+    progress
+        Called with the work done and the work in all, in thousandths.
+
+    Raises
+    ------
+    LutgenError
+        An image that cannot be read, a mode that does not age, an unknown source, an hour outside the measured span or
+        the luminance law's, or a file that cannot be written; nothing is written then.
+
+    """
+    path = Path(image)
+    if mode not in AGING_MODES:
+        raise pick_one("mode that ages", mode, AGING_MODES)
+    if source not in SOURCES:
+        raise pick_one("source", source, SOURCES)
+    model.at(mode, hours)
+    files = [_check_floats(Path(file), path, force=force) for file in floats]
+    colours = count_colours(path, source, lambda done, total: progress(500 * done // total, 1000))
+    unaged, aged = model.at("stable", 0.0), model.at(mode, hours)
+    (values,) = differences(colours.code, len(colours), unaged, [aged])
+    with open_blocks(path, source) as blocks:
+        find: Callable[[Stored], Singles] = partial(_computed, unaged, aged, blocks.storage)
+        if blocks.storage.dtype == np.uint8 and not blocks.storage.associated:
+            find = partial(_looked_up, _table_of(colours, values))
+        factor = whole_factor(blocks.height, blocks.width, LONGEST)
+        means = AreaMeans(Grid.squares(blocks.height, blocks.width, factor), 1)
+        with ExitStack() as stack:
+            writers = [stack.enter_context(_floats(file, blocks)) for file in files]
+            for place, stored in blocks.read(lambda done, total: progress(500 + 500 * done // total, 1000)):
+                found = _of_block(find, stored, blocks.storage)
+                means.add(place, found[..., np.newaxis].astype(np.float64), np.isfinite(found).astype(np.float64))
+                for write in writers:
+                    write(place, found)
+    mean, sd, p95, p99, largest = statistics(values, colours.counts)
+    return DifferenceMap(
+        file=str(image),
+        mode=mode,
+        hours=float(hours),
+        model=model,
+        pixels=colours.pixels,
+        colours=len(colours),
+        binning_error=binning_error(colours, model, [mode], [float(hours)]),
+        mean=mean,
+        sd=sd,
+        p95=p95,
+        p99=p99,
+        largest=largest,
+        shown=means.means()[..., 0],
+        factor=factor,
+        values=values,
+        counts=colours.counts,
+    )
+
+
+def _computed(unaged: AgedDisplay, aged: AgedDisplay, storage: Storage, stored: Stored) -> Singles:
+    """ΔE2000 of pixels, (n, channels) → (n,), each for itself."""
+    planes, _ = Decoder(storage, SIGNAL)(stored)
+    code = planes.T
+    (found,) = differences(code.__getitem__, len(code), unaged, [aged])
+    return np.asarray(found, np.float32)
+
+
+def _table_of(colours: Colours, values: Array) -> Singles:
+    """ΔE2000 of all 8-bit colours, (2**24,): 64 MB; 0 where a colour does not occur."""
+    table = np.zeros(1 << 24, np.float32)
+    table[colours.keys] = values
+    return table
+
+
+def _looked_up(table: Singles, stored: Stored) -> Singles:
+    """ΔE2000 of 8-bit pixels, (n, channels) → (n,)."""
+    red, green, blue = (stored[:, channel].astype(np.uint32) for channel in range(3))
+    return np.asarray(table.take(red << np.uint32(16) | green << np.uint32(8) | blue))
+
+
+def _of_block(find: Callable[[Stored], Singles], stored: Stored, storage: Storage) -> Singles:
+    """ΔE2000 of a block, (rows, columns); NaN where alpha is 0."""
+    flat = stored.reshape(-1, storage.channels)
+    if not storage.alpha or (flat[:, 3] != 0).all():
+        return find(flat).reshape(stored.shape[:2])
+    seen = flat[:, 3] != 0
+    found = np.full(len(flat), np.nan, np.float32)
+    if seen.any():
+        found[seen] = find(flat[seen])
+    return found.reshape(stored.shape[:2])
+
+
+def _check_floats(path: Path, image: Path, *, force: bool) -> Path:
+    if path.suffix.lower() not in MAP_SUFFIXES:
+        raise pick_one("suffix of a map in numbers", path.suffix or path.name, MAP_SUFFIXES)
+    check_name(path)
+    if path.is_dir():
+        raise LutgenError(f"{path}: is a folder. Choose the name of a file.")
+    if path.exists() and image.exists() and path.samefile(image):
+        raise LutgenError(f"{path}: is the image itself, which is never written to. Choose another name.")
+    if path.exists() and not force:
+        raise LutgenError(f"{path}: exists already. Choose another name, or replace it with force.")
+    return path
+
+
+@contextmanager
+def _floats(path: Path, blocks: Blocks) -> Iterator[Callable[[Place, Singles], None]]:
+    """Give what writes a block of the map in numbers."""
+    with replacing(path) as partial:
+        # Python's own attempt says why a file cannot be made, in words.
+        partial.touch()
+        file = oiio().ImageOutput.create(MAP_SUFFIXES[path.suffix.lower()])
+
+        def check(done: bool) -> None:
+            if not done:
+                file.geterror()
+                raise OSError(f"OpenImageIO cannot finish the {path.suffix} file")
+
+        def write(place: Place, found: Singles) -> None:
+            rows, values = (place.top, place.bottom), np.ascontiguousarray(found[..., np.newaxis])
+            if blocks.tile:
+                check(file.write_tiles(place.left, place.right, *rows, 0, 1, values))
+            else:
+                check(file.write_scanlines(*rows, 0, values))
+
+        check(file.open(str(partial), _spec(blocks)))
+        try:
+            yield write
+        except BaseException:
+            file.close()
+            file.geterror()
+            raise
+        check(file.close())
+
+
+def _spec(blocks: Blocks) -> Any:
+    spec = oiio().ImageSpec(blocks.width, blocks.height, 1, "float")
+    spec.channelnames = ("Y",)
+    spec.attribute("compression", "zip")
+    spec.attribute("ImageDescription", "CIEDE2000 between the un-aged and the aged display")
+    spec.attribute("Orientation", blocks.orientation)
+    # Without a date OpenImageIO writes today's, and no two runs give the same bytes.
+    spec.attribute("DateTime", "")
+    if blocks.tile:
+        spec.tile_height, spec.tile_width = blocks.tile
+        spec.tile_depth = 1
+    return spec

@@ -1,0 +1,292 @@
+"""The distinct colours of an image and how often each occurs: one pass over the file, whatever its size.
+
+What is a sum over pixels, such as a mean ΔE2000, is then a weighted sum over distinct colours, of which an 8-bit image
+has at most 16.7 million and a tissue image a few hundred thousand.
+
+8-bit colours are counted exactly, in a table of all of them (134 MB). Others are counted in 16 bits a channel, exactly
+for 16-bit images, until there are more than ``LIMIT`` distinct ones; then in 15, 14, … bits, the finest that give no
+more. Neither counts nor bits depend on the order of the pixels. Pixels of alpha 0 show nothing and are not counted;
+others count whole.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from itertools import islice
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lutgen.errors import LutgenError
+from lutgen.names import SIGNAL
+from lutgen.pictures.difference import threads
+from lutgen.pictures.encoding import Decoder, NotFiniteError
+from lutgen.pictures.images import open_source
+from lutgen.pictures.slides import SUFFIXES, open_slide
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+    from pathlib import Path
+
+    from lutgen.colorimetry import Array
+    from lutgen.pictures.encoding import Storage, Stored
+
+#: Distinct colours of images of more than 8 bits: 130 MB while they are sorted.
+LIMIT = 1 << 20
+
+#: Bits a channel of the finest bins.
+FINEST = 16
+
+#: Pixels, or entries of the table of 8-bit colours, that are looked at together: there is no memory for all.
+_SLICE = 1 << 18
+
+Keys = NDArray[Any]
+Counts = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Colours:
+    """Distinct colours.
+
+    Attributes
+    ----------
+    keys
+        One number a colour, increasing, shape (n,).
+    counts
+        Pixels of each colour, shape (n,).
+    decode
+        Keys (m,) → code values (m, 3) in 0..1.
+    bits
+        Bits a channel that colours are told apart by.
+    half_bin
+        How far a pixel's code values may lie from those of its colour; 0 where they are counted exactly.
+
+    """
+
+    keys: Keys
+    counts: Counts
+    decode: Callable[[Keys], Array]
+    bits: int
+    half_bin: float = 0.0
+
+    def __len__(self) -> int:
+        return len(self.keys)
+
+    @property
+    def pixels(self) -> int:
+        """Pixels that were counted."""
+        return int(self.counts.sum())
+
+    def code(self, part: slice = slice(None)) -> Array:
+        """Code values of some colours, (m, 3) in 0..1."""
+        return self.decode(self.keys[part])
+
+
+def count_colours(
+    path: Path, source: str = "auto", progress: Callable[[int, int], None] = lambda _done, _total: None
+) -> Colours:
+    """Count the distinct colours of an image or a slide, reading it once.
+
+    Parameters
+    ----------
+    path
+        PNG, JPEG, TIFF, EXR, or a slide (:data:`lutgen.pictures.slides.SUFFIXES`).
+    source
+        What the numbers are: ``auto``, ``signal`` or ``linear``, as for ``apply``.
+    progress
+        Called with the blocks read and the blocks in all.
+
+    Raises
+    ------
+    LutgenError
+        A file that cannot be read to its end, a pixel that is NaN or infinite, or nothing but pixels of alpha 0.
+
+    """
+    with _opened(path, source) as (storage, reads, workers):
+        exact = storage.dtype == np.uint8 and not storage.associated
+        counter: _Exact | _Binned = _Exact(storage) if exact else _Binned(storage)
+        for done, stored in enumerate(_ahead(reads, workers)):
+            try:
+                counter.add(_visible(stored.reshape(-1, storage.channels)))
+            except NotFiniteError:
+                raise _not_finite(path, reads[done].args, stored) from None
+            progress(done + 1, len(reads))
+    colours = counter.colours()
+    if not len(colours):
+        raise LutgenError(f"{path}: every pixel is transparent (alpha 0): there is nothing to see.")
+    return colours
+
+
+class _Opened(NamedTuple):
+    storage: Storage
+    reads: list[partial[Stored]]
+    workers: int
+
+
+@contextmanager
+def _opened(path: Path, source: str) -> Iterator[_Opened]:
+    """Give an image's storage, what reads each of its blocks, and how many may be read at a time."""
+    if path.suffix.lower() in SUFFIXES:
+        with open_slide(path) as slide:
+            yield _Opened(slide.storage, [partial(slide.read, *corner) for corner in slide.regions()], threads())
+    else:
+        with open_source(path, source) as image:
+            yield _Opened(image.storage, [partial(image.read, *block) for block in image.blocks()], 1)
+
+
+def _ahead(reads: Sequence[partial[Stored]], workers: int) -> Iterator[Stored]:
+    """Give all blocks in turn, the next ones being read meanwhile; few are held at a time."""
+    with ThreadPoolExecutor(workers) as pool:
+        waiting, running = iter(reads), []
+        running += [pool.submit(read) for read in islice(waiting, workers + 1)]
+        try:
+            while running:
+                stored = running.pop(0).result()
+                running += [pool.submit(read) for read in islice(waiting, 1)]
+                yield stored
+        finally:
+            for each in running:
+                each.cancel()
+
+
+def _visible(stored: Stored) -> Stored:
+    """Leave out pixels of alpha 0: (n, channels) → (m, channels)."""
+    if stored.shape[1] == 3:
+        return stored
+    visible = stored[:, 3] != 0
+    return stored if visible.all() else stored[visible]
+
+
+def _not_finite(path: Path, place: tuple[Any, ...], stored: Stored) -> LutgenError:
+    first_row, _, left, _ = place
+    bad = ~np.isfinite(stored).all(axis=2)
+    if stored.shape[2] == 4:
+        bad &= stored[..., 3] != 0
+    row, column = np.argwhere(bad)[0]
+    return LutgenError(
+        f"{path}: pixel ({left + column}, {first_row + row}) is NaN or infinite, which no display can show. "
+        "Repair the image first."
+    )
+
+
+class _Exact:
+    """Counts 8-bit colours in a table of all of them."""
+
+    def __init__(self, storage: Storage) -> None:
+        self._table = np.zeros(1 << 24, np.int64)
+        self._decoder = Decoder(storage, SIGNAL)
+
+    def add(self, stored: Stored) -> None:
+        """Count pixels (n, channels)."""
+        packed = stored[:, 0].astype(np.uint32)
+        for channel in (1, 2):
+            packed <<= np.uint32(8)
+            packed |= stored[:, channel]
+        np.add.at(self._table, packed, 1)
+
+    def colours(self) -> Colours:
+        """Give what was counted; the table is used up."""
+        keys, counts = _squeezed(self._table)
+        # Released before keys are joined: both do not fit into the memory that is promised.
+        del self._table
+        return Colours(np.concatenate(keys), counts, partial(_code_of_bytes, self._decoder), 8)
+
+
+def _squeezed(table: Counts) -> tuple[list[Keys], Counts]:
+    """Return the places of a table that hold something, in parts, and what they hold; the table is written over."""
+    keys, size = [], 0
+    for start in range(0, len(table), _SLICE):
+        part = table[start : start + _SLICE]
+        found = np.flatnonzero(part)
+        keys.append((found + start).astype(np.uint32))
+        table[size : size + len(found)] = part[found]
+        size += len(found)
+    few = table[:size].max(initial=0) < 1 << 32
+    return keys, table[:size].astype(np.uint32 if few else np.int64)
+
+
+def _code_of_bytes(decoder: Decoder, keys: Keys) -> Array:
+    stored = np.stack([keys >> 16 & 255, keys >> 8 & 255, keys & 255], axis=1).astype(np.uint8)
+    planes, _ = decoder(np.pad(stored, ((0, 0), (0, decoder.storage.channels - 3)), constant_values=255))
+    return planes.T
+
+
+class _Binned:
+    """Counts colours in sorted lists, in as many bits a channel as ``LIMIT`` allows."""
+
+    def __init__(self, storage: Storage) -> None:
+        self._decoder, self._bits = Decoder(storage, SIGNAL), FINEST
+        self._keys: Keys = np.zeros(0, np.uint64)
+        self._counts: Counts = np.zeros(0, np.int64)
+        self._pending: list[tuple[Keys, Counts]] = []
+        # Sixteen bits hold a 16-bit signal as it is; of other numbers they are the nearest.
+        self._exact = storage.dtype == np.uint16 and storage.encoding == SIGNAL and not storage.associated
+
+    def add(self, stored: Stored) -> None:
+        """Count pixels (n, channels). Raises NotFiniteError for NaN and infinity."""
+        for start in range(0, len(stored), _SLICE):
+            planes, _ = self._decoder(stored[start : start + _SLICE])
+            levels = np.rint(planes * 65535.0).astype(np.uint64) >> np.uint64(FINEST - self._bits)
+            self._pending.append(np.unique(_joined(levels, self._bits), return_counts=True))
+            if sum(len(keys) for keys, _ in self._pending) > LIMIT:
+                self._merge()
+
+    def colours(self) -> Colours:
+        """Give what was counted."""
+        self._merge()
+        half = ((1 << (FINEST - self._bits)) - self._exact) / 2.0 / 65535.0
+        return Colours(self._keys, self._counts, partial(_code_of_bin, self._bits), self._bits, half)
+
+    def _merge(self) -> None:
+        keys, counts = zip((self._keys, self._counts), *self._pending, strict=True)
+        joined = np.concatenate(keys), np.concatenate(counts)
+        # Released before the sort, which needs the memory.
+        del keys, counts
+        self._pending.clear()
+        self._keys, self._counts = _merged(*joined)
+        del joined
+        while len(self._keys) > LIMIT:
+            self._keys = _coarser(self._keys, self._bits)
+            self._bits -= 1
+            self._keys, self._counts = _merged(self._keys, self._counts)
+
+
+def _merged(keys: Keys, counts: Counts) -> tuple[Keys, Counts]:
+    """Sort keys and add up the counts of equal ones."""
+    if not len(keys):
+        return keys, counts
+    order = np.argsort(keys, kind="stable")
+    keys = keys[order]
+    first = np.flatnonzero(np.concatenate([[True], keys[1:] != keys[:-1]]))
+    return keys[first], np.add.reduceat(counts[order], first)
+
+
+def _coarser(keys: Keys, bits: int) -> Keys:
+    """Drop the lowest bit of each channel: (n,) keys → (n,)."""
+    coarser = keys >> np.uint64(2 * bits + 1) << np.uint64(2 * bits - 2)
+    mask = np.uint64((1 << (bits - 1)) - 1)
+    for place in (1, 0):
+        coarser |= (keys >> np.uint64(place * bits + 1) & mask) << np.uint64(place * (bits - 1))
+    return coarser
+
+
+def _joined(levels: Keys, bits: int) -> Keys:
+    """(3, n) levels of so many bits → (n,) keys."""
+    red, green, blue = levels
+    return np.asarray((red << np.uint64(2 * bits)) | (green << np.uint64(bits)) | blue)
+
+
+def _levels(keys: Keys, bits: int) -> Keys:
+    """(n,) keys → (3, n) levels."""
+    mask = np.uint64((1 << bits) - 1)
+    return np.stack([keys >> np.uint64(2 * bits) & mask, keys >> np.uint64(bits) & mask, keys & mask])
+
+
+def _code_of_bin(bits: int, keys: Keys) -> Array:
+    """Middles of the bins, (n, 3) in 0..1."""
+    width = 1 << (FINEST - bits)
+    return np.asarray((_levels(keys, bits) * float(width) + (width - 1) / 2.0).T / 65535.0)

@@ -1,0 +1,290 @@
+"""``lifetime``: how pictures change as a display ages, and the hours until the change passes a tolerance.
+
+The paper's simulation (Avanaki et al., section 3, Figure 5 and Table 1) for any image: ΔE2000 between what the un-aged
+and the aged display show, over all pixels, against operating hours. Every number comes from the image's distinct
+colours, so that a slide is read once and hours and modes cost the same for a thumbnail and for a slide.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.display import what_pictures_carry
+from lutgen.display.hours import MAX_HOURS
+from lutgen.errors import LutgenError, pick_one
+from lutgen.names import AGING_MODES, SOURCES
+from lutgen.pictures.curve import STATISTICS, Curve, curves_of
+from lutgen.pictures.difference import differences
+from lutgen.pictures.distinct import Colours, count_colours
+from lutgen.pictures.schema import seen_on
+from lutgen.pictures.tissue import Tissue, tissue_only
+from lutgen.pictures.uncertainty import intervals
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from lutgen.display import DisplayModel
+    from lutgen.pictures.uncertainty import Intervals
+
+#: ΔE2000 that the paper asks for: just noticeable side by side, and clearly seen.
+TOLERANCES = (3.0, 5.0)
+
+#: Bins whose corners are compared with their middles.
+_PROBES = 1024
+
+
+@dataclass(frozen=True)
+class ImageLifetime:
+    """One image.
+
+    Attributes
+    ----------
+    file
+        Its path.
+    pixels, colours
+        How many pixels count, and of how many distinct colours.
+    bits
+        Bits a channel that colours are told apart by.
+    binning_error
+        The most that ΔE2000 of a pixel is off because colours were counted in bins, at any hour, as found at the
+        corners of many bins; 0 where they were counted exactly.
+    tissue
+        What was left out; None when it was not asked for.
+    curves
+        Mode → curve.
+    intervals
+        95 % intervals of lifetimes; None where the model says nothing of its uncertainty.
+
+    """
+
+    file: str
+    pixels: int
+    colours: int
+    bits: int
+    binning_error: float
+    tissue: Tissue | None
+    curves: dict[str, Curve]
+    intervals: Intervals | None
+
+
+@dataclass(frozen=True)
+class Lifetimes:
+    """What :func:`lifetime` found.
+
+    Attributes
+    ----------
+    images
+        In the order given.
+    tolerances
+        ΔE2000, in the order given.
+    model
+        The display.
+
+    """
+
+    images: tuple[ImageLifetime, ...]
+    tolerances: tuple[float, ...]
+    model: DisplayModel
+
+    @property
+    def modes(self) -> tuple[str, ...]:
+        """The modes of every image."""
+        return tuple(self.images[0].curves)
+
+    @property
+    def last(self) -> float:
+        """The last hour that was looked at."""
+        return float(self.images[0].curves[self.modes[0]].hours[-1])
+
+    def remarks(self) -> list[str]:
+        """Say under which conditions the display was seen: sentences, none where nothing depends on them."""
+        return what_pictures_carry(self.model)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what ``--json`` writes: see ``lutgen/pictures/schema/lifetime.json``."""
+        return {
+            "schema": 1,
+            **seen_on(self.model),
+            "images": [self._image(image) for image in self.images],
+        }
+
+    def as_csv(self) -> str:
+        """Return what ``--csv`` writes: Table 1, a line an image and mode; hours, empty where never reached."""
+        return "\n".join([*self.csv_rows(), ""])
+
+    def csv_rows(self) -> list[str]:
+        """Return the rows of :meth:`as_csv`, the first of which names the columns."""
+        columns = list(product(self.tolerances, STATISTICS))
+        rows = [",".join(["file", "mode", *(f"{statistic}_{tolerance:g}" for tolerance, statistic in columns)])]
+        for image in self.images:
+            for mode, curve in image.curves.items():
+                lives = [curve.hours_until(statistic, tolerance) for tolerance, statistic in columns]
+                rows.append(",".join([csv_text(image.file), mode, *map(csv_hours, lives)]))
+        return rows
+
+    def _image(self, image: ImageLifetime) -> dict[str, Any]:
+        return {
+            "file": image.file,
+            "pixels": image.pixels,
+            "colours": image.colours,
+            "bits": image.bits,
+            "binning_error": image.binning_error,
+            "tissue": None
+            if image.tissue is None
+            else {"threshold_L": image.tissue.threshold, "left_out_share": image.tissue.left_out_share},
+            "modes": {
+                mode: {
+                    "lifetimes": {f"{each:g}": self._lives(image, mode, each) for each in self.tolerances},
+                    "curve": _points(curve),
+                }
+                for mode, curve in image.curves.items()
+            },
+        }
+
+    def _lives(self, image: ImageLifetime, mode: str, tolerance: float) -> dict[str, Any]:
+        lives = {name: image.curves[mode].hours_until(name, tolerance) for name in STATISTICS}
+        return {**lives, "interval": image.intervals and image.intervals[mode][tolerance]}
+
+
+def csv_text(text: str) -> str:
+    """Quote a text for CSV where it has to be (RFC 4180)."""
+    quoted = text.replace('"', '""')
+    return f'"{quoted}"' if set(quoted) & set('",\n') else quoted
+
+
+def csv_hours(hours: float | None) -> str:
+    """Write hours for CSV; nothing where a tolerance is never reached."""
+    return "" if hours is None else f"{hours:.1f}"
+
+
+def _points(curve: Curve) -> list[dict[str, float]]:
+    columns = {
+        "hours": curve.hours,
+        "mean": curve.mean,
+        "sd": curve.sd,
+        "mean_plus_2_sd": curve.max,
+        "p95": curve.p95,
+        "p99": curve.p99,
+        "max": curve.largest,
+    }
+    return [dict(zip(columns, map(float, values), strict=True)) for values in zip(*columns.values(), strict=True)]
+
+
+def lifetime(
+    images: Sequence[str | Path],
+    model: DisplayModel,
+    *,
+    tolerances: Sequence[float] = TOLERANCES,
+    modes: Sequence[str] = AGING_MODES,
+    hours: Sequence[float] | None = None,
+    tissue: bool = False,
+    source: str = "auto",
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
+) -> Lifetimes:
+    """Find ΔE2000 against hours for images, and the hours until it passes each tolerance.
+
+    Parameters
+    ----------
+    images
+        PNG, JPEG, TIFF, EXR, RGB or RGBA; slides (.svs, .ndpi, .mrxs) with the extra ``slides``.
+    model
+        The display.
+    tolerances
+        ΔE2000, above 0.
+    modes
+        Aging modes.
+    hours
+        Operating hours; None: every measured time. Hour 0 is added, where lifetimes begin. Between them the curve is
+        taken as straight.
+    tissue
+        Leave bare glass out.
+    source
+        What the numbers of an image are: ``auto``, ``signal`` or ``linear``, as for ``apply``.
+    progress
+        Called with the work done and the work in all, in thousandths of an image.
+
+    Raises
+    ------
+    LutgenError
+        No image, one that cannot be read, one without tissue when only tissue is asked for, an unknown source, a
+        tolerance that is not above 0, or hours outside the measured span or the luminance law's.
+
+    """
+    if not images:
+        raise LutgenError("no image was given. Give at least one.")
+    checked, chosen = check_asked(model, tolerances=tolerances, modes=modes, hours=hours, source=source)
+    found = []
+    for done, image in enumerate(images):
+
+        def share(first: int, width: int, done: int = done) -> Callable[[int, int], None]:
+            return lambda part, whole: progress(1000 * done + first + width * part // max(whole, 1), 1000 * len(images))
+
+        path = Path(image)
+        colours = count_colours(path, source, share(0, 500))
+        colours, kept = tissue_only(colours, path) if tissue else (colours, None)
+        curves = curves_of(colours, model, modes, chosen, share(500, 300))
+        found.append(
+            ImageLifetime(
+                file=str(image),
+                pixels=colours.pixels,
+                colours=len(colours),
+                bits=colours.bits,
+                binning_error=binning_error(colours, model, modes, chosen),
+                tissue=kept,
+                curves=curves,
+                intervals=intervals(colours, model, curves, checked, share(800, 200)),
+            )
+        )
+        progress(1000 * (done + 1), 1000 * len(images))
+    return Lifetimes(tuple(found), checked, model)
+
+
+def check_asked(
+    model: DisplayModel,
+    *,
+    tolerances: Sequence[float],
+    modes: Sequence[str],
+    hours: Sequence[float] | None,
+    source: str,
+) -> tuple[tuple[float, ...], list[float]]:
+    """Return tolerances, and hours in order from 0 on, before any image is read; errors as in :func:`lifetime`."""
+    if source not in SOURCES:
+        raise pick_one("source", source, SOURCES)
+    checked = check_tolerances(tolerances)
+    chosen = sorted({0.0, *map(float, model.tips.hours if hours is None else hours)})
+    if len(chosen) > MAX_HOURS:
+        raise LutgenError(f"{len(chosen)} hours are more than {MAX_HOURS}. Give fewer.")
+    for mode, hour in product(modes, chosen):
+        model.at(mode, hour)
+    return checked, chosen
+
+
+def check_tolerances(tolerances: Sequence[float]) -> tuple[float, ...]:
+    """Return tolerances, each once, in the order given. Raises LutgenError for none, or one that is not above 0."""
+    if not tolerances:
+        raise LutgenError("no tolerance was given. Give colour differences above 0, such as 3,5.")
+    for tolerance in tolerances:
+        if not (isfinite(tolerance) and tolerance > 0):
+            message = f"tolerance {tolerance:g}: a tolerated ΔE2000 is a finite number above 0, such as 3 or 5."
+            raise LutgenError(message)
+    return tuple(dict.fromkeys(map(float, tolerances)))
+
+
+def binning_error(colours: Colours, model: DisplayModel, modes: Sequence[str], hours: Sequence[float]) -> float:
+    """Return the largest change of ΔE2000 from the middle of a bin to its corners, over many bins, modes and hours."""
+    if not colours.half_bin:
+        return 0.0
+    which = np.unique(np.linspace(0, len(colours) - 1, _PROBES).astype(np.intp))
+    middle = np.concatenate([colours.code(slice(place, place + 1)) for place in which])
+    corners = np.array(list(product((-1.0, 0.0, 1.0), repeat=3))) * colours.half_bin
+    code = np.clip(middle[:, np.newaxis] + corners, 0.0, 1.0).reshape(-1, 3)
+    displays = [model.at(mode, hour) for mode in modes for hour in hours]
+    change = differences(code.__getitem__, len(code), model.at("stable", 0.0), displays)
+    change = change.reshape(len(displays), len(which), len(corners))
+    return float(np.abs(change - change[..., len(corners) // 2, np.newaxis]).max())

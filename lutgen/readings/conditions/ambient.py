@@ -1,0 +1,58 @@
+"""The room's light that falls on the screen."""
+
+from __future__ import annotations
+
+from lutgen.readings.conditions.declare import Array, Column, Condition, Values, greys, joined
+
+#: Room light that differs by less, in lux or as a share, is the same: a lux meter repeats to about this.
+TOLERANCE_LX, TOLERANCE_SHARE = 0.5, 0.05
+
+
+def _span(_values: Array, rest: float) -> tuple[float, float]:
+    away = max(TOLERANCE_LX, TOLERANCE_SHARE * rest)
+    return rest - away, rest + away
+
+
+def _signatures(values: Values, _rest: Values) -> dict[str, Array]:
+    return {"room light": values["ambient_lx"] / (values["ambient_lx"] + 100.0)}
+
+
+CONDITION = Condition(
+    name="room light",
+    place=2,
+    columns=(
+        Column(
+            name="ambient_lx",
+            unit="lx",
+            low=0.0,
+            high=200_000.0,
+            meaning="the room's light in lux, from 0 on",
+            blank=0.0,
+            usual=0.0,
+            unlogged=100.0,
+            tried=(0.0, 5.0, 60.0, 400.0),
+            shown=60.0,
+            axis=(0.0, 300.0),
+            words="room light, lux",
+        ),
+    ),
+    cell="ambient",
+    span=_span,
+    depends="the room's light",
+    told=lambda at: f"room light {at['ambient_lx']:g} lx" if at["ambient_lx"] else "dark room",
+    label="{:g} lx".format,
+    sentence="in a room of {}",
+    heading="room light",
+    short="{:g} lx",
+    before="in ",
+    axis="room light, lux",
+    signatures=_signatures,
+    strange=("room light",),
+    variations=(
+        joined(
+            "black, shrouded, and black in the lit room",
+            greys((0.0, 0.0, 0.0), "shrouded"),
+            *(greys((0.0,), ambient_lx=lux) for lux in (40.0, 120.0, 400.0)),
+        ),
+    ),
+)

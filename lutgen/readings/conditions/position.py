@@ -1,0 +1,66 @@
+"""Where on the screen a patch is read."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from lutgen.readings.conditions.declare import Array, Column, Condition, Values, greys, joined, within
+
+
+def _signatures(values: Values, _rest: Values) -> dict[str, Array]:
+    u, v = 2 * values["u"] - 1, 2 * values["v"] - 1
+    return {
+        "side": u,
+        "height": v,
+        "distance from the centre": (u * u + v * v) / 2,
+        "distance from the centre to the fourth": ((u * u + v * v) / 2) ** 2,
+    }
+
+
+_U = Column(
+    name="u",
+    unit="",
+    low=0.0,
+    high=1.0,
+    meaning="the position from the left, 0..1",
+    blank=0.5,
+    usual=0.5,
+    unlogged=0.4,
+    tried=(0.5, 0.0, 0.1, 0.9, 1.0),
+    shown=0.05,
+    axis=(0.5, 1.0),
+    words="position from the left",
+)
+_V = replace(
+    _U, name="v", meaning="the position from the top, 0..1", tried=(0.5, 0.0, 0.2, 0.8, 1.0),
+    words="position from the top",
+)  # fmt: skip
+
+CONDITION = Condition(
+    name="position",
+    place=1,
+    columns=(_U, _V),
+    cell="position",
+    span=within(0.02),
+    depends="position",
+    told=lambda at: "centre" if at["u"] == at["v"] == 0.5 else f"position u = {at['u']:g}, v = {at['v']:g}",
+    label="u {:g}, v {:g}".format,
+    sentence="at {}",
+    heading="position",
+    short="({:g}, {:g})",
+    before="at ",
+    axis="distance from the centre (1: a corner)",
+    signatures=_signatures,
+    strange=("side", "height"),
+    variations=(
+        joined(
+            "nine positions",
+            *(
+                greys((1.0, 0.5), u=u, v=v)
+                for u in (0.1, 0.5, 0.9)
+                for v in (0.1, 0.5, 0.9)
+                if (u, v) != (0.5, 0.5)
+            ),
+        ),
+    ),
+)  # fmt: skip

@@ -1,0 +1,57 @@
+"""Code value of the grey around a patch that does not fill the screen."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.readings.conditions.declare import Array, Column, Condition, Values, greys, joined, within
+from lutgen.readings.conditions.window import told
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+def _matters(values: Values) -> NDArray[np.bool_]:
+    """A patch that fills the screen has nothing around it."""
+    return np.asarray(values["window"] < 1.0) if "window" in values else np.zeros(values["surround"].size, dtype=bool)
+
+
+def _signatures(values: Values, _rest: Values) -> dict[str, Array]:
+    return {"surround": values["surround"]}
+
+
+CONDITION = Condition(
+    name="surround",
+    place=6,
+    columns=(
+        Column(
+            name="surround",
+            unit="",
+            low=0.0,
+            high=1.0,
+            meaning="the code value around the patch, 0..1",
+            blank=0.0,
+            usual=0.0,
+            unlogged=0.1,
+            tried=(0.0, 0.2, 0.5, 1.0),
+            shown=1.0,
+            axis=(0.0, 1.0),
+            words="code value of the surround",
+        ),
+    ),
+    cell="surround",
+    span=within(0.02),
+    depends="the rest of the picture",
+    told=told,
+    label="{:g}".format,
+    sentence="in a surround of {}",
+    heading="",
+    short="surround {:g}",
+    before="in a ",
+    axis="code value of the surround",
+    matters=_matters,
+    signatures=_signatures,
+    variations=(joined("black in a white surround", greys((0.0, 0.1, 0.2), window=0.1, surround=1.0)),),
+)

@@ -1,0 +1,54 @@
+"""Temperature of the panel, or of the room."""
+
+from __future__ import annotations
+
+from math import isnan, nan
+
+import numpy as np
+
+from lutgen.readings.conditions.declare import Array, Column, Condition, Values, greys, joined, within
+
+#: Temperatures of one session that differ by less are the same room; some 0.3 % of luminance a kelvin.
+FEW_KELVINS = 3.0
+
+#: Temperature that is meant where none was logged.
+REFERENCE_C = 25.0
+
+
+def _signatures(values: Values, rest: Values) -> dict[str, Array]:
+    warmer = values["temperature_c"] - rest["temperature_c"]
+    return {} if np.isnan(warmer).all() else {"temperature": np.nan_to_num(warmer) / 10.0}
+
+
+CONDITION = Condition(
+    name="temperature",
+    place=4,
+    columns=(
+        Column(
+            name="temperature_c",
+            unit="°C",
+            low=-50.0,
+            high=150.0,
+            meaning="degrees Celsius",
+            blank=nan,
+            usual=REFERENCE_C,
+            unlogged=30.0,
+            tried=(REFERENCE_C, 5.0, 18.0, 40.0),
+            shown=35.0,
+            axis=(5.0, 45.0),
+            words="temperature, °C",
+        ),
+    ),
+    cell="heat",
+    span=within(FEW_KELVINS),
+    depends="temperature",
+    told=lambda at: f"{at['temperature_c']:g} °C",
+    label=lambda celsius: "unknown" if isnan(celsius) else f"{2 * round(celsius / 2):g} °C",
+    sentence="at {}",
+    heading="temperature",
+    short="{:.0f} °C",
+    before="at ",
+    axis="temperature, °C",
+    signatures=_signatures,
+    variations=(joined("in a room 8 K warmer", greys((1.0, 0.6), temperature_c=REFERENCE_C + 8.0)),),
+)

@@ -1,0 +1,64 @@
+"""Minutes since the display was switched on."""
+
+from __future__ import annotations
+
+from math import inf, isfinite, nan
+
+import numpy as np
+
+from lutgen.readings.conditions.declare import Array, Column, Condition, Values, greys, joined
+
+#: A session goes on warm while each next reading is at most this many times as long after power-on as the one before:
+#: a log of every reading's minutes is then one warm span, and readings on the way up (2, 5, 10, 20, 40, 60) are not.
+STEP = 1.25
+
+
+def _span(values: Array, rest: float) -> tuple[float, float]:
+    """Warm is as long on as when the colour points were read; shorter only in steps that a session's course makes."""
+    low = rest
+    for minutes in np.unique(values[np.isfinite(values) & (values <= rest)])[::-1]:
+        if minutes * STEP < low:
+            break
+        low = float(minutes)
+    return low - 1e-9, inf
+
+
+def _signatures(values: Values, _rest: Values) -> dict[str, Array]:
+    minutes = np.nan_to_num(values["warmup_min"], nan=np.inf)
+    return {"minutes": np.exp(-minutes / 5.0), "minutes, slower": np.exp(-minutes / 25.0)}
+
+
+CONDITION = Condition(
+    name="minutes since power-on",
+    place=3,
+    columns=(
+        Column(
+            name="warmup_min",
+            unit="min",
+            low=0.0,
+            high=1e6,
+            meaning="minutes since power-on, from 0 on",
+            blank=nan,
+            usual=inf,
+            unlogged=30.0,
+            tried=(inf, 0.0, 3.0, 20.0, 90.0),
+            shown=5.0,
+            axis=(0.0, 120.0),
+            words="minutes since power-on",
+        ),
+    ),
+    cell="cold",
+    span=_span,
+    depends="the minutes since power-on",
+    told=lambda at: f"{at['warmup_min']:g} min after power-on" if isfinite(at["warmup_min"]) else "warm",
+    label=lambda minutes: f"{minutes:g} min" if isfinite(minutes) else "warm",
+    sentence="{} after power-on",
+    heading="after power-on",
+    short="{:g} min",
+    before="after ",
+    axis="minutes since power-on",
+    signatures=_signatures,
+    variations=(
+        joined("after power-on", *(greys((1.0, 0.6), warmup_min=minutes) for minutes in (2.0, 5.0, 10.0, 20.0, 40.0))),
+    ),
+)

@@ -1,0 +1,61 @@
+"""Share of the screen that a patch covers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lutgen.readings.conditions.declare import Array, Column, Condition, Values, Variation, within
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+#: White, the primaries, and secondaries of two levels.
+_COLOURS = (
+    (1.0, 1.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0),
+    (1.0, 1.0, 0.0), (0.6, 0.6, 0.0), (1.0, 0.0, 1.0), (0.6, 0.0, 0.6), (0.0, 1.0, 1.0), (0.0, 0.6, 0.6),
+)  # fmt: skip
+
+
+def told(at: Mapping[str, float]) -> str:
+    """Say how large the patch is and what surrounds it."""
+    if at["window"] == 1.0:
+        return "full screen"
+    return f"a window of {100 * at['window']:g} % in a surround of code value {at['surround']:g}"
+
+
+def _signatures(values: Values, _rest: Values) -> dict[str, Array]:
+    return {"window": 1.0 - values["window"]}
+
+
+CONDITION = Condition(
+    name="window",
+    place=5,
+    columns=(
+        Column(
+            name="window",
+            unit="",
+            low=1e-6,
+            high=1.0,
+            meaning="the share of the screen that the patch covers, above 0 and up to 1",
+            blank=1.0,
+            usual=1.0,
+            unlogged=0.9,
+            tried=(1.0, 0.04, 0.1, 0.5),
+            shown=0.1,
+            axis=(0.02, 1.0),
+            words="share of the screen that the colour covers, on white",
+        ),
+    ),
+    cell="window",
+    span=within(0.02),
+    depends="the rest of the picture",
+    told=told,
+    label="{:g}".format,
+    sentence="in windows of {}",
+    heading="window",
+    short="window {:g}",
+    before="in a ",
+    axis="share of the screen",
+    signatures=_signatures,
+    variations=(Variation("10 % windows", tuple((code, {"window": 0.1}, "") for code in _COLOURS)),),
+)

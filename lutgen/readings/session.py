@@ -1,0 +1,165 @@
+"""``Session``: what one run of a measuring program said of one display, checked once and then frozen.
+
+A session is looser than :class:`~lutgen.readings.table.Measurements`: it has a date at best and no operating hours,
+may be relative, and may lack white, black or primaries. What it lacks is said by those who ask for it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from datetime import datetime
+
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+
+#: Kinds of patches, by their drive: the tips, the middle of the cube, and mixtures.
+KINDS = ("white", "black", "grey", "red", "green", "blue", "mixture")
+
+#: A patch is at full drive, at none, or grey when it is so within this: files round at the fifth digit.
+DRIVE_TOLERANCE = 1e-4
+
+#: Readings of a session, at most: profiling charts have up to 10 000 patches.
+MOST_READINGS = 100_000
+
+#: Smallest and largest XYZ, in cd/m² or times white: noise below 0, and nothing brighter than the brightest display.
+LOWEST, HIGHEST_CD_M2, HIGHEST_RELATIVE = -1.0, 1e5, 10.0
+
+
+@dataclass(frozen=True)
+class Session:
+    """The readings of one session, in the order of the file, which is taken for that of reading.
+
+    Attributes
+    ----------
+    drive
+        Code values 0..1, (n, 3).
+    xyz
+        CIE 1931 XYZ, (n, 3): in cd/m² where ``absolute``, else relative with Y = 1 for the display's white.
+    absolute
+        Whether ``xyz`` is in cd/m².
+    names
+        What the file calls each patch; "" where it does not.
+    lines
+        The line of the file that each reading came from, (n,).
+    form
+        Name of the file's format, for people.
+    positions
+        Where on the screen, (n, 2) as shares from the left and the top; None: nobody said.
+    spectra, wavelengths
+        Spectral radiance as the file gives it, (n, k), and nanometres, (k,); or None.
+    calibration
+        The curves that were loaded in the graphics card while it was read, (k, 4): input, red, green and blue, 0..1;
+        None: the file has none.
+    created
+        When it was made; None where the file does not say, or cannot be believed.
+    instrument, display
+        Their names; "" where the file does not say.
+    remarks
+        What reading the file had to decide or could not believe, in sentences.
+    metadata
+        Everything else that the file says: its keywords and their values.
+    file, sha256
+        Where the readings came from, as the user named it, and the hash of those bytes.
+
+    """
+
+    drive: Array
+    xyz: Array
+    absolute: bool
+    names: tuple[str, ...]
+    lines: NDArray[np.int64]
+    form: str
+    positions: Array | None = None
+    spectra: Array | None = None
+    wavelengths: Array | None = None
+    calibration: Array | None = None
+    created: datetime | None = None
+    instrument: str = ""
+    display: str = ""
+    remarks: tuple[str, ...] = ()
+    metadata: Mapping[str, str] = field(default_factory=dict)
+    file: str = "<memory>"
+    sha256: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse what no display does: no readings, too many, values that are not finite or out of range."""
+        if not len(self.drive):
+            message = f"{self.file}: holds no readings. A session has a row of R, G, B and X, Y, Z for every patch."
+            raise LutgenError(message)
+        if len(self.drive) > MOST_READINGS:
+            message = f"{self.file}: {len(self.drive)} readings; a session has at most {MOST_READINGS}. Split the file."
+            raise LutgenError(message)
+        highest = HIGHEST_CD_M2 if self.absolute else HIGHEST_RELATIVE
+        unit = "cd/m²" if self.absolute else "times white"
+        self._refuse(~np.isfinite(np.hstack([self.drive, self.xyz])), "a value is not a finite number")
+        self._refuse((self.drive < 0) | (self.drive > 1), "drive is outside 0..1 of its range")
+        self._refuse(
+            (self.xyz < LOWEST) | (self.xyz > highest), f"XYZ is outside {LOWEST:g} to {highest:g} {unit}, no light"
+        )
+        if self.calibration is not None:
+            check_calibration(self.calibration, self.file)
+
+    def _refuse(self, bad: NDArray[np.bool_], why: str) -> None:
+        rows = bad.any(axis=1)
+        if rows.any():
+            message = f"{self.file}, line {int(self.lines[np.argmax(rows)])}: {why}. Correct the row, or delete it."
+            raise LutgenError(message)
+
+    @property
+    def xyz_cd_m2(self) -> Array:
+        """XYZ in cd/m², (n, 3). Raises LutgenError where the session is relative."""
+        if not self.absolute:
+            message = (
+                f"{self.file}: XYZ are relative to white; how bright white was, the file does not say. "
+                "Measure again with absolute values, or add LUMINANCE_XYZ_CDM2 to a CGATS file."
+            )
+            raise LutgenError(message)
+        return self.xyz
+
+    @cached_property
+    def kinds(self) -> tuple[str, ...]:
+        """Of each reading one of ``KINDS``: by drive, a single channel's ramp is named after its channel."""
+        low, high = self.drive <= DRIVE_TOLERANCE, self.drive >= 1.0 - DRIVE_TOLERANCE
+        grey = np.ptp(self.drive, axis=1) <= DRIVE_TOLERANCE
+        found = np.full(len(self.drive), "mixture", dtype="<U7")
+        for channel, name in enumerate(("red", "green", "blue")):
+            others = np.delete(low, channel, axis=1)
+            found[others.all(axis=1)] = name
+        found[grey] = "grey"
+        found[low.all(axis=1)] = "black"
+        found[high.all(axis=1)] = "white"
+        return tuple(found.tolist())
+
+    def rows(self, *kinds: str) -> NDArray[np.int64]:
+        """Places of the readings of these kinds nearest to the middle of the screen, in the order read."""
+        chosen = np.isin(np.array(self.kinds), kinds)
+        return np.flatnonzero(chosen & self.central)
+
+    @cached_property
+    def central(self) -> NDArray[np.bool_]:
+        """Which readings were taken nearest to the middle of the screen: all, where nobody said, (n,)."""
+        if self.positions is None:
+            return np.ones(len(self.drive), dtype=bool)
+        away = np.hypot(*(self.positions - 0.5).T)
+        return np.asarray(away <= away.min() + 1e-6)
+
+
+def check_calibration(curves: Array, file: str) -> None:
+    """Refuse calibration curves that no graphics card holds: not 0..1, or an input that does not rise from 0 to 1."""
+    if len(curves) < 2 or not np.isfinite(curves).all() or curves.min() < -1e-3 or curves.max() > 1.0 + 1e-3:
+        message = f"{file}: the calibration curves need two points or more, all between 0 and 1."
+        raise LutgenError(message)
+    steps = curves[:, 0]
+    if np.any(np.diff(steps) <= 0) or abs(steps[0]) > 1e-3 or abs(steps[-1] - 1.0) > 1e-3:
+        message = f"{file}: RGB_I of the calibration curves must rise from 0 to 1: is a row missing, or out of order?"
+        raise LutgenError(message)

@@ -1,0 +1,146 @@
+"""What a reader of sessions is given, and what all of them decide alike: the range of drive, the date, white."""
+
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import dataclass
+from datetime import datetime
+from math import isfinite
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.errors import LutgenError
+from lutgen.readings.session import DRIVE_TOLERANCE
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+
+#: Full drive as programs write it, and what it is called.
+FULL_DRIVE = {1.0: "0..1", 100.0: "percent", 255.0: "8-bit", 1023.0: "10-bit"}
+
+#: Sessions of displays were not measured before, nor will be soon after.
+YEARS = range(1990, 2100)
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+
+#: Characters of a number or a date, at most.
+_LONGEST = 60
+
+_MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
+#: "Tue May 26 13:21:48 2020", as C's asctime writes; "May 26, 2020".
+_NAMED = re.compile(
+    r"(?:[A-Za-z]{3,9},?\s+)??([A-Za-z]{3,9})\.?\s+(\d{1,2}),?\s+(?:(\d{1,2}):(\d{2})(?::(\d{2}))?\s+)?(\d{4})"
+)
+_ISO = re.compile(
+    r"(\d{4})-(\d{1,2})-(\d{1,2})(?:[T ](\d{1,2}):(\d{2})(?::(\d{2}))?)?(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?"
+)
+#: 26.05.2020, 05/26/2020, 5/26/20: the order is only known where one of the numbers cannot be a month.
+_SLASHED = re.compile(r"(\d{1,2})[./-](\d{1,2})[./-](\d{4})(?:,?\s+(\d{1,2}):(\d{2})(?::(\d{2}))?(?:\s*[AP]M)?)?")
+
+
+@dataclass(frozen=True)
+class Source:
+    """The text of a file, the name that the user gave it, and the hash of its bytes."""
+
+    text: str
+    file: str
+    sha256: str
+
+    def at(self, line: int) -> str:
+        """Name a line, for errors."""
+        return f"{self.file}, line {line}"
+
+
+def number(cell: str, where: str, column: str) -> float:
+    """Read a finite number. Raises LutgenError for anything else, with a hint where it is a decimal comma."""
+    # No number has more characters; the pattern would take long to find out about a million of them.
+    value = float(cell) if len(cell) <= _LONGEST and _NUMBER.fullmatch(cell) else float("nan")
+    if not isfinite(value):
+        hint = "; a decimal comma? Write 0.3127 with a point" if re.fullmatch(r"[+-]?\d+,\d+", cell) else ""
+        message = f"{where}, {column}: {cell[:40]!r} is not a finite number{hint}."
+        raise LutgenError(message)
+    return value
+
+
+def first_doubled(names: Sequence[str]) -> str | None:
+    """Return the first name that stands there twice, if any."""
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            return name
+        seen.add(name)
+    return None
+
+
+def separated(line: str, separator: str, where: str) -> list[str]:
+    """Cut a line of a CSV into its cells. Raises LutgenError where it is none."""
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+    except csv.Error as error:
+        raise LutgenError(f"{where}: is no line of a CSV: {error}.") from None
+
+
+def full_drive(drive: Array, file: str) -> float:
+    """Tell full drive from its largest value where the file does not say: 1, 100, 255 or 1023, and nothing between.
+
+    Raises
+    ------
+    LutgenError
+        No channel reaches one of them: the range would be a guess.
+
+    """
+    top = float(drive.max(initial=0.0))
+    for full in FULL_DRIVE:
+        if abs(top - full) <= DRIVE_TOLERANCE * full:
+            return full
+    known = ", ".join(f"{full:g} ({name})" for full, name in FULL_DRIVE.items())
+    message = (
+        f"{file}: the largest drive is {top:g}, and full drive is one of {known}: which, the file does not say. "
+        "Add the reading of white, or convert drive to 0..1."
+    )
+    raise LutgenError(message)
+
+
+def whites(drive: Array) -> NDArray[np.intp]:
+    """Places of the readings at full drive of all channels, for drive 0..1."""
+    return np.flatnonzero((drive >= 1.0 - DRIVE_TOLERANCE).all(axis=1))
+
+
+def date_of(text: str) -> tuple[datetime | None, str]:
+    """Read a date; the second is a sentence where it cannot be read, or believed, and "" where it can."""
+    if not text.strip():
+        return None, ""
+    text = text[:_LONGEST]
+    try:
+        found = _date(" ".join(text.split()))
+    except ValueError as error:
+        return None, f"Its date, {text[:40]!r}, is none: {error}."
+    if found is None:
+        return None, f"Its date, {text[:40]!r}, cannot be read for certain; give it as 2020-05-26."
+    if found.year not in YEARS:
+        return None, f"Its date, {text[:40]!r}, is not believed: displays are measured since {YEARS[0]}."
+    return found, ""
+
+
+def _date(text: str) -> datetime | None:
+    if match := _ISO.fullmatch(text):
+        return datetime(*(int(part or 0) for part in match.groups()))  # type: ignore[arg-type]  # noqa: DTZ001 - local time
+    if match := _NAMED.fullmatch(text):
+        month, day, *clock, year = match.groups()
+        if month[:3].lower() not in _MONTHS:
+            return None
+        place = _MONTHS.index(month[:3].lower()) + 1
+        return datetime(int(year), place, int(day), *(int(part or 0) for part in clock))  # type: ignore[arg-type]  # noqa: DTZ001 - local
+    if match := _SLASHED.fullmatch(text):
+        one, two, year = (int(part) for part in match.groups()[:3])
+        if one <= 12 and two <= 12 and one != two:
+            return None
+        day, month_number = (one, two) if one > 12 else (two, one)
+        return datetime(year, month_number, day)  # noqa: DTZ001 - local time
+    return None

@@ -1,0 +1,227 @@
+"""CGATS as text: the tables of a file, each with its keywords and rows; nothing is known here of what they mean.
+
+CGATS.5 and ArgyllCMS' own dialect (https://www.argyllcms.com/doc/File_Formats.html): comments from ``#``, strings in
+double quotes that double a quote inside, keywords with one value, ``BEGIN_DATA_FORMAT``, ``BEGIN_DATA``, several tables
+one after the other, and Argyll's free text between ``BEGIN_…`` and ``END_…``. Counts that the file states are held
+against what it holds.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from io import StringIO
+from typing import TYPE_CHECKING
+
+from lutgen.errors import LutgenError
+from lutgen.readings.session import MOST_READINGS
+from lutgen.readings.sessions._source import first_doubled
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from lutgen.readings.sessions._source import Source
+
+#: A quoted string with doubled quotes inside, a comment, or a bare word.
+_TOKEN = re.compile(r'"([^"]*(?:""[^"]*)*)"|(#.*)|([^\s"#]+)')
+
+#: Words of the grammar, and counts.
+_FORMAT, _DATA = ("BEGIN_DATA_FORMAT", "END_DATA_FORMAT"), ("BEGIN_DATA", "END_DATA")
+_FIELDS, _SETS = "NUMBER_OF_FIELDS", "NUMBER_OF_SETS"
+
+
+@dataclass(frozen=True)
+class Table:
+    """One table.
+
+    Attributes
+    ----------
+    kind
+        Its identifier, such as CTI3, CAL or CGATS.17; "" where it has none.
+    line
+        Where it begins.
+    keywords
+        Keyword → value; free text by the name of its block.
+    fields
+        Names of the columns, in capitals.
+    rows, lines
+        Cells of each row, all as long as ``fields``, and the line that each begins on.
+
+    """
+
+    kind: str
+    line: int
+    keywords: Mapping[str, str]
+    fields: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    lines: tuple[int, ...]
+
+
+@dataclass
+class _Open:
+    """A table that is being read."""
+
+    line: int
+    kind: str = ""
+    keywords: dict[str, str] = field(default_factory=dict)
+    fields: tuple[str, ...] = ()
+
+
+def tables(source: Source) -> list[Table]:
+    """Read all tables of a CGATS file.
+
+    Raises
+    ------
+    LutgenError
+        Cut off, a wrong number of fields or sets, a doubled column, a string without end: names the line.
+
+    """
+    found: list[Table] = []
+    lines = _lines(source)
+    current: _Open | None = None
+    for at, words in lines:
+        head = words[0].upper()
+        current = current or _Open(at)
+        if head == _FORMAT[0]:
+            current.fields = _fields(source, current, words[1:], at, lines)
+        elif head == _DATA[0]:
+            found.append(_close(source, current, words[1:], at, lines))
+            current = None
+        elif head in (_FORMAT[1], _DATA[1]):
+            message = f"{source.at(at)}: {head} without its BEGIN: is a line missing above?"
+            raise LutgenError(message)
+        elif head.startswith("BEGIN_"):
+            current.keywords[head.removeprefix("BEGIN_")] = _free_text(source, head, at, lines)
+        elif len(words) == 1 and not current.keywords and not current.kind:
+            current.kind = words[0]
+        else:
+            current.keywords[head] = " ".join(words[1:])
+    if current is not None and (current.fields or not found):
+        place = f"{source.file}: the table of line {current.line}"
+        message = f"{place} ends before its data (no BEGIN_DATA): cut off? Copy it again."
+        raise LutgenError(message)
+    return found
+
+
+def _lines(source: Source) -> Iterator[tuple[int, list[str]]]:
+    """Yield number and words of each line that has any; comments are left out."""
+    for at, line in enumerate(StringIO(source.text, newline=None), start=1):
+        words, place = [], 0
+        stripped = line.strip()
+        while place < len(stripped):
+            match = _TOKEN.match(stripped, place)
+            if match is None:
+                if stripped[place].isspace():
+                    place += 1
+                    continue
+                message = f"{source.at(at)}: a string begins with a quote and does not end: is the line cut off?"
+                raise LutgenError(message)
+            if match[1] is not None:
+                words.append(match[1].replace('""', '"'))
+            elif match[3] is not None:
+                words.append(match[3])
+            place = match.end()
+        if words:
+            yield at, words
+
+
+def _fields(
+    source: Source, table: _Open, first: list[str], begun: int, lines: Iterator[tuple[int, list[str]]]
+) -> tuple[str, ...]:
+    names = [*first, *(word for _, words in _until(source, _FORMAT, begun, lines) for word in words)]
+    fields = tuple(name.upper() for name in names)
+    doubled = first_doubled(fields)
+    if doubled or not fields:
+        what = f"column {doubled} appears twice" if doubled else "no column is named"
+        message = f"{source.at(begun)}: {what} in the data format. Name each column once."
+        raise LutgenError(message)
+    _check_count(source, table, _FIELDS, len(fields), f"the data format names {len(fields)}")
+    return fields
+
+
+def _close(source: Source, table: _Open, first: list[str], begun: int, lines: Iterator[tuple[int, list[str]]]) -> Table:
+    if not table.fields:
+        message = f"{source.at(begun)}: data without a data format (BEGIN_DATA_FORMAT … END_DATA_FORMAT) above it."
+        raise LutgenError(message)
+    width = len(table.fields)
+    # A row may go on in the next line, but only where the number of rows is stated: else a lost cell goes unseen.
+    wraps = _SETS in table.keywords
+    rows: list[tuple[str, ...]] = []
+    places: list[int] = []
+    row: list[str] = []
+    start = begun
+    for at, words in _before_data(first, begun, _until(source, _DATA, begun, lines)):
+        start = start if row else at
+        row += words
+        if len(row) > width or (len(row) < width and not wraps):
+            message = (
+                f"{source.at(start)}: {len(row)} fields where the data format names {width}: "
+                "is a value missing or doubled, or a decimal comma in it?"
+            )
+            raise LutgenError(message)
+        if len(rows) == MOST_READINGS:
+            message = f"{source.at(at)}: more than {MOST_READINGS} rows, which no session has. Split the file."
+            raise LutgenError(message)
+        if len(row) == width:
+            rows.append(tuple(row))
+            places.append(start)
+            row = []
+    if row:
+        message = f"{source.at(start)}: {len(row)} fields where the data format names {width}: is a value missing?"
+        raise LutgenError(message)
+    _check_count(source, table, _SETS, len(rows), f"{len(rows)} rows follow: cut off, or edited by hand")
+    return Table(table.kind, table.line, table.keywords, table.fields, tuple(rows), tuple(places))
+
+
+def _before_data(
+    first: list[str], begun: int, lines: Iterator[tuple[int, list[str]]]
+) -> Iterator[tuple[int, list[str]]]:
+    """Yield what stands on the line of BEGIN_DATA itself, then the lines below."""
+    if first:
+        yield begun, first
+    yield from lines
+
+
+def _until(
+    source: Source, pair: tuple[str, str], begun: int, lines: Iterator[tuple[int, list[str]]]
+) -> Iterator[tuple[int, list[str]]]:
+    begin, end = pair
+    for at, words in lines:
+        last = words[-1].upper() == end
+        if last and words[:-1]:
+            yield at, words[:-1]
+        if last:
+            return
+        if words[0].upper().startswith(("BEGIN_DATA", "END_DATA")):
+            message = f"{source.at(at)}: {words[0]} before the {end} of line {begun}: is a line missing?"
+            raise LutgenError(message)
+        yield at, words
+    message = f"{source.at(begun)}: {begin} without {end}: the file is cut off. Copy it again."
+    raise LutgenError(message)
+
+
+def _free_text(source: Source, head: str, begun: int, lines: Iterator[tuple[int, list[str]]]) -> str:
+    end = f"END_{head.removeprefix('BEGIN_')}"
+    parts: list[str] = []
+    for _, words in lines:
+        if words[0].upper() == end:
+            return "\n".join(parts)
+        parts.append(" ".join(f'"{word}"' if " " in word else word for word in words))
+    message = f"{source.at(begun)}: {head} without {end}: the file is cut off. Copy it again."
+    raise LutgenError(message)
+
+
+def _check_count(source: Source, table: _Open, name: str, count: int, held: str) -> None:
+    stated = table.keywords.get(name)
+    if stated is None:
+        return
+    if not re.fullmatch(r"\d{1,9}", stated, re.ASCII):
+        message = (
+            f"{source.file}: {name} of the table of line {table.line} is {stated[:40]!r}, no count. Give a number."
+        )
+        raise LutgenError(message)
+    if int(stated) != count:
+        message = (
+            f"{source.file}: {name} of the table of line {table.line} is {stated}, but {held}. Copy the file again."
+        )
+        raise LutgenError(message)

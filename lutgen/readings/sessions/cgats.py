@@ -1,0 +1,293 @@
+"""CGATS, ArgyllCMS' (.ti3) and that of others: drive and XYZ, xyY or Lab of every patch, and Argyll's calibration.
+
+Of an ArgyllCMS file all is known: drive is in percent, ``NORMALIZED_TO_Y_100`` says whether Y of white is 100, and
+``LUMINANCE_XYZ_CDM2`` what white is in cd/m² (https://www.argyllcms.com/doc/ti3_format.html). Its rows are in the order
+of reading, and a second table, CAL, holds the curves that the graphics card was loaded with. Of another program's file
+only what it says is believed.
+"""
+
+from __future__ import annotations
+
+import itertools
+import re
+import shlex
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from lutgen.colorimetry import D65, xyY_to_xyz
+from lutgen.errors import LutgenError
+from lutgen.readings.session import Session
+from lutgen.readings.sessions._source import date_of, full_drive, number, whites
+from lutgen.readings.sessions._tables import Table, tables
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+    from lutgen.readings.sessions._source import Source
+
+NAME = "CGATS"
+
+_RGB = ("RGB_R", "RGB_G", "RGB_B")
+_CAL = ("RGB_I", *_RGB)
+_XYZ = ("XYZ_X", "XYZ_Y", "XYZ_Z")
+_XYY = (("XYY_X", "XYY_Y", "XYY_CAPY"), ("XYY_X", "XYY_Y", "XYY_Y_CAP"))
+_LAB = ("LAB_L", "LAB_A", "LAB_B")
+_SPECTRUM = re.compile(r"(?:SPEC_|SPECTRAL_NM_?|SPECTRAL_|NM_?)(\d{3,4})")
+_NAMES = ("SAMPLE_LOC", "SAMPLE_NAME", "SAMPLE_ID", "SAMPLEID", "STRING")
+
+#: Whites of Lab that files name, relative with Y = 1: D50 as ICC.1:2022 7.2.16 prints it, and sRGB's D65.
+_LAB_WHITES = {"D50": np.array([0.9642, 1.0, 0.8249]), "D65": D65}
+
+#: X, Y and Z that Lab may mean, relative to white: below 0 no more than rounding and the noise of black make.
+_LEAST_RATIO = -0.02
+
+#: White of a file that is normalised to 100 may drift within the session; beyond this it was not normalised so.
+_NORMALISED = (50.0, 200.0)
+
+#: A white of another program's file that is so near to 100, or below 2, is relative: nobody's display has just that.
+_LOOKS_RELATIVE = 0.5
+
+#: Absolute white, in cd/m²: what a display can be.
+_WHITE_CD_M2 = (0.01, 1e5)
+
+
+class _Light(NamedTuple):
+    xyz: Array
+    absolute: bool
+    remarks: tuple[str, ...] = ()
+
+
+def claims(text: str) -> bool:
+    """Whether this is CGATS: its identifiers, or a data format."""
+    head = text.lstrip()[:8].upper()
+    return head.startswith(("CTI", "CGATS", "CAL", "IT8", "NCLR")) or "BEGIN_DATA" in text
+
+
+def read(source: Source) -> Session:
+    """Read a CGATS file. Raises LutgenError naming file, line and column."""
+    found = tables(source)
+    readings = _readings(source, found)
+    argyll = readings.kind.upper() == "CTI3"
+    drive = _drive(source, readings, argyll=argyll)
+    light = _light(source, readings, drive, argyll=argyll)
+    keywords = dict(readings.keywords)
+    created, doubt = date_of(keywords.get("CREATED", ""))
+    spectra, wavelengths = _spectra(source, readings)
+    calibration = next((table for table in found if set(_CAL) <= set(table.fields)), None)
+    if calibration is not None:
+        keywords |= {f"CAL_{name}": value for name, value in calibration.keywords.items()}
+    names = next((name for name in _NAMES if name in readings.fields), None)
+    return Session(
+        drive=drive,
+        xyz=light.xyz,
+        absolute=light.absolute,
+        names=tuple(row[readings.fields.index(names)] for row in readings.rows) if names else ("",) * len(drive),
+        lines=np.array(readings.lines, dtype=np.int64),
+        form="ArgyllCMS .ti3" if argyll else "CGATS",
+        spectra=spectra,
+        wavelengths=wavelengths,
+        calibration=_columns(source, calibration, _CAL) if calibration else None,
+        created=created,
+        instrument=keywords.get("TARGET_INSTRUMENT") or keywords.get("INSTRUMENTATION") or "",
+        display=keywords.get("DISPLAY") or _named(keywords.get("ARGYLL_COLPROF_ARGS", "")) or "",
+        remarks=(*light.remarks, *([doubt] if doubt else [])),
+        metadata=keywords,
+        file=source.file,
+        sha256=source.sha256,
+    )
+
+
+def _named(arguments: str) -> str:
+    """Take the model that profiling was to name, ``-M`` of colprof: there DisplayCAL writes the display."""
+    try:
+        words = shlex.split(arguments)
+    except ValueError:
+        return ""
+    return next((value for word, value in itertools.pairwise(words) if word == "-M"), "")
+
+
+def _readings(source: Source, found: list[Table]) -> Table:
+    """Return the one table that holds drive and colours."""
+    for table in found:
+        if any(name.startswith(("CMYK_", "CMY_")) for name in table.fields):
+            message = f"{source.at(table.line)}: CMYK: a printer's file. lutgen reads displays: R, G, B and XYZ."
+            raise LutgenError(message)
+    colours = (_XYZ, *_XYY, _LAB)
+    full = [t for t in found if set(_RGB) <= set(t.fields) and any(set(names) <= set(t.fields) for names in colours)]
+    if len(full) == 1:
+        return full[0]
+    if full:
+        places = " and ".join(str(table.line) for table in full)
+        message = f"{source.file}: several sets of readings, in the tables of lines {places}. Make a file of each."
+        raise LutgenError(message)
+    if any(set(_CAL) <= set(table.fields) for table in found):
+        message = f"{source.file}: calibration curves without readings. The .ti3 of the same session holds both."
+        raise LutgenError(message)
+    columns = ", ".join(found[0].fields[:12]) if found else "none"
+    message = (
+        f"{source.file}: no table has drive (RGB_R, RGB_G, RGB_B) and colour (XYZ_X, …, or XYY_X, XYY_Y, XYY_CAPY, or "
+        f"LAB_L, …); columns: {columns}. A chart (.ti1, .ti2) has no readings, and spectra alone are not enough."
+    )
+    raise LutgenError(message)
+
+
+def _columns(source: Source, table: Table, names: tuple[str, ...]) -> Array:
+    places = [table.fields.index(name) for name in names]
+    rows = np.empty((len(table.rows), len(names)))
+    for n, (row, line) in enumerate(zip(table.rows, table.lines, strict=True)):
+        for k, (place, name) in enumerate(zip(places, names, strict=True)):
+            rows[n, k] = number(row[place], source.at(line), name)
+    return rows
+
+
+def _drive(source: Source, table: Table, *, argyll: bool) -> Array:
+    values = _columns(source, table, _RGB)
+    if not argyll:
+        return values / full_drive(values, source.file)
+    top = float(values.max(initial=0.0))
+    if top > 100.0 + 1e-3:
+        message = f"{source.file}: RGB reaches {top:g}, but an ArgyllCMS file has percent. Divide 8-bit drive by 2.55."
+        raise LutgenError(message)
+    if 0.0 < top <= 1.0:
+        message = f"{source.file}: RGB reaches only {top:g}, but an ArgyllCMS file has percent: multiply 0..1 by 100."
+        raise LutgenError(message)
+    return np.minimum(values, 100.0) / 100.0
+
+
+def _light(source: Source, table: Table, drive: Array, *, argyll: bool) -> _Light:
+    if set(_XYZ) <= set(table.fields):
+        return _scaled(source, table, _columns(source, table, _XYZ), drive, argyll=argyll)
+    for names in _XYY:
+        if set(names) <= set(table.fields):
+            xyY = _columns(source, table, names)
+            bad = (xyY[:, 1] < 1e-3) | (xyY[:, 0] < 0) | (xyY[:, 0] + xyY[:, 1] > 1)
+            if bad.any():
+                line = table.lines[int(np.argmax(bad))]
+                message = f"{source.at(line)}: x and y are no chromaticity: both above 0, and x + y at most 1."
+                raise LutgenError(message)
+            return _scaled(source, table, xyY_to_xyz(xyY), drive, argyll=argyll)
+    return _from_lab(source, table, argyll=argyll)
+
+
+def _from_lab(source: Source, table: Table, *, argyll: bool) -> _Light:
+    """Lab to XYZ relative to the white that it was given under (CIE 15:2018, 8.2.1)."""
+    said = " ".join(
+        table.keywords.get(name, "")
+        for name in ("ILLUMINANT", "ILLUMINATION_NAME", "WEIGHTING_FUNCTION", "WHITE_POINT")
+    ).upper()
+    name = "D50" if argyll else next((name for name in _LAB_WHITES if name in said), None)
+    if name is None:
+        message = (
+            f"{source.file}: Lab without its reference white (keyword ILLUMINANT or WEIGHTING_FUNCTION with D50 or "
+            "D65): XYZ cannot be told from it. Export XYZ."
+        )
+        raise LutgenError(message)
+    lab = _columns(source, table, _LAB)
+    high = (lab[:, 0] < -1.0) | (lab[:, 0] > 150.0) | (np.abs(lab[:, 1:]) > 300.0).any(axis=1)
+    if high.any():
+        line = table.lines[int(np.argmax(high))]
+        message = f"{source.at(line)}: Lab is out of range: L* 0..100, a* and b* within ±128."
+        raise LutgenError(message)
+    middle = (lab[:, 0] + 16.0) / 116.0
+    f = np.column_stack([middle + lab[:, 1] / 500.0, middle, middle - lab[:, 2] / 200.0])
+    ratio = np.where(f > 6.0 / 29.0, f**3, 3.0 * (6.0 / 29.0) ** 2 * (f - 4.0 / 29.0))
+    dark = ratio.min(axis=1) < _LEAST_RATIO
+    if dark.any():
+        line = table.lines[int(np.argmax(dark))]
+        message = (
+            f"{source.at(line)}: no light has this Lab: X or Z would be negative. Are the columns XYZ? Name them so."
+        )
+        raise LutgenError(message)
+    remark = f"Its colours are Lab under {name}: relative to white, with no luminance in cd/m²."
+    return _Light(ratio * _LAB_WHITES[name], absolute=False, remarks=(remark,))
+
+
+def _scaled(source: Source, table: Table, xyz: Array, drive: Array, *, argyll: bool) -> _Light:
+    """Bring XYZ to cd/m², or to Y = 1 for white where nothing tells what white was."""
+    keywords = table.keywords
+    luminance = _luminance(source, keywords["LUMINANCE_XYZ_CDM2"]) if "LUMINANCE_XYZ_CDM2" in keywords else None
+    normalised = keywords.get("NORMALIZED_TO_Y_100", "").upper()
+    if normalised not in {"", "YES", "NO"}:
+        message = f"{source.file}: NORMALIZED_TO_Y_100 is {normalised[:20]!r}. Pick one of: YES, NO."
+        raise LutgenError(message)
+    if normalised == "NO":
+        return _Light(xyz, absolute=True)
+    places = whites(drive)
+    white = float(np.median(xyz[places, 1])) if places.size else None
+    if places.size and xyz[places, 1].min() <= 0:
+        line = table.lines[int(places[np.argmin(xyz[places, 1])])]
+        message = f"{source.at(line)}: white has no light (Y = {xyz[places, 1].min():g}). Correct or delete the row."
+        raise LutgenError(message)
+    if normalised == "YES" or luminance is not None:
+        low, high = _NORMALISED
+        if not low <= (white if white is not None else 100.0) <= high or xyz[:, 1].max(initial=0.0) > 2 * high:
+            held = f"white is {white:g}" if white is not None else "Y is far above it"
+            message = (
+                f"{source.file}: Y should be normalised to 100 for white, but {held}. Correct NORMALIZED_TO_Y_100."
+            )
+            raise LutgenError(message)
+        if luminance is None:
+            return _Light(xyz / 100.0, absolute=False, remarks=(_RELATIVE,))
+        return _Light(xyz * (luminance[1] / 100.0), absolute=True, remarks=_contradiction(luminance, xyz, places))
+    return _undeclared(source, xyz, white, argyll=argyll)
+
+
+_RELATIVE = "XYZ are relative to white; how many cd/m² white has, the file does not say: good for ratios alone."
+
+
+def _undeclared(source: Source, xyz: Array, white: float | None, *, argyll: bool) -> _Light:
+    """XYZ of a file that does not say what they are: relative, for that is true of cd/m² too once divided by white."""
+    if white is None:
+        message = f"{source.file}: does not say whether XYZ are in cd/m², and has no white to tell by. Add its reading."
+        raise LutgenError(message)
+    near = argyll or white <= 2.0 or abs(white - 100.0) <= _LOOKS_RELATIVE
+    doubt = (
+        _RELATIVE
+        if near
+        else (
+            f"White has Y = {white:g}, but the file does not say that this is in cd/m²: taken as relative. If it is, "
+            'add the line NORMALIZED_TO_Y_100 "NO".'
+        )
+    )
+    return _Light(xyz / white, absolute=False, remarks=(doubt,))
+
+
+def _luminance(source: Source, text: str) -> Array:
+    words = text.split()
+    if len(words) != 3:
+        message = (
+            f"{source.file}: LUMINANCE_XYZ_CDM2 is {text[:40]!r}; it is three numbers, X, Y and Z of white in cd/m²."
+        )
+        raise LutgenError(message)
+    xyz = np.array([number(word, source.file, "LUMINANCE_XYZ_CDM2") for word in words])
+    low, high = _WHITE_CD_M2
+    if not low <= xyz[1] <= high or xyz.min() <= 0:
+        message = (
+            f"{source.file}: LUMINANCE_XYZ_CDM2 is {text[:40]!r}: no display's white in cd/m² ({low:g} to {high:g})."
+        )
+        raise LutgenError(message)
+    return xyz
+
+
+def _contradiction(luminance: Array, xyz: Array, places: NDArray[np.intp]) -> tuple[str, ...]:
+    """Say so where the first white has another colour than LUMINANCE_XYZ_CDM2, which is the same reading."""
+    if not places.size:
+        return ()
+    first = xyz[places[0]] / xyz[places[0], 1]
+    off = float(np.abs(first * luminance[1] / luminance - 1.0).max())
+    if off <= 0.02:
+        return ()
+    return (f"LUMINANCE_XYZ_CDM2 and the first white differ in colour by {off:.0%}: one of them was edited.",)
+
+
+def _spectra(source: Source, table: Table) -> tuple[Array | None, Array | None]:
+    matches = [(name, match) for name in table.fields if (match := _SPECTRUM.fullmatch(name))]
+    if not matches:
+        return None, None
+    wavelengths = np.array([float(match[1]) for _, match in matches])
+    if wavelengths.size < 2 or np.any(np.diff(wavelengths) <= 0) or wavelengths[0] < 300 or wavelengths[-1] > 1100:
+        message = f"{source.at(table.line)}: wavelengths of the spectral columns must rise, between 300 and 1100 nm."
+        raise LutgenError(message)
+    return _columns(source, table, tuple(name for name, _ in matches)), wavelengths

@@ -1,0 +1,73 @@
+"""DisplayCAL's uniformity check as a table (CSV): four greys on a grid, ``position,row,col,level_index,X,Y,Z``.
+
+The levels are taken for 100, 75, 50 and 25 % grey, as the luminances of such tables bear out: γ 2.14 with 2 % left over
+in the one that this was written for. X, Y and Z are in cd/m².
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.errors import LutgenError
+from lutgen.readings.session import Session
+from lutgen.readings.sessions._source import number, separated
+
+if TYPE_CHECKING:
+    from lutgen.readings.sessions._source import Source
+
+NAME = "DisplayCAL uniformity table"
+
+#: Drive of level_index 0, 1, 2 and 3.
+_LEVELS = (1.0, 0.75, 0.5, 0.25)
+_COLUMNS = ("row", "col", "level_index", "X", "Y", "Z")
+
+#: DisplayCAL's finest grid is 9 × 9.
+_MOST = 64
+
+
+def claims(text: str) -> bool:
+    """Whether the first line names a grid's columns."""
+    return {"row", "col", "level_index"} <= {cell.strip() for cell in text.lstrip().partition("\n")[0].split(",")}
+
+
+def read(source: Source) -> Session:
+    """Read such a table. Raises LutgenError naming file, line and column."""
+    first, *rest = source.text.lstrip().splitlines()
+    names = separated(first, ",", source.at(1))
+    missing = [name for name in _COLUMNS if name not in names]
+    if missing:
+        message = f"{source.at(1)}: the header lacks {', '.join(missing)}. Required: {', '.join(_COLUMNS)}."
+        raise LutgenError(message)
+    values, lines = [], []
+    for at, line in enumerate(rest, start=2):
+        if not line.strip():
+            continue
+        row = separated(line, ",", source.at(at))
+        if len(row) != len(names):
+            message = f"{source.at(at)}: {len(row)} fields for {len(names)} columns: is the file cut off?"
+            raise LutgenError(message)
+        values.append([number(row[names.index(name)], source.at(at), f"column {name}") for name in _COLUMNS])
+        lines.append(at)
+    table = np.array(values).reshape(-1, len(_COLUMNS))
+    grid, levels = table[:, :2], table[:, 2]
+    for bad, what in (
+        (((grid < 0) | (grid > _MOST) | (grid % 1 != 0)).any(axis=1), f"row and col count from 0, at most {_MOST}"),
+        (~np.isin(levels, range(len(_LEVELS))), "level_index is 0, 1, 2 or 3: 100, 75, 50 and 25 %"),
+    ):
+        if bad.any():
+            message = f"{source.at(lines[int(np.argmax(bad))])}: {what}."
+            raise LutgenError(message)
+    drive = np.array([_LEVELS[int(level)] for level in levels])
+    return Session(
+        drive=np.repeat(drive[:, np.newaxis], 3, axis=1),
+        xyz=table[:, 3:],
+        absolute=True,
+        names=tuple(f"row {int(row)}, column {int(col)}" for row, col in grid),
+        lines=np.array(lines, dtype=np.int64),
+        form=NAME,
+        positions=(grid[:, ::-1] + 0.5) / (grid[:, ::-1].max(axis=0, initial=0.0) + 1.0),
+        file=source.file,
+        sha256=source.sha256,
+    )

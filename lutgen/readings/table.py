@@ -1,0 +1,316 @@
+"""``Measurements``: the readings of one display, checked once and then frozen."""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import permutations
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.colorimetry import xyz_to_xyY
+from lutgen.errors import LutgenError
+from lutgen.readings.conditions import COLUMNS, CONDITIONS
+from lutgen.readings.rest import Rest, is_tip, rest_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from lutgen.colorimetry import Array
+
+#: The tips: white and the primaries at full drive, in the order of the paper's index i.
+TIP_NAMES = ("white", "red", "green", "blue")
+
+#: Optional columns and the value that a blank cell stands for (NaN: unknown, or warm).
+OPTIONAL = {name: column.blank for name, column in COLUMNS.items()}
+
+#: Smallest and largest value of each column, and what it is: a value outside is a typing error.
+RANGES = {name: (column.low, column.high, column.meaning) for name, column in COLUMNS.items()} | {
+    "hour": (0.0, 1e7, "operating hours, counted from the un-aged display at 0, never negative"),
+    "order": (-1e12, 1e12, "a number that grows with the time of reading"),
+    "XYZ": (-1e6, 1e6, "light in cd/m²"),
+}
+
+#: White below this is no display's luminance in cd/m²: the values are then relative (Y = 1 for white).
+MIN_WHITE_CD_M2 = 2.0
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """Readings of one display over its life.
+
+    Attributes
+    ----------
+    hours, drive, xyz_cd_m2
+        One entry a reading, shapes (n,), (n, 3) and (n, 3): operating hours, non-decreasing from 0; code
+        values 0..1; CIE XYZ in cd/m².
+    conditions
+        The optional columns (position ``u``, ``v``, ``ambient_lx``, …) that vary, each of shape (n,).
+    constants
+        Those that have one value in every row, which are no conditions: column → value.
+    session, note
+        One text a reading; empty where the file has none.
+    order
+        Numbers that grow with the time of reading, (n,); None where nobody wrote it down.
+    lines
+        The line of the file that each reading came from, shape (n,).
+    metadata
+        The ``# key: value`` lines.
+    file, sha256
+        Where the readings came from, as the user named it, and the hash of those bytes.
+
+    """
+
+    hours: Array
+    drive: Array
+    xyz_cd_m2: Array
+    lines: Array
+    conditions: Mapping[str, Array] = field(default_factory=dict)
+    session: tuple[str, ...] = ()
+    note: tuple[str, ...] = ()
+    metadata: Mapping[str, str] = field(default_factory=dict)
+    file: str = "<memory>"
+    sha256: str = ""
+    order: Array | None = None
+    constants: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Refuse what no display does: values out of range, unsorted hours, tips that are missing or swapped."""
+        check_rows(self)
+        self._part_constants()
+        check_tips(self)
+
+    def _part_constants(self) -> None:
+        """Take columns with one value in every row out of the conditions: how a campaign is written is no condition."""
+        fixed = {
+            name: float(values[0])
+            for name, values in self.conditions.items()
+            if values.size and ((values == values[0]).all() or np.isnan(values).all())
+        }
+        said = {name: value for name, value in fixed.items() if not np.isnan(value)}
+        varying = {name: values for name, values in self.conditions.items() if name not in fixed}
+        constants = {name: value for name, value in self.constants.items() if name not in self.conditions}
+        object.__setattr__(self, "conditions", varying)
+        object.__setattr__(self, "constants", constants | said)
+
+    def with_light(self, xyz_cd_m2: Array) -> Measurements:
+        """Return the same readings of other light, (n, 3), cd/m², unchecked: as a simulation has them."""
+        other = copy(self)
+        object.__setattr__(other, "xyz_cd_m2", xyz_cd_m2)
+        return other
+
+    def column(self, name: str) -> Array:
+        """Values of an optional column, (n,): as logged, the same in every row, or what a blank cell stands for."""
+        if name in self.conditions:
+            return self.conditions[name]
+        return np.full(self.hours.size, self.constants.get(name, OPTIONAL[name]))
+
+    @cached_property
+    def sessions(self) -> NDArray[np.intp]:
+        """Number of each reading's session, (n,): readings of one hour and one session name belong together."""
+        names = self.session or ("",) * self.hours.size
+        number = np.unique(np.array(names), return_inverse=True)[1].reshape(-1)
+        pairs = np.column_stack([self.hours, number])
+        return np.asarray(np.unique(pairs, axis=0, return_inverse=True)[1].reshape(-1))
+
+    @cached_property
+    def rest(self) -> Rest:
+        """The conditions under which the colour points of each reading's session were read."""
+        return rest_of(self.sessions, self.hours, self.drive, is_capped(self), self.conditions)
+
+    @property
+    def provenance(self) -> str:
+        """One sentence: the file, and its ``source`` line, in which readings that nobody took say so."""
+        file, source = Path(self.file).name, self.metadata.get("source", "")
+        if not source:
+            return f"Readings: {file}, which does not say where they come from (no line `# source: …`)."
+        return f"Readings: {file}. Source: {source}."
+
+    def at_rest(self) -> NDArray[np.bool_]:
+        """Readings under the same conditions as the colour points of their session, (n,)."""
+        return self.rest.reached(self.hours.size)
+
+    def usual(self) -> dict[str, float]:
+        """Return the campaign's rest: column → the middle of its sessions' values; only columns that were logged."""
+        values = dict(self.constants)
+        for name, at in self.rest.values.items():
+            known = np.sort(at[~np.isnan(at)])
+            if known.size:
+                values[name] = float(known[(known.size - 1) // 2])
+        return values
+
+    def warmer(self) -> Array:
+        """Temperature of each reading less that at rest in its session, in kelvins, (n,); NaN where not logged."""
+        return self.conditions["temperature_c"] - self.rest.values["temperature_c"]
+
+    def tips(self) -> tuple[Array, Array]:
+        """Return the hours at which the tips were measured, (N,), and their mean xyY in cd/m², (N, 4, 3).
+
+        Replicates are averaged as light (XYZ). Hours at which no tip was measured are left out.
+        """
+        rest, tip = self.at_rest() & ~is_capped(self), is_tip(self.drive)
+        hours, rows = [], []
+        for hour in np.unique(self.hours):
+            here = rest & (self.hours == hour)
+            chosen = (here[:, np.newaxis] & tip).T
+            if chosen.any():
+                hours.append(hour)
+                rows.append([self.xyz_cd_m2[rows_of].mean(axis=0) for rows_of in chosen])
+        return np.array(hours), xyz_to_xyY(np.array(rows).reshape(-1, 4, 3))
+
+
+def in_any_order(**columns: Any) -> Measurements:
+    """Return measurements of rows in any order, which means nothing: ``Measurements`` and its fields.
+
+    Rows are sorted by hour, session and all that they say: every order of the same rows gives the same readings.
+    """
+    session = np.unique(np.array(columns["session"]), return_inverse=True)[1].reshape(-1)
+    notes = np.unique(np.array(columns["note"]), return_inverse=True)[1].reshape(-1)
+    conditions = [np.where(np.isnan(values), np.inf, values) for values in columns["conditions"].values()]
+    keys = [
+        *columns["xyz_cd_m2"].T[::-1],
+        notes,
+        *conditions[::-1],
+        *columns["drive"].T[::-1],
+        session,
+        columns["hours"],
+    ]
+    place = np.lexsort(keys)
+    sorted_columns = {
+        name: _placed(values, place) if name in _BY_READING else values for name, values in columns.items()
+    }
+    return Measurements(**sorted_columns)
+
+
+#: Fields of ``Measurements`` that have one entry a reading.
+_BY_READING = {"hours", "drive", "xyz_cd_m2", "lines", "conditions", "session", "note", "order"}
+
+
+def _placed(values: Any, place: NDArray[np.intp]) -> Any:
+    if values is None:
+        return None
+    if isinstance(values, dict):
+        return {name: column[place] for name, column in values.items()}
+    return values[place] if isinstance(values, np.ndarray) else tuple(values[row] for row in place)
+
+
+def is_capped(readings: Measurements) -> NDArray[np.bool_]:
+    """Readings with the lens capped, which their note says: (n,)."""
+    notes = readings.note or ("",) * readings.hours.size
+    return np.array(["lens cap" in note.lower() or note.lower().strip() == "cap" for note in notes])
+
+
+def is_shrouded(readings: Measurements) -> NDArray[np.bool_]:
+    """Readings that a shroud kept from the room's light, which their note says: (n,)."""
+    notes = readings.note or ("",) * readings.hours.size
+    return np.array(["shroud" in note.lower() for note in notes])
+
+
+def check_rows(readings: Measurements) -> None:
+    """Check every reading by itself, and that hours do not run backwards."""
+    hours, drive, xyz = readings.hours, readings.drive, readings.xyz_cd_m2
+    for name, values in (("hour", hours), ("drive", drive), ("XYZ", xyz)):
+        _refuse(readings, ~np.isfinite(values.reshape(hours.size, -1)).all(axis=1), f"{name} is not a finite number")
+    order = [("order", readings.order)] if readings.order is not None else []
+    for name, values in (("hour", hours), ("XYZ", xyz), *order, *readings.conditions.items()):
+        low, high, meaning = RANGES[name]
+        outside = ((values < low) | (values > high)).reshape(hours.size, -1).any(axis=1)
+        _refuse(readings, outside, f"{name} must be {meaning}; this value is out of range")
+    top = float(drive.max(initial=0.0))
+    scale = "100: these look like percent, divide by 100" if 1 < top <= 100 else "255: 8-bit drive, divide by 255"
+    hint = f"drive values are code values 0..1, the largest here is {top:g} (of {scale})"
+    _refuse(readings, (drive > 1).any(axis=1), hint)
+    _refuse(readings, (drive < 0).any(axis=1), "drive values are code values 0..1, this one is negative")
+    backwards = np.concatenate([[False], np.diff(hours) < 0])
+    _refuse(readings, backwards, "the hour is smaller than on the row before; sort the rows by hour")
+    if hours[0] != 0:
+        row = int(np.argmin(np.where(hours == hours[0], readings.lines, np.inf)))
+        message = (
+            f"{_where(readings, row)}: the first hour is {hours[0]:g}, but aging is told from the un-aged display at "
+            f"hour 0. Add its readings, or subtract {hours[0]:g} from every hour: in a .csv a line "
+            f"'# start_hour: {hours[0]:g}' does that."
+        )
+        raise LutgenError(message)
+
+
+def check_tips(readings: Measurements) -> None:
+    """Check the tips of every hour that has any: complete, positive, plausible, and not the same hour twice."""
+    rest = readings.at_rest() & ~is_capped(readings)
+    tip = is_tip(readings.drive)
+    x, y, z = readings.xyz_cd_m2.T
+    # Noise may push a red's Z a little below 0; a whole percent of Y is a slip.
+    dark = (y <= 0) | (np.minimum(x, z) < -0.01 * y)
+    _refuse(
+        readings,
+        tip.any(axis=1) & ~is_capped(readings) & dark,
+        "negative: X, Y and Z of white or a primary at full drive must be above 0",
+    )
+    counts = {}
+    for hour in np.unique(readings.hours):
+        here = rest & (readings.hours == hour)
+        count = tip[here].sum(axis=0)
+        missing = [name for name, n in zip(TIP_NAMES, count, strict=True) if n == 0]
+        if missing and (hour == 0 or count.any()):
+            message = (
+                f"{readings.file}: no reading of {' and '.join(missing)} at full drive at hour {hour:g}"
+                f"{_under(readings)}. The model needs white, red, green and blue at every hour it starts from."
+            )
+            raise LutgenError(message)
+        counts[float(hour)] = int(here.sum()), count
+        means = [readings.xyz_cd_m2[here & tip[:, i]].mean(axis=0) for i in range(4)] if count.any() else []
+        if means:
+            _check_plausible(readings, float(hour), xyz_to_xyY(np.array(means)))
+    _check_repeated_hour(readings, counts)
+
+
+def _under(readings: Measurements) -> str:
+    """Say which conditions count as one, for a set of colour points: in parentheses, or nothing."""
+    names = [each.name for each in CONDITIONS if any(column.name in readings.conditions for column in each.columns)]
+    return f" (all four under the same {', '.join(names)})" if names else ""
+
+
+def _check_plausible(readings: Measurements, hour: float, xyY: Array) -> None:
+    where = f"{readings.file}: hour {hour:g}"
+    if xyY[0, 2] < MIN_WHITE_CD_M2:
+        message = f"{where}: white has Y = {xyY[0, 2]:g}; Y must be absolute luminance in cd/m², not relative to white."
+        raise LutgenError(message)
+    red, green, blue = xyY[1:]
+    if not _are_primaries(red, green, blue) and any(_are_primaries(*order) for order in permutations(xyY[1:])):
+        message = f"{where}: red, green and blue have each other's colours; are the R, G, B columns swapped?"
+        raise LutgenError(message)
+
+
+def _are_primaries(red: Array, green: Array, blue: Array) -> bool:
+    """Whether red has the largest x, green the largest y and blue the smallest y: so on every display."""
+    reddest = red[0] > max(green[0], blue[0])
+    return bool(reddest and green[1] > max(red[1], blue[1]) and blue[1] < min(red[1], green[1]))
+
+
+def _check_repeated_hour(readings: Measurements, counts: dict[float, tuple[int, Array]]) -> None:
+    """In a file of single tips, one hour with exactly two sets is the same hour typed twice, not replicates."""
+    tips_only = all(n == count.sum() for n, count in counts.values())
+    twice = [hour for hour, (_, count) in counts.items() if (count == 2).all()]
+    once = [hour for hour, (_, count) in counts.items() if (count == 1).all()]
+    if tips_only and len(twice) == 1 and len(once) == len(counts) - 1 and once:
+        message = (
+            f"{readings.file}: hour {twice[0]:g} appears twice, the others once. Correct or delete one of the two; "
+            f"replicates, if they are meant, are taken at every hour."
+        )
+        raise LutgenError(message)
+
+
+def _refuse(readings: Measurements, bad: ArrayLike, why: str) -> None:
+    if np.any(bad):
+        wrong = np.flatnonzero(bad)
+        first = int(wrong[np.argmin(readings.lines[wrong])])
+        message = f"{_where(readings, first)}: {why}."
+        raise LutgenError(message)
+
+
+def _where(readings: Measurements, row: int) -> str:
+    return f"{readings.file}, line {int(readings.lines[row])}"
