@@ -45,7 +45,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
         ("leak", "The model fails", ("It is worst", "additive", "black", "ratio", "lutgen diagnose leak.csv")),
         ("healthy", "The model agrees", ("No hour, colour or condition stands out",)),
         ("edge", "The model fails", ("u 0.9, v 0.9", "position", "darker than predicted")),
-        ("tips only", "These readings hold nothing but the tips", ()),
+        ("tips only", "These readings hold nothing but white and primaries", ()),
     ],
 )
 def test_compare_says_how_well_the_model_does_and_where_it_fails(

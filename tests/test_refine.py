@@ -176,10 +176,10 @@ def tips_only() -> Measurements:
 
 
 @pytest.mark.parametrize(("add", "baseline", "told"), [
-    (["backlight-decay"], "colour-points", r"absorbed by the tips .* Add --baseline first-hour"),
-    (["yellowing"], "tips", "only be fitted from the hour-0 display"),
-    (["leakage"], "tips", r"effect 'leakage'.*Pick one of"),
-    (["crosstalk", "crosstalk"], "tips", "in the model already"),
+    (["backlight-decay"], "colour-points", r"hidden by white and primaries .* Add --baseline first-hour"),
+    (["yellowing"], "colour-points", "only be fitted from the hour-0 display"),
+    (["leakage"], "colour-points", r"effect 'leakage'.*Pick one of"),
+    (["crosstalk", "crosstalk"], "colour-points", "in the model already"),
 ])  # fmt: skip
 def test_what_cannot_be_added_is_refused(add: list[str], baseline: str, told: str) -> None:
     with pytest.raises(LutgenError, match=told):

@@ -46,8 +46,8 @@ def provenance_of(model: DisplayModel, aged: AgedDisplay, lut: Lut | MatrixLut, 
 def _refinements(model: DisplayModel) -> list[str]:
     """What a model has beyond the paper's, one line each; in ASCII, since that is what a .cube is."""
     lines = {
-        "tips": [],
-        "first-hour": ["baseline: tips of hour 0 alone, the effects do the aging"],
+        "colour-points": [],
+        "first-hour": ["baseline: white and primaries of hour 0 alone, the effects do the aging"],
         "native": ["baseline: native, the first session's own transfer curves and black"],
     }[model.baseline]
     for each in model.baked:

@@ -42,7 +42,7 @@ def family_of(problem: Problem) -> NDArray[np.str_]:
             (lit == 1) & blue,
             pair,
         ],
-        ["lens cap", "black", "tips", "grey", "red ramp", "green ramp", "blue ramp", "secondary"],
+        ["lens cap", "black", "colour points", "grey", "red ramp", "green ramp", "blue ramp", "secondary"],
         "mixture",
     )
     return np.asarray(names)

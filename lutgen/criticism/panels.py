@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 #: Colour families in the order in which people think of them.
 FAMILIES = (
-    "black", "grey", "red ramp", "green ramp", "blue ramp", "secondary", "mixture", "tips", "lens cap",
+    "black", "grey", "red ramp", "green ramp", "blue ramp", "secondary", "mixture", "colour points", "lens cap",
 )  # fmt: skip
 
 #: Dimensions that are conditions, and the name of the cell in which a reading departs from rest in them.

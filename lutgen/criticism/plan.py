@@ -149,8 +149,8 @@ def _between(base: Fit, known: Mapping[str, Effect], pair: tuple[str, str]) -> M
     best = min(found, key=lambda each: each.after)
     if best.after < CLEAR and best.after - best.before < 1.0:
         raise LutgenError(
-            f"no patch in one more session would tell {pair[0]} from {pair[1]}: re-measured white and primaries hide all "
-            f"that they do. Use --baseline first-hour, or a spectrum."
+            f"no patch in one more session would tell {pair[0]} from {pair[1]}: re-measured white and primaries hide "
+            f"all that they do. Use --baseline first-hour, or a spectrum."
         )
     sentence = (
         f"To tell {pair[0]} from {pair[1]}: {best.name}. It raises their separation (χ²) from {best.before:.3g} to "

@@ -180,7 +180,7 @@ def _joined(current: Fit, effect: Effect) -> Fit:
     """Add an effect in its best form, and choose the forms of all effects anew."""
     if not candidates({effect.name: effect}, current.problem.baseline, ()):
         raise LutgenError(
-            f"effect {effect.name!r} is absorbed by the tips that are measured anew at each hour: it can only be "
+            f"effect {effect.name!r} is hidden by white and primaries that are measured anew at each hour: it can only be "
             f"fitted from the hour-0 display. Add --baseline first-hour."
         )
     _check_enough(current, effect)

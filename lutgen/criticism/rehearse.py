@@ -183,11 +183,11 @@ def _unseen(effect: Effect, seen: Visibility) -> str:
         return "It shows too little in these readings, however it is set."
     if seen.smallest_detectable is None:
         advice = (
-            ' Measure more than the tips, or declare it with baseline="first-hour".'
+            ' Measure more than white and primaries, or declare it with baseline="first-hour".'
             if effect.baseline == "colour-points"
             else ""
         )
-        return f"The tips take up {seen.absorbed:.1%} of it: no size of it shows in these readings.{advice}"
+        return f"White and primaries take up {seen.absorbed:.1%} of it: no size of it shows in these readings.{advice}"
     least = _with_unit(seen.smallest_detectable, seen.unit)
     most = max(map(abs, effect.parameters[seen.parameter].bounds))
     return f"It would show from {seen.parameter} = {least} on, and its bounds end at {most:g}."

@@ -40,7 +40,9 @@ NO_PROBES = Probed()
 AGREES = "Nothing is above the noise: the model agrees with these readings."
 
 #: With tips alone the model cannot fail, and has not been tried.
-NOTHING_COMPARED = "Nothing was compared: these readings hold nothing but the tips, which any model agrees with."
+NOTHING_COMPARED = (
+    "Nothing was compared: these readings hold nothing but white and primaries, which any model agrees with."
+)
 
 #: A confusable effect whose share is below this part of the other's is its shadow.
 SHADOW = 0.12

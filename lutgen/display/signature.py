@@ -144,7 +144,7 @@ class Signature:
         size = f"Up to {whole.max():.2g} ΔE2000 (code {code} at {spaced(hour)} h), {whole.mean():.2g} in the mean. "
         if left < ABSORBED:
             return f"{size}Tips measured again absorb it all: --baseline first-hour sees it."
-        return f"{size}Beside tips measured again, {left:.0%} of that is left."
+        return f"{size}Beside re-measured white and primaries, {left:.0%} of that is left."
 
 
 _DRIVES = np.vstack([np.ones(3), np.eye(3)])

@@ -46,7 +46,7 @@ class Tips:
         """Refuse one time only, and primaries on a line."""
         if self.hours.size < 2:
             message = (
-                f"{self.source}: tips were measured at one time only (hour {self.hours[0]:g}). "
+                f"{self.source}: white and primaries were measured at one time only (hour {self.hours[0]:g}). "
                 f"Aging is a change: add the white, red, green and blue of a later hour."
             )
             raise LutgenError(message)

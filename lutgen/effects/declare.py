@@ -222,7 +222,7 @@ def check_declaration(declared: Effect) -> None:
     if declared.stage not in STAGES:
         _refuse(f"{who}: stage {declared.stage!r} is none. Pick one of: {', '.join(STAGES)}.")
     if declared.baseline not in {"colour-points", "first-hour"}:
-        _refuse(f"{who}: baseline {declared.baseline!r} is none. Pick one of: tips, fresh.")
+        _refuse(f"{who}: baseline {declared.baseline!r} is none. Pick one of: colour-points, first-hour.")
     _check_signature(declared, who)
     for name, parameter in declared.parameters.items():
         _check_parameter(f"{who}: parameter {name!r}", parameter, declared.neutral.get(name))

@@ -116,7 +116,8 @@ def _list(effects: Mapping[str, Effect]) -> None:
         stage = effect.stage
     _print_table(console, table)
     console.print(
-        "\nbaseline: tips are seen beside white and primaries measured again at every hour, fresh only from hour 0.\n"
+        "\nbaseline: colour-points effects are seen beside white and primaries measured again at every hour, first-hour "
+        "effects only by a model that starts from hour 0.\n"
         "`lutgen effects NAME` explains one.",
         markup=False,
         soft_wrap=True,
@@ -171,8 +172,8 @@ def _said(effect: Effect, *, must_be_sound: bool) -> str:
 
 
 _BASELINES = {
-    "tips": "tips: seen beside white and primaries measured again at every hour",
-    "first-hour": "fresh: seen only by a model that starts from hour 0 (--baseline first-hour)",
+    "colour-points": "seen beside white and primaries measured again at every hour",
+    "first-hour": "seen only by a model that starts from hour 0 (--baseline first-hour)",
 }
 
 
@@ -252,7 +253,7 @@ def _print_rehearsal(rehearsal: Any) -> None:
     console.print(f"\n{rehearsal.sentence}", markup=False)
     table = _table(None, None)
     absorbed = "it leaves no trace" if rehearsal.absorbed is None else f"{rehearsal.absorbed:.0%}"
-    table.add_row(*_plain("absorbed by the tips", absorbed))
+    table.add_row(*_plain("hidden by white and primaries", absorbed))
     unit = "" if rehearsal.unit == "1" else f" {rehearsal.unit}"
     size = rehearsal.smallest_detectable
     table.add_row(*_plain("smallest detectable size", "none" if size is None else f"{size:.3g}{unit}"))

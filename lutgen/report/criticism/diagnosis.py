@@ -80,7 +80,7 @@ def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect]
             percent(each.absorbed),
         )
         rows.append(row)
-    headings = ("effect", "seen from", "parameter", "typical", "absorbed by the tips")
+    headings = ("effect", "seen from", "parameter", "typical", "hidden by white and primaries")
     return Table(headings, rows, words=(0, 2), faint=[n for n, each in enumerate(ordered) if not each.visible])
 
 
