@@ -28,8 +28,8 @@ def model_options(command: Callable[..., Any]) -> Callable[..., Any]:
                 "--baseline",
                 cls=Advanced,
                 type=click.Choice(AGING_BASELINES),
-                help="Fresh display: the paper's sRGB with the measured `colour-points`, or `native`, the first session's "
-                "own curves and black, which --reference absolute shows [default: colour-points].",
+                help="Fresh display: the paper's sRGB with the measured `colour-points`, or `native`, the first "
+                "session's own curves and black, which --reference absolute shows [default: colour-points].",
             ),
             click.option(
                 "--selection",

@@ -126,7 +126,8 @@ class Comparison:
     def sentence(self) -> str:
         """Say in plain words how well the model does."""
         if not self.where:
-            return "These readings hold nothing but white and primaries, which the model takes as given: there is nothing to compare."
+            taken = "white and primaries, which the model takes as given"
+            return f"These readings hold nothing but {taken}: there is nothing to compare."
         size = f"mean ΔE2000 {self.error.delta_e_mean:.2f} where noise alone gives {self.floor.delta_e_mean:.2f}"
         if self.agrees:
             return f"The model agrees with the measurements: {size}."

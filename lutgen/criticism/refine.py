@@ -180,8 +180,8 @@ def _joined(current: Fit, effect: Effect) -> Fit:
     """Add an effect in its best form, and choose the forms of all effects anew."""
     if not candidates({effect.name: effect}, current.problem.baseline, ()):
         raise LutgenError(
-            f"effect {effect.name!r} is hidden by white and primaries that are measured anew at each hour: it can only be "
-            f"fitted from the hour-0 display. Add --baseline first-hour."
+            f"effect {effect.name!r} is hidden by white and primaries that are measured again at each hour: it can "
+            f"only be fitted from the hour-0 display. Add --baseline first-hour."
         )
     _check_enough(current, effect)
     found = family(current, effect).best.fit

@@ -116,8 +116,8 @@ def _list(effects: Mapping[str, Effect]) -> None:
         stage = effect.stage
     _print_table(console, table)
     console.print(
-        "\nbaseline: colour-points effects are seen beside white and primaries measured again at every hour, first-hour "
-        "effects only by a model that starts from hour 0.\n"
+        "\nbaseline: colour-points effects are seen beside white and primaries measured again at every hour, "
+        "first-hour effects only by a model that starts from hour 0.\n"
         "`lutgen effects NAME` explains one.",
         markup=False,
         soft_wrap=True,
