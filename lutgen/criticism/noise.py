@@ -110,14 +110,19 @@ class Noise:
 
 def replicate_groups(readings: Measurements) -> NDArray[np.intp]:
     """Number the groups of readings that differ in nothing but noise, and in temperature by a few kelvins: (n,)."""
-    conditions = {name: np.nan_to_num(values, nan=-1e9) for name, values in readings.conditions.items()}
-    if "temperature_c" in conditions:
-        # A logged temperature hardly ever repeats to the digit; what it does is taken out of the scatter instead.
-        conditions["temperature_c"] = np.nan_to_num(np.round(readings.warmer() / (2 * FEW_KELVINS)), nan=-1e9)
-    columns = [readings.hours, *readings.drive.T, *conditions.values()]
+    # What counts as rest is one condition, however a log of every reading's minutes, lux or kelvins scatters.
+    conditions = [np.nan_to_num(_repeated(readings, name), nan=-1e9, posinf=1e9) for name in readings.conditions]
+    columns = [readings.hours, *readings.drive.T, *conditions]
     sessions = np.unique(np.array(readings.session or [""] * readings.hours.size), return_inverse=True)[1]
     columns += [sessions.astype(float), is_capped(readings).astype(float)]
     return np.asarray(np.unique(np.column_stack(columns), axis=0, return_inverse=True)[1].reshape(-1))
+
+
+def _repeated(readings: Measurements, name: str) -> Array:
+    if name == "temperature_c":
+        # A logged temperature hardly ever repeats to the digit; what it does is taken out of the scatter instead.
+        return np.asarray(np.round(readings.warmer() / (2 * FEW_KELVINS)))
+    return readings.settled(name)
 
 
 def replicate_deviations(xyz: Array, groups: NDArray[np.intp], temperature: Array | None) -> Array:
@@ -207,8 +212,26 @@ def estimate_noise(readings: Measurements, instrument: str | None = None) -> Noi
     noise = Noise(*start, session, _matrix(CORRELATION), "instrument" if stated else "assumed", pooled.contrasts)
     noise = replace(noise, digits=digits_of(readings.xyz_cd_m2))
     if stated is None and pooled.contrasts >= ENOUGH:
-        noise = replace(pooled.most_likely(noise), source="replicates")
-    return replace(noise, scatter=pooled.squares(noise), slips=slips, copied=_copied(readings.xyz_cd_m2, groups))
+        # Black alone tells the floor, and nothing of how noise grows with the light.
+        source = "replicates" if pooled.bright >= ENOUGH else "assumed"
+        noise = replace(pooled.most_likely(noise), source=source)
+    return replace(
+        noise,
+        scatter=pooled.squares(noise),
+        slips=_still_slips(readings.xyz_cd_m2, groups, slips, noise),
+        copied=_copied(readings.xyz_cd_m2, groups),
+    )
+
+
+def _still_slips(xyz: Array, groups: NDArray[np.intp], slips: tuple[int, ...], noise: Noise) -> tuple[int, ...]:
+    """Those of the suspected slips that stand far off in units of the noise that the others have."""
+    found = []
+    for row in slips:
+        middle = np.median(xyz[groups == groups[row]], axis=0)
+        off = noise.whitener(middle[np.newaxis])[0] @ (xyz[row] - middle)
+        if float(off @ off) > (SLIP / 2) ** 2:
+            found.append(row)
+    return tuple(found)
 
 
 def _matrix(correlation: float) -> Array:
@@ -247,6 +270,11 @@ class _Pooled:
     @property
     def contrasts(self) -> int:
         return int(self.freedom.sum())
+
+    @property
+    def bright(self) -> int:
+        """Contrasts of patches at which an ordinary colorimeter's noise goes with the light."""
+        return int(self.freedom[self.mean[:, 1] > FLOOR_CD_M2 / RELATIVE].sum())
 
     def squares(self, noise: Noise) -> float:
         if not self.contrasts:

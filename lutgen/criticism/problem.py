@@ -80,6 +80,8 @@ class Problem:
     offset_cd_m2, wander
         Spread from session to session of the instrument's dark offset in X, Y and Z, and of its gain from the first to
         the last reading of a session, as a share; 0: none.
+    weights
+        Weight of every reading in the file, beside that of its noise; None: 1.
 
     """
 
@@ -94,6 +96,7 @@ class Problem:
     drawn: tuple[NativeDisplay, ...] = ()
     offset_cd_m2: float = 0.0
     wander: float = 0.0
+    weights: Array | None = None
 
     @classmethod
     def of(
@@ -256,7 +259,10 @@ class Problem:
         """Matrices (n, 3, 3) that make residuals independent with variance 1; noise goes by the replicates' mean."""
         count = np.bincount(self.groups)
         mean = np.stack([np.bincount(self.groups, self.xyz[:, k]) for k in range(3)], axis=1)[self.groups]
-        return self.noise.whitener(mean / count[self.groups][:, np.newaxis])
+        whitener = self.noise.whitener(mean / count[self.groups][:, np.newaxis])
+        if self.weights is None:
+            return whitener
+        return np.asarray(whitener * np.sqrt(self.weights[self.rows])[:, np.newaxis, np.newaxis])
 
     @cached_property
     def curve_doubt(self) -> Array:

@@ -305,16 +305,26 @@ class _Part:
         return np.asarray(rows - self.basis @ (self.basis.T @ rows))
 
 
+#: Nothing is named that twice an assumed noise would explain: four times its variance.
+ALLOWANCE = 4.0
+
+
 @dataclass(frozen=True)
 class PureError:
-    """Scatter of replicates about their means in the fit's own units: the yardstick of all tests."""
+    """Scatter of replicates about their means in the fit's own units: the yardstick of all tests.
+
+    ``allowance``: factor of the variance up to which nothing is found, where nobody measured the noise.
+    """
 
     squares: float
     freedom: int
+    allowance: float = 1.0
 
     @classmethod
     def of(cls, problem: Problem) -> PureError:
         """Take the scatter from the readings that count; the stated noise where there are too few replicates."""
+        if problem.noise.source == "assumed":
+            return cls(0.0, 0, ALLOWANCE)
         temperature = problem.readings.conditions.get("temperature_c")
         warm = None if temperature is None else temperature[problem.rows]
         off = replicate_deviations(problem.xyz, problem.groups, warm)
@@ -334,13 +344,13 @@ class PureError:
         if gain <= 0:
             return 1.0
         if not self.measured:
-            return float(stats.chi2.sf(gain, parameters))
+            return float(stats.chi2.sf(gain / self.allowance, parameters))
         return float(stats.f.sf(gain / parameters / (self.squares / self.freedom), parameters, self.freedom))
 
     def p_of_leftover(self, found: Fit) -> float:
         """Probability that noise alone leaves so much (F test for lack of fit)."""
         if not self.measured:
-            return float(stats.chi2.sf(found.chi2, max(found.freedom, 1)))
+            return float(stats.chi2.sf(found.chi2 / self.allowance, max(found.freedom, 1)))
         squares, freedom = found.chi2 - self.squares, found.freedom - self.freedom
         if freedom < 1 or squares <= 0:
             return 1.0

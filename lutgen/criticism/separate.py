@@ -160,4 +160,10 @@ def with_patches(problem: Problem, patches: tuple[Patch, ...]) -> Problem:
         order=None,
     )
     shifted = np.where(problem.rows >= place, problem.rows + count, problem.rows)
-    return replace(problem, readings=added, rows=np.sort(np.concatenate([shifted, np.arange(place, place + count)])))
+    weights = None if problem.weights is None else np.insert(problem.weights, place, np.ones(count))
+    return replace(
+        problem,
+        readings=added,
+        weights=weights,
+        rows=np.sort(np.concatenate([shifted, np.arange(place, place + count)])),
+    )

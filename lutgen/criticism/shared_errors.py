@@ -20,6 +20,7 @@ from scipy.optimize import minimize_scalar
 from lutgen.criticism.fit import fit
 from lutgen.criticism.linear import State, linearise
 from lutgen.criticism.system import local_columns, prior_rows
+from lutgen.criticism.tails import tails_of, weights_of
 from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
@@ -45,8 +46,13 @@ ENOUGH = 3
 
 
 def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
-    """Return a problem with the spreads of offset and wander that its sessions show beside ``terms``."""
+    """Return a problem with its weights and the spreads of offset and wander that sessions show beside ``terms``."""
     plain = replace(problem, offset_cd_m2=0.0, wander=0.0)
+    if tails := tails_of(plain):
+        residual = fit(plain, [replace(term, free=()) for term in terms]).linear.residual
+        weights = np.ones(problem.readings.hours.size)
+        weights[problem.rows] = weights_of(plain, residual, tails)
+        problem, plain = replace(problem, weights=weights), replace(plain, weights=weights)
     found = fit(plain, [replace(term, free=()) for term in terms])
     state = State(found.terms, found.tips, found.gains)
     linear = linearise(plain, state)

@@ -135,7 +135,9 @@ def _hopeless(base: Fit, current: Fit, count: int) -> bool:
 
 def admissible(candidate: Candidate, current: Fit, error: PureError, tried: int) -> bool:
     """Whether a candidate beside ``current`` is beyond chance: BIC, corrected F test, held-out readings."""
-    if bic(candidate) > current.bic - STRONG:
+    # Where nobody measured the noise, the gain must be worth its parameters under twice that noise.
+    beyond = candidate.gain * (1.0 - 1.0 / error.allowance)
+    if bic(candidate) + beyond > current.bic - STRONG:
         return False
     if candidate.form and error.p_of_gain(candidate.gain, len(candidate.form)) * tried > SIGNIFICANT:
         return False

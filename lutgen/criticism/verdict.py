@@ -12,6 +12,7 @@ from lutgen.criticism.leftover import is_even, is_noise, is_within_scatter
 from lutgen.criticism.probes import Probed, nameless, probe
 from lutgen.criticism.search import STRONG, PureError
 from lutgen.criticism.shares import shares_of_delta_e
+from lutgen.criticism.tails import SLIP
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -30,6 +31,9 @@ VERDICTS = {
     "unexplained": "something is there that no known effect explains",
     "measurement-problem": "the measurement moved, not the display",
 }
+
+#: Lines of readings that a remark names.
+NAMED_LINES = 12
 
 #: A family that explains this share of the excess is the right one although its formula leaves something.
 MOST_OF_IT = 0.95
@@ -105,22 +109,46 @@ def pronounce(explanation: Explanation, error: PureError, seen: Sequence[Visibil
         sentence = f"The measurement cannot be trusted: {suspicion.sentence}."
         return Verdict("measurement-problem", sentence, remarks=remarks)
     if not explanation.steps:
-        return _nothing_named(explanation, error, suspicion, remarks)
-    return _named(explanation, error, remarks)
+        return _if_so(_nothing_named(explanation, error, suspicion, remarks), explanation)
+    return _if_so(_named(explanation, error, remarks), explanation)
+
+
+def _if_so(verdict: Verdict, explanation: Explanation) -> Verdict:
+    """Make a verdict depend on the noise where nobody measured it."""
+    noise = explanation.base.problem.noise
+    if noise.source != "assumed" or verdict.name in {"consistent", "measurement-problem"}:
+        return verdict
+    condition = (
+        f"If this meter's noise is at most twice {noise.relative:.2%} and {noise.floor_cd_m2:.2g} cd/m², which nothing "
+        f"here tells: "
+    )
+    return replace(verdict, sentence=condition + verdict.sentence)
 
 
 def _remarks(explanation: Explanation, blind: Sequence[str], suspicion: Suspicion) -> tuple[str, ...]:
     noise, remarks = explanation.base.problem.noise, []
     if noise.source == "assumed":
         remarks.append(
-            f"No replicates: the noise is assumed, {noise.relative:.2%} and {noise.floor_cd_m2:g} cd/m². Repeat "
+            f"No replicates: the noise is assumed, {noise.relative:.2%} and {noise.floor_cd_m2:.2g} cd/m². Repeat "
             f"readings three times, or give --instrument."
         )
     if suspicion.rows:
         remarks.append(f"Left out: {_lines(explanation, suspicion)}, which contradict their own replicates or kin.")
+    if slips := _weighed_down(explanation):
+        remarks.append(f"Weighed down, since they stand alone: {slips}.")
     if blind:
         remarks.append(f"These data could not have seen: {', '.join(blind)}.")
     return tuple(remarks)
+
+
+def _weighed_down(explanation: Explanation) -> str:
+    """Name the readings that heavy tails make count for little, the first few of them by their lines."""
+    problem = explanation.base.problem
+    if problem.weights is None:
+        return ""
+    lines = sorted(int(problem.readings.lines[row]) for row in problem.rows if problem.weights[row] < SLIP)
+    more = f" and {len(lines) - NAMED_LINES} more" if len(lines) > NAMED_LINES else ""
+    return f"lines {', '.join(map(str, lines[:NAMED_LINES]))}{more}" if lines else ""
 
 
 def _lines(explanation: Explanation, suspicion: Suspicion) -> str:

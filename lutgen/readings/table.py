@@ -36,6 +36,9 @@ RANGES = {name: (column.low, column.high, column.meaning) for name, column in CO
     "XYZ": (-1e6, 1e6, "light in cd/m²"),
 }
 
+#: Column → the cell of its condition.
+CELLS = {column.name: condition.cell for condition in CONDITIONS for column in condition.columns}
+
 #: White below this is no display's luminance in cd/m²: the values are then relative (Y = 1 for white).
 MIN_WHITE_CD_M2 = 2.0
 
@@ -130,6 +133,11 @@ class Measurements:
         if not source:
             return f"Readings: {file}, which does not say where they come from (no line `# source: …`)."
         return f"Readings: {file}. Source: {source}."
+
+    def settled(self, name: str) -> Array:
+        """Values of a column, (n,), with that at rest in place of every value that still counts as rest."""
+        at, cell = self.rest.values[name], CELLS[name]
+        return np.where(self.rest.away[cell], self.conditions[name], at)
 
     def at_rest(self) -> NDArray[np.bool_]:
         """Readings under the same conditions as the colour points of their session, (n,)."""

@@ -1,0 +1,116 @@
+"""Tails of the noise: an instrument that slips now and then has a Student t distribution, not a normal one.
+
+Replicates tell whether tails are heavy: nothing but noise parts them. Where they are, each reading is weighed by how
+far it stands from its own kin, the same patch at the hours before and after: w = (ν + 3)/(ν + d²), with which least
+squares are the likelihood of a t distribution (Lange, Little & Taylor 1989, doi:10.1080/01621459.1989.10478852). A slip
+then costs little, and is named. What a display does to a patch over the hours is no slip: it does not stand alone.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy.special import gammaln
+
+from lutgen.criticism.linear import whiten
+from lutgen.readings.table import is_capped
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+    from lutgen.criticism.problem import Problem
+
+#: Degrees of freedom that are tried; more of them are a normal distribution.
+DEGREES = (2.5, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0)
+
+#: Gain in log likelihood from which tails are heavy: two parameters, one chance in a thousand.
+CLEAR = 7.0
+
+#: Fewer replicated readings than this tell nothing of tails.
+ENOUGH = 30
+
+#: A reading that counts less than this is named.
+SLIP = 0.1
+
+
+class Tails(NamedTuple):
+    """Degrees of freedom of the noise, and its scale as a share of its standard deviation."""
+
+    degrees: float
+    scale: float
+
+
+def tails_of(problem: Problem) -> Tails | None:
+    """Estimate the tails from replicates; None where they are those of a normal distribution, or too few tell."""
+    groups = problem.groups
+    count = np.bincount(groups)[groups]
+    replicated = (count > 1) & ~_coarse(problem)
+    if int(replicated.sum()) < ENOUGH:
+        return None
+    mean = np.stack([np.bincount(groups, problem.xyz[:, k]) for k in range(3)], axis=1)[groups] / count[:, np.newaxis]
+    off = whiten(problem, problem.xyz - mean)[replicated]
+    squares = (off**2).sum(axis=1) / (1.0 - 1.0 / count[replicated])
+    normal = _normal(squares)
+    best = max((_student(squares, degrees) for degrees in DEGREES), key=lambda each: each[0])
+    return Tails(best[1], best[2]) if best[0] - normal > CLEAR else None
+
+
+def _coarse(problem: Problem) -> NDArray[np.bool_]:
+    """Readings whose noise is that of the last digit rather than the instrument's, (n,): rounding has no tails."""
+    sigma = np.sqrt(np.diagonal(problem.noise.covariance(problem.xyz), axis1=1, axis2=2))
+    return np.asarray((problem.noise.digits.step(problem.xyz) > sigma).any(axis=1))
+
+
+def _normal(squares: Array) -> float:
+    """Log likelihood of squared whitened errors of three numbers each under a normal distribution of free size."""
+    variance = float(squares.mean()) / 3.0
+    return float(-0.5 * squares.sum() / variance - 1.5 * squares.size * np.log(2.0 * np.pi * variance))
+
+
+def _student(squares: Array, degrees: float) -> tuple[float, float, float]:
+    """Log likelihood under a t distribution of free scale, its degrees of freedom, and that scale."""
+    variance = float(np.median(squares)) / 2.4
+    for _ in range(50):
+        weight = (degrees + 3.0) / (degrees + squares / variance)
+        variance = float((weight * squares).mean()) / 3.0
+    size = float(gammaln((degrees + 3.0) / 2.0) - gammaln(degrees / 2.0) - 1.5 * np.log(degrees * np.pi * variance))
+    fit = -0.5 * (degrees + 3.0) * np.log1p(squares / (degrees * variance)).sum()
+    return float(squares.size * size + fit), degrees, float(np.sqrt(variance))
+
+
+def weights_of(problem: Problem, residual: Array, tails: Tails) -> Array:
+    """Weight of each reading, (n,), relative to the variance that replicates show; ``residual`` is whitened, (n, 3)."""
+    off = residual - _expected(problem, residual)
+    distance = (off**2).sum(axis=1) / (1.5 * tails.scale**2)
+    return np.asarray((tails.degrees + 3.0) / (tails.degrees + distance) / tails.scale**2)
+
+
+def _expected(problem: Problem, residual: Array) -> Array:
+    """Residual of the same patch at the hours before and after, (n, 3): of its replicates where it has many."""
+    expected = np.zeros_like(residual)
+    kin = _kin(problem)
+    for each in np.unique(kin):
+        here = np.flatnonzero(kin == each)
+        hours = problem.hour_of[here]
+        usual = {int(hour): np.median(residual[here[hours == hour]], axis=0) for hour in np.unique(hours)}
+        known = sorted(usual)
+        for place, hour in enumerate(known):
+            rows = here[hours == hour]
+            if rows.size >= 3:
+                expected[rows] = usual[hour]
+            else:
+                beside = [usual[known[k]] for k in (place - 1, place + 1) if 0 <= k < len(known)]
+                expected[rows] = np.mean(beside, axis=0) if beside else residual[rows]
+    return expected
+
+
+def _kin(problem: Problem) -> NDArray[np.intp]:
+    """Number the readings of one patch under the same conditions, at whatever hour, (n,)."""
+    readings = problem.readings
+    columns = [*readings.drive[problem.rows].T, is_capped(readings)[problem.rows].astype(float)]
+    columns += [
+        np.nan_to_num(readings.settled(name)[problem.rows], nan=-1.0, posinf=1e9) for name in readings.conditions
+    ]
+    return np.asarray(np.unique(np.column_stack(columns), axis=0, return_inverse=True)[1].reshape(-1))
