@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -102,6 +104,12 @@ def test_a_figure_is_a_share_of_its_own_questions_with_wilsons_interval() -> Non
     # Wilson's interval of 3 of 4 at 95 %, by its closed form.
     assert found.interval == pytest.approx((0.3006, 0.9544), abs=1e-4)
     assert result(clear, [_answered("faint", "consistent")]) is None
+
+
+def test_a_refused_file_is_no_confident_reply() -> None:
+    wrong = next(figure for figure in FIGURES if figure.title == "confidently wrong, outside the catalogue")
+    replies = [_answered("outside", verdict, ["loading"], truth=["mood"]) for verdict in ("refused", "named")]
+    assert [list(wrong.trials(one)) for one in replies] == [[False], [True]]
 
 
 def test_an_effect_that_shows_too_little_is_not_counted() -> None:
@@ -269,6 +277,23 @@ def test_the_command_prints_figures_and_says_by_its_exit_code_whether_they_meet_
     assert "healthy, shot-noise: not consistent | 0.000" in capsys.readouterr().out
     assert command.main([*few, "--only", "clear"]) == 1
     assert "black-level" in capsys.readouterr().out
+
+
+def test_a_run_that_is_out_of_time_reports_what_was_asked(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # Threads, since processes would not see what is patched here.
+    monkeypatch.setattr(command, "ProcessPoolExecutor", ThreadPoolExecutor)
+    monkeypatch.setattr(command, "ask", _slowly)
+    command.main(["--per-kind", "4", "--only", "healthy", "--workers", "1", "--minutes", "0.005"])
+    out = capsys.readouterr().out
+    assert "Of 24 campaigns " in out
+    assert "healthy, all meters: not consistent | 0.000" in out
+
+
+def _slowly(question: Question) -> Answered:
+    time.sleep(0.1)
+    return Answered(question, (), Said(Reply("consistent", seconds=0.1)))
 
 
 def test_a_generator_that_is_not_there_is_left_out_and_said_so(

@@ -9,8 +9,7 @@ import argparse
 import math
 import shlex
 import sys
-import time
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -79,17 +78,16 @@ def _answers(asked: Sequence[Question], workers: int, minutes: float) -> list[An
     """Ask all questions, in this process where ``workers`` is 0; after so many minutes no further ones."""
     if workers == 0:
         return [ask(question) for question in asked]
-    end = time.monotonic() + 60.0 * minutes
-    answers: list[Answered] = []
     with ProcessPoolExecutor(workers) as pool:
         waiting = [pool.submit(ask, question) for question in asked]
-        for future in waiting:
-            if time.monotonic() > end and future.cancel():
-                continue
-            answers.append(future.result())
-            if sys.stderr.isatty() or len(answers) % 20 == 0:
-                print(f"\r{len(answers)} of {len(asked)} campaigns", end="", file=sys.stderr, flush=True)
-    return answers
+        try:
+            for done, _ in enumerate(as_completed(waiting, None if minutes == math.inf else 60.0 * minutes), start=1):
+                if sys.stderr.isatty() or done % 20 == 0:
+                    print(f"\r{done} of {len(asked)} campaigns", end="", file=sys.stderr, flush=True)
+        except TimeoutError:
+            for future in waiting:
+                future.cancel()
+        return [future.result() for future in waiting if not future.cancelled()]
 
 
 def _options(arguments: Sequence[str] | None) -> argparse.Namespace:

@@ -56,6 +56,10 @@ def _reserved(one: Answered) -> bool:
     return one.reply.verdict in ("consistent", "one-of", "unexplained", "measurement-problem")
 
 
+def _confidently_wrong(one: Answered) -> bool:
+    return one.reply.verdict in CONFIDENT and not _reserved(one)
+
+
 def _blind(one: Answered) -> bool:
     (name,) = one.question.effects
     if (one.question.design, name) not in TIED:
@@ -142,8 +146,8 @@ FIGURES: tuple[Share, ...] = (
     Share("healthy, all meters: an effect named", _of("healthy", _names), 0.01, 0.005, at_most=True),
     *(Share(f"healthy, {name}: not consistent", _of("healthy", _not(_consistent), name)) for name in METERS),
     *(Share(f"healthy, {name}: an effect named", _of("healthy", _names, name)) for name in METERS),
-    Share("confidently wrong, outside the catalogue", _of("outside", _not(_reserved)), 0.05, 0.03, at_most=True),
-    Share("confidently wrong, truth removed", _of("removed", _not(_reserved)), 0.10, 0.05, at_most=True),
+    Share("confidently wrong, outside the catalogue", _of("outside", _confidently_wrong), 0.05, 0.03, at_most=True),
+    Share("confidently wrong, truth removed", _of("removed", _confidently_wrong), 0.10, 0.05, at_most=True),
     Share("blind designs honest", _of("blind", _blind), 0.95, 1.0),
     Share("nothing lost: verdict changes", _changes(lossless=True, figures=False), 0.0, 0.0, at_most=True),
     Share("nothing lost: verdict, share or error changes", _changes(lossless=True, figures=True), 0, 0, at_most=True),
