@@ -201,7 +201,8 @@ def test_shares_are_told_in_delta_e_too_and_in_its_order() -> None:
     assert set(verdict.effects) == {"black-level", "warm-up"} == set(verdict.shares_delta_e)
     assert list(verdict.effects) == sorted(verdict.effects, key=lambda name: -verdict.shares_delta_e[name])
     assert "of the excess mean ΔE2000" in verdict.sentence
-    assert 0.8 < sum(verdict.shares_delta_e.values()) < 1.2
+    # Both darken or lighten the same dark patches: what comes back without the one is partly hidden by the other.
+    assert all(0.3 < share <= 1.0 for share in verdict.shares_delta_e.values())
 
 
 def test_the_f_test_goes_by_the_replicates() -> None:

@@ -348,7 +348,7 @@ def test_models_with_singular_tips_or_an_effect_twice_are_refused(readings: Meas
         DisplayModel(readings, latent=LatentTips(hours, line))
     with pytest.raises(LutgenError, match="'black-level' is given twice"):
         a_model(readings, named("black-level"), named("black-level", {"new": 0.0}))
-    with pytest.raises(LutgenError, match=r"unknown baseline 'old'\. Pick one of: tips, fresh"):
+    with pytest.raises(LutgenError, match=r"unknown baseline 'old'\. Pick one of: colour-points, first-hour"):
         DisplayModel(readings, baseline="old")
 
 
@@ -529,7 +529,7 @@ BAD_FILES: list[tuple[str, str]] = [
     ("schema = 1\n[fit", "not a model file (TOML)"),
     ("colour = 3", "unknown key 'colour' in the file. Pick one of: schema, display"),
     ("[model]\nbaselin = 'colour-points'", "unknown key 'baselin' in [model]. Pick one of: baseline"),
-    ("[model]\nbaseline = 'tip'", "unknown baseline 'tip'. Pick one of: tips, fresh"),
+    ("[model]\nbaseline = 'tip'", "unknown baseline 'tip'. Pick one of: colour-points, first-hour"),
     ("[model]\nheld = 'yes'", "[model]: held is 'yes'; it must be true or false"),
     ("[model]\nselection = 3", "[model]: selection is 3; it must be a text"),
     ("[model]\nluminance_table = [[0.0, 1.0, 3.0]]", "rows of two numbers"),
@@ -751,7 +751,7 @@ def test_a_lut_says_which_effects_and_conditions_it_holds(readings: Measurements
         assert "effect: black-level (new 0, grown 0.0333333, " in text
         assert "effect: edge-falloff (" in text
         assert "at: u = 0" in text
-        assert "baseline: tips of hour 0 alone" in text
+        assert "baseline: white and primaries of hour 0 alone" in text
     content = json.loads((tmp_path / "built" / MANIFEST).read_text(encoding="utf-8"))["model"]
     assert content["carries"] == what_luts_carry(model)
     assert content["conditions"] == {"u": 0.0}

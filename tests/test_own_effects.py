@@ -127,7 +127,7 @@ def test_an_effect_that_is_imported_is_not_the_files_own(tmp_path: Path) -> None
         (GOOD.replace("k=K", 'k=K, needs="window"'), r"needs is the text 'window'. Write \('window',\)"),
         (GOOD.replace("k=K", 'k=K, forms=("k",)'), r"forms is the text 'k'. Write \('k',\)"),
         (GOOD.replace("k=K", 'k=K, forms=(("q",),)'), "forms names 'q'. Pick from: k"),
-        (GOOD.replace("k=K", 'k=K, baseline="old"'), "baseline 'old' is none. Pick one of: tips, fresh"),
+        (GOOD.replace("k=K", 'k=K, baseline="old"'), "baseline 'old' is none. Pick one of: colour-points, first-hour"),
         (GOOD.replace("k=K", "k=0.1"), r"parameter 'k' is 0.1. Declare it as Parameter\("),
     ],
 )

@@ -53,7 +53,9 @@ def test_the_error_falls_with_every_step_down_to_the_floor() -> None:
     assert [step.effect for step in both().steps] == ["black-level", "crosstalk"]
     assert all(after < before - 0.1 for before, after in pairwise(ratios))
     assert ratios[0] > 3.0
-    assert ratios[-1] == pytest.approx(1.0, abs=0.06)
+    # Replicates that tell the own sizes of X, Y and Z know each of them within a tenth.
+    assert ratios[-1] == pytest.approx(1.0, abs=0.12)
+    assert both().found.chi2 / both().found.freedom == pytest.approx(1.0, abs=0.1)
     assert both().after is both().steps[-1].comparison
 
 

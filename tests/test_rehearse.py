@@ -74,7 +74,7 @@ def test_what_is_put_in_is_found_again_in_its_size(name: str, design: str, told:
 
 @pytest.mark.parametrize(("name", "design", "told"), [
     ("fade", "colours", 'declare it with baseline="first-hour"'),
-    ("crosstalk", "colour-points", "Measure more than white and primaries"),
+    ("crosstalk", "tips", "Measure more than white and primaries"),
     ("corner", "colours", "It changes none of these readings"),
     ("edge-falloff", "colours", "It needs the columns u, v."),
     ("small", "colours", "It would show from k = "),

@@ -226,7 +226,7 @@ def test_a_build_adds_its_certificates_and_says_when_it_is_of_another_display(
     assert run("--hours", "0,18000", "--format", "clf", "-o", "aged", command="build").code == 0
     run("a.png", "--build", "aged", "-o", "r.html", *HOURS)
     text = Read((tmp_path / "r.html").read_text()).text
-    assert "aged holds 6 LUTs, 0 to 18 000 h." in text
+    assert "aged holds 4 LUTs, 0 to 18 000 h." in text
     assert "where the display neither jumps nor is clipped" in text
     assert "another display or model" not in text
     run("a.png", "--build", "aged", "--selection", "continuous", "-o", "s.html", *HOURS)

@@ -118,7 +118,7 @@ def test_without_its_columns_an_effect_cannot_be_seen(name: str) -> None:
 @pytest.mark.parametrize("name", [name for name, each in catalogue().items() if each.baseline == "colour-points"])
 def test_tips_alone_show_nothing_that_is_visible_beside_them(name: str) -> None:
     if name != "matrix-switching":  # whose trace is in the tips' own sum
-        assert not seen(name, "colour-points").visible
+        assert not seen(name, "tips").visible
 
 
 @pytest.mark.parametrize("name", [name for name, each in catalogue().items() if each.baseline == "first-hour"])

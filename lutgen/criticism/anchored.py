@@ -29,23 +29,27 @@ SEED = 20150319
 DRAWS = 32
 
 
-def anchored_state(problem: Problem, terms: Sequence[Term]) -> State:
-    """Solve the tips from their own readings, effects given: at every hour, under ``first-hour`` at hour 0 only."""
+def anchored(problem: Problem, terms: Sequence[Term]) -> Array:
+    """XYZ that the model predicts, (n, 3), cd/m², solved from the readings that it is anchored to, effects given.
+
+    Tips are solved at every hour, under ``first-hour`` at hour 0 only. Curves and black of a native display are solved
+    again too: what was measured in the first session had the effects in it already.
+    """
     fixed = tuple(replace(term, free=()) for term in terms)
-    sub = replace(problem, rows=problem.rows[problem.is_tip_anchor])
-    solved = fit(sub, fixed)
+    first = problem.is_anchor if problem.native and terms else problem.is_tip_anchor
+    part = problem.part(problem.rows[first])
+    solved = fit(part, fixed)
     tips = problem.measured_tips.copy()
     if problem.baseline == "first-hour":
         tips[:] = solved.tips[0]
     else:
-        tips[np.isin(problem.hours, sub.hours)] = solved.tips
+        tips[np.isin(problem.hours, part.hours)] = solved.tips
         tips = problem.interpolated(tips)
-    return State(fixed, tips, np.zeros(max(int(problem.gains.max()) + 1, 1)))
-
-
-def anchored(problem: Problem, terms: Sequence[Term]) -> Array:
-    """XYZ that the model predicts, (n, 3), cd/m²."""
-    return predict(problem, anchored_state(problem, terms))
+    state = State(fixed, tips, np.zeros(max(int(problem.gains.max()) + 1, 1)))
+    predicted = predict(problem, state)
+    if problem.native and terms and solved.modes.size:
+        predicted = predicted + np.tensordot(solved.modes, problem.curve_modes, axes=1)
+    return predicted
 
 
 def noise_only(problem: Problem, predicted: Array) -> Iterator[Array]:

@@ -59,15 +59,15 @@ def curve_doubt(problem: Problem) -> Array:
     return np.array([predicted(each) - usual for each in problem.drawn]).reshape(-1, *usual.shape)
 
 
-def curve_modes(doubt: Array, whitener: Array) -> Array:
-    """Principal modes of drawn predictions (draws, n, 3) in units of the readings' noise, as light: (q, n, 3), cd/m².
+def mode_weights(doubt: Array, whitener: Array) -> Array:
+    """Principal modes of drawn predictions (draws, n, 3) in units of the noise, as weights of the draws: (q, draws).
 
     ``whitener`` (n, 3, 3) takes light to those units. Each mode is one standard deviation large.
     """
     draws = len(doubt)
     if not draws:
-        return doubt
+        return np.zeros((0, 0))
     white = np.einsum("nij,dnj->dni", whitener, doubt).reshape(draws, -1)
     weights, size, _ = np.linalg.svd(white, full_matrices=False)
     kept = size > max(LEAST_MODE * float(size.max(initial=0.0)), NOTHING)
-    return np.asarray(np.tensordot(weights[:, kept].T, doubt, axes=1) / np.sqrt(draws))
+    return np.asarray(weights[:, kept].T / np.sqrt(draws))

@@ -54,6 +54,8 @@ class Fit:
         Number of free parameters of effects.
     covariance
         Of the free parameters, (p, p), in the order of the terms.
+    modes
+        Sizes of the curve modes of a native display, (q,).
 
     """
 
@@ -65,6 +67,7 @@ class Fit:
     parameters: int
     covariance: Array
     linear: Linear = field(repr=False)
+    modes: Array = field(default_factory=lambda: np.zeros(0), repr=False)
 
     @property
     def readings(self) -> int:
@@ -151,7 +154,10 @@ def fit(problem: Problem, terms: Sequence[Term] = (), start: State | None = None
         residual[whole] -= np.tensordot(sizes, shared, axes=1)
     linear = system.linear._replace(residual=residual)
     covariance = system.covariance(state.terms)
-    return Fit(problem, state.terms, state.tips, state.gains, system.chi2, system.effect_count, covariance, linear)
+    modes = system.still[system.global_count - system.mode_count :]
+    return Fit(
+        problem, state.terms, state.tips, state.gains, system.chi2, system.effect_count, covariance, linear, modes
+    )
 
 
 def _descended(problem: Problem, state: State, system: System) -> tuple[State, System]:

@@ -38,7 +38,7 @@ CORRELATION = 0.6
 Z_OVER_Y = 1.74
 
 #: Standard deviations of the weak prior: of sizes and of ratios of X and Z to Y, in powers of e, and of atanh ρ.
-PRIOR_SD, RATIO_SD, CORRELATION_SD = 1.3, 0.5, 0.8
+PRIOR_SD, RATIO_SD, CORRELATION_SD = 1.3, 0.3, 0.5
 
 NO_DIGITS = Digits()
 
@@ -78,6 +78,8 @@ class Noise:
         Variance per cd/m² that grows with the light, as counted photons have it.
     digits
         How the instrument prints.
+    doubt
+        Factors of the variance of the bright part and of the floor that make up for what replicates leave open of them.
 
     """
 
@@ -94,12 +96,14 @@ class Noise:
     floor_ratio: tuple[float, float, float] = (1.0, 1.0, 1.0)
     shot_cd_m2: float = 0.0
     digits: Digits = NO_DIGITS
+    doubt: tuple[float, float] = (1.0, 1.0)
 
     def covariance(self, xyz_cd_m2: Array) -> Array:
         """Covariance of readings of light (n, 3): (n, 3, 3)."""
         relative = self.relative * np.array(self.ratio) * xyz_cd_m2
         floor = self.floor_cd_m2 * np.array(self.floor_ratio)
-        sigma = np.sqrt(relative**2 + floor**2 + self.shot_cd_m2 * np.abs(xyz_cd_m2))
+        bright, dark = self.doubt
+        sigma = np.sqrt(bright * (relative**2 + self.shot_cd_m2 * np.abs(xyz_cd_m2)) + dark * floor**2)
         shared = self.correlation * sigma[:, :, np.newaxis] * sigma[:, np.newaxis, :]
         return np.asarray(shared + np.eye(3) * (self.digits.step(xyz_cd_m2) ** 2 / 12.0)[:, np.newaxis])
 
@@ -214,7 +218,7 @@ def estimate_noise(readings: Measurements, instrument: str | None = None) -> Noi
     if stated is None and pooled.contrasts >= ENOUGH:
         # Black alone tells the floor, and nothing of how noise grows with the light.
         source = "replicates" if pooled.bright >= ENOUGH else "assumed"
-        noise = replace(pooled.most_likely(noise), source=source)
+        noise = replace(pooled.most_likely(noise), source=source, doubt=pooled.doubt())
     return replace(
         noise,
         scatter=pooled.squares(noise),
@@ -275,6 +279,16 @@ class _Pooled:
     def bright(self) -> int:
         """Contrasts of patches at which an ordinary colorimeter's noise goes with the light."""
         return int(self.freedom[self.mean[:, 1] > FLOOR_CD_M2 / RELATIVE].sum())
+
+    def doubt(self) -> tuple[float, float]:
+        """Return the factors by which fresh readings scatter more than the noise that replicates tell, squared.
+
+        The inverse of a covariance that was estimated from n contrasts of three numbers is n/(n − 4) too large
+        (Muirhead 1982, doi:10.1002/9780470316559, theorem 3.2.12); the prior counts as two contrasts. Of the floor the
+        sizes alone are estimated, since the correlation is that of the bright part.
+        """
+        bright, dark = self.bright, self.contrasts - self.bright
+        return (bright + 2.0) / max(bright - 2.0, 2.0), (dark + 4.0) / (dark + 2.0)
 
     def squares(self, noise: Noise) -> float:
         if not self.contrasts:

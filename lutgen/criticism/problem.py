@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import code_to_linear
-from lutgen.criticism.curve_doubt import curve_doubt, curve_modes, drawn_displays
+from lutgen.criticism.curve_doubt import curve_doubt, drawn_displays, mode_weights
 from lutgen.criticism.noise import estimate_noise, replicate_groups
 from lutgen.display.native import NativeDisplay
 from lutgen.display.paper import nearest_weights
@@ -82,6 +82,8 @@ class Problem:
         the last reading of a session, as a share; 0: none.
     weights
         Weight of every reading in the file, beside that of its noise; None: 1.
+    modes
+        Curve modes as weights of the drawn displays, (q, draws); None: those of the problem's own readings.
 
     """
 
@@ -97,6 +99,7 @@ class Problem:
     offset_cd_m2: float = 0.0
     wander: float = 0.0
     weights: Array | None = None
+    modes: Array | None = None
 
     @classmethod
     def of(
@@ -272,7 +275,13 @@ class Problem:
     @cached_property
     def curve_modes(self) -> Array:
         """What noise of the first session leaves open in the prediction, (q, n, 3), cd/m²."""
-        return curve_modes(self.curve_doubt, self.whitener)
+        weights = mode_weights(self.curve_doubt, self.whitener) if self.modes is None else self.modes
+        return np.tensordot(weights, self.curve_doubt, axes=1) if weights.size else self.curve_doubt[:0]
+
+    def part(self, rows: NDArray[np.intp]) -> Problem:
+        """Return the problem of some readings, by their indices in the file, with the curve modes of them all."""
+        modes = mode_weights(self.curve_doubt, self.whitener) if self.native else None
+        return replace(self, rows=rows, modes=modes)
 
     @cached_property
     def measured_tips(self) -> Array:

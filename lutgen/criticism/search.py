@@ -313,12 +313,14 @@ ALLOWANCE = 4.0
 class PureError:
     """Scatter of replicates about their means in the fit's own units: the yardstick of all tests.
 
-    ``allowance``: factor of the variance up to which nothing is found, where nobody measured the noise.
+    ``allowance``: factor of the variance up to which nothing is found, where nobody measured the noise. ``inside``: the
+    part of a fit's χ² that replicates make, where it is not ``squares``.
     """
 
     squares: float
     freedom: int
     allowance: float = 1.0
+    inside: float | None = None
 
     @classmethod
     def of(cls, problem: Problem) -> PureError:
@@ -332,7 +334,8 @@ class PureError:
         freedom = 3 * int(np.maximum(count - 1, 0).sum())
         # Replicates that share a rounding agree better than their noise does: the noise model, which knows the last
         # digit, is the least yardstick.
-        return cls(max(float((white**2).sum()), float(freedom)), freedom)
+        inside = float((white**2).sum())
+        return cls(max(inside, float(freedom)), freedom, inside=inside)
 
     @property
     def measured(self) -> bool:
@@ -351,7 +354,8 @@ class PureError:
         """Probability that noise alone leaves so much (F test for lack of fit)."""
         if not self.measured:
             return float(stats.chi2.sf(found.chi2 / self.allowance, max(found.freedom, 1)))
-        squares, freedom = found.chi2 - self.squares, found.freedom - self.freedom
+        inside = self.squares if self.inside is None else self.inside
+        squares, freedom = found.chi2 - inside, found.freedom - self.freedom
         if freedom < 1 or squares <= 0:
             return 1.0
         return float(stats.f.sf(squares / freedom / (self.squares / self.freedom), freedom, self.freedom))

@@ -5,8 +5,8 @@ effects: unknowns of each session with a known spread. The spreads are estimated
 maximum likelihood (Patterson & Thompson 1971, doi:10.1093/biomet/58.3.545) on what single sessions tell; a weak prior
 keeps them near an ordinary colorimeter's, never at zero by assumption.
 
-What changes smoothly over the hours is a display's, not an instrument's: a constant, a slope and a curvature in time
-are free while the spread of the offsets is estimated.
+What changes smoothly over the hours is a display's, not an instrument's: a polynomial in time is free while the spread
+of the offsets is estimated.
 """
 
 from __future__ import annotations
@@ -41,8 +41,11 @@ PRIOR_SD = 1.0
 #: Where the search for a spread ends, in powers of e from the ordinary one.
 REACH = 7.0
 
-#: Sessions beyond the constants of their trend that tell a spread; with fewer the ordinary one is taken.
+#: Sessions that tell a spread; with fewer the ordinary one is taken.
 ENOUGH = 3
+
+#: Terms of the polynomial in time that a display may follow: half as many as there are sessions, and no more than this.
+MOST_TERMS = 5
 
 
 def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
@@ -58,8 +61,8 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
     linear = linearise(plain, state)
     at_rest = problem.readings.at_rest()[problem.rows] | is_capped(problem.readings)[problem.rows]
     offsets = _told(plain, state, linear, at_rest, replace(plain, offset_cd_m2=1.0))
-    trend = min(3, max(len(offsets) - ENOUGH, 0))
-    offset = _spread(offsets, OFFSET_CD_M2, trend) if trend else OFFSET_CD_M2
+    trend = min(MOST_TERMS, (len(offsets) + 1) // 2)
+    offset = _spread(offsets, OFFSET_CD_M2, trend) if len(offsets) >= ENOUGH else OFFSET_CD_M2
     wander = 0.0
     if problem.readings.order is not None:
         wanders = _told(plain, state, linear, at_rest, replace(plain, wander=1.0))
@@ -105,7 +108,7 @@ def _spread(told: list[tuple[float, Array, Array]], ordinary: float, trend: int)
         for share, (_, estimate, covariance) in zip(tau, told, strict=True):
             sigma = covariance[:count, :count] + variance * np.eye(count)
             inverse = np.linalg.inv(sigma)
-            design = np.kron(np.array([[1.0, share, share * share]])[:, :trend], np.eye(count))
+            design = np.kron(np.polynomial.chebyshev.chebvander([2.0 * share - 1.0], trend - 1), np.eye(count))
             total += float(np.linalg.slogdet(sigma)[1] + estimate[:count] @ inverse @ estimate[:count])
             information += design.T @ inverse @ design
             right += design.T @ inverse @ estimate[:count]

@@ -77,7 +77,7 @@ def _even(tips: Tips) -> list[float]:
 def _report(shown: Shown, plot: str | None) -> None:
     from lutgen.report.parts import Table
 
-    heads = ("hours", "x", "y", "cd/m²", "CCT K", "Δu'v'\nwhite", "\nred", "\ngreen", "\nblue", "Y/Y₀", "add. %")
+    heads = ("hours", "x", "y", "cd/m²", "CCT", "Δu'v'\nwhite", "\nred", "\ngreen", "\nblue", "Y/Y₀", "add.%")
     rows = []
     for row, hour in enumerate(shown.hours):
         x, y, luminance = shown.xyY[row, 0]
