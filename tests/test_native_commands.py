@@ -69,7 +69,8 @@ def test_what_a_native_display_lacks_is_said_in_one_line(run: Callable[..., Done
 
 
 def test_a_model_says_its_own_baseline(run: Callable[..., Done]) -> None:
-    assert run("refine", "panel.csv", "--baseline", "native", "--add", "black-level", "-o", "my.toml").code == 0
+    asked = ("panel.csv", "--baseline", "native", "--add", "black-level", "-o", "my.toml", "--keep")
+    assert run("refine", *asked).code == 0
     assert "leave --display, --baseline" in " ".join(
         run("build", "--model", "my.toml", "--baseline", "native").err.split()
     )

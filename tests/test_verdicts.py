@@ -86,7 +86,7 @@ CASES = {
         (("black-level", "same", 5.0), ("crosstalk", "same", 5.0)),
         "% of the excess χ²)",
     ),
-    "a kink in the driver": Case("unexplained", (), (("driver-segment", "outside", 6.0),), "level near"),
+    "a kink in the driver": Case("unexplained", (), (("driver-segment", "outside", 9.0),), "level near"),
     "a colour across the screen": Case(
         "unexplained", (), (("colour-across", "outside", 6.0),), "readings called 'position'", FULL
     ),
