@@ -24,6 +24,7 @@ from lutgen.bindings import LARGEST_LUT, ocio
 from lutgen.display import AppliedEffect, DisplayModel, default_display
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError
+from lutgen.lint import lint
 from lutgen.pictures.engines import engine_for
 from lutgen.readings import read_measurements
 from tests.command import Done, in_process
@@ -91,21 +92,32 @@ def test_spaces_there_and_back_are_the_same() -> None:
 # Resolve's .cube
 
 
-@pytest.mark.parametrize(("candidate", "points"), [(0, 2), (1, 4096)])
-def test_a_cube_for_resolve_has_its_curve_first_and_no_title(
-    candidate: int, points: int, aged: AgedDisplay, tmp_path: Path
-) -> None:
-    data = written("resolve", aged, tmp_path, candidate=candidate).read_bytes()
-    number = rb"[01]\.[0-9]{7}"
-    rows = rb"(%s %s %s\n)" % ((number,) * 3)
+ROWS = rb"([01]\.[0-9]{7} [01]\.[0-9]{7} [01]\.[0-9]{7}\n)"
+
+
+def test_a_cube_for_resolve_has_its_curve_first_and_no_title(aged: AgedDisplay, tmp_path: Path) -> None:
+    data = written("resolve", aged, tmp_path, candidate=1).read_bytes()
     pattern = (
-        rb"(#[^\n]*\n)+LUT_1D_SIZE %d\nLUT_1D_INPUT_RANGE 0.0 1.0\nLUT_3D_SIZE 17\nLUT_3D_INPUT_RANGE 0.0 1.0\n"
-        rb"%s{%d}" % (points, rows, points + SIZE**3)
+        rb"(#[^\n]*\n)+LUT_1D_SIZE 4096\nLUT_1D_INPUT_RANGE 0.0 1.0\nLUT_3D_SIZE 17\nLUT_3D_INPUT_RANGE 0.0 1.0\n"
+        rb"%s{%d}" % (ROWS, 4096 + SIZE**3)
     )
     assert re.fullmatch(pattern, data)
-    curve = np.array(data.split(b"INPUT_RANGE 0.0 1.0\n")[2].split()[: points * 3], dtype=float).reshape(-1, 3)
-    expected = np.log2(1 + np.linspace(0, 1, points)) if candidate else np.linspace(0, 1, points)
-    assert np.abs(curve - expected[:, np.newaxis]).max() < 1e-7
+    curve = np.array(data.split(b"INPUT_RANGE 0.0 1.0\n")[2].split()[: 4096 * 3], dtype=float).reshape(-1, 3)
+    assert np.abs(curve - np.log2(1 + np.linspace(0, 1, 4096))[:, np.newaxis]).max() < 1e-7
+
+
+def test_a_cube_for_resolve_whose_curve_would_be_straight_has_none_and_no_input_range(
+    aged: AgedDisplay, tmp_path: Path
+) -> None:
+    """Readers without curves take the numbers of LUT_3D_INPUT_RANGE, and a curve's rows, for rows of the table."""
+    path = written("resolve", aged, tmp_path, candidate=0)
+    assert re.fullmatch(rb"(#[^\n]*\n)+LUT_3D_SIZE 17\n%s{%d}" % (ROWS, SIZE**3), path.read_bytes())
+    found = lint(path, ask_readers=True)
+    assert found.clean
+    assert not found.findings
+    plain = written("cube", aged, tmp_path)
+    code = np.random.default_rng(34).random((500, 3))
+    np.testing.assert_array_equal(apply_lut(path, code), apply_lut(plain, code))
 
 
 def test_the_shaper_helps_where_black_leaks() -> None:

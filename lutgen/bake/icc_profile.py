@@ -103,7 +103,8 @@ def text(words: str) -> bytes:
 
 
 def _ascii(words: str) -> bytes:
-    return words.encode("ascii", errors="replace").replace(b"\0", b" ") + b"\0"
+    # What is not ASCII stays as its number, so that a name in another script is not lost.
+    return words.encode("ascii", errors="backslashreplace").replace(b"\0", b" ") + b"\0"
 
 
 def xyz(values: Array) -> bytes:

@@ -37,12 +37,11 @@ def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     """Return the file's bytes."""
-    about = "".join(f"# {line}\n" for line in (provenance.title, *provenance.lines))
     places = " ".join(str(round(place)) for place in np.linspace(0, LARGEST_PLACE, lut.size))
     values = np.rint(table_of(lut).transpose(2, 1, 0, 3).reshape(-1, 3) * LARGEST).astype(int)
     number = [b"%d" % value for value in range(LARGEST + 1)]
     rows = b"".join(b"%s %s %s\n" % (number[red], number[green], number[blue]) for red, green, blue in values.tolist())
-    return b"".join((about.encode("ascii", errors="replace"), places.encode(), b"\n", rows))
+    return b"".join((provenance.comments(), places.encode(), b"\n", rows))
 
 
 FORMAT = Format(
