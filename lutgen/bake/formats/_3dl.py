@@ -17,8 +17,9 @@ from lutgen.errors import LutgenError
 if TYPE_CHECKING:
     from lutgen.display import AgedDisplay
 
-#: Largest number of the table, and of the line of places.
-LARGEST, LARGEST_PLACE = 4095, 1023
+#: Largest number of the table, and of the line of places. The places of 17, 33 and 65 points are then whole numbers in
+#: equal steps: three.js refuses others. OpenColorIO takes 1023 and 1024 alike for 10 bit, and for no curve.
+LARGEST, LARGEST_PLACE = 4095, 1024
 
 
 def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
