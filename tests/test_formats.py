@@ -109,7 +109,20 @@ def through_ocio(path: Path, code: Array, *, optimised: bool = True) -> Array:
 
 
 def test_the_formats_of_the_issue_are_there() -> None:
-    asked = {"cube", "clf", "resolve", "3dl", "spi3d", "csp", "hald", "ocioz", "icc", "icc-matrix", "devicelink"}
+    asked = {
+        "cube",
+        "clf",
+        "resolve",
+        "3dl",
+        "spi3d",
+        "csp",
+        "hald",
+        "ocioz",
+        "icc",
+        "icc-v2",
+        "icc-matrix",
+        "devicelink",
+    }
     assert asked <= set(format_names())
 
 
