@@ -117,6 +117,7 @@ def test_the_formats_of_the_issue_are_there() -> None:
         "spi3d",
         "csp",
         "hald",
+        "obs",
         "ocioz",
         "icc",
         "icc-v2",

@@ -20,6 +20,7 @@ from lutgen.bake.formats import Provenance, format_named, format_names, lut_suff
 from lutgen.bake.lut import Lut, Sampler, lattice
 from lutgen.bake.readback import TableKind, apply_lut, table_kind
 from lutgen.bake.spaces import SPACES
+from lutgen.bake.table_picture import read_table
 from lutgen.bindings import LARGEST_LUT, ocio
 from lutgen.display import AppliedEffect, DisplayModel, default_display
 from lutgen.effects import catalogue
@@ -202,6 +203,39 @@ def test_a_hald_is_an_untagged_png_of_16_bit_that_pillow_reads(
     model = aged.code_to_code(lattice(points, "code"))
     # Pillow keeps the upper of the two bytes of each number.
     assert np.abs(top - np.floor(model * 65_535 / 256)).max() <= 1
+
+
+def test_the_picture_for_obs_has_a_tile_for_each_step_of_blue(aged: AgedDisplay, tmp_path: Path) -> None:
+    """As OBS' filter says: eight tiles a row, red to the right, green downwards, 8 bit."""
+    from PIL import Image
+
+    path = written("obs", aged, tmp_path)
+    assert struct.unpack_from(">II2B", path.read_bytes(), 16) == (512, 512, 8, 2)
+    with Image.open(path) as image:
+        assert not {"icc_profile", "gamma", "srgb", "chromaticity"} & set(image.info)
+        assert image.info["Title"] == PROVENANCE.title
+        pixels = np.asarray(image)
+    for red, green, blue in ((0, 0, 0), (63, 0, 0), (0, 63, 0), (0, 0, 63), (5, 20, 9), (63, 63, 63)):
+        row, tile = divmod(blue, 8)
+        expected = aged.code_to_code(np.array([red, green, blue]) / 63) * 255
+        assert pixels[64 * row + green, 64 * tile + red] == pytest.approx(expected, abs=0.5001)
+
+
+def mixed(code: Array) -> Array:
+    """Colours that depend on all channels."""
+    return np.asarray(np.clip(code @ np.array([[0.2, 0.5, 0.0], [0.1, 0.4, 0.6], [0.7, 0.0, 0.4]]), 0, 1))
+
+
+@pytest.mark.parametrize("change", [np.array, np.sqrt, lambda code: 1 - code, lambda code: code[:, ::-1], mixed])
+def test_the_two_layouts_of_512_pixels_are_told_apart_by_their_pixels(
+    change: Callable[[Array], Array], tmp_path: Path
+) -> None:
+    lut, path = Lut("code", change(lattice(64, "code")).reshape(64, 64, 64, 3)), tmp_path / "table.png"
+    code = np.random.default_rng(35).random((500, 3))
+    for name, tiles, limit in (("obs", True, 0.51 / 255), ("hald", False, 1e-5)):
+        path.write_bytes(format_named(name).write(lut, PROVENANCE))
+        assert read_table(path)[1] == tiles
+        assert np.abs(apply_lut(path, code) - lut.apply(code)).max() < limit
 
 
 @pytest.mark.parametrize("shape", [(64, 63, 3), (60, 60, 3), (64, 64, 1), (1, 1, 3)])
