@@ -13,6 +13,7 @@ from PIL import Image
 
 from lutgen.bake.formats import Provenance, format_named
 from lutgen.bake.lut import Sampler
+from lutgen.bake.table_picture import tiles_of
 from lutgen.display import DisplayModel, default_display
 from lutgen.lint.finding import READS, REFUSES, WRONG
 from lutgen.readings import read_measurements
@@ -69,9 +70,9 @@ HALDS: dict[str, tuple[Callable[[], bytes], str, str]] = {
     "in sRGB": (lambda: with_chunk(PLAIN, b"sRGB", b"\0"), READS, "(sRGB)"),
     "greys": (lambda: png(hald(4), "L"), WRONG, "a picture of greys or of a palette"),
     "a palette": (lambda: png(hald(4), "P"), WRONG, "a picture of greys or of a palette"),
-    "100 pixels": (lambda: png(hald(5)[:100, :100]), REFUSES, "100 × 100 pixels; no Hald image"),
-    "a row less": (lambda: png(hald(4)[:-1]), REFUSES, "64 × 63 pixels; no Hald image"),
-    "a pixel": (lambda: png(hald(4)[:1, :1]), REFUSES, "1 × 1 pixels; no Hald image"),
+    "100 pixels": (lambda: png(hald(5)[:100, :100]), REFUSES, "100 × 100 pixels; no Hald image has so many"),
+    "a row less": (lambda: png(hald(4)[:-1]), REFUSES, "64 × 63 pixels; no Hald image has so many"),
+    "a pixel": (lambda: png(hald(4)[:1, :1]), REFUSES, "1 × 1 pixels; no Hald image has so many"),
     "rows more": (lambda: png(np.vstack([hald(4), hald(4)])), WRONG, "64 × 128 pixels, and a Hald image is square"),
     "cut off": (lambda: made("hald")[: len(made("hald")) // 2], WRONG, "is cut off"),
     "all pixels in two chunks": (lambda: with_pixels(PLAIN, zlib.compress(ROWS)), READS, "has 8 bits"),
@@ -82,6 +83,9 @@ HALDS: dict[str, tuple[Callable[[], bytes], str, str]] = {
     ),
     "pixels that are no stream": (lambda: with_pixels(PLAIN, ROWS), WRONG, "12352 bytes of pixels fewer than 64 × 64"),
     "no PNG": (lambda: b"GIF89a" + bytes(100), REFUSES, "is not a PNG"),
+    "level 8": (lambda: png(hald(8)), READS, "has 8 bits"),
+    "of OBS Studio": (lambda: png(tiles_of(hald(8).reshape(64, 64, 64, 3))), WRONG, "the layout of OBS Studio"),
+    "ours for OBS Studio": (lambda: made("obs"), WRONG, "the layout of OBS Studio"),
     "empty": (lambda: b"", REFUSES, "is empty"),
     "a long chunk": (lambda: PLAIN[:33] + b"\xff\xff\xff\xff" + PLAIN[37:], WRONG, "is cut off"),
 }

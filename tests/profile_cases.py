@@ -79,10 +79,12 @@ def unchanged(data: bytes) -> bytes:
 PIXELS = np.random.default_rng(41).integers(0, 256, (16, 16, 3), dtype=np.uint8)
 
 _EVERYTHING = {LCMS_8: READS, ARGYLL: READS, CHROMIUM: READS}
+_VERSION_4 = _EVERYTHING | {ARGYLL: REFUSES}
 _NOTHING = {LCMS_8: REFUSES, ARGYLL: REFUSES, CHROMIUM: WRONG}
 
 CASES: dict[str, Case] = {
-    "a table": Case("icc", unchanged, _EVERYTHING, ""),
+    "a table": Case("icc", unchanged, _VERSION_4, "profile-version"),
+    "a table of version 2": Case("icc-v2", unchanged, _EVERYTHING | {CHROMIUM: WRONG}, "profile-table"),
     "a matrix": Case("icc-matrix", unchanged, _EVERYTHING, ""),
     "says more bytes": Case(
         "icc-matrix", lambda data: put(data, 0, number(len(data) + 100)), _EVERYTHING, "profile-size"
@@ -91,10 +93,10 @@ CASES: dict[str, Case] = {
     "says fewer bytes": Case(
         "icc-matrix", lambda data: put(data, 0, number(len(data) - 100)), _NOTHING | {CHROMIUM: READS}, "profile-size"
     ),
-    "a table cut off": Case("icc", lambda data: data[:-1000], dict.fromkeys(_NOTHING, WRONG), "profile-tags"),
+    "a table cut off": Case("icc-v2", lambda data: data[:-1000], dict.fromkeys(_NOTHING, WRONG), "profile-tags"),
     "a matrix cut off": Case("icc-matrix", lambda data: data[:-1000], _NOTHING, "profile-parts"),
     "a table beyond the end": Case(
-        "icc", lambda data: moved(data, b"A2B0", 2**31), _NOTHING | {LCMS_8: WRONG}, "profile-tags"
+        "icc-v2", lambda data: moved(data, b"A2B0", 2**31), _NOTHING | {LCMS_8: WRONG}, "profile-tags"
     ),
     "a primary beyond the end": Case("icc-matrix", lambda data: moved(data, b"rXYZ", 2**31), _NOTHING, "profile-parts"),
     "a title beyond the end": Case(
@@ -105,13 +107,26 @@ CASES: dict[str, Case] = {
     "no red": Case("icc-matrix", lambda data: without(data, b"rXYZ"), _NOTHING, "profile-parts"),
     "no curve": Case("icc-matrix", lambda data: without(data, b"bTRC"), _NOTHING, "profile-parts"),
     "points that are not there": Case(
-        "icc", lambda data: in_table(data, 10, 255), {LCMS_8: REFUSES, ARGYLL: WRONG, CHROMIUM: WRONG}, "profile-table"
+        "icc-v2",
+        lambda data: in_table(data, 10, 255),
+        {LCMS_8: REFUSES, ARGYLL: WRONG, CHROMIUM: WRONG},
+        "profile-table",
     ),
-    "a single point": Case("icc", lambda data: in_table(data, 10, 1), _NOTHING, "profile-table"),
-    "fewer points": Case("icc", lambda data: in_table(data, 10, 16), dict.fromkeys(_NOTHING, WRONG), "profile-table"),
-    "four inks": Case(
-        "icc", lambda data: in_table(data, 8, 4), {LCMS_8: REFUSES, ARGYLL: WRONG, CHROMIUM: WRONG}, "profile-table"
+    "a single point": Case("icc-v2", lambda data: in_table(data, 10, 1), _NOTHING, "profile-table"),
+    "fewer points": Case(
+        "icc-v2", lambda data: in_table(data, 10, 16), dict.fromkeys(_NOTHING, WRONG), "profile-table"
     ),
+    "four inks": Case("icc-v2", lambda data: in_table(data, 8, 4), _NOTHING | {ARGYLL: WRONG}, "profile-table"),
+    "version 4, cut off": Case("icc", lambda data: data[:-1000], _NOTHING | {LCMS_8: WRONG}, "profile-tags"),
+    "version 4, a table beyond the end": Case(
+        "icc", lambda data: moved(data, b"A2B0", 2**31), _NOTHING | {LCMS_8: WRONG}, "profile-tags"
+    ),
+    "version 4, points that are not there": Case(
+        "icc", lambda data: in_table(data, 68, 255), _NOTHING, "profile-table"
+    ),
+    "version 4, a single point": Case("icc", lambda data: in_table(data, 70, 1), _NOTHING, "profile-table"),
+    "version 4, four inks": Case("icc", lambda data: in_table(data, 8, 4), _NOTHING, "profile-table"),
+    "version 4, numbers beyond the end": Case("icc", lambda data: in_table(data, 25, 255), _NOTHING, "profile-table"),
     "version 1": Case(
         "icc-matrix", lambda data: put(data, 8, b"\x01"), _EVERYTHING | {CHROMIUM: WRONG}, "profile-version"
     ),

@@ -31,6 +31,8 @@ from lutgen.bindings import ocio
 from lutgen.colorimetry import code_to_linear, linear_to_code, xyY_to_xyz
 from lutgen.display import SELECTIONS, AgedDisplay, DisplayModel, default_display
 from lutgen.errors import LutgenError
+from lutgen.lint import lint
+from lutgen.lint.finding import READS
 from lutgen.readings import Measurements, read_measurements
 
 if TYPE_CHECKING:
@@ -107,7 +109,21 @@ def through_ocio(path: Path, code: Array, *, optimised: bool = True) -> Array:
 
 
 def test_the_formats_of_the_issue_are_there() -> None:
-    asked = {"cube", "clf", "resolve", "3dl", "spi3d", "csp", "hald", "ocioz", "icc", "icc-matrix", "devicelink"}
+    asked = {
+        "cube",
+        "clf",
+        "resolve",
+        "3dl",
+        "spi3d",
+        "csp",
+        "hald",
+        "obs",
+        "ocioz",
+        "icc",
+        "icc-v2",
+        "icc-matrix",
+        "devicelink",
+    }
     assert asked <= set(format_names())
 
 
@@ -270,6 +286,28 @@ def test_no_text_of_the_provenance_can_break_a_file(
     np.testing.assert_array_equal(read_back(path, colours), expected)
 
 
+#: Names of displays in scripts whose letters take two, three and four bytes; Í has a byte that Windows-1252 lacks.
+SCRIPTS = "Büro, Íslenska, Дисплей, 显示器, 𝒟"
+
+
+@pytest.mark.parametrize("name", format_names())
+def test_a_displays_name_in_any_script_survives_in_a_file(
+    name: str, displays: dict[str, AgedDisplay], sampler: Sampler, colours: Array, tmp_path: Path
+) -> None:
+    form = format_named(name)
+    (lut, *_) = form.bake(sampler, displays["nearest, chroma, 18000.0 h, relative"], 17)
+    path = tmp_path / form.file
+    path.write_bytes(form.write(lut, PROVENANCE))
+    expected = read_back(path, colours)
+    data = form.write(lut, Provenance("Aged display", "lutgen", ("lutgen: words", f"display: {SCRIPTS}.csv")))
+    # The text of a profile is ASCII, where each letter stands as its number.
+    held = SCRIPTS.encode("ascii", "backslashreplace") if form.suffix == ".icc" else SCRIPTS.encode()
+    assert b"display: %s.csv" % held in data
+    path.write_bytes(data)
+    np.testing.assert_array_equal(read_back(path, colours), expected)
+    assert not any(trial.outcome != READS for trial in lint(path, ask_readers=True).trials if trial.version)
+
+
 # .cube: the universal form of outputs.md
 
 CUBE = re.compile(
@@ -288,7 +326,9 @@ def test_a_cube_has_the_one_form_that_every_reader_takes(
     for aged in list(displays.values())[1:4] if size == 33 else list(displays.values())[1:2]:
         (lut,) = form.bake(sampler, aged, size)
         data = form.write(lut, PROVENANCE)
-        assert data.isascii()
+        # A comment may have letters of any script: the display's name.
+        assert "# ΔE2000 & more\n".encode() in data
+        assert data.replace("Δ".encode(), b"").isascii()
         assert b"\r" not in data
         assert b"\t" not in data
         match = CUBE.fullmatch(data)

@@ -20,10 +20,12 @@ from lutgen.bake.formats import Provenance, format_named, format_names, lut_suff
 from lutgen.bake.lut import Lut, Sampler, lattice
 from lutgen.bake.readback import TableKind, apply_lut, table_kind
 from lutgen.bake.spaces import SPACES
+from lutgen.bake.table_picture import read_table
 from lutgen.bindings import LARGEST_LUT, ocio
 from lutgen.display import AppliedEffect, DisplayModel, default_display
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError
+from lutgen.lint import lint
 from lutgen.pictures.engines import engine_for
 from lutgen.readings import read_measurements
 from tests.command import Done, in_process
@@ -91,21 +93,32 @@ def test_spaces_there_and_back_are_the_same() -> None:
 # Resolve's .cube
 
 
-@pytest.mark.parametrize(("candidate", "points"), [(0, 2), (1, 4096)])
-def test_a_cube_for_resolve_has_its_curve_first_and_no_title(
-    candidate: int, points: int, aged: AgedDisplay, tmp_path: Path
-) -> None:
-    data = written("resolve", aged, tmp_path, candidate=candidate).read_bytes()
-    number = rb"[01]\.[0-9]{7}"
-    rows = rb"(%s %s %s\n)" % ((number,) * 3)
+ROWS = rb"([01]\.[0-9]{7} [01]\.[0-9]{7} [01]\.[0-9]{7}\n)"
+
+
+def test_a_cube_for_resolve_has_its_curve_first_and_no_title(aged: AgedDisplay, tmp_path: Path) -> None:
+    data = written("resolve", aged, tmp_path, candidate=1).read_bytes()
     pattern = (
-        rb"(#[^\n]*\n)+LUT_1D_SIZE %d\nLUT_1D_INPUT_RANGE 0.0 1.0\nLUT_3D_SIZE 17\nLUT_3D_INPUT_RANGE 0.0 1.0\n"
-        rb"%s{%d}" % (points, rows, points + SIZE**3)
+        rb"(#[^\n]*\n)+LUT_1D_SIZE 4096\nLUT_1D_INPUT_RANGE 0.0 1.0\nLUT_3D_SIZE 17\nLUT_3D_INPUT_RANGE 0.0 1.0\n"
+        rb"%s{%d}" % (ROWS, 4096 + SIZE**3)
     )
     assert re.fullmatch(pattern, data)
-    curve = np.array(data.split(b"INPUT_RANGE 0.0 1.0\n")[2].split()[: points * 3], dtype=float).reshape(-1, 3)
-    expected = np.log2(1 + np.linspace(0, 1, points)) if candidate else np.linspace(0, 1, points)
-    assert np.abs(curve - expected[:, np.newaxis]).max() < 1e-7
+    curve = np.array(data.split(b"INPUT_RANGE 0.0 1.0\n")[2].split()[: 4096 * 3], dtype=float).reshape(-1, 3)
+    assert np.abs(curve - np.log2(1 + np.linspace(0, 1, 4096))[:, np.newaxis]).max() < 1e-7
+
+
+def test_a_cube_for_resolve_whose_curve_would_be_straight_has_none_and_no_input_range(
+    aged: AgedDisplay, tmp_path: Path
+) -> None:
+    """Readers without curves take the numbers of LUT_3D_INPUT_RANGE, and a curve's rows, for rows of the table."""
+    path = written("resolve", aged, tmp_path, candidate=0)
+    assert re.fullmatch(rb"(#[^\n]*\n)+LUT_3D_SIZE 17\n%s{%d}" % (ROWS, SIZE**3), path.read_bytes())
+    found = lint(path, ask_readers=True)
+    assert found.clean
+    assert not found.findings
+    plain = written("cube", aged, tmp_path)
+    code = np.random.default_rng(34).random((500, 3))
+    np.testing.assert_array_equal(apply_lut(path, code), apply_lut(plain, code))
 
 
 def test_the_shaper_helps_where_black_leaks() -> None:
@@ -140,7 +153,7 @@ def test_an_spi3d_says_its_indices(aged: AgedDisplay, tmp_path: Path) -> None:
 
 def test_a_3dl_has_12_bit_and_blue_fastest(aged: AgedDisplay, tmp_path: Path) -> None:
     lines = [line for line in written("3dl", aged, tmp_path).read_text().splitlines() if not line.startswith("#")]
-    assert lines[0].split() == [str(round(place * 1023 / 16)) for place in range(17)]
+    assert lines[0].split() == [str(place * 64) for place in range(17)]
     values = np.array([line.split() for line in lines[1:]], dtype=int).reshape(SIZE, SIZE, SIZE, 3)
     assert np.abs(values / 4095 - at_nodes(aged)).max() <= 0.5001 / 4095
 
@@ -190,6 +203,39 @@ def test_a_hald_is_an_untagged_png_of_16_bit_that_pillow_reads(
     model = aged.code_to_code(lattice(points, "code"))
     # Pillow keeps the upper of the two bytes of each number.
     assert np.abs(top - np.floor(model * 65_535 / 256)).max() <= 1
+
+
+def test_the_picture_for_obs_has_a_tile_for_each_step_of_blue(aged: AgedDisplay, tmp_path: Path) -> None:
+    """As OBS' filter says: eight tiles a row, red to the right, green downwards, 8 bit."""
+    from PIL import Image
+
+    path = written("obs", aged, tmp_path)
+    assert struct.unpack_from(">II2B", path.read_bytes(), 16) == (512, 512, 8, 2)
+    with Image.open(path) as image:
+        assert not {"icc_profile", "gamma", "srgb", "chromaticity"} & set(image.info)
+        assert image.info["Title"] == PROVENANCE.title
+        pixels = np.asarray(image)
+    for red, green, blue in ((0, 0, 0), (63, 0, 0), (0, 63, 0), (0, 0, 63), (5, 20, 9), (63, 63, 63)):
+        row, tile = divmod(blue, 8)
+        expected = aged.code_to_code(np.array([red, green, blue]) / 63) * 255
+        assert pixels[64 * row + green, 64 * tile + red] == pytest.approx(expected, abs=0.5001)
+
+
+def mixed(code: Array) -> Array:
+    """Colours that depend on all channels."""
+    return np.asarray(np.clip(code @ np.array([[0.2, 0.5, 0.0], [0.1, 0.4, 0.6], [0.7, 0.0, 0.4]]), 0, 1))
+
+
+@pytest.mark.parametrize("change", [np.array, np.sqrt, lambda code: 1 - code, lambda code: code[:, ::-1], mixed])
+def test_the_two_layouts_of_512_pixels_are_told_apart_by_their_pixels(
+    change: Callable[[Array], Array], tmp_path: Path
+) -> None:
+    lut, path = Lut("code", change(lattice(64, "code")).reshape(64, 64, 64, 3)), tmp_path / "table.png"
+    code = np.random.default_rng(35).random((500, 3))
+    for name, tiles, limit in (("obs", True, 0.51 / 255), ("hald", False, 1e-5)):
+        path.write_bytes(format_named(name).write(lut, PROVENANCE))
+        assert read_table(path)[1] == tiles
+        assert np.abs(apply_lut(path, code) - lut.apply(code)).max() < limit
 
 
 @pytest.mark.parametrize("shape", [(64, 63, 3), (60, 60, 3), (64, 64, 1), (1, 1, 3)])

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from lutgen.errors import LutgenError
 from lutgen.lint import lint
-from lutgen.lint.finding import CHROMIUM, LCMS_8, LCMS_16, READS
+from lutgen.lint.finding import ARGYLL, CHROMIUM, LCMS_8, LCMS_16, READS
 from tests.profile_cases import CASES, made, put
 
 if TYPE_CHECKING:
@@ -42,7 +42,13 @@ def test_the_rules_say_what_becomes_of_a_profile(name: str, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(
-    ("name", "wrong"), [("icc", {LCMS_8, LCMS_16}), ("devicelink", {LCMS_8, LCMS_16}), ("icc-matrix", {LCMS_16})]
+    ("name", "wrong"),
+    [
+        ("icc", {LCMS_8, LCMS_16, ARGYLL}),
+        ("icc-v2", {LCMS_8, LCMS_16, CHROMIUM}),
+        ("devicelink", {LCMS_8, LCMS_16}),
+        ("icc-matrix", {LCMS_16}),
+    ],
 )
 def test_white_that_littlecms_would_not_show_is_told(name: str, wrong: set[str], tmp_path: Path) -> None:
     data = made(name, 18_000)
@@ -69,7 +75,7 @@ def test_a_link_is_told_to_be_none_for_viewers(tmp_path: Path) -> None:
 
 def test_without_littlecms_white_is_said_to_be_unknown(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setitem(__import__("sys").modules, "imagecodecs", None)
-    found = linted(tmp_path, made("icc", 18_000))
+    found = linted(tmp_path, made("icc-matrix", 18_000))
     assert "was not checked for its white" in found.findings[0].what
     assert found.clean
 
@@ -84,7 +90,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("profiles")
 
 
-@given(st.sampled_from(["icc", "icc-matrix", "devicelink"]), changes(3000), st.integers(0, 3000))
+@given(st.sampled_from(["icc", "icc-v2", "icc-matrix", "devicelink"]), changes(3000), st.integers(0, 3000))
 @settings(max_examples=150)
 def test_no_mutation_of_a_profile_brings_lint_down(
     folder: Path, name: str, edits: list[tuple[int, bytes]], end: int

@@ -1,9 +1,9 @@
-"""Writing ICC profiles of version 2.4 (ICC.1:2001-04): the few tags that a display profile and a device link need.
+"""Writing ICC profiles: the few tags that a display profile and a device link need.
 
-Version 2, since every viewer reads it, and since LittleCMS stretches black to black for the perceptual intent, which
-most viewers ask for, where a profile is of version 4: an aged display's leaking black would vanish. No library that is
-kept up writes profiles with tables (LittleCMS does, but no binding of it for Python), so the bytes are written here,
-and read back through LittleCMS.
+Versions 2.4 (ICC.1:2001-04), which every viewer reads, and 4.3 (ICC.1:2010): Chromium and Firefox take the numbers of
+a table of L*a*b* as version 4 has them, whatever version the profile is of. No library that is kept up writes profiles
+with tables (LittleCMS does, but no binding of it for Python), so the bytes are written here, and read back through
+LittleCMS.
 """
 
 from __future__ import annotations
@@ -31,14 +31,17 @@ LARGEST = 65_535
 #: Points of the curves beside a matrix, as common sRGB profiles have them.
 TONE_POINTS = 1024
 
+#: The versions on offer, as the header holds them.
+_VERSIONS = {2: 0x02400000, 4: 0x04300000}
+
 #: The same inputs give the same file, so its date of birth is none: the start of a year.
 _DATE = struct.pack(">6H", 2000, 1, 1, 0, 0, 0)
 
 
-def profile(*, device_class: bytes, pcs: bytes, tags: Sequence[tuple[bytes, bytes]]) -> bytes:
+def profile(*, device_class: bytes, pcs: bytes, tags: Sequence[tuple[bytes, bytes]], version: int = 2) -> bytes:
     """Return a profile of an RGB device: its class, its connection space and its tags, by signature.
 
-    Tags with the same content share its place in the file.
+    Tags with the same content share its place in the file. ``version`` is 2 or 4, and its tags are of that version.
     """
     contents = list(dict.fromkeys(content for _, content in tags))
     padded = [content + bytes(-len(content) % 4) for content in contents]
@@ -46,22 +49,24 @@ def profile(*, device_class: bytes, pcs: bytes, tags: Sequence[tuple[bytes, byte
     places = dict(zip(contents, accumulate(map(len, padded), initial=start), strict=False))
     table = b"".join(name + struct.pack(">II", places[content], len(content)) for name, content in tags)
     body = struct.pack(">I", len(tags)) + table + b"".join(padded)
-    head = _header(HEADER + len(body), device_class, pcs)
+    head = _header(HEADER + len(body), device_class, pcs, _VERSIONS[version])
     # The ID is the MD5 of the profile with flags, intent and ID left 0 (ICC.1:2010, 7.2.18).
     identifier = hashlib.md5(head + body, usedforsecurity=False).digest()
     intent = struct.pack(">I", 1)
     return b"".join((head[:64], intent, head[68:84], identifier, head[100:], body))
 
 
-def display_tags(title: str, lines: Sequence[str], colorants: Array) -> tuple[tuple[bytes, bytes], ...]:
+def display_tags(
+    title: str, lines: Sequence[str], colorants: Array, version: int = 2
+) -> tuple[tuple[bytes, bytes], ...]:
     """Return what every display profile has: its words, D50 as white, and a matrix behind the sRGB curve.
 
     ``colorants``: XYZ under D50 of full red, green and blue, one a row, shape (3, 3).
     """
     tone = curve(code_to_linear(np.linspace(0.0, 1.0, TONE_POINTS)))
     return (
-        (b"desc", description(title)),
-        (b"cprt", text("none")),
+        (b"desc", description(title) if version == 2 else localized(title)),
+        (b"cprt", text("none") if version == 2 else localized("none")),
         (b"targ", text("\n".join(lines))),
         (b"wtpt", xyz(D50)),
         (b"chad", matrix(D65_TO_D50)),
@@ -70,10 +75,10 @@ def display_tags(title: str, lines: Sequence[str], colorants: Array) -> tuple[tu
     )
 
 
-def _header(size: int, device_class: bytes, pcs: bytes) -> bytes:
+def _header(size: int, device_class: bytes, pcs: bytes, version: int) -> bytes:
     return b"".join(
         (
-            struct.pack(">I4xI", size, 0x02400000),
+            struct.pack(">I4xI", size, version),
             device_class,
             b"RGB ",
             pcs,
@@ -97,13 +102,20 @@ def description(words: str) -> bytes:
     return b"desc" + struct.pack(">4xI", len(ascii_text)) + ascii_text + bytes(4 + 4 + 2 + 1 + 67)
 
 
+def localized(words: str) -> bytes:
+    """Pack multiLocalizedUnicodeType of one text (ICC.1:2010, 10.13): what version 4 has for descriptions."""
+    held = words.encode("utf-16-be")
+    return b"mluc" + struct.pack(">4xII4sII", 1, 12, b"enUS", len(held), 28) + held
+
+
 def text(words: str) -> bytes:
     """Pack textType."""
     return b"text" + bytes(4) + _ascii(words)
 
 
 def _ascii(words: str) -> bytes:
-    return words.encode("ascii", errors="replace").replace(b"\0", b" ") + b"\0"
+    # What is not ASCII stays as its number, so that a name in another script is not lost.
+    return words.encode("ascii", errors="backslashreplace").replace(b"\0", b" ") + b"\0"
 
 
 def xyz(values: Array) -> bytes:
@@ -117,7 +129,7 @@ def matrix(values: Array) -> bytes:
 
 
 def curve(values: Array) -> bytes:
-    """Pack curveType: points 0..1, evenly spaced."""
+    """Pack curveType: points 0..1, evenly spaced; none is the straight line."""
     return b"curv" + struct.pack(">4xI", len(values)) + steps(values).tobytes()
 
 
@@ -135,6 +147,16 @@ def table(values: Array) -> bytes:
             straight,
         )
     )
+
+
+def table_to_lab(values: Array) -> bytes:
+    """Pack lutAToBType (ICC.1:2010, 10.10) from RGB: as :func:`table`, of version 4, without matrix and M curves."""
+    straight = curve(np.zeros(0)) * 3
+    clut = bytes([len(values)] * 3 + [0] * 13 + [2, 0, 0, 0]) + steps(values.transpose(2, 1, 0, 3)).tobytes()
+    clut += bytes(-len(clut) % 4)
+    start = 32
+    offsets = struct.pack(">5I", start, 0, 0, start + len(straight), start + len(straight) + len(clut))
+    return b"".join((b"mAB " + bytes(4) + bytes([3, 3, 0, 0]), offsets, straight, clut, straight))
 
 
 def sequence(*words: str) -> bytes:

@@ -5,6 +5,7 @@ An ordinary profile is the picture's, and an sRGB screen shows it, relative to w
 
 from __future__ import annotations
 
+import struct
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -23,8 +24,11 @@ if TYPE_CHECKING:
 #: ICC's rendering intents.
 PERCEPTUAL, RELATIVE, SATURATION, ABSOLUTE = range(4)
 
-#: Kinds of tables, and the byte that says how many points they have along an edge.
+#: Kinds of tables of version 2, and the byte that says how many points they have along an edge.
 _TABLES = {b"mft1": 10, b"mft2": 10}
+
+#: The kind of version 4, and the byte that says where its table lies, whose first byte is the number of points.
+_TABLE_V4, _TABLE_V4_AT = b"mAB ", 24
 
 
 def through_profile(path: Path, code: Array, *, intent: int = RELATIVE) -> Array:
@@ -54,8 +58,13 @@ def table_of_profile(path: Path) -> tuple[str, int]:
     start = next((tag.start for tag in tag_table(data, path) if tag.name == "A2B0"), None)
     if start is None:
         return "linear", 0
-    size = _TABLES.get(data[start : start + 4])
-    return ("code" if data[12:16] == b"link" else "lab"), data[start + size] if size else 0
+    kind = data[start : start + 4]
+    space = "code" if data[12:16] == b"link" else "lab" if kind == _TABLE_V4 else "lab-v2"
+    if kind == _TABLE_V4:
+        (place,) = struct.unpack_from(">I", data.ljust(start + 32, b"\0"), start + _TABLE_V4_AT)
+        return space, data[start + place] if 0 < place < len(data) - start else 0
+    size = _TABLES.get(kind)
+    return space, data[start + size] if size else 0
 
 
 def _read(path: Path) -> bytes:

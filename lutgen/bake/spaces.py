@@ -4,11 +4,13 @@
 ``linear``   linear light of and by linear light
 ``shaped``   code values, by code values behind a curve that looks at black more closely (the shaper of .cube and .csp)
 ``lab``      what an ICC profile's table holds, by code values: L*a*b* under D50 in the steps of its 16 bits
+``lab-v2``   the same in a profile of version 2, whose steps are others
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -47,9 +49,12 @@ def _adaptation() -> Array:
 D65_TO_D50 = _adaptation()
 _D50_TO_D65 = inverse(D65_TO_D50)
 
-#: What the numbers 0 to 65535 of a profile of version 2 mean: L* from 0 to 100.39, a* and b* from -128 to 127.996.
-_LAB_SPAN = np.array([65_535 / 652.8, 65_535 / 256, 65_535 / 256])
+#: What the numbers 0 to 65535 of a profile mean: L* from 0 to 100, a* and b* from -128 to 127 (ICC.1:2010, 6.3.4.2).
+_LAB_SPAN = np.array([100.0, 255.0, 255.0])
 _LAB_START = np.array([0.0, -128.0, -128.0])
+
+#: In version 2 65280 is what 65535 is in version 4: L* to 100.39, a* and b* to 127.996 (ICC.1:2010, 6.3.4.2).
+_LAB_SPAN_V2 = _LAB_SPAN * 65_535 / 65_280
 
 
 @dataclass(frozen=True)
@@ -95,22 +100,26 @@ def xyz_d50_to_linear(xyz: Array) -> Array:
     return transform(XYZ_TO_LINEAR, transform(_D50_TO_D65, xyz))
 
 
-def linear_to_lab_held(linear: Array) -> Array:
+def linear_to_lab_held(linear: Array, version: int = 4) -> Array:
     """Linear light to 0..1 as a profile holds L*a*b*; what is brighter is clipped. Shape (..., 3) → (..., 3)."""
     lab = xyz_to_lab(linear_to_xyz_d50(linear), D50)
-    return np.asarray(np.clip((lab - _LAB_START) / _LAB_SPAN, 0.0, 1.0))
+    return np.asarray(np.clip((lab - _LAB_START) / _lab_span(version), 0.0, 1.0))
 
 
-def lab_held_to_xyz_d50(held: Array) -> Array:
+def lab_held_to_xyz_d50(held: Array, version: int = 4) -> Array:
     """What a profile holds, 0..1, to XYZ under D50 (CIE 15:2018, 8.2.1.2). Shape (..., 3) → (..., 3)."""
-    lightness, a, b = np.moveaxis(held * _LAB_SPAN + _LAB_START, -1, 0)
+    lightness, a, b = np.moveaxis(held * _lab_span(version) + _LAB_START, -1, 0)
     middle = (lightness + 16.0) / 116.0
     f = np.stack([middle + a / 500.0, middle, middle - b / 200.0], axis=-1)
     return np.asarray(np.where(f > 6 / 29, f**3, (f - 4 / 29) * (108 / 841)) * D50)
 
 
-def _lab_held_to_code(held: Array) -> Array:
-    return linear_to_code(xyz_d50_to_linear(lab_held_to_xyz_d50(held)))
+def _lab_span(version: int) -> Array:
+    return _LAB_SPAN_V2 if version == 2 else _LAB_SPAN
+
+
+def _lab_held_to_code(held: Array, version: int = 4) -> Array:
+    return linear_to_code(xyz_d50_to_linear(lab_held_to_xyz_d50(held, version)))
 
 
 SPACES = {
@@ -118,4 +127,5 @@ SPACES = {
     "linear": Space(code_to_linear, linear_to_code, linear_to_code, _same),
     "shaped": Space(shaped, unshaped, _same, linear_to_code),
     "lab": Space(_same, _same, _lab_held_to_code, linear_to_lab_held),
+    "lab-v2": Space(_same, _same, partial(_lab_held_to_code, version=2), partial(linear_to_lab_held, version=2)),
 }

@@ -22,6 +22,7 @@ import numpy as np
 from lutgen.colorimetry import code_to_linear
 from lutgen.criticism.curve_doubt import curve_doubt, drawn_displays, mode_weights
 from lutgen.criticism.noise import estimate_noise, replicate_groups
+from lutgen.criticism.shared_columns import shared_columns
 from lutgen.display.native import NativeDisplay
 from lutgen.display.paper import nearest_weights
 from lutgen.display.trace import Panel, emitted, panel, reported
@@ -226,31 +227,8 @@ class Problem:
 
     @cached_property
     def shared(self) -> dict[int, Array]:
-        """Errors that readings of a session share, one standard deviation each, whitened: (k, m, 3) of a block.
-
-        By the first reading of each block (:attr:`blocks`): the dark offset in X, Y and Z of each of its sessions, and,
-        where the order of reading is known, the first three modes of a gain that wanders (Karhunen-Loeve modes of
-        Brownian motion).
-        """
-        return {int(here[0]): self._shared_in(here) for here in self.blocks}
-
-    def _shared_in(self, here: NDArray[np.intp]) -> Array:
-        columns = [np.zeros((0, here.size, 3))]
-        sessions, L = self.readings.sessions[self.rows][here], self.whitener[here]
-        order = None if self.readings.order is None else self.readings.order[self.rows][here]
-        for session in np.unique(sessions):
-            mine = (sessions == session)[:, np.newaxis]
-            if self.offset_cd_m2 > 0:
-                columns.append(np.moveaxis(L * self.offset_cd_m2, 2, 0) * mine)
-            if self.wander > 0 and order is not None:
-                time = np.zeros(here.size)
-                read = order[mine[:, 0]]
-                time[mine[:, 0]] = (read - read.min()) / max(float(np.ptp(read)), 1e-300)
-                white = np.einsum("nij,nj->ni", L, self.xyz[here]) * mine
-                turns = np.pi * (np.arange(1, 4) - 0.5)[:, np.newaxis]
-                shapes = np.sqrt(2.0) * np.sin(turns * time) / turns
-                columns.append(self.wander * shapes[:, :, np.newaxis] * white)
-        return np.concatenate(columns)
+        """Errors that readings of a session share, whitened, (k, m, 3), by the first reading of each block."""
+        return {int(here[0]): shared_columns(self, here) for here in self.blocks}
 
     @cached_property
     def is_knot(self) -> NDArray[np.bool_]:

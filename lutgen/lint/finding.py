@@ -30,7 +30,7 @@ CLF_IO = "colour-clf-io"
 BLENDER, NUKE, DJV = "Blender", "Nuke", "DJV"
 LCMS_8, LCMS_16 = "LittleCMS, 8 bit", "LittleCMS, 16 bit"
 ARGYLL, CHROMIUM = "Argyll", "Chromium"
-HALDCLUT = "ffmpeg haldclut"
+HALDCLUT, OBS = "ffmpeg haldclut", "OBS Studio"
 
 #: A program that checks configs; it shows no pictures.
 OCIOCHECK = "ociocheck"
@@ -47,6 +47,7 @@ READERS: Mapping[str, tuple[str, ...]] = {
     "profile": (LCMS_8, LCMS_16, ARGYLL, CHROMIUM),
     "link": (LCMS_8, LCMS_16, ARGYLL),
     "hald": (HALDCLUT,),
+    "obs": (OBS, HALDCLUT),
 }
 
 

@@ -51,7 +51,7 @@ def cctiff(job: Job, *profiles: str | Path) -> Picture:
 def profile(job: Job) -> Picture:
     if not SRGB.is_file():
         raise Unavailable(f"{SRGB} is missing; Debian has it in the package argyll")
-    return cctiff(job, "-ir", job.lut("icc"), "-ir", SRGB)
+    return cctiff(job, "-ir", job.lut("icc-v2"), "-ir", SRGB)
 
 
 def link(job: Job) -> Picture:
@@ -83,8 +83,8 @@ def adapted(xyz: Array) -> Array:
 def numbers(folder: Path) -> Iterator[str]:
     code, xicclu = colours(), tool("xicclu")
     to_xyz = ("-ff", "-ir", "-px")
-    found = converted(xicclu, *to_xyz, profile_in(folder, "icc"), code=code)
-    yield from beyond("XYZ of icc", found, adapted(linear_to_xyz(aged().code_to_linear(code))), 5e-4)
+    found = converted(xicclu, *to_xyz, profile_in(folder, "icc-v2"), code=code)
+    yield from beyond("XYZ of icc-v2", found, adapted(linear_to_xyz(aged().code_to_linear(code))), 5e-4)
     (lut,) = format_named("icc-matrix").bake(Sampler(), aged(), 33)
     assert isinstance(lut, MatrixLut)
     found = converted(xicclu, *to_xyz, profile_in(folder, "icc-matrix"), code=code)
@@ -95,7 +95,7 @@ def numbers(folder: Path) -> Iterator[str]:
 
 
 def tags(folder: Path) -> Iterator[str]:
-    for name in ("icc", "icc-matrix", "devicelink"):
+    for name in ("icc-v2", "icc-matrix", "devicelink"):
         said = run(tool("iccdump"), "-v3", profile_in(folder, name))
         if said.count("tag ") < 5 or "rror" in said or "lutgen: invented" not in said.replace("\n", ""):
             yield f"{name}: {said[-200:]!r}"
@@ -119,6 +119,6 @@ CLAIMS = [
 ]
 
 CONSUMERS = [
-    Consumer("cctiff", version, "aged.icc", "trilinear", profile),
+    Consumer("cctiff", version, "aged-v2.icc", "trilinear", profile),
     Consumer("cctiff, link", version, "aged-link.icc", "trilinear", link),
 ]

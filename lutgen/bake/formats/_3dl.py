@@ -17,8 +17,9 @@ from lutgen.errors import LutgenError
 if TYPE_CHECKING:
     from lutgen.display import AgedDisplay
 
-#: Largest number of the table, and of the line of places.
-LARGEST, LARGEST_PLACE = 4095, 1023
+#: Largest number of the table, and of the line of places. The places of 17, 33 and 65 points are then whole numbers in
+#: equal steps: three.js refuses others. OpenColorIO takes 1023 and 1024 alike for 10 bit, and for no curve.
+LARGEST, LARGEST_PLACE = 4095, 1024
 
 
 def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
@@ -37,12 +38,11 @@ def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     """Return the file's bytes."""
-    about = "".join(f"# {line}\n" for line in (provenance.title, *provenance.lines))
     places = " ".join(str(round(place)) for place in np.linspace(0, LARGEST_PLACE, lut.size))
     values = np.rint(table_of(lut).transpose(2, 1, 0, 3).reshape(-1, 3) * LARGEST).astype(int)
     number = [b"%d" % value for value in range(LARGEST + 1)]
     rows = b"".join(b"%s %s %s\n" % (number[red], number[green], number[blue]) for red, green, blue in values.tolist())
-    return b"".join((about.encode("ascii", errors="replace"), places.encode(), b"\n", rows))
+    return b"".join((provenance.comments(), places.encode(), b"\n", rows))
 
 
 FORMAT = Format(

@@ -39,6 +39,14 @@ class Provenance:
         object.__setattr__(self, "identifier", _one_line(self.identifier))
         object.__setattr__(self, "lines", tuple(_one_line(line) for line in self.lines))
 
+    def comments(self, *, title: bool = True) -> bytes:
+        """Return the lines as ``#`` comments, with or without the title before them.
+
+        In UTF-8, of which the readers tried skip what follows ``#``: a display's name may be in any script.
+        """
+        lines = (self.title, *self.lines) if title else self.lines
+        return "".join(f"# {line}\n" for line in lines).encode()
+
 
 def _one_line(text: str) -> str:
     return "".join(letter if letter.isprintable() else " " for letter in text)

@@ -30,9 +30,8 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     table = table_of(lut)
     code, place = shaper(lut, CURVE_POINTS)
     curve = rows_of_text(np.stack([code, place]))
-    # A line that says END METADATA alone would end it.
-    about = "\n".join(f"# {line}" for line in (provenance.title, *provenance.lines))
-    head = f"CSPLUTV100\n3D\n\nBEGIN METADATA\n{about}\nEND METADATA\n\n".encode("ascii", errors="replace")
+    # A line that says END METADATA alone would end it: each begins with #.
+    head = b"CSPLUTV100\n3D\n\nBEGIN METADATA\n%sEND METADATA\n\n" % provenance.comments()
     prelut = b"%d\n%s" % (len(code), bytes(curve)) * 3
     size = b"\n%d %d %d\n" % ((lut.size,) * 3)
     return b"".join((head, prelut, size, rows_of_text(table.reshape(-1, 3))))

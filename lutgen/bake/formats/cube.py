@@ -1,6 +1,6 @@
 """Iridas/Resolve ``.cube``, in the one form that every reader takes.
 
-ASCII with LF, a quoted TITLE, ``#`` comments before ``LUT_3D_SIZE``, seven decimals, red fastest, values in
+LF, a quoted TITLE in ASCII, ``#`` comments before ``LUT_3D_SIZE``, seven decimals, red fastest, values in
 0..1, no DOMAIN, no INPUT_RANGE, no 1D part: what other forms do to other readers is in the tests' tables.
 """
 
@@ -25,9 +25,9 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     """Return the file's bytes."""
     table = table_of(lut)
     title = provenance.title.replace('"', "'")
-    header = [f'TITLE "{title}"', *(f"# {line}" for line in provenance.lines), f"LUT_3D_SIZE {lut.size}"]
-    text = "\n".join(header) + "\n"
-    return b"".join((text.encode("ascii", errors="replace"), rows_of_text(table.reshape(-1, 3))))
+    first = f'TITLE "{title}"\n'.encode("ascii", errors="replace")
+    size = b"LUT_3D_SIZE %d\n" % lut.size
+    return b"".join((first, provenance.comments(title=False), size, rows_of_text(table.reshape(-1, 3))))
 
 
 FORMAT = Format(

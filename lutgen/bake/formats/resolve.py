@@ -2,7 +2,8 @@
 
 Resolve's dialect: ``LUT_1D_SIZE`` and ``LUT_3D_SIZE`` with their input ranges, the curve's rows, then the table's with
 red fastest. No TITLE: OpenColorIO takes a TITLE for Iridas' dialect, which has no curve. Where the plain table
-certifies better, the curve is the straight line.
+certifies better there is no curve and no input range: darktable, three.js and OBS read no file with a curve, and take
+the two numbers of an input range for a row.
 """
 
 from __future__ import annotations
@@ -29,18 +30,15 @@ def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     """Return the file's bytes."""
-    table = table_of(lut)
+    rows = rows_of_text(table_of(lut).reshape(-1, 3))
+    if lut.space == "code":
+        return b"".join((provenance.comments(), b"LUT_3D_SIZE %d\n" % lut.size, rows))
     _, curve = shaper(lut, CURVE_POINTS)
-    header = [
-        *(f"# {line}" for line in (provenance.title, *provenance.lines)),
-        f"LUT_1D_SIZE {len(curve)}",
-        "LUT_1D_INPUT_RANGE 0.0 1.0",
-        f"LUT_3D_SIZE {lut.size}",
-        "LUT_3D_INPUT_RANGE 0.0 1.0",
-    ]
-    text = "\n".join(header) + "\n"
-    rows = rows_of_text(np.repeat(curve[:, np.newaxis], 3, axis=1)), rows_of_text(table.reshape(-1, 3))
-    return b"".join((text.encode("ascii", errors="replace"), *rows))
+    header = (
+        f"LUT_1D_SIZE {len(curve)}\nLUT_1D_INPUT_RANGE 0.0 1.0\nLUT_3D_SIZE {lut.size}\nLUT_3D_INPUT_RANGE 0.0 1.0\n"
+    )
+    curve_rows = rows_of_text(np.repeat(curve[:, np.newaxis], 3, axis=1))
+    return b"".join((provenance.comments(), header.encode(), curve_rows, rows))
 
 
 FORMAT = Format(

@@ -30,9 +30,8 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     numbers = np.frombuffer(b"".join(b"%2d " % number for number in range(n)), np.uint8).reshape(n, 3)
     indices = numbers[np.indices((n, n, n)).reshape(3, -1).T].reshape(n**3, 9)
     head = f"SPILUT 1.0\n3 3\n{n} {n} {n}\n".encode()
-    tail = "".join(f"# {line}\n" for line in (provenance.title, *provenance.lines))
     body = np.hstack([indices, rows.reshape(n**3, -1)]).tobytes()
-    return b"".join((head, body, tail.encode("ascii", errors="replace")))
+    return b"".join((head, body, provenance.comments()))
 
 
 FORMAT = Format(

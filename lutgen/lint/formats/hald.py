@@ -1,6 +1,6 @@
 """Hald images as PNG: the chunks' names and lengths, the header, whether all of it is there, and what ffmpeg does.
 
-Pixels are decompressed and counted, and not kept.
+Pixels are decompressed and counted, and not kept; of 512 × 512 they are read, to tell OBS Studio's layout.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import zlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from lutgen.bake.table_picture import POINTS, TILES, read_table
 from lutgen.errors import LutgenError
 from lutgen.lint.finding import HALDCLUT, Finding, Linted, refused, wrong
 from lutgen.lint.formats import Format, findings
@@ -55,6 +56,8 @@ class HaldScan:
         Names of its chunks that state a colour space or gamma: gAMA, cHRM, iCCP, sRGB, cICP.
     whole
         Whether it is a PNG that ends in its last chunk.
+    tiles
+        Whether its pixels lie as OBS Studio reads them, in tiles of 64 × 64.
     missing
         Bytes of pixels that the header asks for and the data lack; 0 where none lack or pixels were not read.
 
@@ -69,6 +72,7 @@ class HaldScan:
     chunks: tuple[str, ...]
     whole: bool
     missing: int
+    tiles: bool
 
     @property
     def level(self) -> int:
@@ -90,7 +94,18 @@ def scan_hald(path: Path) -> HaldScan:
     except OSError as error:
         message = f"{path}: cannot be read: {(error.strerror or str(error)).lower()}. Give the name of a PNG."
         raise LutgenError(message) from None
-    return HaldScan(path, size, *chunks.header[:4], tuple(chunks.told), whole, chunks.missing)
+    told = tuple(chunks.told)
+    return HaldScan(path, size, *chunks.header[:4], told, whole, chunks.missing, whole and _in_tiles(path, chunks))
+
+
+def _in_tiles(path: Path, chunks: _Chunks) -> bool:
+    """Look at the pixels of what may be either layout."""
+    if chunks.missing or chunks.header[:2] != (TILES * POINTS,) * 2:
+        return False
+    try:
+        return read_table(path)[1]
+    except LutgenError:
+        return False
 
 
 class _Chunks:
@@ -163,10 +178,14 @@ def hald_form(scan: HaldScan) -> Iterator[Finding]:
         fates = wrong(HALDCLUT, how="shows missing pixels as black, or refuses the file")
         what = f"holds {scan.missing} bytes of pixels fewer than {sides.removeprefix('has ')} of {scan.depth} bits"
         yield Finding(what, "Copy or export it again.", 0, fates)
+    if scan.tiles:
+        fates = wrong(HALDCLUT, how="takes the rows of its tiles for rows of a Hald image")
+        what = "has the layout of OBS Studio, a tile of 64 × 64 pixels for each step of blue"
+        yield Finding(what, "Give it to OBS; for other programs take a Hald image (`--format hald`).", 0, fates)
     if scan.colour not in COLOURS:
         fates = wrong(HALDCLUT, how="shows only the colours that it has")
         yield Finding("is a picture of greys or of a palette", "Save it as RGB.", 0, fates, in_the_file=True)
-    elif scan.depth < FINE:
+    elif scan.depth < FINE and not scan.tiles:
         yield Finding(f"has {scan.depth} bits: dark greys move in steps of half a code", "Save it with 16 bits.")
     if scan.chunks:
         yield Finding(
@@ -183,8 +202,9 @@ def lint_hald(path: Path, _ask_readers: bool) -> Linted:
     """Lint a file; raises LutgenError where it cannot be read."""
     scan = scan_hald(path)
     level = f", level {scan.level}: {scan.level**2}³ points" if scan.level else ""
+    level = ", of OBS Studio: 64³ points" if scan.tiles else level
     facts = (f"{scan.width} × {scan.height} pixels of {scan.depth} bits{level}, {scan.bytes} bytes",)
-    return Linted(path, "hald", facts, tuple(findings(RULES, scan)))
+    return Linted(path, "obs" if scan.tiles else "hald", facts, tuple(findings(RULES, scan)))
 
 
 FORMAT = Format((".png",), lint_hald, RULES)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 from itertools import pairwise
+from math import prod
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from lutgen.lint.formats import Format, findings
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
+    from typing import BinaryIO
 
     from lutgen.colorimetry import Array
 
@@ -49,11 +51,18 @@ TABLES = ("A2B0", "A2B1", "A2B2")
 #: Bytes of an 8-bit and a 16-bit table before its curves (ICC.1:2022, 10.10 and 10.11), and bytes of a number.
 _HEADS = {b"mft1": (48, 1), b"mft2": (52, 2)}
 
+#: A table of version 4 (ICC.1:2022, 10.12), bytes of its head, and of the head of the numbers that lie inside it.
+_V4, _V4_HEAD, _V4_NUMBERS = b"mAB ", 32, 20
+
 
 class TableHead(NamedTuple):
-    """The head of a table of type mft1 or mft2, and the bytes that a table of this head needs."""
+    """The head of a table of type mft1, mft2 or mAB, and the bytes that a table of this head needs.
+
+    ``points``: along the edge that has fewest.
+    """
 
     tag: Tag
+    kind: bytes
     inputs: int
     outputs: int
     points: int
@@ -71,7 +80,7 @@ class ProfileScan:
     count, tags
         Number of tags that the tag table claims, and the tags that are read, ``MOST_TAGS`` at most.
     tables
-        Heads of the tables of types mft1 and mft2 that lie in the file.
+        Heads of the tables of types mft1, mft2 and mAB that lie in the file.
     identifier
         Whether the MD5 in the header is that of the profile; None where the header has none.
     white
@@ -129,18 +138,14 @@ def scan_profile(path: Path) -> ProfileScan:
             start = file.read(HEADER + 4 + 12 * MOST_TAGS)
             size = path.stat().st_size
             tags = tuple(tags_claimed(start))
-            heads = []
-            for tag in tags:
-                if tag.name in TABLES and tag.start < size:
-                    file.seek(tag.start)
-                    heads.append((tag, file.read(_HEADS[b"mft2"][0])))
+            inside = [tag for tag in tags if tag.name in TABLES and tag.start < size]
+            tables = tuple(found for tag in inside if (found := _table(tag, file)))
             whole = size <= LARGEST_LUT and is_profile(start)
             file.seek(0)
             identifier = _identifier(file.read()) if whole else None
     except OSError as error:
         message = f"{path}: cannot be read: {(error.strerror or str(error)).lower()}. Give the name of a profile."
         raise LutgenError(message) from None
-    tables = tuple(found for tag, head in heads if (found := _table(tag, head)))
     count = int.from_bytes(start[HEADER : HEADER + 4], "big")
     white, unasked = _white(path) if whole and count <= MOST_TAGS else (None, "")
     return ProfileScan(path, size, start[:HEADER], count, tags, tables, identifier, white, unasked)
@@ -154,14 +159,32 @@ def _identifier(data: bytes) -> bool | None:
     return hashlib.md5(blank, usedforsecurity=False).digest() == data[84:100]
 
 
-def _table(tag: Tag, head: bytes) -> TableHead | None:
-    if head[:4] not in _HEADS or len(head) < _HEADS[head[:4]][0]:
+def _table(tag: Tag, file: BinaryIO) -> TableHead | None:
+    file.seek(tag.start)
+    head = file.read(_HEADS[b"mft2"][0])
+    kind = head[:4]
+    if kind == _V4 and len(head) >= _V4_HEAD:
+        return _table_v4(tag, head, file)
+    if kind not in _HEADS or len(head) < _HEADS[kind][0]:
         return None
-    start, width = _HEADS[head[:4]]
+    start, width = _HEADS[kind]
     inputs, outputs, points = head[8:11]
     curves = [256, 256] if width == 1 else [int.from_bytes(head[place : place + 2], "big") for place in (48, 50)]
     numbers = inputs * curves[0] + points**inputs * outputs + outputs * curves[1]
-    return TableHead(tag, inputs, outputs, points, start + width * numbers)
+    return TableHead(tag, kind, inputs, outputs, points, start + width * numbers)
+
+
+def _table_v4(tag: Tag, head: bytes, file: BinaryIO) -> TableHead | None:
+    """Return the head of a table of version 4; None where it holds curves and a matrix alone."""
+    inputs, outputs = head[8:10]
+    place = int.from_bytes(head[24:28], "big")
+    if not place:
+        return None
+    file.seek(tag.start + place)
+    numbers = file.read(_V4_NUMBERS).ljust(_V4_NUMBERS, b"\0")
+    points = numbers[: min(inputs, 16)]
+    needs = place + _V4_NUMBERS + prod(points) * outputs * numbers[16]
+    return TableHead(tag, _V4, inputs, outputs, min(points, default=0), needs)
 
 
 def _white(path: Path) -> tuple[Array | None, str]:
@@ -222,7 +245,7 @@ def profile_version(scan: ProfileScan) -> Iterator[Finding]:
     if scan.version > NEWEST:
         fates |= refused(LCMS_8, LCMS_16, how="does not know this version")
     if fates:
-        yield Finding(f"is of version {major}.{minor}", "Export it as version 2.", 0, fates)
+        yield Finding(f"is of version {major}.{minor}", "Export it as version 2 for these readers.", 0, fates)
 
 
 def profile_id(scan: ProfileScan) -> Iterator[Finding]:
@@ -289,7 +312,7 @@ def profile_parts(scan: ProfileScan) -> Iterator[Finding]:
 
 
 def profile_table(scan: ProfileScan) -> Iterator[Finding]:
-    """A table with more bytes than its head asks for shows nonsense in every reader."""
+    """A table of version 2 with more bytes than its head asks for shows nonsense in every reader."""
     for table in scan.tables:
         said = f"{table.tag.name} states {table.points} points an edge for {table.inputs} colours"
         lacks = table.needs > table.tag.size
@@ -297,13 +320,17 @@ def profile_table(scan: ProfileScan) -> Iterator[Finding]:
             what = f"{said} to {table.outputs}"
             what += f", which is {table.needs} bytes, and it has {table.tag.size}" if lacks else ""
             yield Finding(what, "Export it again.", 0, _unusable(scan, table))
-        elif table.needs + PADDING < table.tag.size:
+        elif table.kind != _V4 and table.needs + PADDING < table.tag.size:
             fates = wrong(LCMS_8, LCMS_16, ARGYLL, CHROMIUM, how="reads the wrong numbers")
             what = f"{said}, which is {table.needs} bytes, and it has {table.tag.size}"
             yield Finding(what, "Export it again.", 0, fates)
     if scan.tables and not scan.link and scan.word(20) == "XYZ ":
         fates = wrong(CHROMIUM, how="shows it half as bright")
         yield Finding("has a table of XYZ", "Export it with a table of L*a*b*.", 0, fates)
+    if any(table.kind == b"mft2" for table in scan.tables) and not scan.link and scan.word(20) == "Lab ":
+        fates = wrong(CHROMIUM, how="reads its numbers as those of version 4, a code or more off")
+        remedy = "Export it as version 4 for browsers, with a table of type mAB."
+        yield Finding("has a table of L*a*b* in the 16 bits of version 2", remedy, 0, fates)
     if scan.link:
         yield Finding("is a device link: viewers and browsers take profiles, not links", "Use it to convert pictures.")
 

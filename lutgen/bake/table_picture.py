@@ -1,0 +1,130 @@
+"""A table as a PNG: written without compression, read in any depth, in the two layouts of its pixels that are in use.
+
+A Hald image has the table's points row by row, red fastest. OBS Studio's square of 512 pixels has a tile of 64 × 64 for
+each step of blue, eight tiles a row, with red to the right and green downwards (its filter color-grade-filter.c). A
+Hald image of level 8 has as many pixels and as many points, so the pixels must tell: neighbours in a table differ less
+than points that are no neighbours.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.bake.lut import Lut
+from lutgen.bindings import oiio
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from lutgen.colorimetry import Array
+
+#: Levels of Hald images that make sense: 8 is ImageMagick's, and 12 has 144 points along an edge.
+LEVELS = range(2, 13)
+
+#: Points along an edge of OBS Studio's table, and its tiles a row.
+POINTS, TILES = 64, 8
+
+
+def png(pixels: Array, depth: int, texts: Mapping[str, str]) -> bytes:
+    """Return a PNG without a colour profile of values 0..1, shape (height, width, 3), in 8 or 16 bits, with texts.
+
+    Not compressed: every compressor gives other bytes.
+    """
+    height, width, _ = pixels.shape
+    values = np.rint(pixels * (2**depth - 1)).astype(">u2" if depth == 16 else np.uint8)
+    # Each row begins with its filter: none.
+    rows = np.hstack([np.zeros((height, 1), np.uint8), values.reshape(height, -1).view(np.uint8)]).tobytes()
+    chunks = [
+        _chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, depth, 2, 0, 0, 0)),
+        *(_chunk(b"iTXt", key.encode() + bytes(5) + text.encode("utf-8", "replace")) for key, text in texts.items()),
+        _chunk(b"IDAT", _stored(rows)),
+        _chunk(b"IEND", b""),
+    ]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(chunks)
+
+
+def _chunk(name: bytes, data: bytes) -> bytes:
+    return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+
+
+def _stored(data: bytes) -> bytes:
+    """A zlib stream of stored blocks (RFC 1950, RFC 1951 3.2.4)."""
+    parts = [data[start : start + 65_535] for start in range(0, len(data), 65_535)]
+    last = len(parts) - 1
+    blocks = (
+        struct.pack("<BHH", place == last, len(part), len(part) ^ 65_535) + part for place, part in enumerate(parts)
+    )
+    return b"\x78\x01" + b"".join(blocks) + struct.pack(">I", zlib.adler32(data))
+
+
+def tiles_of(table: Array) -> Array:
+    """Lay the points of a table of 64³, axes blue, green, red, out as OBS Studio reads them: shape (512, 512, 3)."""
+    side = TILES * POINTS
+    return table.reshape(TILES, TILES, POINTS, POINTS, 3).transpose(0, 2, 1, 3, 4).reshape(side, side, 3)
+
+
+def _table_of_tiles(pixels: Array) -> Array:
+    tiles = pixels.reshape(TILES, POINTS, TILES, POINTS, 3).transpose(0, 2, 1, 3, 4)
+    return tiles.reshape(POINTS, POINTS, POINTS, 3)
+
+
+def read_table(path: Path) -> tuple[Lut, bool]:
+    """Read a table from a PNG of any depth, and say whether its layout is that of OBS Studio.
+
+    Raises
+    ------
+    LutgenError
+        It cannot be read, or has another number of pixels than tables have.
+
+    """
+    lib = oiio()
+    image = lib.ImageInput.open(str(path))
+    if image is None:
+        raise LutgenError(f"{path}: OpenImageIO cannot read it: {_one_line(lib.geterror())}")
+    spec = image.spec()
+    level = round(spec.width ** (1 / 3))
+    if spec.width != spec.height or level**3 != spec.width or level not in LEVELS or spec.nchannels < 3:
+        image.close()
+        message = (
+            f"{path}: is no Hald image: {spec.width} × {spec.height} pixels of {spec.nchannels} channels. One of level "
+            f"8 has 512 × 512 of 3, and levels from {LEVELS[0]} to {LEVELS[-1]} are read."
+        )
+        raise LutgenError(message)
+    read = image.read_image(lib.FLOAT)
+    problem = image.geterror()
+    image.close()
+    if read is None or problem:
+        raise LutgenError(f"{path}: OpenImageIO cannot read all of it: {_one_line(problem)}")
+    pixels, points = np.asarray(read, np.float64)[..., :3], level * level
+    table = pixels.reshape(points, points, points, 3)
+    if points == POINTS:
+        tiles = _table_of_tiles(pixels)
+        if _roughness(tiles) < _roughness(table):
+            return Lut("code", tiles), True
+    return Lut("code", table), False
+
+
+def _roughness(table: Array) -> float:
+    """Sum of the differences of neighbours along the three edges."""
+    return float(sum(np.abs(np.diff(table, axis=axis)).sum() for axis in range(3)))
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())
+
+
+def apply_picture(path: Path, code: Array) -> Array:
+    """Send code values (n, 3) through a picture's table. Raises LutgenError as :func:`read_table`."""
+    return read_table(path)[0].apply(code)
+
+
+def table_of_picture(path: Path) -> tuple[str, int]:
+    """Return the space and the size of a picture's table. Raises LutgenError as :func:`read_table`."""
+    lut, _ = read_table(path)
+    return lut.space, lut.size
