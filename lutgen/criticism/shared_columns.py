@@ -19,8 +19,8 @@ WANDER_MODES = 3
 def shared_columns(problem: Problem, here: NDArray[np.intp]) -> Array:
     """Errors shared by readings ``here`` of a block, one standard deviation each, whitened: (k, m, 3).
 
-    For each session the dark offset in X, Y and Z, and, where the order of reading is known, the Karhunen-Loève modes of
-    a gain that wanders as Brownian motion does.
+    For each session the dark offset in X, Y and Z, and, where the order of reading is known, the Karhunen-Loève modes
+    of a gain that wanders as Brownian motion does.
     """
     columns = [np.zeros((0, here.size, 3))]
     readings = problem.readings
