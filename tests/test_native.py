@@ -158,8 +158,8 @@ def _without(*codes: tuple[float, ...]) -> Callable[[Measurements], Measurements
 
 
 @pytest.mark.parametrize(("fault", "words"), [
-    (_with((0.0, 0.5, 0.0), 0.4), ("ramp of green is not monotonic", "code 0.36", "code 0.5", "Measure these codes")),
-    (_with((0.94, 0.0, 0.0), 1.4), ("ramp of red is not monotonic", "code 0.94", "at code 1,")),
+    (lambda readings: _with((0.0, 0.5, 0.0), 0.4)(_with((0.0, 0.78, 0.0), 0.4)(readings)),
+     ("ramp of green is not monotonic", "code 0.64", "code 0.78", "Measure these codes")),
     (_without(BLACK), ("no black (code 0, 0, 0)", "--baseline colour-points")),
     (_without(*RAMPS[:5], *GREYS[:5]), ("5 levels or more", "4 of red, 9 of green, 9 of blue, 4 of grey")),
 ])  # fmt: skip
@@ -170,6 +170,17 @@ def test_a_first_session_that_makes_no_native_display_is_refused(
         DisplayModel(fault(session(Panel(), EVERYTHING)), baseline="native")
     for word in words:
         assert word in str(refused.value)
+
+
+@pytest.mark.parametrize(("code", "factor"), [((0.0, 0.5, 0.0), 0.4), ((0.94, 0.0, 0.0), 1.4), ((0.0, 0.0, 0.36), 4.0)])
+def test_one_misread_level_is_left_out_and_named(code: tuple[float, ...], factor: float) -> None:
+    native = NativeDisplay.of(_with(code, factor)(session(Panel(), EVERYTHING)))
+    right = NativeDisplay.of(session(Panel(), EVERYTHING))
+    (remark,) = native.remarks
+    name = ("red", "green", "blue")[int(np.argmax(code))]
+    assert f"the ramp of {name} contradicts itself at code {max(code):g}: that level is left out" in remark
+    at = np.array([code])
+    np.testing.assert_allclose(native.linear(at), right.linear(at), atol=0.01)
 
 
 def test_a_fall_within_noise_is_averaged_and_said() -> None:

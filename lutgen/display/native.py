@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.colorimetry import inverse
+from lutgen.colorimetry import inverse, linear_to_code
 from lutgen.display.transfer_curve import TransferCurve
 from lutgen.errors import LutgenError, pick_one
 from lutgen.readings.rest import TIP_DRIVES
@@ -48,6 +48,9 @@ RELATIVE, FLOOR_CD_M2 = 0.005, 0.01
 
 #: A ramp that falls by more than so many standard deviations of the difference falls indeed.
 FALLS = 3.0
+
+#: Levels of a ramp that may be misread: one, and one more for every so many.
+LEVELS_A_MISREADING = 20
 
 #: Black lighter than this share of white is no black.
 DARKEST = 0.2
@@ -100,12 +103,14 @@ class NativeDisplay:
         leave_out
             Indices of readings that are not to count.
         strict
-            Whether a ramp that falls by more than noise is refused; else its neighbours are averaged all the same.
+            Whether a ramp is refused that falls by more than noise even without misread levels; else its neighbours
+            are averaged all the same.
 
         Raises
         ------
         LutgenError
-            A lack of any of these, or a ramp that falls by more than noise: names channel and codes.
+            A lack of any of these, or a ramp that falls by more than noise, at more levels than may be misread: names
+            channel and codes.
 
         """
         session = _Session.of(readings, leave_out)
@@ -119,6 +124,13 @@ class NativeDisplay:
         for channel, name in enumerate(CHANNELS):
             codes, light, sigma = session.points(channel)
             ramp = f"the ramp of {name}" if session.source == "ramps" else f"{name}'s part of the greys"
+            misread = misread_levels(codes, light, sigma)
+            remarks += [
+                f"{readings.file}: hour 0: {ramp} contradicts itself at code {codes[level]:.4g}: that level is left "
+                f"out. Measure it again."
+                for level in misread
+            ]
+            codes, light, sigma = (np.delete(values, misread) for values in (codes, light, sigma))
             falls = fallen(codes, light, sigma, f"{readings.file}: hour 0: {ramp}") if strict else ""
             if falls:
                 remarks.append(f"{ramp.capitalize()} falls within noise, {falls}: neighbours are averaged.")
@@ -166,6 +178,46 @@ class NativeDisplay:
 def _curve_of(name: str, points: Sequence[Sequence[float]]) -> TransferCurve:
     codes, light = zip(*((float(code), float(each)) for code, each in points), strict=True)
     return TransferCurve(name, codes, light)
+
+
+def misread_levels(codes: Array, light: Array, sigma: Array) -> list[int]:
+    """Places of the levels, (m,) each, without which a ramp does not fall by more than noise; none where it needs many.
+
+    One after the other the level is left out without which the ramp falls least.
+    """
+    out: list[int] = []
+    kept = list(range(codes.size))
+    for _ in range(1 + codes.size // LEVELS_A_MISREADING):
+        if _fall(light[kept], sigma[kept]) <= FALLS:
+            return sorted(out)
+        without = [
+            _fall(light[kept[:place] + kept[place + 1 :]], sigma[kept[:place] + kept[place + 1 :]])
+            for place in range(len(kept))
+        ]
+        least = min(without)
+        # Of two levels that contradict each other the one further from the straight line of its neighbours is wrong.
+        worst = max(
+            (place for place, fall in enumerate(without) if fall <= max(least, FALLS)),
+            key=lambda place: _off_line(codes, light, kept, place),
+        )
+        out.append(kept.pop(worst))
+    return sorted(out) if _fall(light[kept], sigma[kept]) <= FALLS else []
+
+
+def _fall(light: Array, sigma: Array) -> float:
+    """Largest fall of a ramp between black and full drive, in standard deviations of the difference."""
+    light, sigma = np.array([0.0, *light, 1.0]), np.array([sigma[0], *sigma, sigma[-1]])
+    fall = np.maximum.accumulate(light) - light
+    top = np.maximum.accumulate(np.where(fall == 0, np.arange(light.size), 0))
+    return float((fall / np.hypot(sigma, sigma[top])).max())
+
+
+def _off_line(codes: Array, light: Array, kept: list[int], place: int) -> float:
+    """How far a level is from the straight line between its neighbours, as the eye sees encoded light."""
+    encoded = linear_to_code(np.clip([0.0, *light[kept], 1.0], 0.0, None))
+    at = np.array([0.0, *codes[kept], 1.0])
+    here = place + 1
+    return float(abs(encoded[here] - np.interp(at[here], at[[here - 1, here + 1]], encoded[[here - 1, here + 1]])))
 
 
 def fallen(codes: Array, light: Array, sigma: Array, who: str) -> str:

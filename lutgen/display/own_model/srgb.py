@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.display.own_model.sample import Sample
 
-NAME = "sRGB curves with the measured white and primaries"
+NAME = "curves of sRGB with white and primaries as measured"
 
 
 @dataclass(frozen=True)
