@@ -17,13 +17,15 @@ from scipy.interpolate import PchipInterpolator
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_code, xyY_to_xyz, xyz_to_lab
 from lutgen.criticism.compare import compare
 from lutgen.criticism.diagnose import diagnose
+from lutgen.criticism.first_session import first_session
 from lutgen.criticism.fit import fit
 from lutgen.criticism.influence import wrong_rows
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.refine import refine
 from lutgen.display import MODES, REFERENCES, SELECTIONS, DisplayModel, load_model, save_model
 from lutgen.display.modes import luminance_law
-from lutgen.display.native import NativeDisplay, rising_light
+from lutgen.display.native import NativeDisplay
+from lutgen.display.ramp import rising_light
 from lutgen.display.transfer_curve import TransferCurve
 from lutgen.errors import LutgenError
 from lutgen.readings import Measurements, read_measurements
@@ -181,6 +183,44 @@ def test_one_misread_level_is_left_out_and_named(code: tuple[float, ...], factor
     assert f"the ramp of {name} contradicts itself at code {max(code):g}: that level is left out" in remark
     at = np.array([code])
     np.testing.assert_allclose(native.linear(at), right.linear(at), atol=0.01)
+
+
+def brighter_mixtures(codes: list[tuple[float, ...]]) -> Measurements:
+    """A panel whose mixtures are brighter than their channels together, mostly in mid-tones."""
+    plain = session(Panel(), codes)
+    red, green, blue = plain.drive.T
+    pairs = red * green * (1.0 - red * green) + green * blue * (1.0 - green * blue)
+    return replace(plain, xyz_cd_m2=plain.xyz_cd_m2 * (1.0 + 0.1 * pairs[:, np.newaxis]))
+
+
+def test_many_mixtures_outvote_the_ramps() -> None:
+    rng = np.random.default_rng(11)
+    many = [tuple(code) for code in np.round(rng.uniform(0.05, 1.0, (80, 3)), 3).tolist()]
+    readings = brighter_mixtures([*TIPS, BLACK, *GREYS, *RAMPS, *many])
+    native = NativeDisplay.of(readings)
+    assert native.source == "readings"
+    (remark,) = native.remarks
+    assert "mixtures that were held out are foretold by mean ΔE2000" in remark
+    assert NativeDisplay.of(brighter_mixtures(EVERYTHING)).source == "ramps"
+    assert NativeDisplay.of(session(Panel(), [*TIPS, BLACK, *GREYS, *RAMPS, *many])).source == "ramps"
+    assert NativeDisplay.of(readings, source="ramps").source == "ramps"
+    first = compare(readings, baseline="native", instrument="0.002,0.003").first_session
+    by_ramps = first_session(replace(Problem.of(readings), native=NativeDisplay.of(readings, source="ramps")))
+    assert first is not None
+    assert by_ramps is not None
+    assert first.native is not None
+    assert by_ramps.native is not None
+    assert first.native < 0.8 * by_ramps.native
+
+
+def test_many_mixtures_serve_where_ramps_make_no_curve() -> None:
+    rng = np.random.default_rng(11)
+    many = [tuple(code) for code in np.round(rng.uniform(0.05, 1.0, (80, 3)), 3).tolist()]
+    native = NativeDisplay.of(session(Panel(), [*TIPS, BLACK, *many]))
+    assert native.source == "readings"
+    assert native.remarks == ("Ramps alone make no curves: these are fitted on all readings of the first session.",)
+    levels = np.repeat(np.array([[0.3], [0.5], [0.8]]), 3, axis=1)
+    np.testing.assert_allclose(native.linear(levels), levels ** np.array(Panel().gammas), atol=0.03)
 
 
 def test_a_fall_within_noise_is_averaged_and_said() -> None:

@@ -24,7 +24,7 @@ ANOTHER = 0.5
 
 @dataclass(frozen=True)
 class FirstSession:
-    """Mean ΔE2000 of two fresh displays on readings at hour 0 that neither was made from.
+    """Mean ΔE2000 of two fresh displays on readings at hour 0 that neither runs through.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class FirstSession:
         )
         if self.native is None:
             return f"{said}."
-        said = f"{said}, the native one, which was not made from them, by {self.native:.2f}"
+        said = f"{said}, the native one by {self.native:.2f}"
         return f"{said}." if self.native < self.paper else f"{said}: curves and black of its own do not tell it better."
 
 

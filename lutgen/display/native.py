@@ -11,7 +11,9 @@ at every hour, so that what becomes of them is for effects to tell (``black-leve
 changes.
 
 A point of a curve is the light of a ramp's reading less black, projected on that of its tip. Where ramps of the
-channels are missing, every grey's X, Y and Z are solved for the light of the three channels instead.
+channels are missing, every grey's X, Y and Z are solved for the light of the three channels instead. Where the first
+session has many mixtures, and these are foretold better so, curves are fitted on all its readings
+(:mod:`lutgen.display.own_model.native_curves`).
 """
 
 from __future__ import annotations
@@ -21,7 +23,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.colorimetry import inverse, linear_to_code
+from lutgen.colorimetry import inverse
+from lutgen.display.own_model import Sample
+from lutgen.display.own_model.native_curves import LEAST_MIXTURES, curves_of, gain_on_mixtures
+from lutgen.display.ramp import fallen, misread_levels, rising_light
 from lutgen.display.transfer_curve import TransferCurve
 from lutgen.errors import LutgenError, pick_one
 from lutgen.readings.rest import TIP_DRIVES
@@ -38,19 +43,13 @@ if TYPE_CHECKING:
 CHANNELS = ("red", "green", "blue")
 
 #: What curves are made of.
-SOURCES = ("ramps", "greys")
+SOURCES = ("ramps", "greys", "readings")
 
 #: A ramp has at least so many levels between black and full drive; fewer miss a calibrated display's bends.
 LEAST_LEVELS = 5
 
 #: 1 σ of a reading that a fall of a ramp is judged by: a poor colorimeter's, as a share of the light, and in cd/m².
 RELATIVE, FLOOR_CD_M2 = 0.005, 0.01
-
-#: A ramp that falls by more than so many standard deviations of the difference falls indeed.
-FALLS = 3.0
-
-#: Levels of a ramp that may be misread: one, and one more for every so many.
-LEVELS_A_MISREADING = 20
 
 #: Black lighter than this share of white is no black.
 DARKEST = 0.2
@@ -93,7 +92,9 @@ class NativeDisplay:
             raise LutgenError(message)
 
     @classmethod
-    def of(cls, readings: Measurements, leave_out: Sequence[int] = (), *, strict: bool = True) -> NativeDisplay:
+    def of(
+        cls, readings: Measurements, leave_out: Sequence[int] = (), *, strict: bool = True, source: str | None = None
+    ) -> NativeDisplay:
         """Make the native display of the readings at hour 0, at rest.
 
         Parameters
@@ -105,6 +106,8 @@ class NativeDisplay:
         strict
             Whether a ramp is refused that falls by more than noise even without misread levels; else its neighbours
             are averaged all the same.
+        source
+            What the curves are to be made of, one of ``SOURCES``; None: what foretells mixtures best.
 
         Raises
         ------
@@ -113,6 +116,27 @@ class NativeDisplay:
             channel and codes.
 
         """
+        sample = _mixed_sample(readings, leave_out) if source in {None, "readings"} else None
+        if source == "readings" and sample is not None:
+            return cls(curves_of(sample), _black_of(sample), "readings")
+        try:
+            ramps = cls._of_ramps(readings, leave_out, strict=strict)
+        except LutgenError:
+            if sample is None:
+                raise
+            remark = "Ramps alone make no curves: these are fitted on all readings of the first session."
+            return cls(curves_of(sample), _black_of(sample), "readings", (remark,))
+        errors = gain_on_mixtures(sample, ramps.curves) if sample is not None else None
+        if sample is None or errors is None:
+            return ramps
+        remark = (
+            f"Curves are fitted on all readings of the first session: mixtures that were held out are foretold by mean "
+            f"ΔE2000 {errors[1]:.2f}, by curves from {ramps.source} alone {errors[0]:.2f}."
+        )
+        return cls(curves_of(sample), _black_of(sample), "readings", (remark,))
+
+    @classmethod
+    def _of_ramps(cls, readings: Measurements, leave_out: Sequence[int], *, strict: bool) -> NativeDisplay:
         session = _Session.of(readings, leave_out)
         remarks = []
         black = session.black / session.tips[0]
@@ -169,99 +193,37 @@ class NativeDisplay:
             raise LutgenError(message) from None
 
     def made_from(self, readings: Measurements) -> NDArray[np.bool_]:
-        """Readings of black and ramps in the first session, which the curves run through, (n,)."""
+        """Readings of black and ramps in the first session, which the curves run through, (n,).
+
+        Curves of all readings are drawn to each of the many mixtures by so little that these still judge them.
+        """
         codes = readings.drive
         ramps = [_is_grey(codes)] if self.source == "greys" else [_is_ramp(codes, channel) for channel in range(3)]
         return np.asarray(_in_first_session(readings) & np.logical_or.reduce([~codes.any(axis=1), *ramps]))
 
 
+def _mixed_sample(readings: Measurements, leave_out: Sequence[int]) -> Sample | None:
+    """Return the first session at rest; None where it has few mixtures, or lacks black or a colour point."""
+    here = _in_first_session(readings)
+    here[list(leave_out)] = False
+    lit = (readings.drive[here] > 0).sum(axis=1) >= 2
+    if lit.sum() < LEAST_MIXTURES:
+        return None
+    try:
+        sample = Sample.of(readings.drive[here], readings.xyz_cd_m2[here], file=readings.file)
+    except LutgenError:
+        return None
+    return sample if sample.mixtures >= LEAST_MIXTURES else None
+
+
+def _black_of(sample: Sample) -> tuple[float, float, float]:
+    x, y, z = np.maximum(sample.black, 0.0).tolist()
+    return x, y, z
+
+
 def _curve_of(name: str, points: Sequence[Sequence[float]]) -> TransferCurve:
     codes, light = zip(*((float(code), float(each)) for code, each in points), strict=True)
     return TransferCurve(name, codes, light)
-
-
-def misread_levels(codes: Array, light: Array, sigma: Array) -> list[int]:
-    """Places of the levels, (m,) each, without which a ramp does not fall by more than noise; none where it needs many.
-
-    One after the other the level is left out without which the ramp falls least.
-    """
-    out: list[int] = []
-    kept = list(range(codes.size))
-    for _ in range(1 + codes.size // LEVELS_A_MISREADING):
-        if _fall(light[kept], sigma[kept]) <= FALLS:
-            return sorted(out)
-        without = [
-            _fall(light[kept[:place] + kept[place + 1 :]], sigma[kept[:place] + kept[place + 1 :]])
-            for place in range(len(kept))
-        ]
-        least = min(without)
-        # Of two levels that contradict each other the one further from the straight line of its neighbours is wrong.
-        worst = max(
-            (place for place, fall in enumerate(without) if fall <= max(least, FALLS)),
-            key=lambda place: _off_line(codes, light, kept, place),
-        )
-        out.append(kept.pop(worst))
-    return sorted(out) if _fall(light[kept], sigma[kept]) <= FALLS else []
-
-
-def _fall(light: Array, sigma: Array) -> float:
-    """Largest fall of a ramp between black and full drive, in standard deviations of the difference."""
-    light, sigma = np.array([0.0, *light, 1.0]), np.array([sigma[0], *sigma, sigma[-1]])
-    fall = np.maximum.accumulate(light) - light
-    top = np.maximum.accumulate(np.where(fall == 0, np.arange(light.size), 0))
-    return float((fall / np.hypot(sigma, sigma[top])).max())
-
-
-def _off_line(codes: Array, light: Array, kept: list[int], place: int) -> float:
-    """How far a level is from the straight line between its neighbours, as the eye sees encoded light."""
-    encoded = linear_to_code(np.clip([0.0, *light[kept], 1.0], 0.0, None))
-    at = np.array([0.0, *codes[kept], 1.0])
-    here = place + 1
-    return float(abs(encoded[here] - np.interp(at[here], at[[here - 1, here + 1]], encoded[[here - 1, here + 1]])))
-
-
-def fallen(codes: Array, light: Array, sigma: Array, who: str) -> str:
-    """Say where a ramp falls, if only by noise; "" where it does not.
-
-    Parameters
-    ----------
-    codes, light, sigma
-        Code values between 0 and 1, light there relative to full drive, and its standard deviation, (m,) each.
-    who
-        The ramp, for messages.
-
-    Raises
-    ------
-    LutgenError
-        A fall by more than ``FALLS`` standard deviations.
-
-    """
-    codes, light = np.array([0.0, *codes, 1.0]), np.array([0.0, *light, 1.0])
-    sigma = np.array([sigma[0], *sigma, sigma[-1]])
-    highest = np.maximum.accumulate(light)
-    top = np.maximum.accumulate(np.where(light == highest, np.arange(light.size), 0))
-    fall = highest - light
-    doubt = np.hypot(sigma, sigma[top])
-    worst = int(np.argmax(fall / doubt))
-    if fall[worst] > FALLS * doubt[worst]:
-        message = (
-            f"{who} is not monotonic: {light[top[worst]]:.4g} of full light at code {codes[top[worst]]:.4g}, but "
-            f"{light[worst]:.4g} at code {codes[worst]:.4g}, more than noise. Measure these codes again, or leave them "
-            f"out."
-        )
-        raise LutgenError(message)
-    return ", ".join(f"from code {codes[top[i]]:.4g} to {codes[i]:.4g}" for i in np.flatnonzero(fall > 0))
-
-
-def rising_light(light: Array) -> Array:
-    """Least-squares rising sequence: pool adjacent violators (Ayer et al. 1955, doi:10.1214/aoms/1177728423)."""
-    pools: list[tuple[float, int]] = []
-    for value in light.tolist():
-        pools.append((value, 1))
-        while len(pools) > 1 and pools[-2][0] > pools[-1][0]:
-            (last, m), (first, n) = pools.pop(), pools.pop()
-            pools.append(((first * n + last * m) / (n + m), n + m))
-    return np.array([value for value, count in pools for _ in range(count)])
 
 
 @dataclass(frozen=True)
