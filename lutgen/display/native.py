@@ -12,7 +12,7 @@ changes.
 
 A point of a curve is the light of a ramp's reading less black, projected on that of its tip. Where ramps of the
 channels are missing, every grey's X, Y and Z are solved for the light of the three channels instead. Where the first
-session has many mixtures, and these are foretold better so, curves are fitted on all its readings
+session has many mixtures, and these are foretold better so, curves are fitted on all its readings, or are sRGB's
 (:mod:`lutgen.display.own_model.native_curves`).
 """
 
@@ -25,7 +25,7 @@ import numpy as np
 
 from lutgen.colorimetry import inverse
 from lutgen.display.own_model import Sample
-from lutgen.display.own_model.native_curves import LEAST_MIXTURES, curves_of, gain_on_mixtures
+from lutgen.display.own_model.native_curves import LEAST_MIXTURES, best_source, curves_of, straight
 from lutgen.display.ramp import fallen, misread_levels, rising_light
 from lutgen.display.transfer_curve import TransferCurve
 from lutgen.errors import LutgenError, pick_one
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 CHANNELS = ("red", "green", "blue")
 
 #: What curves are made of.
-SOURCES = ("ramps", "greys", "readings")
+SOURCES = ("ramps", "greys", "readings", "srgb")
 
 #: A ramp has at least so many levels between black and full drive; fewer miss a calibrated display's bends.
 LEAST_LEVELS = 5
@@ -116,24 +116,19 @@ class NativeDisplay:
             channel and codes.
 
         """
-        sample = _mixed_sample(readings, leave_out) if source in {None, "readings"} else None
-        if source == "readings" and sample is not None:
-            return cls(curves_of(sample), _black_of(sample), "readings")
+        sample = _mixed_sample(readings, leave_out) if source in {None, "readings", "srgb"} else None
+        if source is not None and sample is not None:
+            return cls(curves_of(sample) if source == "readings" else straight(), _black_of(sample), source)
+        if sample is None:
+            return cls._of_ramps(readings, leave_out, strict=strict)
         try:
             ramps = cls._of_ramps(readings, leave_out, strict=strict)
         except LutgenError:
-            if sample is None:
-                raise
-            remark = "Ramps alone make no curves: these are fitted on all readings of the first session."
-            return cls(curves_of(sample), _black_of(sample), "readings", (remark,))
-        errors = gain_on_mixtures(sample, ramps.curves) if sample is not None else None
-        if sample is None or errors is None:
+            ramps = None
+        chosen, remark = best_source(sample, ramps.curves if ramps else None, ramps.source if ramps else "ramps")
+        if ramps is not None and chosen == ramps.source:
             return ramps
-        remark = (
-            f"Curves are fitted on all readings of the first session: mixtures that were held out are foretold by mean "
-            f"ΔE2000 {errors[1]:.2f}, by curves from {ramps.source} alone {errors[0]:.2f}."
-        )
-        return cls(curves_of(sample), _black_of(sample), "readings", (remark,))
+        return cls(curves_of(sample) if chosen == "readings" else straight(), _black_of(sample), chosen, (remark,))
 
     @classmethod
     def _of_ramps(cls, readings: Measurements, leave_out: Sequence[int], *, strict: bool) -> NativeDisplay:

@@ -19,19 +19,23 @@ from lutgen.display.trace import tip_shares
 from lutgen.display.transfer_curve import TransferCurve
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from lutgen.colorimetry import Array
     from lutgen.display.own_model.sample import Sample
 
+    #: Of red, green and blue.
+    Curves3 = tuple[TransferCurve, TransferCurve, TransferCurve]
+
 #: Different mixtures from which on curves are asked of all readings.
 LEAST_MIXTURES = 50
+
+#: What sources are called in a sentence; ramps and greys as they are.
+NAMES = {"readings": "all readings", "srgb": "sRGB"}
 
 #: Points of a curve: eight times as many as a usual ramp's levels.
 POINTS = 65
 
 
-def curves_of(sample: Sample) -> tuple[TransferCurve, TransferCurve, TransferCurve]:
+def curves_of(sample: Sample) -> Curves3:
     """Fit red, green and blue on all readings; one that contradicts the others counts little."""
     coefficients = scalar_curves.fit(sample, Drive(), STIFFNESS[0]).coefficients
     codes = np.linspace(0.0, 1.0, POINTS)
@@ -44,22 +48,35 @@ def curves_of(sample: Sample) -> tuple[TransferCurve, TransferCurve, TransferCur
     return red, green, blue
 
 
-def gain_on_mixtures(sample: Sample, ramps: Sequence[TransferCurve]) -> tuple[float, float] | None:
-    """Mean ΔE2000 on mixtures by the ramps' curves, and by those of all readings, held out by patch.
+def straight() -> Curves3:
+    """Return sRGB's own curves: the lowest rung."""
+    red, green, blue = (TransferCurve(name, (0.0, 1.0), (0.0, 1.0)) for name in ("red", "green", "blue"))
+    return red, green, blue
 
-    None where the second is not clearly smaller. The ramps' curves have not seen the mixtures either.
+
+def best_source(sample: Sample, ramps: Curves3 | None, name: str) -> tuple[str, str]:
+    """Choose what curves are made of, by mean ΔE2000 on mixtures, and say why in one sentence.
+
+    Mixtures are held out by patch from curves of all readings; those of ramps, called ``name``, have not seen them, nor
+    have sRGB's. All readings replace ramps where they are clearly better; sRGB's curves replace both where these are
+    worse.
     """
-    by_ramps, by_all = _added_up(sample, ramps, sample.drive), np.empty_like(sample.share)
+    by_all = np.empty_like(sample.share)
     by_all[sample.fold < 0] = sample.share[sample.fold < 0]
     for fold in range(FOLDS):
         out = sample.fold == fold
         by_all[out] = _added_up(sample, curves_of(sample.part(~out)), sample.drive[out])
-    if not clearly_better(sample, by_all, by_ramps):
-        return None
-    return mixtures_error(sample, by_ramps), mixtures_error(sample, by_all)
+    found = {"readings": by_all, "srgb": _added_up(sample, straight(), sample.drive)}
+    if ramps:
+        found[name] = _added_up(sample, ramps, sample.drive)
+    errors = {each: mixtures_error(sample, share) for each, share in found.items()}
+    chosen = "readings" if ramps is None or clearly_better(sample, by_all, found[name]) else name
+    chosen = "srgb" if errors["srgb"] < errors[chosen] else chosen
+    said = "; ".join(f"{NAMES.get(each, each)} {error:.2f}" for each, error in sorted(errors.items()))
+    return chosen, f"Curves are those of {NAMES.get(chosen, chosen)}: mean ΔE2000 on mixtures held out: {said}."
 
 
-def _added_up(sample: Sample, curves: Sequence[TransferCurve], code: Array) -> Array:
+def _added_up(sample: Sample, curves: Curves3, code: Array) -> Array:
     """Shares of white that a native display shows, (m, 3), by the paper's ``nearest`` matrices."""
     linear = np.stack([curve(code[:, channel]) for channel, curve in enumerate(curves)], axis=1)
     shares = tip_shares(linear, code, "nearest")
