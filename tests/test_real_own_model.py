@@ -8,9 +8,15 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
 
+from lutgen.display.native import NativeDisplay
 from lutgen.display.own_model import OwnModel, Sample, fit_own_model
+from lutgen.display.own_model.ladder import mixtures_error
+from lutgen.display.own_model.native_curves import added_up, best_source, held_out_of_all, straight
+from lutgen.errors import LutgenError
+from lutgen.readings import Measurements
 from lutgen.readings.sessions import read_session
 from tests.own_model_twin import on_mixtures
 
@@ -69,6 +75,32 @@ def test_no_session_is_foretold_worse_than_by_srgb_curves() -> None:
     for file in files:
         model = own_model(file.stem)
         assert model.error <= model.rungs[0].error, file.name
+
+
+def test_no_native_display_foretells_worse_than_the_papers() -> None:
+    """Curves of ramps have not seen the mixtures, and those of all readings are judged on mixtures held out."""
+    for file in [*folder().glob("jamesits/*.ti3"), *folder().glob("ickc/*.csv")]:
+        sample = Sample.of_session(read_session(file))
+        try:
+            ramps = NativeDisplay.of(first_day(sample), source="ramps").curves
+        except LutgenError:
+            ramps = None
+        source, _ = best_source(sample, ramps, "ramps")
+        if source == "readings":
+            found = held_out_of_all(sample)
+        else:
+            found = added_up(sample, straight() if source == "srgb" or ramps is None else ramps, sample.drive)
+        assert mixtures_error(sample, found) <= own_model(file.stem).rungs[0].error, file.name
+
+
+def first_day(sample: Sample) -> Measurements:
+    """The sample as a table of readings at hour 0."""
+    return Measurements(
+        hours=np.zeros(len(sample.drive)),
+        drive=sample.drive,
+        xyz_cd_m2=sample.share * sample.white,
+        lines=sample.lines.astype(np.float64),
+    )
 
 
 def test_the_largest_session_of_the_table_takes_three_seconds_at_most() -> None:

@@ -54,6 +54,15 @@ def straight() -> Curves3:
     return red, green, blue
 
 
+def held_out_of_all(sample: Sample) -> Array:
+    """Shares of white at every reading, (n, 3), with curves of all readings that had not seen its patch."""
+    found = sample.share.copy()
+    for fold in range(FOLDS):
+        out = sample.fold == fold
+        found[out] = added_up(sample, curves_of(sample.part(~out)), sample.drive[out])
+    return found
+
+
 def best_source(sample: Sample, ramps: Curves3 | None, name: str) -> tuple[str, str]:
     """Choose what curves are made of, by mean ΔE2000 on mixtures, and say why in one sentence.
 
@@ -61,14 +70,10 @@ def best_source(sample: Sample, ramps: Curves3 | None, name: str) -> tuple[str, 
     have sRGB's. All readings replace ramps where they are clearly better; sRGB's curves replace both where these are
     worse.
     """
-    by_all = np.empty_like(sample.share)
-    by_all[sample.fold < 0] = sample.share[sample.fold < 0]
-    for fold in range(FOLDS):
-        out = sample.fold == fold
-        by_all[out] = _added_up(sample, curves_of(sample.part(~out)), sample.drive[out])
-    found = {"readings": by_all, "srgb": _added_up(sample, straight(), sample.drive)}
+    by_all = held_out_of_all(sample)
+    found = {"readings": by_all, "srgb": added_up(sample, straight(), sample.drive)}
     if ramps:
-        found[name] = _added_up(sample, ramps, sample.drive)
+        found[name] = added_up(sample, ramps, sample.drive)
     errors = {each: mixtures_error(sample, share) for each, share in found.items()}
     chosen = "readings" if ramps is None or clearly_better(sample, by_all, found[name]) else name
     chosen = "srgb" if errors["srgb"] < errors[chosen] else chosen
@@ -76,7 +81,7 @@ def best_source(sample: Sample, ramps: Curves3 | None, name: str) -> tuple[str, 
     return chosen, f"Curves are those of {NAMES.get(chosen, chosen)}: mean ΔE2000 on mixtures held out: {said}."
 
 
-def _added_up(sample: Sample, curves: Curves3, code: Array) -> Array:
+def added_up(sample: Sample, curves: Curves3, code: Array) -> Array:
     """Shares of white that a native display shows, (m, 3), by the paper's ``nearest`` matrices."""
     linear = np.stack([curve(code[:, channel]) for channel, curve in enumerate(curves)], axis=1)
     shares = tip_shares(linear, code, "nearest")
