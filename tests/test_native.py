@@ -17,13 +17,15 @@ from scipy.interpolate import PchipInterpolator
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_code, xyY_to_xyz, xyz_to_lab
 from lutgen.criticism.compare import compare
 from lutgen.criticism.diagnose import diagnose
+from lutgen.criticism.first_session import first_session
 from lutgen.criticism.fit import fit
 from lutgen.criticism.influence import wrong_rows
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.refine import refine
 from lutgen.display import MODES, REFERENCES, SELECTIONS, DisplayModel, load_model, save_model
 from lutgen.display.modes import luminance_law
-from lutgen.display.native import NativeDisplay, rising_light
+from lutgen.display.native import NativeDisplay
+from lutgen.display.ramp import rising_light
 from lutgen.display.transfer_curve import TransferCurve
 from lutgen.errors import LutgenError
 from lutgen.readings import Measurements, read_measurements
@@ -158,8 +160,8 @@ def _without(*codes: tuple[float, ...]) -> Callable[[Measurements], Measurements
 
 
 @pytest.mark.parametrize(("fault", "words"), [
-    (_with((0.0, 0.5, 0.0), 0.4), ("ramp of green is not monotonic", "code 0.36", "code 0.5", "Measure these codes")),
-    (_with((0.94, 0.0, 0.0), 1.4), ("ramp of red is not monotonic", "code 0.94", "at code 1,")),
+    (lambda readings: _with((0.0, 0.5, 0.0), 0.4)(_with((0.0, 0.78, 0.0), 0.4)(readings)),
+     ("ramp of green is not monotonic", "code 0.64", "code 0.78", "Measure these codes")),
     (_without(BLACK), ("no black (code 0, 0, 0)", "--baseline colour-points")),
     (_without(*RAMPS[:5], *GREYS[:5]), ("5 levels or more", "4 of red, 9 of green, 9 of blue, 4 of grey")),
 ])  # fmt: skip
@@ -170,6 +172,72 @@ def test_a_first_session_that_makes_no_native_display_is_refused(
         DisplayModel(fault(session(Panel(), EVERYTHING)), baseline="native")
     for word in words:
         assert word in str(refused.value)
+
+
+@pytest.mark.parametrize(("code", "factor"), [((0.0, 0.5, 0.0), 0.4), ((0.94, 0.0, 0.0), 1.4), ((0.0, 0.0, 0.36), 4.0)])
+def test_one_misread_level_is_left_out_and_named(code: tuple[float, ...], factor: float) -> None:
+    native = NativeDisplay.of(_with(code, factor)(session(Panel(), EVERYTHING)))
+    right = NativeDisplay.of(session(Panel(), EVERYTHING))
+    (remark,) = native.remarks
+    name = ("red", "green", "blue")[int(np.argmax(code))]
+    assert f"the ramp of {name} contradicts itself at code {max(code):g}: that level is left out" in remark
+    at = np.array([code])
+    np.testing.assert_allclose(native.linear(at), right.linear(at), atol=0.01)
+
+
+def brighter_mixtures(codes: list[tuple[float, ...]]) -> Measurements:
+    """A panel whose mixtures are brighter than their channels together, mostly in mid-tones."""
+    plain = session(Panel(), codes)
+    red, green, blue = plain.drive.T
+    pairs = red * green * (1.0 - red * green) + green * blue * (1.0 - green * blue)
+    return replace(plain, xyz_cd_m2=plain.xyz_cd_m2 * (1.0 + 0.1 * pairs[:, np.newaxis]))
+
+
+def test_many_mixtures_outvote_the_ramps() -> None:
+    rng = np.random.default_rng(11)
+    many = [tuple(code) for code in np.round(rng.uniform(0.05, 1.0, (80, 3)), 3).tolist()]
+    readings = brighter_mixtures([*TIPS, BLACK, *GREYS, *RAMPS, *many])
+    native = NativeDisplay.of(readings)
+    assert native.source == "readings"
+    (remark,) = native.remarks
+    assert remark.startswith("Curves are those of all readings: mean ΔE2000 on mixtures held out: ramps 0.")
+    assert NativeDisplay.of(brighter_mixtures(EVERYTHING)).source == "ramps"
+    assert NativeDisplay.of(session(Panel(), [*TIPS, BLACK, *GREYS, *RAMPS, *many])).source == "ramps"
+    assert NativeDisplay.of(readings, source="ramps").source == "ramps"
+    first = compare(readings, baseline="native", instrument="0.002,0.003").first_session
+    by_ramps = first_session(replace(Problem.of(readings), native=NativeDisplay.of(readings, source="ramps")))
+    assert first is not None
+    assert by_ramps is not None
+    assert first.native is not None
+    assert by_ramps.native is not None
+    assert first.native < 0.8 * by_ramps.native
+
+
+def test_curves_of_srgb_serve_where_none_of_its_own_is_better() -> None:
+    """Each mixture is off by 10 % of its own, which curves take for theirs."""
+    rng = np.random.default_rng(11)
+    many = [tuple(code) for code in np.round(rng.uniform(0.05, 1.0, (60, 3)), 3).tolist()]
+    readings = session(Panel(gammas=(2.2, 2.2, 2.2), extra=(0.0, 0.0, 0.0)), [*TIPS, BLACK, *many])
+    light = (
+        code_to_linear(readings.drive)
+        @ np.array(readings.xyz_cd_m2[1:4])
+        * rng.uniform(0.9, 1.1, (len(readings.drive), 1))
+    )
+    mixed = (readings.drive > 0).all(axis=1) & (readings.drive < 1).any(axis=1)
+    native = NativeDisplay.of(replace(readings, xyz_cd_m2=np.where(np.atleast_2d(mixed).T, light, readings.xyz_cd_m2)))
+    assert native.source == "srgb"
+    np.testing.assert_allclose(native.linear(CODES), code_to_linear(CODES), atol=1e-12)
+    assert NativeDisplay.from_record(native.as_record()) == native
+
+
+def test_many_mixtures_serve_where_ramps_make_no_curve() -> None:
+    rng = np.random.default_rng(11)
+    many = [tuple(code) for code in np.round(rng.uniform(0.05, 1.0, (80, 3)), 3).tolist()]
+    native = NativeDisplay.of(session(Panel(), [*TIPS, BLACK, *many]))
+    assert native.source == "readings"
+    assert "ramps" not in native.remarks[0]
+    levels = np.repeat(np.array([[0.3], [0.5], [0.8]]), 3, axis=1)
+    np.testing.assert_allclose(native.linear(levels), levels ** np.array(Panel().gammas), atol=0.03)
 
 
 def test_a_fall_within_noise_is_averaged_and_said() -> None:

@@ -34,8 +34,10 @@ LEAST_MODE = 1e-2
 NOTHING = 1e-9
 
 
-def drawn_displays(readings: Measurements, noise: Noise, left_out: Sequence[int]) -> tuple[NativeDisplay, ...]:
-    """Make native displays of ``DRAWS`` first sessions that differ by noise, seeded."""
+def drawn_displays(
+    readings: Measurements, noise: Noise, left_out: Sequence[int], source: str
+) -> tuple[NativeDisplay, ...]:
+    """Make native displays of ``DRAWS`` first sessions that differ by noise, seeded; ``source`` as of the display."""
     rng = np.random.default_rng(SEED)
     first = np.flatnonzero(readings.hours == 0)
     root = np.linalg.cholesky(noise.covariance(readings.xyz_cd_m2[first]))
@@ -43,7 +45,7 @@ def drawn_displays(readings: Measurements, noise: Noise, left_out: Sequence[int]
     for _ in range(DRAWS):
         xyz = readings.xyz_cd_m2.copy()
         xyz[first] += np.einsum("nij,nj->ni", root, rng.standard_normal((first.size, 3)))
-        drawn.append(NativeDisplay.of(readings.with_light(xyz), left_out, strict=False))
+        drawn.append(NativeDisplay.of(readings.with_light(xyz), left_out, strict=False, source=source))
     return tuple(drawn)
 
 

@@ -10,10 +10,13 @@ import numpy as np
 from lutgen.colorimetry import delta_e_2000, xyz_to_lab
 from lutgen.criticism.anchored import anchored
 from lutgen.display.native import NativeDisplay
+from lutgen.display.own_model import Sample, fit_own_model
 from lutgen.errors import LutgenError
+from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
     from lutgen.criticism.problem import Problem
+    from lutgen.display.own_model import OwnModel
 
 #: The paper's fresh display is another than this one from this mean ΔE2000 on, if the native one leaves half of it.
 ANOTHER = 0.5
@@ -21,7 +24,7 @@ ANOTHER = 0.5
 
 @dataclass(frozen=True)
 class FirstSession:
-    """Mean ΔE2000 of two fresh displays on readings at hour 0 that neither was made from.
+    """Mean ΔE2000 of two fresh displays on readings at hour 0 that neither runs through.
 
     Attributes
     ----------
@@ -29,12 +32,19 @@ class FirstSession:
         Their number: neither white and primaries nor the ramps and black of the native display are among them.
     paper, native
         Of the paper's fresh display, and of the native one; None where the readings make none.
+    own
+        Of the display's own model (:mod:`lutgen.display.own_model`) on mixtures, held out by patch; None where these
+        are too few.
+    rungs
+        What its ladder says, one sentence each.
 
     """
 
     readings: int
     paper: float
     native: float | None
+    own: float | None = None
+    rungs: tuple[str, ...] = ()
 
     @property
     def is_another(self) -> bool:
@@ -48,7 +58,7 @@ class FirstSession:
         )
         if self.native is None:
             return f"{said}."
-        said = f"{said}, the native one, which was not made from them, by {self.native:.2f}"
+        said = f"{said}, the native one by {self.native:.2f}"
         return f"{said}." if self.native < self.paper else f"{said}: curves and black of its own do not tell it better."
 
 
@@ -70,4 +80,24 @@ def first_session(problem: Problem) -> FirstSession | None:
         found = delta_e_2000(xyz_to_lab(anchored(asked, ()), white), xyz_to_lab(asked.xyz, white))
         return float(found[judged].mean())
 
-    return FirstSession(int(judged.sum()), error(paper), error(native) if own else None)
+    model = _own_model(problem)
+    held_out, said = (model.error, model.sentences()) if model else (None, ())
+    return FirstSession(int(judged.sum()), error(paper), error(native) if own else None, held_out, said)
+
+
+def _own_model(problem: Problem) -> OwnModel | None:
+    """Fit the first session's own model; None where its readings are too few."""
+    readings = problem.readings
+    rows = problem.rows[problem.hour_of == 0]
+    rows = rows[readings.at_rest()[rows] & ~is_capped(readings)[rows]]
+    try:
+        sample = Sample.of(
+            readings.drive[rows],
+            readings.xyz_cd_m2[rows],
+            lines=readings.lines[rows].astype(np.int64),
+            file=readings.file,
+            calibration=readings.calibration,
+        )
+        return fit_own_model(sample)
+    except LutgenError:
+        return None

@@ -135,7 +135,7 @@ class Problem:
         out = [*noise.slips, *leave_out]
         rows = np.setdiff1d(np.arange(readings.hours.size), out)
         native = NativeDisplay.of(readings, out) if baseline == "native" else None
-        drawn = drawn_displays(readings, noise, out) if native else ()
+        drawn = drawn_displays(readings, noise, out, native.source) if native else ()
         return cls(readings, noise, baseline, selection, _is_held(readings), rows, native=native, drawn=drawn)
 
     def unlogged(self, columns: Sequence[str]) -> Problem | None:

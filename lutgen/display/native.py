@@ -11,7 +11,9 @@ at every hour, so that what becomes of them is for effects to tell (``black-leve
 changes.
 
 A point of a curve is the light of a ramp's reading less black, projected on that of its tip. Where ramps of the
-channels are missing, every grey's X, Y and Z are solved for the light of the three channels instead.
+channels are missing, every grey's X, Y and Z are solved for the light of the three channels instead. Where the first
+session has many mixtures, and these are foretold better so, curves are fitted on all its readings, or are sRGB's
+(:mod:`lutgen.display.own_model.native_curves`).
 """
 
 from __future__ import annotations
@@ -22,6 +24,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.colorimetry import inverse
+from lutgen.display.own_model import Sample
+from lutgen.display.own_model.native_curves import LEAST_MIXTURES, best_source, curves_of, straight
+from lutgen.display.ramp import fallen, misread_levels, rising_light
 from lutgen.display.transfer_curve import TransferCurve
 from lutgen.errors import LutgenError, pick_one
 from lutgen.readings.rest import TIP_DRIVES
@@ -38,16 +43,13 @@ if TYPE_CHECKING:
 CHANNELS = ("red", "green", "blue")
 
 #: What curves are made of.
-SOURCES = ("ramps", "greys")
+SOURCES = ("ramps", "greys", "readings", "srgb")
 
 #: A ramp has at least so many levels between black and full drive; fewer miss a calibrated display's bends.
 LEAST_LEVELS = 5
 
 #: 1 σ of a reading that a fall of a ramp is judged by: a poor colorimeter's, as a share of the light, and in cd/m².
 RELATIVE, FLOOR_CD_M2 = 0.005, 0.01
-
-#: A ramp that falls by more than so many standard deviations of the difference falls indeed.
-FALLS = 3.0
 
 #: Black lighter than this share of white is no black.
 DARKEST = 0.2
@@ -90,7 +92,9 @@ class NativeDisplay:
             raise LutgenError(message)
 
     @classmethod
-    def of(cls, readings: Measurements, leave_out: Sequence[int] = (), *, strict: bool = True) -> NativeDisplay:
+    def of(
+        cls, readings: Measurements, leave_out: Sequence[int] = (), *, strict: bool = True, source: str | None = None
+    ) -> NativeDisplay:
         """Make the native display of the readings at hour 0, at rest.
 
         Parameters
@@ -100,14 +104,34 @@ class NativeDisplay:
         leave_out
             Indices of readings that are not to count.
         strict
-            Whether a ramp that falls by more than noise is refused; else its neighbours are averaged all the same.
+            Whether a ramp is refused that falls by more than noise even without misread levels; else its neighbours
+            are averaged all the same.
+        source
+            What the curves are to be made of, one of ``SOURCES``; None: what foretells mixtures best.
 
         Raises
         ------
         LutgenError
-            A lack of any of these, or a ramp that falls by more than noise: names channel and codes.
+            A lack of any of these, or a ramp that falls by more than noise, at more levels than may be misread: names
+            channel and codes.
 
         """
+        sample = _mixed_sample(readings, leave_out) if source in {None, "readings", "srgb"} else None
+        if source is not None and sample is not None:
+            return cls(curves_of(sample) if source == "readings" else straight(), _black_of(sample), source)
+        if sample is None:
+            return cls._of_ramps(readings, leave_out, strict=strict)
+        try:
+            ramps = cls._of_ramps(readings, leave_out, strict=strict)
+        except LutgenError:
+            ramps = None
+        chosen, remark = best_source(sample, ramps.curves if ramps else None, ramps.source if ramps else "ramps")
+        if ramps is not None and chosen == ramps.source:
+            return ramps
+        return cls(curves_of(sample) if chosen == "readings" else straight(), _black_of(sample), chosen, (remark,))
+
+    @classmethod
+    def _of_ramps(cls, readings: Measurements, leave_out: Sequence[int], *, strict: bool) -> NativeDisplay:
         session = _Session.of(readings, leave_out)
         remarks = []
         black = session.black / session.tips[0]
@@ -119,6 +143,13 @@ class NativeDisplay:
         for channel, name in enumerate(CHANNELS):
             codes, light, sigma = session.points(channel)
             ramp = f"the ramp of {name}" if session.source == "ramps" else f"{name}'s part of the greys"
+            misread = misread_levels(codes, light, sigma)
+            remarks += [
+                f"{readings.file}: hour 0: {ramp} contradicts itself at code {codes[level]:.4g}: that level is left "
+                f"out. Measure it again."
+                for level in misread
+            ]
+            codes, light, sigma = (np.delete(values, misread) for values in (codes, light, sigma))
             falls = fallen(codes, light, sigma, f"{readings.file}: hour 0: {ramp}") if strict else ""
             if falls:
                 remarks.append(f"{ramp.capitalize()} falls within noise, {falls}: neighbours are averaged.")
@@ -157,59 +188,37 @@ class NativeDisplay:
             raise LutgenError(message) from None
 
     def made_from(self, readings: Measurements) -> NDArray[np.bool_]:
-        """Readings of black and ramps in the first session, which the curves run through, (n,)."""
+        """Readings of black and ramps in the first session, which the curves run through, (n,).
+
+        Curves of all readings are drawn to each of the many mixtures by so little that these still judge them.
+        """
         codes = readings.drive
         ramps = [_is_grey(codes)] if self.source == "greys" else [_is_ramp(codes, channel) for channel in range(3)]
         return np.asarray(_in_first_session(readings) & np.logical_or.reduce([~codes.any(axis=1), *ramps]))
 
 
+def _mixed_sample(readings: Measurements, leave_out: Sequence[int]) -> Sample | None:
+    """Return the first session at rest; None where it has few mixtures, or lacks black or a colour point."""
+    here = _in_first_session(readings)
+    here[list(leave_out)] = False
+    lit = (readings.drive[here] > 0).sum(axis=1) >= 2
+    if lit.sum() < LEAST_MIXTURES:
+        return None
+    try:
+        sample = Sample.of(readings.drive[here], readings.xyz_cd_m2[here], file=readings.file)
+    except LutgenError:
+        return None
+    return sample if sample.mixtures >= LEAST_MIXTURES else None
+
+
+def _black_of(sample: Sample) -> tuple[float, float, float]:
+    x, y, z = np.maximum(sample.black, 0.0).tolist()
+    return x, y, z
+
+
 def _curve_of(name: str, points: Sequence[Sequence[float]]) -> TransferCurve:
     codes, light = zip(*((float(code), float(each)) for code, each in points), strict=True)
     return TransferCurve(name, codes, light)
-
-
-def fallen(codes: Array, light: Array, sigma: Array, who: str) -> str:
-    """Say where a ramp falls, if only by noise; "" where it does not.
-
-    Parameters
-    ----------
-    codes, light, sigma
-        Code values between 0 and 1, light there relative to full drive, and its standard deviation, (m,) each.
-    who
-        The ramp, for messages.
-
-    Raises
-    ------
-    LutgenError
-        A fall by more than ``FALLS`` standard deviations.
-
-    """
-    codes, light = np.array([0.0, *codes, 1.0]), np.array([0.0, *light, 1.0])
-    sigma = np.array([sigma[0], *sigma, sigma[-1]])
-    highest = np.maximum.accumulate(light)
-    top = np.maximum.accumulate(np.where(light == highest, np.arange(light.size), 0))
-    fall = highest - light
-    doubt = np.hypot(sigma, sigma[top])
-    worst = int(np.argmax(fall / doubt))
-    if fall[worst] > FALLS * doubt[worst]:
-        message = (
-            f"{who} is not monotonic: {light[top[worst]]:.4g} of full light at code {codes[top[worst]]:.4g}, but "
-            f"{light[worst]:.4g} at code {codes[worst]:.4g}, more than noise. Measure these codes again, or leave them "
-            f"out."
-        )
-        raise LutgenError(message)
-    return ", ".join(f"from code {codes[top[i]]:.4g} to {codes[i]:.4g}" for i in np.flatnonzero(fall > 0))
-
-
-def rising_light(light: Array) -> Array:
-    """Least-squares rising sequence: pool adjacent violators (Ayer et al. 1955, doi:10.1214/aoms/1177728423)."""
-    pools: list[tuple[float, int]] = []
-    for value in light.tolist():
-        pools.append((value, 1))
-        while len(pools) > 1 and pools[-2][0] > pools[-1][0]:
-            (last, m), (first, n) = pools.pop(), pools.pop()
-            pools.append(((first * n + last * m) / (n + m), n + m))
-    return np.array([value for value, count in pools for _ in range(count)])
 
 
 @dataclass(frozen=True)

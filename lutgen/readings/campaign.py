@@ -164,6 +164,7 @@ class Campaign:
             metadata={"display": self.display, "source": f"campaign of {len(entries)} sessions, {self.file}"},
             file=self.file,
             sha256=self.sha256,
+            calibration=entries[0].session.calibration,
         )
 
 

@@ -56,6 +56,8 @@ class Measurements:
         The optional columns (position ``u``, ``v``, ``ambient_lx``, …) that vary, each of shape (n,).
     constants
         Those that have one value in every row, which are no conditions: column → value.
+    calibration
+        The curves that were loaded in the graphics card at hour 0, (k, 4): input, red, green, blue; None: not known.
     session, note
         One text a reading; empty where the file has none.
     order
@@ -81,6 +83,7 @@ class Measurements:
     sha256: str = ""
     order: Array | None = None
     constants: Mapping[str, float] = field(default_factory=dict)
+    calibration: Array | None = None
 
     def __post_init__(self) -> None:
         """Refuse what no display does: values out of range, unsorted hours, tips that are missing or swapped."""

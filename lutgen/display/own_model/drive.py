@@ -1,0 +1,49 @@
+"""What a display is driven by: the code value, or what the graphics card's calibration curves make of it.
+
+ArgyllCMS keeps the curves that were loaded beside the readings (table CAL, 256 rows). Whether they were sent on in
+8 bits depends on the card and its cable, so that the ladder asks the readings.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+
+#: What code values may go through before they reach the panel.
+WAYS = ("as asked", "through the calibration", "through the calibration in 8-bit steps")
+
+#: Steps of 8 bits.
+STEPS = 255.0
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Code values (m, 3) → what reaches the panel (m, 3), 0..1.
+
+    Attributes
+    ----------
+    way
+        One of ``WAYS``.
+    calibration
+        The curves, (k, 4); None where ``way`` is "as asked".
+
+    """
+
+    way: str = WAYS[0]
+    calibration: Array | None = None
+
+    def __call__(self, code: Array) -> Array:
+        """Send code values on; beyond 0..1 the ends hold."""
+        code = np.clip(code, 0.0, 1.0)
+        if self.calibration is None or self.way == WAYS[0]:
+            return code
+        curves = self.calibration
+        sent = [np.interp(code[..., c], curves[:, 0], curves[:, 1 + c]) for c in range(3)]
+        found = np.stack(sent, axis=-1)
+        found = np.round(found * STEPS) / STEPS if self.way == WAYS[2] else found
+        return np.asarray(np.clip(found, 0.0, 1.0))

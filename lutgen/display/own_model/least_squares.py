@@ -1,0 +1,54 @@
+"""Least squares with a stiffness, in which a reading that contradicts all others is weighed down."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.linalg import cholesky, solve_triangular
+from scipy.optimize import nnls
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+
+#: A reading counts in full up to so many robust standard deviations, beyond with the fourth power of their ratio.
+FULL = 6.0
+
+#: Median of the norm of three normal components, in standard deviations of one.
+NORM_MEDIAN = 1.538
+
+#: Keeps the normal equations regular where no reading touches a spline.
+RIDGE = 1e-9
+
+
+def solve(columns: Array, wanted: Array, penalty: Array, rises: Array | None = None) -> Array:
+    """Coefficients (p,) that minimise ‖columns·c − wanted‖² + ‖penalty·c‖², where ``rises`` (q, p) times c ≥ 0.
+
+    Lawson & Hanson, Solving Least Squares Problems (1974), chapter 23, problem LDP.
+    """
+    normal = columns.T @ columns + penalty.T @ penalty
+    normal += RIDGE * np.trace(normal) / len(normal) * np.eye(len(normal))
+    root = cholesky(normal, lower=True)
+    middle = solve_triangular(root, columns.T @ wanted, lower=True)
+    found = solve_triangular(root, middle, lower=True, trans="T")
+    if rises is None or (rises @ found).min() >= 0:
+        return np.asarray(found)
+    # The least distance from the free solution, in units of its own covariance, that meets the inequalities.
+    inequalities = solve_triangular(root, rises.T, lower=True).T
+    rows = np.vstack([inequalities.T, -(inequalities @ middle)])
+    goal = np.zeros(len(rows))
+    goal[-1] = 1.0
+    left = rows @ nnls(rows, goal)[0] - goal
+    return np.asarray(solve_triangular(root, middle - left[:-1] / left[-1], lower=True, trans="T"))
+
+
+def trust(residual: Array) -> Array:
+    """Weight of each reading, (n,), from residuals (n, 3) as the eye counts them: 1, or less where it errs."""
+    size = np.linalg.norm(residual, axis=1)
+    usual = spread(residual)
+    return np.asarray(np.minimum(1.0, (FULL * usual / np.maximum(size, 1e-300)) ** 4))
+
+
+def spread(residual: Array) -> float:
+    """Robust standard deviation of residuals (n, 3)."""
+    return max(float(np.median(np.linalg.norm(residual, axis=1))) / NORM_MEDIAN, 1e-9)

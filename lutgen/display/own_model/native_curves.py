@@ -1,0 +1,88 @@
+"""Transfer curves of a native display from all readings of its first session, and whether they beat its ramps'.
+
+A native display adds its colour points up by the paper's matrices, so that one curve a channel is what it can take from
+the ladder. Curves of single-channel ramps miss mixtures, which are brighter than their channels together.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.display.own_model import scalar_curves
+from lutgen.display.own_model.drive import Drive
+from lutgen.display.own_model.gain import SPLINES, lit
+from lutgen.display.own_model.ladder import STIFFNESS, clearly_better, mixtures_error
+from lutgen.display.own_model.sample import FOLDS
+from lutgen.display.trace import tip_shares
+from lutgen.display.transfer_curve import TransferCurve
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.display.own_model.sample import Sample
+
+    #: Of red, green and blue.
+    Curves3 = tuple[TransferCurve, TransferCurve, TransferCurve]
+
+#: Different mixtures from which on curves are asked of all readings.
+LEAST_MIXTURES = 50
+
+#: What sources are called in a sentence; ramps and greys as they are.
+NAMES = {"readings": "all readings", "srgb": "sRGB"}
+
+#: Points of a curve: eight times as many as a usual ramp's levels.
+POINTS = 65
+
+
+def curves_of(sample: Sample) -> Curves3:
+    """Fit red, green and blue on all readings; one that contradicts the others counts little."""
+    coefficients = scalar_curves.fit(sample, Drive(), STIFFNESS[0]).coefficients
+    codes = np.linspace(0.0, 1.0, POINTS)
+    found = []
+    for channel, name in enumerate(("red", "green", "blue")):
+        start = 1 + channel * SPLINES
+        light = lit(codes) @ coefficients[start : start + SPLINES].sum(axis=1)
+        found.append(TransferCurve.through(name, codes, np.clip(np.maximum.accumulate(light / light[-1]), 0.0, 1.0)))
+    red, green, blue = found
+    return red, green, blue
+
+
+def straight() -> Curves3:
+    """Return sRGB's own curves: the lowest rung."""
+    red, green, blue = (TransferCurve(name, (0.0, 1.0), (0.0, 1.0)) for name in ("red", "green", "blue"))
+    return red, green, blue
+
+
+def held_out_of_all(sample: Sample) -> Array:
+    """Shares of white at every reading, (n, 3), with curves of all readings that had not seen its patch."""
+    found = sample.share.copy()
+    for fold in range(FOLDS):
+        out = sample.fold == fold
+        found[out] = added_up(sample, curves_of(sample.part(~out)), sample.drive[out])
+    return found
+
+
+def best_source(sample: Sample, ramps: Curves3 | None, name: str) -> tuple[str, str]:
+    """Choose what curves are made of, by mean ΔE2000 on mixtures, and say why in one sentence.
+
+    Mixtures are held out by patch from curves of all readings; those of ramps, called ``name``, have not seen them, nor
+    have sRGB's. All readings replace ramps where they are clearly better; sRGB's curves replace both where these are
+    worse.
+    """
+    by_all = held_out_of_all(sample)
+    found = {"readings": by_all, "srgb": added_up(sample, straight(), sample.drive)}
+    if ramps:
+        found[name] = added_up(sample, ramps, sample.drive)
+    errors = {each: mixtures_error(sample, share) for each, share in found.items()}
+    chosen = "readings" if ramps is None or clearly_better(sample, by_all, found[name]) else name
+    chosen = "srgb" if errors["srgb"] < errors[chosen] else chosen
+    said = "; ".join(f"{NAMES.get(each, each)} {error:.2f}" for each, error in sorted(errors.items()))
+    return chosen, f"Curves are those of {NAMES.get(chosen, chosen)}: mean ΔE2000 on mixtures held out: {said}."
+
+
+def added_up(sample: Sample, curves: Curves3, code: Array) -> Array:
+    """Shares of white that a native display shows, (m, 3), by the paper's ``nearest`` matrices."""
+    linear = np.stack([curve(code[:, channel]) for channel, curve in enumerate(curves)], axis=1)
+    shares = tip_shares(linear, code, "nearest")
+    return np.asarray(shares @ sample.tips + (1.0 - shares.sum(axis=1))[:, np.newaxis] * sample.black)
