@@ -22,7 +22,7 @@ import numpy as np
 from lutgen.bake.figures import Figures, figures, rounded
 from lutgen.bake.lut import Lut, Sampler, lattice, tetrahedra
 from lutgen.bake.readback import TableKind, apply_lut
-from lutgen.bake.round_trip import RoundTrip, round_trip
+from lutgen.bake.round_trip import RoundTrip, Without, round_trip
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_code, linear_to_lab, transform
 from lutgen.display.chain import outside_gamut
 from lutgen.display.effect_chain import jumps, without_steps
@@ -105,6 +105,7 @@ class Judge:
     """Certifies files. Keeps what does not depend on the file: the colours, and what the sampler knows of the model."""
 
     sampler: Sampler = field(default_factory=Sampler)
+    _without: Without | None = None
     _mixing: dict[tuple[str, int, int], Mixing] = field(default_factory=dict)
     _tetrahedra: dict[tuple[str, int], tuple[NDArray[np.intp], Array]] = field(default_factory=dict)
 
@@ -159,7 +160,9 @@ class Judge:
         if link is None:
             return None
         drive, lattice = self._model(aged, self.code), self.sampler.linear(aged, _REACH, "code")
-        return round_trip(link, self.code, drive, code, border=border, tissue=_TISSUE, lattice=lattice)
+        if self._without is None or self._without.link != link:
+            self._without = Without.of(link, self.code, drive)
+        return round_trip(self._without, drive, code, border=border, tissue=_TISSUE, lattice=lattice)
 
     def table_error(self, lut: Lut | MatrixLut, aged: AgedDisplay) -> TableError:
         """ΔE2000 of a table by itself, in double precision on some colours: the same on every binding."""

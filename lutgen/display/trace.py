@@ -50,9 +50,9 @@ def in_chain_order(applied: Sequence[Applied]) -> list[Applied]:
 
 def through(applied: Sequence[Applied], stages: tuple[str, ...], signal: Array, scene: Scene) -> Array:
     """Send a signal through the effects of some stages."""
-    for each in in_chain_order(applied):
-        if each.effect.stage in stages:
-            signal = each.effect.function(signal, scene, **each.values)
+    acting = [each for each in applied if each.effect.stage in stages]
+    for each in in_chain_order(acting) if len(acting) > 1 else acting:
+        signal = each.effect.function(signal, scene, **each.values)
     return signal
 
 
