@@ -35,6 +35,7 @@ from lutgen.bake.lut import Lut, Sampler, lattice
 from lutgen.bindings import ocio, oiio
 from lutgen.display import MODES, default_display
 from lutgen.files import write_atomically
+from lutgen.names import AGING_MODES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -47,16 +48,21 @@ with warnings.catch_warnings():
     import colour
 
 MODE, HOURS = "chroma", 10_000.0
-MEMORY_LIMIT_MB, START_LIMIT_S, APPLY_LIMIT = 300.0, 0.3, 1 / 1.3
+MEMORY_LIMIT_MB, START_LIMIT_S, APPLY_LIMIT, CORRECTION_LIMIT = 300.0, 0.3, 1 / 1.3, 1 / 4
+DISPLAY_A = Path(__file__).with_name("display-a.csv")
 FOLDER = f"{MODE}/10000h"
 
 
 @dataclass(frozen=True)
 class Bench:
-    """How much work to do: ``sizes`` of tables, ``hours`` of the build, ``bakes`` timed of its LUTs, repetitions."""
+    """How much work to do: ``sizes`` of tables, ``hours`` of the build, ``bakes`` timed of its LUTs, repetitions.
+
+    ``corrected``: the hours of the corrections.
+    """
 
     sizes: tuple[int, ...] = (33, 65)
     hours: str = "0..18000"
+    corrected: str = "5000,10000,18000"
     bakes: int = 12
     width: int = 6000
     height: int = 4000
@@ -72,6 +78,7 @@ class Bench:
         return cls(
             (17, 33),
             hours="0,10000",
+            corrected="10000",
             bakes=1,
             width=300,
             height=200,
@@ -230,6 +237,25 @@ def _build_arguments(bench: Bench, output: Path, *options: str) -> list[str]:
     return ["build", *what, "--force", *options, "-o", str(output)]
 
 
+# ---- corrections
+
+
+def compensating(bench: Bench, folder: Path) -> Iterator[Row]:
+    """Corrections of a display with effects, which are searched, against the same displays forwards."""
+    model, output = folder / "refined.toml", folder / "corrections"
+    run([*LUTGEN, "refine", str(DISPLAY_A), "--auto", "-o", str(model)])
+    what = ["build", "--model", str(model), "--hours", bench.corrected, "--force"]
+    luts = 2 * len(AGING_MODES) * len(bench.corrected.split(","))
+
+    def both(direction: str) -> None:
+        shutil.rmtree(output, ignore_errors=True)
+        run([*LUTGEN, *what, "--direction", direction, "-o", str(output)])
+
+    forwards = Peer("lutgen, the same displays forwards", partial(both, "simulate"), CORRECTION_LIMIT)
+    name = f"build {luts} corrections of a refined display, certificates"
+    yield from race(name, partial(both, "compensate"), forwards, times=bench.long)
+
+
 # ---- applying to images
 
 
@@ -346,7 +372,7 @@ def starting(bench: Bench) -> Row:
 
 
 #: Parts of the table.
-PARTS = ("evaluation", "writing", "building", "applying", "criticism", "appearance", "starting")
+PARTS = ("evaluation", "writing", "building", "compensating", "applying", "criticism", "appearance", "starting")
 
 
 def all_rows(bench: Bench, folder: Path, parts: Sequence[str]) -> Iterator[Row]:
@@ -359,6 +385,7 @@ def all_rows(bench: Bench, folder: Path, parts: Sequence[str]) -> Iterator[Row]:
         "evaluation": lambda: evaluation(bench, model),
         "writing": lambda: writing(bench, model, built, folder),
         "building": lambda: building(bench, built, folder),
+        "compensating": lambda: compensating(bench, folder),
         "applying": lambda: applying(bench, model, built, folder),
         "criticism": lambda: criticism(bench.criticism, folder),
         "appearance": lambda: appearing(bench.appearance, model, folder),
@@ -396,7 +423,8 @@ def _footnotes(bench: Bench) -> str:
         "ratio: the peer's time over lutgen's, median of turns taken alternately "
         f"({bench.short} turns; builds and images {bench.long}).\n"
         f"ociobakelut: {bench.bakes} processes timed one after the other and scaled to all LUTs; lutgen uses "
-        f"{os.cpu_count()} cores. apply: ≥ {APPLY_LIMIT:.2g} is at most 1.3 times their time.\n"
+        f"{os.cpu_count()} cores. apply: ≥ {APPLY_LIMIT:.2g} is at most 1.3 times their time; corrections: "
+        f"≥ {CORRECTION_LIMIT:.2g} at most 4 times.\n"
         f"Python {sys.version.split()[0]}, numpy {np.__version__}, colour {colour.__version__}, "
         f"OpenColorIO {ocio().__version__}, OpenImageIO {oiio().__version__}; modes {', '.join(MODES)}."
     )

@@ -15,6 +15,7 @@ from lutgen.bake.check import check
 from lutgen.bake.config import CORRECTION
 from lutgen.bake.fidelity import PAIRS, Judge, certificate_colours
 from lutgen.bake.formats import format_named, format_names
+from lutgen.bake.lut import Sampler
 from lutgen.bake.manifest import sha256
 from lutgen.bake.readback import apply_lut
 from lutgen.bindings import ocio
@@ -190,6 +191,23 @@ def test_a_simulation_is_no_correction(simulated: Path, tmp_path: Path) -> None:
 def test_the_same_correction_gives_the_same_bytes(clipped: Path, model: DisplayModel, tmp_path: Path) -> None:
     build(model, CORRECTIONS, tmp_path / "again", jobs=1)
     assert (tmp_path / "again/manifest.json").read_bytes() == (clipped / "manifest.json").read_bytes()
+
+
+def test_progress_moves_with_every_display(model: DisplayModel, tmp_path: Path) -> None:
+    plan = Plan((5_000.0, 10_000.0), MODES, ("cube",), 17, certify=False, direction="compensate")
+    seen: list[tuple[int, int]] = []
+    build(model, plan, tmp_path / "out", jobs=1, progress=lambda done, whole: seen.append((done, whole)))
+    assert seen == [(1, 4), (2, 4), (3, 4), (4, 4)]
+
+
+def test_a_correction_is_searched_once_for_all_that_ask(model: DisplayModel) -> None:
+    sampler, plan = Sampler(), CORRECTIONS
+    first, other = (plan.display(model, "chroma", hours) for hours in HOURS)
+    drives = sampler.linear(first, 17, "code")
+    assert sampler.linear(first, 17, "code") is drives
+    changed = sampler.linear(other, 17, "code")
+    assert np.abs(changed - drives).max() > 1e-3
+    np.testing.assert_array_equal(sampler.linear(first, 17, "code"), drives)
 
 
 def test_the_command_tells_what_is_out_of_reach(lutgen: Callable[..., Done], tmp_path: Path) -> None:

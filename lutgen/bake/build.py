@@ -20,6 +20,7 @@ from lutgen.bake.provenance import config_of_all, config_of_display, provenance_
 from lutgen.bake.readback import TableKind
 from lutgen.bake.sole import sole_builder
 from lutgen.bindings import ocio
+from lutgen.display.inverse import compensation_of
 from lutgen.errors import LutgenError
 from lutgen.files import replacing, under_its_name, write_atomically
 
@@ -128,9 +129,9 @@ def paths_of(plan: Plan) -> list[str]:
 
 
 def _parts(plan: Plan) -> list[tuple[tuple[str, float, str], ...]]:
-    """Cut the displays into parts small enough for progress to move."""
-    displays = list(plan.folders())
-    return [tuple(displays[start : start + 4]) for start in range(0, len(displays), 4)]
+    """Cut the displays into parts small enough for progress to move: a correction takes as long as four displays."""
+    displays, most = list(plan.folders()), 1 if plan.direction == "compensate" else 4
+    return [tuple(displays[start : start + most]) for start in range(0, len(displays), most)]
 
 
 @dataclass(frozen=True)
@@ -152,7 +153,12 @@ _BAKED: dict[str, tuple[object, Lut | MatrixLut, Figures]] = {}
 
 
 def _prepare(aged: AgedDisplay, plan: Plan) -> None:
-    """Compute what all displays share before workers are forked: they then share its memory too."""
+    """Compute what all displays share before workers are forked: they then share its memory too.
+
+    Corrections share next to nothing.
+    """
+    if compensation_of(aged):
+        return
     _JUDGE.prepare(aged, certify=plan.certify)
     for name in plan.formats:
         format_named(name).bake(_JUDGE.sampler, aged, plan.cubesize)

@@ -22,8 +22,8 @@ import numpy as np
 from lutgen.bake.figures import Figures, figures, rounded
 from lutgen.bake.lut import Lut, Sampler, lattice, tetrahedra
 from lutgen.bake.readback import TableKind, apply_lut
-from lutgen.bake.round_trip import RoundTrip, round_trip
-from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_code, linear_to_lab, transform, xyz_to_linear
+from lutgen.bake.round_trip import RoundTrip, Without, round_trip
+from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_code, linear_to_lab, transform
 from lutgen.display.chain import outside_gamut
 from lutgen.display.effect_chain import jumps, without_steps
 from lutgen.display.inverse import compensation_of
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from lutgen.bake.lut import MatrixLut
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay
-    from lutgen.display.chain import Link
 
 SEED = 20150319
 UNIFORM, GREY, TISSUE, PAIRS = 50_000, 4_096, 32_000, 16_384
@@ -103,10 +102,10 @@ class Mixing(NamedTuple):
 
 @dataclass
 class Judge:
-    """Certifies files. Keeps what does not depend on the file: the colours, and the model's head signal."""
+    """Certifies files. Keeps what does not depend on the file: the colours, and what the sampler knows of the model."""
 
     sampler: Sampler = field(default_factory=Sampler)
-    _heads: dict[tuple[tuple[Link, ...], int], Array] = field(default_factory=dict)
+    _without: Without | None = None
     _mixing: dict[tuple[str, int, int], Mixing] = field(default_factory=dict)
     _tetrahedra: dict[tuple[str, int], tuple[NDArray[np.intp], Array]] = field(default_factory=dict)
 
@@ -161,7 +160,9 @@ class Judge:
         if link is None:
             return None
         drive, lattice = self._model(aged, self.code), self.sampler.linear(aged, _REACH, "code")
-        return round_trip(link, self.code, drive, code, border=border, tissue=_TISSUE, lattice=lattice)
+        if self._without is None or self._without.link != link:
+            self._without = Without.of(link, self.code, drive)
+        return round_trip(self._without, drive, code, border=border, tissue=_TISSUE, lattice=lattice)
 
     def table_error(self, lut: Lut | MatrixLut, aged: AgedDisplay) -> TableError:
         """ΔE2000 of a table by itself, in double precision on some colours: the same on every binding."""
@@ -184,10 +185,7 @@ class Judge:
         return delta_e_2000(linear_to_lab(np.clip(model, 0.0, 1.0)), linear_to_lab(shown))
 
     def _model(self, aged: AgedDisplay, code: Array) -> Array:
-        key = (aged.head, len(code))
-        if key not in self._heads:
-            self._heads[key] = aged.head_signal(code)
-        return xyz_to_linear(aged.xyz(self._heads[key]))
+        return self.sampler.linear_of(aged, len(code), lambda: code)
 
     def _mixing_in(self, table: TableKind, code: Array) -> Mixing:
         key = (table.space, table.size, len(code))

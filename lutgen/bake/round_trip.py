@@ -43,9 +43,26 @@ class RoundTrip:
     scale: float
 
 
+@dataclass(frozen=True, eq=False)
+class Without:
+    """What of a round trip no file changes: the L*a*b* that is to be shown, (n, 3), and the inverse's own error."""
+
+    link: Compensation
+    wanted: Array
+    inverse: Figures
+
+    @classmethod
+    def of(cls, link: Compensation, asked: Array, drive: Array) -> Without:
+        """Send code values (n, 3) to the un-aged display, and their unclipped drives (n, 3) to the aged one."""
+        wanted = linear_to_lab(xyz_to_linear(link.target(asked)))
+        reached = ~outside_gamut(drive)
+        exact = linear_to_code(np.clip(drive[reached], 0.0, 1.0))
+        shown = linear_to_lab(link.aged.code_to_linear(exact))
+        return cls(link, wanted, figures(delta_e_2000(shown, wanted[reached])))
+
+
 def round_trip(
-    link: Compensation,
-    asked: Array,
+    without: Without,
     drive: Array,
     code: Array,
     *,
@@ -57,12 +74,10 @@ def round_trip(
 
     Parameters
     ----------
-    link
-        The correction.
-    asked
-        Code values, (n, 3).
+    without
+        The same without a file.
     drive
-        The model's linear drives for them, unclipped, (n, 3).
+        The model's linear drives for the colours, unclipped, (n, 3).
     code
         The file's code values for them, (n, 3).
     border
@@ -73,16 +88,15 @@ def round_trip(
         The model's linear drives for a lattice, (m, 3).
 
     """
-    wanted = linear_to_lab(xyz_to_linear(link.target(asked)))
-    shown = delta_e_2000(linear_to_lab(link.aged.code_to_linear(np.clip(code, 0.0, 1.0))), wanted)
+    aged = without.link.aged
+    shown = delta_e_2000(linear_to_lab(aged.code_to_linear(np.clip(code, 0.0, 1.0))), without.wanted)
     out = outside_gamut(drive)
-    exact = linear_to_code(np.clip(drive[~out], 0.0, 1.0))
     return RoundTrip(
         reached=figures(shown[~out & ~border]),
         reached_border=figures(shown[~out & border]),
         unreachable=figures(shown[out]),
-        inverse=figures(delta_e_2000(linear_to_lab(link.aged.code_to_linear(exact)), wanted[~out])),
+        inverse=without.inverse,
         unreachable_lattice_share=float(outside_gamut(lattice).mean()),
         unreachable_tissue_share=float(out[tissue].mean()),
-        scale=link.scale,
+        scale=without.link.scale,
     )

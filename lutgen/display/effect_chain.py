@@ -10,9 +10,9 @@ calibrated: a corner stays darker than the centre, and a cold display dimmer tha
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -83,14 +83,19 @@ class Surroundings:
 
     def scene(self, code: Array) -> Scene:
         """Return what surrounds the code values (n, 3)."""
-        return Scene(
-            hours=np.full((1, 1), self.hours),
-            code=code,
-            white=np.array(self.tips[:1]),
-            fresh_white=np.array(self.fresh[:1]),
-            light=_spectral_display(self.display_class, self.fresh),
+        return Scene(code=code, **self._around)
+
+    @cached_property
+    def _around(self) -> dict[str, Any]:
+        """What is the same for all code values, by field: a search asks for it thousands of times."""
+        return {
+            "hours": np.full((1, 1), self.hours),
+            "white": np.array(self.tips[:1]),
+            "fresh_white": np.array(self.fresh[:1]),
+            "capped": np.zeros((1, 1)),
+            "light": _spectral_display(self.display_class, self.fresh),
             **{name: np.full((1, 1), value) for name, value in self.conditions.as_dict().items()},
-        )
+        }
 
 
 @cache

@@ -9,7 +9,8 @@ With q the target in the light of the aged primaries, P·q = XYZ, and d what the
                 (the jump folds), the one nearer to the colour asked for; where none does (the jump leaves a gap), the
                 point on the border that looks more alike by ΔE2000.
 
-A display with effects is searched (``display/search.py``).
+A display with effects is searched (``display/search.py``): a lattice of code values from coarse to fine, each from the
+answers of the coarser one, then any colours from those of their neighbours on the finest.
 
 A drive outside 0..1 is given as it is. Clipped channel by channel it is what the display can do: colours that it
 reaches stay exact, and the others lose no more than the channels that do not suffice.
@@ -18,7 +19,7 @@ reaches stay exact, and the others lose no more than the channels that do not su
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, lru_cache
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -53,6 +54,13 @@ ON_BORDER = 1e-5
 #: A drive may exceed 1 by this: a tenth of what counts as outside.
 _FULL = 1e-7
 
+#: Points along the edges of the lattices that are searched for starts. So few colours do without: the lattices would
+#: cost more than they save.
+_LATTICES, _FEW = (9, 17, 33), 1000
+
+#: Interpolated sides: from one alone, and from the other alone, give or take rounding.
+_ONE_SIDE, _OTHER = 1e-9, 2.0
+
 #: Code values whose drive decides the factor of ``scale``: the largest lie on corners and edges.
 _PROBES = np.array(list(product(np.linspace(0.0, 1.0, 5), repeat=3)))
 
@@ -85,8 +93,15 @@ class Compensation:
 
     def drive(self, code: Array) -> Array:
         """Code values (n, 3) → the drive in linear light, (n, 3); outside 0..1 where the display cannot follow."""
+        if len(code) <= _FEW or paper_links(self.aged) is not None:
+            return self.drive_from(code, None)
+        return self.drive_from(code, _lattice_drives(self).between(code))
+
+    def drive_from(self, code: Array, start: Array | None, *, thorough: bool = True) -> Array:
+        """As :meth:`drive`; ``start`` and ``thorough`` are those of :func:`searched`."""
         smooth = without_steps(self.fresh) or self.fresh
-        return drive_of(self.aged, smooth.code_to_xyz(code) * self.scale, code_to_linear(code))
+        target = smooth.code_to_xyz(code) * self.scale
+        return drive_of(self.aged, target, code_to_linear(code), start, thorough=thorough)
 
     def side(self, linear: Array) -> NDArray[np.uint8]:
         """Label drives (n, 3) by the side of the border at which the aged display jumps: 0 primary, 1 on it, 2 white.
@@ -142,22 +157,66 @@ def _correction(aged: AgedDisplay, fresh: AgedDisplay, unreachable: str) -> Comp
     if unreachable == "clip" or whole.drive(_PROBES).max() <= 1.0 + _FULL:
         return whole
     low, high = 0.0, 1.0
+    last, drives = 1.0, whole.drive(_PROBES)
     while high - low > _FULL:
         middle = 0.5 * (low + high)
-        enough = replace(whole, scale=middle).drive(_PROBES).max() <= 1.0 + _FULL
-        low, high = (middle, high) if enough else (low, middle)
+        last, drives = middle, replace(whole, scale=middle).drive_from(_PROBES, drives * (middle / last))
+        low, high = (middle, high) if drives.max() <= 1.0 + _FULL else (low, middle)
     # Six decimals are printed and kept: what a reader sees is what was done.
     return replace(whole, scale=np.floor(low * 1e6) / 1e6)
 
 
-def drive_of(aged: AgedDisplay, xyz: Array, asked: Array) -> Array:
+@dataclass(frozen=True, eq=False)
+class _LatticeDrives:
+    """The drives for a lattice uniform in code values: as code values, and their sides of the jump as numbers.
+
+    Shapes (n, n, n, 3) and (n, n, n), axes red, green, blue.
+    """
+
+    code: Array
+    side: Array
+
+    def between(self, code: Array) -> Array:
+        """Interpolate linear drives for code values (n, 3); NaN where neighbours lie on different sides of a jump."""
+        from scipy.ndimage import map_coordinates
+
+        places = code.T * (len(self.side) - 1)
+        *channels, side = (
+            map_coordinates(values, places, order=1, mode="nearest")
+            for values in (*np.moveaxis(self.code, -1, 0), self.side)
+        )
+        linear = code_to_linear(np.stack(channels, axis=-1))
+        linear[(side > _ONE_SIDE) & (side < _OTHER - _ONE_SIDE)] = np.nan
+        return linear
+
+
+@lru_cache(maxsize=1)
+def _lattice_drives(link: Compensation) -> _LatticeDrives:
+    """Search the lattices, each from the answers of the coarser one. Kept for the next colours of the same display."""
+    found: _LatticeDrives | None = None
+    for size in _LATTICES:
+        axis = np.linspace(0.0, 1.0, size)
+        code = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+        drives = link.drive_from(code, found.between(code) if found else None, thorough=False)
+        shape = (size, size, size)
+        sides = link.side(drives).astype(np.float64).reshape(shape)
+        found = _LatticeDrives(linear_to_code(drives).reshape(*shape, 3), sides)
+    if found is None:
+        raise AssertionError
+    return found
+
+
+def drive_of(
+    aged: AgedDisplay, xyz: Array, asked: Array, start: Array | None = None, *, thorough: bool = True
+) -> Array:
     """Return the linear drives with which ``aged`` shows ``xyz``, both (n, 3); outside 0..1 where it cannot.
 
-    ``asked`` decides where two drives show the same: linear light (n, 3), to which the nearer is taken.
+    ``asked`` decides where two drives show the same: linear light (n, 3), to which the nearer is taken. ``start`` and
+    ``thorough`` are for a display that is searched: see :func:`searched`.
     """
     paper = paper_links(aged)
     if paper is None:
-        return searched(without_steps(aged) or aged, xyz)
+        return searched(without_steps(aged) or aged, xyz, start, thorough=thorough)
     selection, emission = paper
     split = _Split.of(emission, selection.name)
     if selection.name == "continuous":

@@ -3,6 +3,9 @@
 Bounded least squares by Levenberg's damped Gauss-Newton steps with an active set (Levenberg 1944,
 doi:10.1090/qam/10666; bounds by projection, Bertsekas 1982, doi:10.1137/0320018). What is made small is the distance in
 the light of the aged primaries: for a display that adds up, the nearest drive is then the one clipped by channels.
+
+Slopes, which cost three times what a step does, serve again while steps with them converge fast: the simplified Newton
+method. What ends the search of a colour is what is missing there, not the number of steps.
 """
 
 from __future__ import annotations
@@ -26,28 +29,53 @@ _TIPS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 
 #: Difference in linear light from which slopes are taken: the square root of what doubles resolve, and some.
 _STEP = 1e-7
 
-#: A colour is done when its drive moves by less, or is off by less; both in linear light.
-_STILL, _FOUND = 1e-11, 1e-11
+#: A colour is done when its drive moves by less, or is off by less; both in linear light. Where light is missing, the
+#: slopes' own rounding moves the drive by up to the first.
+_STILL, _FOUND = 1e-8, 1e-11
+
+#: Slopes serve again after a step that left at most this share of the sum of squares.
+_FAST = 1e-4
 
 #: What is missing inside 0..1 by more than this was not found; then other starts are tried, so far aside.
 _STUCK_AT, _ASIDE = 1e-6, (0.02, -0.02, 0.08, -0.08)
 
-#: Steps at most; where the damping starts and stays above, by how much it changes, and where it gives up.
-_ROUNDS = 60
+#: Steps at most: of all colours alike, of those that take long, and of those that are starts for others.
+_FIRST_ROUNDS, _ROUNDS, _ROUGH_ROUNDS = 4, 60, 12
+
+#: Where the damping starts and stays above, by how much it changes, and where it gives up.
 _DAMPING, _DAMPED, _STUCK = 1e-8, 10.0, 1e8
 
 
-def searched(aged: AgedDisplay, xyz: Array) -> Array:
+def searched(aged: AgedDisplay, xyz: Array, start: Array | None = None, *, thorough: bool = True) -> Array:
     """Return the linear drives with which a display with effects comes nearest to ``xyz``, both (n, 3).
 
     Where a channel would have to leave 0..1, it does by what is missing.
+
+    Parameters
+    ----------
+    start
+        Drives that are expected to be near, (n, 3); NaN where nothing is expected. Default: what a display that adds
+        up would be sent.
+    thorough
+        Search on, and from elsewhere, where a colour was not found at once.
+
     """
     problem = _Problem.of(aged)
-    result = np.empty_like(xyz)
-    for start in range(0, len(xyz), CHUNK):
-        part = slice(start, start + CHUNK)
-        result[part] = _nearest_drives(problem, problem.light(xyz[part]))
-    return result
+    wanted = problem.light(xyz)
+    near = wanted if start is None else np.where(np.isnan(start), wanted, start)
+    near = np.clip(near, 0.0, 1.0)
+    drive, missing = np.empty_like(wanted), np.empty_like(wanted)
+    unfinished, rounds = [], _FIRST_ROUNDS if thorough else _ROUGH_ROUNDS
+    for first in range(0, len(wanted), CHUNK):
+        part = slice(first, first + CHUNK)
+        drive[part], missing[part], late = _descended(problem, wanted[part], near[part], rounds)
+        unfinished.append(first + late)
+    if thorough:
+        # The few that take long are taken together.
+        late = np.concatenate(unfinished)
+        drive[late], missing[late], _ = _descended(problem, wanted[late], drive[late], _ROUNDS)
+        _search_stuck_again(problem, wanted, drive, missing)
+    return drive + np.where(_ends(drive, missing), missing, 0.0)
 
 
 @dataclass(frozen=True)
@@ -70,28 +98,31 @@ class _Problem:
         return self.light(self.aged.code_to_xyz(linear_to_code(drive)))
 
     def slopes(self, drive: Array, shown: Array) -> Array:
-        """Derivatives, (n, light, channel), into the cube."""
+        """Derivatives, (light, channel, n), into the cube."""
         columns = []
         for channel in range(3):
             step = np.where(drive[:, channel] > 0.5, -_STEP, _STEP)
             moved = drive.copy()
             moved[:, channel] += step
-            columns.append((self.shown(moved) - shown) / step[:, np.newaxis])
-        return np.stack(columns, axis=-1)
+            columns.append((self.shown(moved) - shown).T / step)
+        return np.stack(columns, axis=1)
 
 
-def _nearest_drives(problem: _Problem, wanted: Array) -> Array:
-    start = np.clip(wanted, 0.0, 1.0)
-    drive, missing = _descended(problem, wanted, start)
-    for aside in _ASIDE:
-        # A jump between a start and its goal stops the descent: from the other side of it, there may be none between.
-        stuck = np.flatnonzero((np.abs(missing) > _STUCK_AT).any(axis=1) & ~_ends(drive, missing).any(axis=1))
-        if not stuck.size:
-            break
-        again, left = _descended(problem, wanted[stuck], np.clip(drive[stuck] + aside, 0.0, 1.0))
-        better = np.square(left).sum(axis=1) < np.square(missing[stuck]).sum(axis=1)
-        drive[stuck[better]], missing[stuck[better]] = again[better], left[better]
-    return drive + np.where(_ends(drive, missing), missing, 0.0)
+def _search_stuck_again(problem: _Problem, wanted: Array, drive: Array, missing: Array) -> None:
+    """Search colours inside 0..1 that were not found from other starts; replaces ``drive`` and ``missing``, (n, 3).
+
+    A jump between a start and its goal stops the descent: from the other side of it, there may be none between.
+    """
+    stuck = np.flatnonzero((np.abs(missing) > _STUCK_AT).any(axis=1) & ~_ends(drive, missing).any(axis=1))
+    if not stuck.size:
+        return
+    starts = np.concatenate([np.clip(drive[stuck] + aside, 0.0, 1.0) for aside in _ASIDE])
+    again, left, _ = _descended(problem, np.tile(wanted[stuck], (len(_ASIDE), 1)), starts, _ROUNDS)
+    again, left = (
+        np.stack([first[stuck], *np.split(others, len(_ASIDE))]) for first, others in ((drive, again), (missing, left))
+    )
+    best = np.square(left).sum(axis=2).argmin(axis=0), np.arange(stuck.size)
+    drive[stuck], missing[stuck] = again[best], left[best]
 
 
 def _ends(drive: Array, missing: Array) -> NDArray[np.bool_]:
@@ -99,36 +130,67 @@ def _ends(drive: Array, missing: Array) -> NDArray[np.bool_]:
     return np.asarray(((drive == 1.0) & (missing > 0.0)) | ((drive == 0.0) & (missing < 0.0)))
 
 
-def _descended(problem: _Problem, wanted: Array, start: Array) -> tuple[Array, Array]:
-    """Follow the descent from some drives; where it ends, and what is missing there, both (n, 3)."""
+def _descended(problem: _Problem, wanted: Array, start: Array, rounds: int) -> tuple[Array, Array, NDArray[np.intp]]:
+    """Follow the descent from some drives.
+
+    Gives where it ends and what is missing there, both (n, 3), and the indices of those for which it has not ended.
+    """
     drive = start.copy()
     missing = wanted - problem.shown(drive)
     damping = np.full(len(drive), _DAMPING)
+    # Slopes, whether a colour needs new ones, and whether those that it has were taken at its present drive.
+    slopes = np.empty((3, 3, len(drive)))
+    needed, taken_here = np.ones(len(drive), dtype=bool), np.ones(len(drive), dtype=bool)
     active = np.arange(len(drive))
-    for _ in range(_ROUNDS):
-        active = active[np.abs(missing[active]).max(axis=1) > _FOUND]
+    for _ in range(rounds):
+        active = active[_largest(missing[active]) > _FOUND]
         if not active.size:
             break
-        here, short = drive[active], missing[active]
-        moved = _step(problem.slopes(here, wanted[active] - short), here, short, damping[active])
+        anew = active[needed[active]]
+        if anew.size:
+            slopes[:, :, anew] = problem.slopes(drive[anew], wanted[anew] - missing[anew])
+            taken_here[anew] = True
+        here, short, exact, damped = drive[active], missing[active], taken_here[active], damping[active]
+        moved = _step(np.take(slopes, active, axis=2), here, short, damped)
         left = wanted[active] - problem.shown(moved)
-        better = np.square(left).sum(axis=1) < np.square(short).sum(axis=1)
+        before, after = _dot(short.T, short.T), _dot(left.T, left.T)
+        better = after < before
         drive[active[better]], missing[active[better]] = moved[better], left[better]
-        damping[active] = np.where(better, np.maximum(damping[active] / _DAMPED, _DAMPING), damping[active] * _DAMPED)
-        moving = np.where(better, np.abs(moved - here).max(axis=1) > _STILL, damping[active] < _STUCK)
-        active = active[moving]
-    return drive, missing
+        needed[active] = np.where(better, after > _FAST * before, ~exact)
+        taken_here[active] = exact & ~better
+        # A step that fails is damped when its slopes are the drive's own; else these are taken first.
+        worse = np.where(exact, damped * _DAMPED, damped)
+        damping[active] = np.where(better, np.maximum(damped / _DAMPED, _DAMPING), worse)
+        moving = _largest(moved - here) > _STILL
+        active = active[np.where(better, moving, ~exact | (moving & (damping[active] < _STUCK)))]
+    return drive, missing, active
 
 
 def _step(slopes: Array, drive: Array, missing: Array, damping: Array) -> Array:
     """One damped step, by the channels that are free to move; kept within 0..1."""
-    uphill = np.einsum("nij,ni->nj", slopes, missing)
-    free = ~(((drive == 0.0) & (uphill < 0.0)) | ((drive == 1.0) & (uphill > 0.0)))
-    slopes = slopes * free[:, np.newaxis, :]
-    normal = np.einsum("nij,nik->jkn", slopes, slopes)
+    place, missed = drive.T, missing.T
+    uphill = np.stack([_dot(slopes[:, channel], missed) for channel in range(3)])
+    free = ~(((place == 0.0) & (uphill < 0.0)) | ((place == 1.0) & (uphill > 0.0)))
+    uphill *= free
+    slopes = slopes * free
+    normal = np.empty_like(slopes)
     for channel in range(3):
-        normal[channel, channel] += np.where(free[:, channel], damping, 1.0)
-    return np.clip(drive + _solved(normal, (uphill * free).T).T, 0.0, 1.0)
+        for other in range(channel):
+            normal[channel, other] = normal[other, channel] = _dot(slopes[:, channel], slopes[:, other])
+        normal[channel, channel] = _dot(slopes[:, channel], slopes[:, channel])
+        normal[channel, channel] += np.where(free[channel], damping, 1.0)
+    return np.clip(place + _solved(normal, uphill), 0.0, 1.0).T
+
+
+def _largest(values: Array) -> Array:
+    """Largest size in each row of (n, 3), shape (n,): column by column, since numpy is slow along short axes."""
+    first, second, third = np.abs(values).T
+    return np.asarray(np.maximum(np.maximum(first, second), third))
+
+
+def _dot(a: Array, b: Array) -> Array:
+    """Sum over the first axis of products, (3, n) and (3, n) → (n,)."""
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
 def _solved(matrix: Array, right: Array) -> Array:

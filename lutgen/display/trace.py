@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from lutgen.colorimetry import code_to_linear
+from lutgen.colorimetry import code_to_linear, transform
 from lutgen.display.paper import continuous_weights, nearest_weights
 from lutgen.effects import STAGES
 
@@ -50,9 +50,9 @@ def in_chain_order(applied: Sequence[Applied]) -> list[Applied]:
 
 def through(applied: Sequence[Applied], stages: tuple[str, ...], signal: Array, scene: Scene) -> Array:
     """Send a signal through the effects of some stages."""
-    for each in in_chain_order(applied):
-        if each.effect.stage in stages:
-            signal = each.effect.function(signal, scene, **each.values)
+    acting = [each for each in applied if each.effect.stage in stages]
+    for each in in_chain_order(acting) if len(acting) > 1 else acting:
+        signal = each.effect.function(signal, scene, **each.values)
     return signal
 
 
@@ -75,6 +75,10 @@ class Panel:
 
     def emit(self, tips: Array) -> Array:
         """XYZ (..., n, 3) of tips (..., n or 1, 4, 3)."""
+        if self.shares.ndim == 2 and tips.shape == (1, 4, 3):
+            # The same products and sums in the same order, column by column.
+            xyz = transform(tips[0].T, self.shares)
+            return xyz if self.black is None else np.asarray(xyz + self.of_white * tips[..., 0, :])
         white, red, green, blue = np.moveaxis(self.shares, -1, 0)[..., np.newaxis]
         xyz = white * tips[..., 0, :] + red * tips[..., 1, :] + green * tips[..., 2, :] + blue * tips[..., 3, :]
         return np.asarray(xyz if self.black is None else xyz + self.of_white * tips[..., 0, :])
@@ -116,6 +120,10 @@ def panel(
         selection = "continuous"
     drive = through(applied, ("drive",), scene.code, scene)
     fresh = native.linear(drive) if native else code_to_linear(drive)
+    if weights is None and selection == "nearest":
+        # Where no effect touches the drive, and the curve is sRGB's, the light that was asked for is known already.
+        asked = fresh if drive is scene.code and not native else code_to_linear(scene.code)
+        weights = nearest_weights(asked)
     linear = through(applied, ("transfer", "mixing"), fresh, scene)
     return Panel(tip_shares(linear, scene.code, selection, weights), native.black if native else None)
 
