@@ -28,7 +28,7 @@ REFERENCES = ("relative", "absolute")
 
 #: Model of the fresh display → what the model knows of the display.
 BASELINES = {
-    "tips": "white and primaries as measured at each hour",
+    "colour-points": "white and primaries as measured at each hour",
     "first-hour": "white and primaries of hour 0 alone: the effects do the aging",
     "native": "white and primaries as measured at each hour, transfer curves and black as in the first session",
 }

@@ -46,7 +46,7 @@ def provenance_of(model: DisplayModel, aged: AgedDisplay, lut: Lut | MatrixLut, 
 def _refinements(model: DisplayModel) -> list[str]:
     """What a model has beyond the paper's, one line each; in ASCII, since that is what a .cube is."""
     lines = {
-        "tips": [],
+        "colour-points": [],
         "first-hour": ["baseline: tips of hour 0 alone, the effects do the aging"],
         "native": ["baseline: native, the first session's own transfer curves and black"],
     }[model.baseline]
