@@ -18,6 +18,7 @@ from socketserver import TCPServer
 from threading import Thread
 from typing import TYPE_CHECKING, Any
 
+from lutgen.cells import whole
 from lutgen.errors import LutgenError
 from lutgen.study.conversation import Conversation, RefusedError
 
@@ -124,11 +125,11 @@ class _Handler(BaseHTTPRequestHandler):
         return None
 
     def _body(self) -> dict[str, Any]:
-        length = self.headers.get("Content-Length", "")
-        if not (length.isascii() and length.isdigit()) or int(length) > _LARGEST:
+        length = whole(self.headers.get("Content-Length", ""), least=0, most=_LARGEST)
+        if length is None:
             raise RefusedError(413, "bad", f"Send at most {_LARGEST} bytes, and say how many.")
         try:
-            content = json.loads(self.rfile.read(int(length)))
+            content = json.loads(self.rfile.read(length))
         except (ValueError, RecursionError):
             content = None
         if not isinstance(content, dict):

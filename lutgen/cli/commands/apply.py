@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Command, Section
+from lutgen.cli.number_types import NUMBER
 from lutgen.cli.shared import echo_json, model_from, model_options, progress_bar
 from lutgen.cli.words import say
 from lutgen.names import MODES, SOURCES
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 @click.command(cls=Command, section=Section.SIMULATE, place=3)
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
 @click.option("--mode", type=click.Choice(MODES), help="Aging mode.")
-@click.option("--hours", type=float, metavar="HOUR", help="Operating hours of the display.")
+@click.option("--hours", type=NUMBER, metavar="HOUR", help="Operating hours of the display.")
 @click.option(
     "--lut", metavar="FILE", help="Apply this .cube, .clf, .3dl, .csp or .spi3d, tetrahedrally, not the model."
 )

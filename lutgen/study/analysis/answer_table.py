@@ -7,6 +7,7 @@ import io
 from dataclasses import astuple, fields
 from typing import TYPE_CHECKING
 
+from lutgen.cells import number
 from lutgen.errors import LutgenError
 from lutgen.study.analysis.agreement import UNAGED
 from lutgen.study.answer import Answer
@@ -82,7 +83,5 @@ def condition_order(answers: Iterable[Answer]) -> tuple[str, ...]:
 
 def _mode_and_hours(condition: str) -> tuple[bool, str, float, str]:
     mode, _, hours = condition.partition("@")
-    try:
-        return mode != UNAGED, mode, float(hours or 0), condition
-    except ValueError:
-        return True, mode, 0.0, condition
+    when = number(hours or "0")
+    return mode != UNAGED or when is None, mode, when or 0.0, condition

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from lutgen.cli.command import Command
+from lutgen.cli.number_types import WHOLE
 from lutgen.cli.shared import progress_bar
 from lutgen.cli.words import say
 
@@ -14,9 +15,9 @@ from lutgen.cli.words import say
 @click.command(cls=Command)
 @click.argument("study", metavar="STUDY")
 @click.option("--reader", required=True, metavar="NAME", help="Who reads; a new name takes the next free place.")
-@click.option("--session", type=int, required=True, metavar="N", help="Which session, from 1.")
+@click.option("--session", type=WHOLE, required=True, metavar="N", help="Which session, from 1.")
 @click.option("--override", metavar="REASON", help="Begin before the washout is over, or with a clock set back.")
-@click.option("--port", type=int, default=0, metavar="PORT", help="Port on this computer [default: any free one].")
+@click.option("--port", type=WHOLE, default=0, metavar="PORT", help="Port on this computer [default: any free one].")
 @click.option("--no-browser", is_flag=True, help="Print the address only.")
 def command(*, study: str, reader: str, session: int, override: str | None, port: int, no_browser: bool) -> None:
     """Read a session in the browser: one image at a time, pixel by pixel on neutral grey, names hidden.
