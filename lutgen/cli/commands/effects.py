@@ -172,8 +172,8 @@ def _said(effect: Effect, *, must_be_sound: bool) -> str:
 
 
 _BASELINES = {
-    "tips": "tips: seen beside white and primaries measured again at every hour",
-    "first-hour": "fresh: seen only by a model that starts from hour 0 (--baseline first-hour)",
+    "colour-points": "colour-points: seen beside white and primaries measured again at every hour",
+    "first-hour": "first-hour: seen only by a model that starts from hour 0 (--baseline first-hour)",
 }
 
 
