@@ -10,7 +10,7 @@ from lutgen.bake.formats import format_named, format_names
 from lutgen.bake.manifest import sha256
 from lutgen.bake.plan import Plan, direction_of
 from lutgen.display import MODES
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, reason_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -64,5 +64,5 @@ def altered(path: Path, record: FileRecord) -> tuple[str | None, bool]:
     except (FileNotFoundError, NotADirectoryError):
         return "missing", False
     except OSError as error:
-        return f"cannot be read: {(error.strerror or str(error)).lower()}", False
+        return f"cannot be read: {reason_of(error)}", False
     return None if same else "altered: its bytes are not those that lutgen wrote", True

@@ -14,7 +14,7 @@ import click
 from lutgen import __version__
 from lutgen.cli.command import Command, CommandFolder
 from lutgen.cli.words import say, tolerate_closed_pipes
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, reason_of
 
 #: Exit code of a program that SIGINT (Ctrl-C) has ended: 128 + the signal's number.
 INTERRUPTED = 130
@@ -62,7 +62,7 @@ def _exit_code() -> int:
         say(f"lutgen: error: {error}", err=True)
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
-        say(f"lutgen: error: {where}{(error.strerror or str(error)).lower()}.", err=True)
+        say(f"lutgen: error: {where}{reason_of(error)}.", err=True)
     except (click.Abort, KeyboardInterrupt):
         return INTERRUPTED
     else:

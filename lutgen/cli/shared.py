@@ -47,7 +47,8 @@ def model_options(command: Callable[..., Any]) -> Callable[..., Any]:
                 "--luminance",
                 cls=Advanced,
                 metavar="LAW",
-                help="Luminance of chroma-luma: paper, measured, or a .csv of hour,factor from 0,1 on [default: paper].",
+                help="Luminance of chroma-luma: paper, measured, or a .csv of hour,factor from 0,1 on "
+                "[default: paper].",
             ),
             click.option(
                 "--at",

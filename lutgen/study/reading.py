@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, reason_of
 from lutgen.study.answers import ANSWERED, ENDED, PRACTISED, answered
 from lutgen.study.progress import may_begin
 
@@ -224,7 +224,7 @@ def picture_of(study: Path, task: Task) -> bytes:
     try:
         data = path.read_bytes()
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = reason_of(error)
         raise LutgenError(f"{path}: {reason}. Restore the study's images from a copy.") from None
     if hashlib.sha256(data).hexdigest() != task.sha256:
         message = f"{path}: has changed since the study was planned (its hash does not fit). Restore it from a copy."

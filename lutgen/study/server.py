@@ -19,7 +19,8 @@ from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 from lutgen.cells import whole
-from lutgen.errors import LutgenError
+from lutgen.documents import from_json
+from lutgen.errors import LutgenError, reason_of
 from lutgen.study.conversation import Conversation, RefusedError
 
 if TYPE_CHECKING:
@@ -129,8 +130,8 @@ class _Handler(BaseHTTPRequestHandler):
         if length is None:
             raise RefusedError(413, "bad", f"Send at most {_LARGEST} bytes, and say how many.")
         try:
-            content = json.loads(self.rfile.read(length))
-        except (ValueError, RecursionError):
+            content = from_json(self.rfile.read(length))
+        except ValueError:
             content = None
         if not isinstance(content, dict):
             raise RefusedError(400, "bad", "Send a JSON object.")
@@ -164,7 +165,7 @@ def serving(conversation: Conversation, port: int = 0) -> Iterator[str]:
     try:
         server = _Server(conversation, port)
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = reason_of(error)
         raise LutgenError(f"--port {port}: {reason}. Choose another, or leave --port out for any.") from None
     thread = Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02}, daemon=True)
     thread.start()
