@@ -38,7 +38,8 @@ def test_a_toml_that_is_nested_deep_is_refused_at_once(what: str) -> None:
 
 def test_depth_is_counted_outside_of_strings_and_comments() -> None:
     brackets = "[" * 3 * DEEPEST
-    text = f'a = "{brackets}\\""  # {brackets}\nb = """\n{brackets}"" """\nc = \'{brackets}\'\nd = \'\'\'{brackets}\'\'\'\n'
+    text = f'a = "{brackets}\\""  # {brackets}\nb = """\n{brackets}"" """\n'
+    text += f"c = '{brackets}'\nd = '''{brackets}'''\n"
     assert deepest(text) == 0
     assert from_toml(text)["a"] == f'{brackets}"'
     assert deepest("a.b.c = [1.5, [2.5]]\n") == 2

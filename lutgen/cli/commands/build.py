@@ -151,7 +151,7 @@ def command(
 
 
 def _report(built: Built, plan: Plan, output: str, *, verbose: bool) -> None:
-    from lutgen.bake.summary import summarise, worst_error
+    from lutgen.bake.summary import coarse, summarise, worst_error
 
     if built.unfinished:
         missing, planned = built.unfinished
@@ -162,6 +162,8 @@ def _report(built: Built, plan: Plan, output: str, *, verbose: bool) -> None:
     rows = summarise(luts)
     if rows:
         say(worst_error(luts, verbose=verbose))
+        if sentence := coarse(luts):
+            say(sentence)
     if not ((rows and verbose) or plan.gpu):
         return
     # rich, which prints the tables, takes long to import.
