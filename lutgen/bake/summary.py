@@ -81,6 +81,7 @@ def coarse(luts: Sequence[FileRecord]) -> str:
         return ""
     error, _, lut = max(over, key=lambda each: each[0])
     return (
-        f"{lut.size}³ is coarse for {len(over)} of {len(found)} files: {lut.path} errs by up to {error:.2f} where "
-        f"colours are smooth (usual: at most {MAX_DELTA_E:g}, 99 % at most {P99:g}). Take a larger --cubesize, or --tolerance."
+        f"{lut.size}³ is coarse for {len(over)} of {len(found)} files: {lut.path} errs by up to {error:.2f} "
+        f"where colours are smooth (usual: at most {MAX_DELTA_E:g}, 99 % at most {P99:g}). "
+        "Take a larger --cubesize, or --tolerance."
     )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from lutgen.cells import number
 from lutgen.errors import LutgenError
 from lutgen.study.analysis.agreement import UNAGED
-from lutgen.study.answer import Answer
+from lutgen.study.answer import MAX_SECONDS, Answer
 from lutgen.study.csv_rows import Row, read_rows
 
 if TYPE_CHECKING:
@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 COLUMNS = tuple(field.name for field in fields(Answer))
-
-#: Longest that an image may have taken: a day.
-MAX_SECONDS = 86_400.0
 
 
 def read_answer_table(file: str | Path) -> tuple[str, tuple[Answer, ...]]:

@@ -42,7 +42,7 @@ def command(*, study: str, reader: str, session: int, override: str | None, port
     from contextlib import suppress
 
     from lutgen.study.begin import begin_reading
-    from lutgen.study.server import serve
+    from lutgen.study.server import port_taken, serve
 
     def opened(address: str) -> None:
         # Print the place and the images left: a reader whose name was mistyped has another place and all images left.
@@ -54,10 +54,11 @@ def command(*, study: str, reader: str, session: int, override: str | None, port
     # Treat SIGTERM as Ctrl-C. A shell starts background jobs with SIGINT ignored: handle it again.
     for each in (signal.SIGTERM, signal.SIGINT):
         signal.signal(each, signal.default_int_handler)
-    with progress_bar("checking the images") as progress:
+    # Before the reader takes a place: a port that is busy takes none.
+    with port_taken(port) as listening, progress_bar("checking the images") as progress:
         begun = begin_reading(Path(study), reader=reader, session=session, override=override, progress=progress)
         with begun as now:
             with suppress(KeyboardInterrupt):
-                serve(now, opened=opened, say=lambda text: say(f"lutgen: {text}", err=True), port=port)
+                serve(now, opened=opened, say=lambda text: say(f"lutgen: {text}", err=True), listening=listening)
             done = f"Session {session} of {now.reader}: {now.read} of {len(now.images)} images are read and saved"
             say(f"{done}, {now.left} left." if now.left else f"{done}. {now.following()}".rstrip())
