@@ -5,13 +5,13 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
-import tempfile
 from contextlib import contextmanager, suppress
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError, reason_of
+from lutgen.scratch import scratch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -177,7 +177,7 @@ def under_its_name(path: Path, suffix: str) -> Iterator[Path]:
 
     OpenColorIO chooses the reader by the suffix; a partial file has none that it knows.
     """
-    with tempfile.TemporaryDirectory(prefix="lutgen-") as folder:
+    with scratch() as folder:
         link = Path(folder) / f"lut{suffix}"
         link.symlink_to(path.resolve())
         yield link

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,6 +21,7 @@ from lutgen.bake.sole import sole_builder
 from lutgen.bindings import ocio
 from lutgen.errors import LutgenError
 from lutgen.files import replacing, under_its_name, write_atomically
+from lutgen.scratch import scratch
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -175,11 +175,11 @@ def _bake(work: _Work) -> list[FileRecord]:
 def _smallest_sizes(work: _Work) -> dict[tuple[str, str], int]:
     """Find the smallest size whose largest smooth error keeps the tolerance, for each display and format."""
     sizes = {}
-    with tempfile.TemporaryDirectory(prefix="lutgen-") as scratch:
+    with scratch() as beside:
         for mode, hours, folder in work.displays:
             for name in work.plan.formats:
                 aged, form = work.plan.display(work.model, mode, hours), format_named(name)
-                sizes[folder, name] = _smallest_size(work, aged, form, Path(scratch) / form.file)
+                sizes[folder, name] = _smallest_size(work, aged, form, beside / form.file)
     return sizes
 
 
