@@ -157,6 +157,7 @@ LOOSE_OPTIONS = (
     ("build", "--hours", "1_0000", "-o", "x"),
     ("build", "--hours", "0", "--at", "ambient_lx=６０", "-o", "x"),
     ("build", "--hours", "0", "--tolerance", "0_1", "-o", "x"),
+    ("build", "--hours", "0", "--tolerance", "nan", "-o", "x"),
     ("build", "--hours", "0", "--cubesize", "３３", "-o", "x"),
     ("build", "--hours", "0", "--jobs", "１", "-o", "x"),
     ("apply", "x.png", "--mode", "chroma", "--hours", "1_0000", "-o", "y.png"),

@@ -7,7 +7,6 @@ every display, view, look and named transform of a config that differs, and of t
 
 from __future__ import annotations
 
-import os
 import re
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -25,7 +24,7 @@ from lutgen.bake.figures import MAX_DELTA_E, P99
 from lutgen.bake.formats import format_named, lut_suffixes
 from lutgen.bake.gpu import TOLERANCE as GPU_TOLERANCE
 from lutgen.bake.gpu import GpuRun, check_renderer, gpu_run
-from lutgen.bake.inventory import altered, left_alone, plan_of, unlisted
+from lutgen.bake.inventory import altered, left_alone, plan_of, unknown_values, unlisted
 from lutgen.bake.lut import SIZES
 from lutgen.bake.manifest import (
     JOURNAL,
@@ -40,7 +39,6 @@ from lutgen.bake.plan import direction_of, display_to_bake
 from lutgen.bake.provenance import config_of_all, config_of_display
 from lutgen.bake.readback import apply_lut, table_kind
 from lutgen.bindings import ocio, refuse_unlikely
-from lutgen.display import hour_name
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
@@ -183,7 +181,7 @@ def check(
         return Checked(1, (*findings, Finding(MANIFEST, str(error))))
     outdated, remarks = stale(folder, manifest, model)
     findings += [Finding(MANIFEST, text) for text in outdated]
-    remarks += [*left_alone(folder, manifest), *_environment(plan)]
+    remarks += [*left_alone(folder, manifest), *unknown_values(plan)]
     same = model is None and manifest.recipe.get("generator") == f"lutgen {__version__}"
     asked = _Work(folder, manifest, model or built_from, plan, budget or Budget(), gpu, same, ())
     work = [replace(asked, records=part) for part in _parts(manifest)]
@@ -270,16 +268,6 @@ def _check_part(work: _Work) -> Checked:
         except LutgenError as error:  # what the manifest says of the file is no build's
             findings.append(Finding(record.path, f"{MANIFEST}: {error}"))
     return Checked(len(work.records), tuple(findings), certificates, gpu=shaders)
-
-
-def _environment(plan: Plan) -> list[str]:
-    """Say where a context variable of this environment, which OpenColorIO takes, names what the build does not have."""
-    has = {"AGING_MODE": list(plan.modes), "AGING_HOURS": [hour_name(hours)[:-1] for hours in plan.hours]}
-    return [
-        f"the environment says {name}={os.environ[name]}, which this build does not have; it has {', '.join(values)}"
-        for name, values in has.items()
-        if name in os.environ and os.environ[name] not in values
-    ]
 
 
 def _shader_findings(path: str, run: GpuRun) -> list[Finding]:

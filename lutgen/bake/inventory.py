@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import stat
 from functools import cache
 from pathlib import PurePosixPath
@@ -11,6 +12,7 @@ from lutgen.bake.build import paths_of
 from lutgen.bake.formats import format_named, format_names
 from lutgen.bake.manifest import JOURNAL, MANIFEST, FileRecord, sha256
 from lutgen.bake.plan import Plan, direction_of
+from lutgen.display import hour_name
 from lutgen.errors import LutgenError, reason_of
 from lutgen.files import PARTIAL
 from lutgen.names import DIRECTIONS
@@ -131,3 +133,13 @@ def altered(path: Path, record: FileRecord) -> tuple[str | None, bool]:
     except OSError as error:
         return f"cannot be read: {reason_of(error)}", False
     return None if same else "altered: its bytes are not those that lutgen wrote", True
+
+
+def unknown_values(plan: Plan) -> list[str]:
+    """Say where a context variable of this environment, which OpenColorIO takes, names what the build does not have."""
+    has = {"AGING_MODE": list(plan.modes), "AGING_HOURS": [hour_name(hours)[:-1] for hours in plan.hours]}
+    return [
+        f"the environment says {name}={os.environ[name]}, which this build does not have; it has {', '.join(values)}"
+        for name, values in has.items()
+        if name in os.environ and os.environ[name] not in values
+    ]

@@ -93,7 +93,7 @@ def parse_at(texts: Iterable[str], usual: Conditions = REFERENCE) -> Conditions:
         warm = text == WARM and name in COLUMNS and COLUMNS[name].usual == inf
         value = inf if warm else number(text)
         if value is None:
-            raise LutgenError(f"--at {name}={text}: {text!r} is not a number. Give a finite one, such as 60 or 0.5.")
+            raise LutgenError(f"--at {name}={text}: {text!r} is not a number; give a finite number, such as 60 or 0.5.")
         values[name] = value
     return replace(usual, **_known(values))
 
