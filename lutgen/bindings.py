@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, reason_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -136,7 +136,7 @@ def refuse_unlikely(path: Path) -> None:
     try:
         size = path.stat().st_size
     except OSError as error:
-        raise LutgenError(f"{path}: cannot be read: {(error.strerror or str(error)).lower()}.") from None
+        raise LutgenError(f"{path}: cannot be read: {reason_of(error)}.") from None
     if not path.is_file():
         raise LutgenError(f"{path}: is no file. Give the path of a LUT.")
     if not size:

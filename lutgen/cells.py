@@ -23,7 +23,18 @@ LONGEST = 1000
 _NUMBER, _WHOLE = re.compile(NUMBER), re.compile(r"[-+]?[0-9]+")
 _NON_FINITE = re.compile(NON_FINITE, re.IGNORECASE)
 
-_BLANKS = " \t\r\n"
+#: What may stand around a number; other blanks of Unicode make it none.
+BLANKS = " \t\r\n"
+
+#: What spreadsheets write for a value that they do not have.
+SPREADSHEET_ERROR = r"#(?:N/A|NV|DIV/0!|(?:VALUE|WERT|VALEUR|REF|BEZUG|NUM|ZAHL|NOMBRE|NULL)!|(?:NAME|NOM)\?)"
+
+_ERROR_CELL = re.compile(rf"\s*{SPREADSHEET_ERROR}\s*(?:[,;\t]|$)")
+
+
+def is_comment(line: str) -> bool:
+    """Whether a line of a table is a comment: it begins with ``#``, which is no error value in its first cell."""
+    return line.startswith("#") and not _ERROR_CELL.match(line)
 
 
 def number(text: str, *, non_finite: bool = False) -> float | None:
@@ -31,16 +42,22 @@ def number(text: str, *, non_finite: bool = False) -> float | None:
 
     ``non_finite`` also takes NaN and infinity by name, and numbers beyond the largest double as infinity.
     """
-    word = text.strip(_BLANKS)
+    word = text.strip(BLANKS)
     if len(word) > LONGEST or not (_NUMBER.fullmatch(word) or (non_finite and _NON_FINITE.fullmatch(word))):
         return None
     value = float(word)
     return value if non_finite or isfinite(value) else None
 
 
+def number_list(text: str) -> tuple[float, ...] | None:
+    """Return the numbers of a list with commas between them, or None where one is none."""
+    found = [number(part) for part in text.split(",")]
+    return None if None in found else tuple(value for value in found if value is not None)
+
+
 def whole(text: str, *, least: int, most: int) -> int | None:
     """Return the whole number from ``least`` to ``most`` that ``text`` is, blanks around it aside, or None."""
-    word = text.strip(_BLANKS)
+    word = text.strip(BLANKS)
     # Leading zeros aside, what has more digits than both limits lies beyond them; `int` refuses 4301 digits and more.
     digits = word.lstrip("+-").lstrip("0")
     if not _WHOLE.fullmatch(word) or len(digits) > max(len(str(abs(least))), len(str(abs(most)))):

@@ -16,6 +16,11 @@ class LutgenError(ValueError):
     """Bad input: says what is wrong, where, what is allowed and what to do."""
 
 
+def reason_of(error: OSError) -> str:
+    """Say what the computer said of a file, such as ``file name too long``, to go into a sentence."""
+    return (error.strerror or str(error)).lower()
+
+
 def pick_one(what: str, given: object, choices: Iterable[str]) -> LutgenError:
     """Return the error for a name that is not among ``choices``."""
     return LutgenError(f"unknown {what} {str(given)!r}. Pick one of: {', '.join(choices)}.")

@@ -5,19 +5,22 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
-import tempfile
 from contextlib import contextmanager, suppress
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, reason_of
+from lutgen.scratch import scratch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
 #: Files being written end in this; the next build removes those that a killed one left.
 PARTIAL = ".lutgen-partial"
+
+#: Bytes of a name to which a dot and ``PARTIAL`` can be added: file systems take 255.
+_LONGEST_NAME = 200
 
 
 def write_atomically(path: Path, data: bytes) -> None:
@@ -44,7 +47,7 @@ def read_at_most(path: Path, most: int, *, what: str, none: str, advice: str = "
     except LutgenError:  # a ValueError too
         raise
     except OSError as error:
-        raise LutgenError(f"{path}: cannot read {what}: {(error.strerror or str(error)).lower()}.{then}") from None
+        raise LutgenError(f"{path}: cannot read {what}: {reason_of(error)}.{then}") from None
     except ValueError as error:  # a NUL in the name
         raise LutgenError(f"{str(path)!r}: cannot read {what}: {error}.{then}") from None
 
@@ -75,7 +78,7 @@ def file_sha256(path: Path) -> str:
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
-        raise LutgenError(f"{path}: cannot read: {(error.strerror or str(error)).lower()}.") from None
+        raise LutgenError(f"{path}: cannot read: {reason_of(error)}.") from None
 
 
 def files_below(folder: Path, suffixes: Sequence[str]) -> list[Path] | None:
@@ -100,7 +103,7 @@ def files_below(folder: Path, suffixes: Sequence[str]) -> list[Path] | None:
             and not any(part.startswith(".") for part in path.relative_to(folder).parts)
         )
     except OSError as error:
-        raise LutgenError(f"{folder}: cannot be looked into: {(error.strerror or str(error)).lower()}.") from None
+        raise LutgenError(f"{folder}: cannot be looked into: {reason_of(error)}.") from None
 
 
 @contextmanager
@@ -113,7 +116,7 @@ def replacing(path: Path) -> Iterator[Path]:
         The folder is read-only or full, or a file stands where a folder should.
 
     """
-    partial = path.with_name(f".{path.name}{PARTIAL}")
+    partial = _partial(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         yield partial
@@ -124,6 +127,12 @@ def replacing(path: Path) -> Iterator[Path]:
     except BaseException:
         _discard(partial)
         raise
+
+
+def _partial(path: Path) -> Path:
+    """Name the temporary file of ``path``: no longer than a file system takes, for a name that it takes itself."""
+    name = path.name if len(os.fsencode(path.name)) <= _LONGEST_NAME else hashlib.sha256(os.fsencode(path)).hexdigest()
+    return path.with_name(f".{name}{PARTIAL}")
 
 
 def room(folder: Path) -> float:
@@ -152,7 +161,7 @@ def is_unicode(path: Path) -> bool:
 
 def cannot_write(path: Path, error: OSError) -> LutgenError:
     """Return the sentence for a place that cannot be written to."""
-    reason = (error.strerror or str(error)).lower()
+    reason = reason_of(error)
     return LutgenError(f"{path}: cannot write: {reason}. Make room, or choose another place to write to.")
 
 
@@ -168,7 +177,7 @@ def under_its_name(path: Path, suffix: str) -> Iterator[Path]:
 
     OpenColorIO chooses the reader by the suffix; a partial file has none that it knows.
     """
-    with tempfile.TemporaryDirectory(prefix="lutgen-") as folder:
+    with scratch() as folder:
         link = Path(folder) / f"lut{suffix}"
         link.symlink_to(path.resolve())
         yield link

@@ -22,8 +22,8 @@ PACKAGE = ROOT / "lutgen"
 #: A row imports only from rows above it; two siblings of a row do not import each other. A name is a folder's or a
 #: file's in ``lutgen/``.
 ROWS = (
-    {"errors", "cells", "names"},
-    {"colorimetry", "bindings", "files", "icc_tags", "numerals", "schemas", "time_law"},
+    {"errors", "cells", "names", "scratch"},
+    {"colorimetry", "bindings", "documents", "files", "icc_tags", "numerals", "schemas", "time_law"},
     {"config_parts"},
     {"readings"},
     {"effects"},

@@ -402,7 +402,6 @@ def test_a_tolerance_that_no_size_keeps_is_refused_and_nothing_is_written(tmp_pa
         (("--format", "icc2"), "Pick one of: 3dl, clf"),
         (("--format", ""), "at least one"),
         (("--tolerance", "0"), "--tolerance 0"),
-        (("--tolerance", "nan"), "--tolerance nan"),
         (("--luminance", "linear"), "Pick one of: paper, measured"),
         (("--luminance", "none.csv"), "none.csv"),
         (("--display", "none.csv"), "none.csv"),

@@ -626,7 +626,7 @@ def test_at_reads_lists_and_repetitions(texts: tuple[str, ...], expected: dict[s
         ("u=0,u=1", "gives u twice"),
         ("u=2", "the position from the left, 0..1"),
         ("ambient_lx=-1", "light in lux"),
-        ("ambient_lx=nan", "light in lux"),
+        ("ambient_lx=nan", "give a finite number"),
         ("ambient_lx=inf", "give a finite number"),
         ("warmup_min=inf", "give a finite number"),
         ("window=0", "share of the screen"),

@@ -149,6 +149,18 @@ def test_pictures_hold_pixels_only_and_their_names_hint_at_nothing(run: Callable
     assert np.abs(shown - pixels(tmp_path / "in/photo.jpg")).max() <= 1
 
 
+def test_neither_time_nor_size_nor_the_order_of_writing_tells_a_condition(
+    run: Callable[..., Done], tmp_path: Path
+) -> None:
+    assert run("in", *SMALL, "--readers", "3", "-o", "study").code == 0
+    protocol = read_protocol(tmp_path / "study")
+    kept = [(tmp_path / "study" / each.file).stat() for each in protocol.renders]
+    assert len({each.st_mtime_ns for each in kept}) == 1
+    assert len({each.st_size for each in kept}) == 1
+    by_change = sorted(zip(protocol.renders, kept, strict=True), key=lambda each: each[1].st_ctime_ns)
+    assert [each.file for each, _ in by_change] == sorted(each.file for each in protocol.renders)
+
+
 def test_blind_names_depend_on_key_image_and_condition() -> None:
     named = {blind_name(key, image, under) for key in (b"1", b"2") for image in "ab" for under in ("none", "chroma@5")}
     assert len(named) == 8
@@ -302,7 +314,7 @@ def test_a_float_image_is_refused(tmp_path: Path) -> None:
         (("in", *SMALL, "--title", "a\udcff"), r"--title 'a\udcff': give one line of letters that can all be seen"),
         (("in", *SMALL, "--title", "a\nb"), r"--title 'a\nb': give one line"),
         (("in", *SMALL, "--washout-days", "-1"), "--washout-days -1: give days from 0 to 3650"),
-        (("in", *SMALL, "--washout-days", "nan"), "--washout-days nan: give days from 0 to 3650"),
+        (("in", *SMALL, "--washout-days", "nan"), "Invalid value for '--washout-days': 'nan' is not a finite number"),
         (("in", "--per-condition", "1", "--seed", "-1"), "--seed -1: give a whole number from 0 on"),
         (("in", *SMALL, "--model", "gone.toml"), "gone.toml"),
         (("in", *SMALL, "--json", "in"), "in: is a folder"),

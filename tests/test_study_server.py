@@ -173,7 +173,8 @@ def test_what_makes_no_sense_is_refused(served: Desk, what: str, body: bytes, st
     [
         {"number": 0}, {"number": True}, {"number": "1"}, {"practice": 1}, {"ease": 5.5}, {"ease": True},
         {"ease": 11}, {"category": "4+"}, {"category": None}, {"seconds": "2"}, {"seconds": -1},
-        {"paint": "guessed"}, {"pauses": 0.5},
+        {"paint": "guessed"}, {"pauses": 0.5}, {"seconds": 1e308}, {"seconds": 10**18}, {"seconds": 86_401},
+        {"first_choice_seconds": 1e308}, {"paused_seconds": 1e308}, {"pauses": 10**18},
     ],
 )  # fmt: skip
 def test_an_answer_that_makes_no_sense_is_refused(served: Desk, change: dict[str, Any]) -> None:
@@ -183,6 +184,27 @@ def test_an_answer_that_makes_no_sense_is_refused(served: Desk, change: dict[str
     assert (status, content["why"]) == (400, "bad")
     assert served.reading.practised == 0
     assert served.ask("answer", **answer(1, practice=True)) == (200, {"saved": True})
+
+
+@pytest.mark.parametrize("seconds", ["1" + "0" * 400, "1e400", "NaN"])
+def test_a_number_that_no_computer_holds_is_refused_at_the_door(served: Desk, seconds: str) -> None:
+    served.ask("claim")
+    served.ask("next")
+    body = json.dumps({"tab": TAB, **answer(1, practice=True, seconds="HERE")}).replace('"HERE"', seconds)
+    reply = served.request("POST", f"{served.path}answer", body.encode(), Origin=f"http://{HOST}:{served.port}")
+    assert reply.status == 400
+    assert served.reading.practised == 0
+
+
+@pytest.mark.parametrize("length", ["9" * 5000, "１", "1_0", "-1", "+", ""])
+def test_a_length_that_is_none_is_refused(served: Desk, length: str) -> None:
+    with socket.create_connection((HOST, served.port), timeout=10) as connection:
+        head = (
+            f"POST {served.path}claim HTTP/1.1\r\nHost: {HOST}:{served.port}\r\nOrigin: http://{HOST}:{served.port}\r\n"
+        )
+        connection.sendall(f"{head}Content-Length: {length}\r\n\r\n".encode())
+        assert connection.recv(100).startswith(b"HTTP/1.1 413 ")
+    assert served.ask("claim")[0] == 200
 
 
 @pytest.mark.parametrize(
@@ -360,7 +382,7 @@ def test_bad_input_ends_with_2_and_a_sentence(study: Path, lutgen: Callable[...,
         (("run", str(tmp_path / "file"), "--reader", "A", "--session", "1"), "not a directory"),
         ((*run, "a\u202eb", "--session", "1"), "--reader 'a\\u202eb': give a name"),
         ((*run, "A", "--session", "3"), "the study has sessions 1 to 2"),
-        ((*run, "A", "--session", "x"), "'x' is not a valid integer"),
+        ((*run, "A", "--session", "x"), "'x' is not a whole number"),
         ((*run, "A", "--session", "2"), "no reader 'A' has read session 1"),
         ((*run, "A", "--session", "1", "--override", ""), "give a reason"),
         ((*run, "A", "--session", "1", "--port", "70000"), "--port 70000: give 1 to 65535"),
@@ -379,6 +401,7 @@ def test_a_port_that_is_taken_is_refused(study: Path, lutgen: Callable[..., Done
         done = lutgen("run", str(study), "--reader", "A", "--session", "1", "--port", port)
     assert done.code == 2
     assert f"--port {port}: address already in use" in done.err
+    assert not (study / "answers").exists()
 
 
 def test_a_second_run_of_one_reader_is_refused(study: Path, lutgen: Callable[..., Done]) -> None:

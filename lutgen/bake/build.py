@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -23,6 +22,7 @@ from lutgen.bindings import ocio
 from lutgen.display.inverse import compensation_of
 from lutgen.errors import LutgenError
 from lutgen.files import replacing, under_its_name, write_atomically
+from lutgen.scratch import scratch
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from lutgen.bake.lut import Lut, MatrixLut
     from lutgen.display import AgedDisplay, DisplayModel
 
-__all__ = ["CONFIG", "Built", "Plan", "build", "config_format"]
+__all__ = ["CONFIG", "Built", "Plan", "best_candidate", "build", "certified", "config_format", "paths_of", "prepare"]
 
 CONFIG = "config.ocio"
 
@@ -102,7 +102,7 @@ def _build(
     work = [_Work(model, plan, output, part) for part in _parts(plan)]
     sizes = [None] * len(work) if plan.tolerance is None else list(in_parallel(_smallest_sizes, work, jobs))
     work = [replace(part, sizes=chosen) for part, chosen in zip(work, sizes, strict=True)]
-    _prepare(plan.display(model, plan.modes[-1], plan.hours[-1]), plan)
+    prepare(plan.display(model, plan.modes[-1], plan.hours[-1]), plan)
     try:
         folder.begin(recipe, paths)
         records: list[FileRecord] = []
@@ -147,21 +147,21 @@ class _Work:
 
 #: One process's judge, the certificates of tables that it has met, and each format's last table: ``stable`` has one
 #: for all hours.
-_JUDGE = Judge()
+JUDGE = Judge()
 _CERTIFICATES: dict[object, Certificate] = {}
 _BAKED: dict[str, tuple[object, Lut | MatrixLut, Figures]] = {}
 
 
-def _prepare(aged: AgedDisplay, plan: Plan) -> None:
+def prepare(aged: AgedDisplay, plan: Plan) -> None:
     """Compute what all displays share before workers are forked: they then share its memory too.
 
     Corrections share next to nothing.
     """
     if compensation_of(aged):
         return
-    _JUDGE.prepare(aged, certify=plan.certify)
+    JUDGE.prepare(aged, certify=plan.certify)
     for name in plan.formats:
-        format_named(name).bake(_JUDGE.sampler, aged, plan.cubesize)
+        format_named(name).bake(JUDGE.sampler, aged, plan.cubesize)
 
 
 def _bake(work: _Work) -> list[FileRecord]:
@@ -181,20 +181,20 @@ def _bake(work: _Work) -> list[FileRecord]:
 def _smallest_sizes(work: _Work) -> dict[tuple[str, str], int]:
     """Find the smallest size whose largest smooth error keeps the tolerance, for each display and format."""
     sizes = {}
-    with tempfile.TemporaryDirectory(prefix="lutgen-") as scratch:
+    with scratch() as beside:
         for mode, hours, folder in work.displays:
             for name in work.plan.formats:
                 aged, form = work.plan.display(work.model, mode, hours), format_named(name)
-                sizes[folder, name] = _smallest_size(work, aged, form, Path(scratch) / form.file)
+                sizes[folder, name] = _smallest_size(work, aged, form, beside / form.file)
     return sizes
 
 
 def _smallest_size(work: _Work, aged: AgedDisplay, form: Format, path: Path) -> int:
     tolerance = work.plan.tolerance or 0.0
     for size in SIZES:
-        lut, data = _best_candidate(work.model, aged, form, size)
+        lut, data = best_candidate(work.model, aged, form, size)
         path.write_bytes(data)
-        reached = _certify(path, aged, form, lut).smooth.max
+        reached = certified(path, aged, form, lut).smooth.max
         if reached <= tolerance:
             return size
     message = (
@@ -205,12 +205,12 @@ def _smallest_size(work: _Work, aged: AgedDisplay, form: Format, path: Path) -> 
 
 
 def _bake_lut(work: _Work, aged: AgedDisplay, path: str, form: Format, size: int) -> FileRecord:
-    lut, data = _best_candidate(work.model, aged, form, size)
+    lut, data = best_candidate(work.model, aged, form, size)
     certificate = None
     with replacing(work.output / path) as staged:
         staged.write_bytes(data)
         if work.plan.certify:
-            certificate = _certify(staged, aged, form, lut).as_json()
+            certificate = certified(staged, aged, form, lut).as_json()
     return FileRecord(
         path=path,
         kind="lut",
@@ -226,20 +226,21 @@ def _bake_lut(work: _Work, aged: AgedDisplay, path: str, form: Format, size: int
     )
 
 
-def _certify(path: Path, aged: AgedDisplay, form: Format, lut: Lut | MatrixLut) -> Certificate:
+def certified(path: Path, aged: AgedDisplay, form: Format, lut: Lut | MatrixLut) -> Certificate:
+    """Read a file back and compare it with ``aged``; equal tables share a certificate."""
     key = (form.name, aged.head, aged.tail, lut.space, lut.size)
     if key not in _CERTIFICATES:
         with under_its_name(path, form.suffix) as named:
-            _CERTIFICATES[key] = _JUDGE.certify(named, aged, TableKind(lut.space, lut.size, not form.unclipped))
+            _CERTIFICATES[key] = JUDGE.certify(named, aged, TableKind(lut.space, lut.size, not form.unclipped))
     return _CERTIFICATES[key]
 
 
-def _best_candidate(model: DisplayModel, aged: AgedDisplay, form: Format, size: int) -> tuple[Lut | MatrixLut, bytes]:
+def best_candidate(model: DisplayModel, aged: AgedDisplay, form: Format, size: int) -> tuple[Lut | MatrixLut, bytes]:
     """Bake a format's candidates and write the most faithful, judged in double precision: alike on every binding."""
     made_of = (aged.head, aged.tail, size)
     if form.name not in _BAKED or _BAKED[form.name][0] != made_of:
-        candidates = form.bake(_JUDGE.sampler, aged, size)
-        errors = [_JUDGE.table_error(lut, aged) for lut in candidates]
+        candidates = form.bake(JUDGE.sampler, aged, size)
+        errors = [JUDGE.table_error(lut, aged) for lut in candidates]
         # Where colours are smooth; the display that is nothing but stairs is judged on all.
         lut, error = min(
             zip(candidates, errors, strict=True),
@@ -255,7 +256,7 @@ def _write_config(work: _Work, aged: AgedDisplay, folder: str, form: Format) -> 
     record = _put_config(work.output, f"{folder}/{CONFIG}", config, aged.mode, aged.hours)
     if not work.plan.gpu:
         return record
-    return replace(record, gpu=gpu_run(work.output / record.path, _JUDGE.code).as_json())
+    return replace(record, gpu=gpu_run(work.output / record.path, JUDGE.code).as_json())
 
 
 def _write_common_config(plan: Plan, output: Path, form: Format) -> FileRecord:

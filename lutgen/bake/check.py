@@ -1,58 +1,60 @@
-"""``lutgen check``: do these files still do what the model says? Rebuilds nothing and trusts nothing.
+"""``lutgen check``: do these files still do what the model says? It writes nothing and trusts nothing.
 
-Every LUT is read again through OpenColorIO and compared with the model; every display, view, look, named transform
-and context value of every config is instantiated and pixels are sent through it.
+Every LUT is read again through OpenColorIO and compared with the model, every number of its table with what the code
+writes, its certificate with a new one, and every config as a whole with what the code writes. Pixels are sent through
+every display, view, look and named transform of a config that differs, and of the last hour of each mode.
 """
 
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from lutgen import __version__
+from lutgen.bake.build import JUDGE, best_candidate, certified, config_format, prepare
+from lutgen.bake.check_certificate import SLACK, otherwise_certified
 from lutgen.bake.check_config import check_config
-from lutgen.bake.fidelity import Certificate, Judge
+from lutgen.bake.check_stale import stale
+from lutgen.bake.expected import differs_from
+from lutgen.bake.figures import MAX_DELTA_E, P99
 from lutgen.bake.formats import format_named, lut_suffixes
 from lutgen.bake.gpu import TOLERANCE as GPU_TOLERANCE
 from lutgen.bake.gpu import GpuRun, check_renderer, gpu_run
-from lutgen.bake.inventory import altered, unlisted
+from lutgen.bake.inventory import altered, left_alone, plan_of, unknown_values, unlisted
+from lutgen.bake.lut import SIZES
 from lutgen.bake.manifest import (
     JOURNAL,
     MANIFEST,
     FileRecord,
     Manifest,
-    model_as_json,
     model_from_json,
     read_manifest,
-    same_model,
 )
 from lutgen.bake.parallel import in_parallel
 from lutgen.bake.plan import direction_of, display_to_bake
+from lutgen.bake.provenance import config_of_all, config_of_display
 from lutgen.bake.readback import apply_lut, table_kind
 from lutgen.bindings import ocio, refuse_unlikely
-from lutgen.display import default_display, load_model
 from lutgen.errors import LutgenError
-from lutgen.readings import read_measurements
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from lutgen.bake.fidelity import Certificate
+    from lutgen.bake.lut import Lut, MatrixLut
+    from lutgen.bake.plan import Plan
     from lutgen.display import AgedDisplay, DisplayModel
-
-#: Where a file has no certificate to be held to: what a .cube of 33³ keeps on any plausible display.
-MAX_DELTA_E, P99 = 1.0, 0.2
-
-#: A file may exceed its own certificate by this much: OpenColorIO 2.1 and 2.6 differ by up to 0.003 on one file.
-SLACK = 0.005
 
 
 @dataclass(frozen=True)
 class Budget:
     """Largest ΔE2000 allowed over the smooth colours, and its 99 % quantile.
 
-    None: ``MAX_DELTA_E`` and ``P99``, but no limit for a certified file of a format that cannot follow every display.
+    None: ``MAX_DELTA_E`` and ``P99``, or what the file was certified to err, where that is more.
     """
 
     max_delta_e: float | None = None
@@ -66,12 +68,17 @@ class Budget:
 
     def limits(self, record: FileRecord | None) -> tuple[float, float]:
         """Return both for a file."""
-        simple = record is not None and record.certificate and not format_named(str(record.format)).follows
-        usual = (inf, inf) if simple else (MAX_DELTA_E, P99)
+        smooth = ((record.certificate if record else None) or {}).get("smooth")
+        certified = smooth if isinstance(smooth, dict) else {}
         return (
-            usual[0] if self.max_delta_e is None else self.max_delta_e,
-            usual[1] if self.p99 is None else self.p99,
+            max(MAX_DELTA_E, _figure(certified, "max") + SLACK) if self.max_delta_e is None else self.max_delta_e,
+            max(P99, _figure(certified, "p99") + SLACK) if self.p99 is None else self.p99,
         )
+
+
+def _figure(group: Mapping[str, Any], name: str) -> float:
+    value = group.get(name)
+    return float(value) if isinstance(value, int | float) else 0.0
 
 
 @dataclass(frozen=True)
@@ -168,12 +175,18 @@ def check(
     if model is not None:
         model = replace(model, conditions=built_from.conditions)
     try:
+        plan = plan_of(manifest)
         findings += [Finding(*each) for each in unlisted(folder, manifest)]
     except LutgenError as error:
         return Checked(1, (*findings, Finding(MANIFEST, str(error))))
-    stale, remarks = _stale(folder, manifest, model)
-    findings += stale
-    work = [_Work(folder, manifest, model or built_from, part, budget or Budget(), gpu) for part in _parts(manifest)]
+    outdated, remarks = stale(folder, manifest, model)
+    findings += [Finding(MANIFEST, text) for text in outdated]
+    remarks += [*left_alone(folder, manifest), *unknown_values(plan)]
+    same = model is None and manifest.recipe.get("generator") == f"lutgen {__version__}"
+    asked = _Work(folder, manifest, model or built_from, plan, budget or Budget(), gpu, same, ())
+    work = [replace(asked, records=part) for part in _parts(manifest)]
+    with suppress(LutgenError):  # said of each file
+        prepare(plan.display(model or built_from, plan.modes[-1], plan.hours[-1]), plan)
     certificates: dict[str, Certificate] = {}
     shaders: dict[str, GpuRun] = {}
     done = 0
@@ -200,9 +213,11 @@ class _Work:
     folder: Path
     manifest: Manifest
     model: DisplayModel
-    records: tuple[FileRecord, ...]
+    plan: Plan
     budget: Budget
     gpu: bool
+    same_version: bool
+    records: tuple[FileRecord, ...]
 
 
 def _parts(manifest: Manifest) -> list[tuple[FileRecord, ...]]:
@@ -226,59 +241,6 @@ def _manifest(folder: Path) -> tuple[Manifest | None, list[Finding]]:
     return manifest, findings
 
 
-def _stale(folder: Path, manifest: Manifest, model: DisplayModel | None) -> tuple[list[Finding], list[str]]:
-    """Whether the measurements, and a refined model, are still those that the build was made from."""
-    findings, remarks = _stale_readings(folder, manifest, model)
-    if not findings:
-        found, more = _stale_model(folder, manifest, model)
-        findings, remarks = findings + found, remarks + more
-    return findings, remarks
-
-
-def _stale_readings(folder: Path, manifest: Manifest, model: DisplayModel | None) -> tuple[list[Finding], list[str]]:
-    display = manifest.recipe["model"]["display"]
-    if model is not None:
-        current, name = model.measurements.sha256, model.measurements.file
-    else:
-        source = default_display() if display["path"] is None else folder / display["path"]
-        name = display["file"]
-        if not source.is_file():
-            return [], [f"the measurements {name} were not found; their copy in the manifest was used"]
-        try:
-            current = read_measurements(source).sha256
-        except LutgenError as error:
-            return [Finding(MANIFEST, f"stale: the measurements have changed and cannot be read: {error}")], []
-    if current != display["sha256"]:
-        why = f"the measurements {name} have changed since the build"
-        if model is not None:
-            why = f"built from other measurements ({display['file']}) than {name}"
-        return [Finding(MANIFEST, f"stale: {why}; build again")], []
-    return [], []
-
-
-def _stale_model(folder: Path, manifest: Manifest, model: DisplayModel | None) -> tuple[list[Finding], list[str]]:
-    built_from = manifest.recipe["model"]
-    name, current = built_from.get("file", ""), model
-    if model is None:
-        if not name:
-            return [], []
-        if not (folder / name).is_file():
-            return [], [f"the model file {Path(name).name} was not found; its copy in the manifest was used"]
-        try:
-            current = load_model(folder / name)
-        except LutgenError as error:
-            return [Finding(MANIFEST, f"stale: the model has changed and cannot be read: {error}")], []
-    elif not (model.effects or "effects" in built_from):
-        return [], []  # the files themselves tell: any model that says the same as they will do
-    if current is None or same_model(built_from, model_as_json(current, folder)):
-        return [], []
-    which = Path(current.file or name or "given").name
-    return [Finding(MANIFEST, f"stale: the model {which} is not the one that was built from; build again")], []
-
-
-_JUDGE = Judge()
-
-
 def _check_part(work: _Work) -> Checked:
     findings: list[Finding] = []
     certificates: dict[str, Certificate] = {}
@@ -295,11 +257,11 @@ def _check_part(work: _Work) -> Checked:
                 problems = _config_problems(path, record, work)
                 findings += [Finding(record.path, text) for text in problems]
                 if work.gpu and record.mode is not None and not problems:
-                    shaders[record.path] = gpu_run(path, _JUDGE.code)
+                    shaders[record.path] = gpu_run(path, JUDGE.code)
                     findings += _shader_findings(record.path, shaders[record.path])
             else:
                 aged = _claimed(work, record)
-                found, certificate = _check_lut(path, record.path, aged, record, work.budget)
+                found, certificate = _check_built_lut(path, aged, record, work)
                 findings += found
                 if certificate:
                     certificates[record.path] = certificate
@@ -335,7 +297,47 @@ def _config_problems(path: Path, record: FileRecord, work: _Work) -> list[str]:
         refuse_unlikely(path)
     except LutgenError as error:
         return [str(error)]
-    return check_config(path, work.folder, record, work.manifest)
+    form = config_format(work.plan)
+    if form is None:
+        return ["the manifest names no LUT for it"]
+    file = form.file_in(work.plan.direction)
+    if record.mode is None:
+        written = config_of_all(work.plan, file, unclipped=form.unclipped)
+    else:
+        written = config_of_display(_claimed(work, record), file, unclipped=form.unclipped)
+    return check_config(path, work.folder, record, work.manifest, written)
+
+
+def _check_built_lut(
+    path: Path, aged: AgedDisplay, record: FileRecord, work: _Work
+) -> tuple[list[Finding], Certificate | None]:
+    """Compare a file with what the code writes, and its certificate with a new one."""
+    form, data = format_named(str(record.format)), path.read_bytes()
+    size = record.size if work.plan.tolerance is not None and record.size in SIZES else work.plan.cubesize
+    lut, expected = best_candidate(work.model, aged, form, int(size))
+    name = record.path
+    if data == expected:
+        certificate = certified(path, aged, form, lut)
+        findings = [Finding(name, problem) for problem in _over_budget(certificate, record, work.budget)]
+    else:
+        findings, fresh = _check_lut(path, name, aged, record, work.budget)
+        if fresh is None:
+            return findings, None
+        certificate = fresh
+        if differs := differs_from(path, data, expected, lut, same_version=work.same_version):
+            findings.append(Finding(name, differs))
+    claims = _claims(record, lut)
+    if record.certificate is not None or work.plan.certify:
+        claims += otherwise_certified(record.certificate, certificate.as_json())
+    return [*findings, *(Finding(name, f"{MANIFEST}: {claim}") for claim in claims)], certificate
+
+
+def _claims(record: FileRecord, lut: Lut | MatrixLut) -> list[str]:
+    return [
+        f"{name} is {getattr(record, name)!r}, and the model gives {getattr(lut, name)!r}"
+        for name in ("space", "size")
+        if getattr(record, name) != getattr(lut, name)
+    ]
 
 
 def _check_lut(
@@ -346,7 +348,7 @@ def _check_lut(
         refuse_unlikely(path)
         findings = [Finding(name, problem) for problem in _text_problems(path)]
         kind = table_kind(path, clipped=True if record is None else bool(record.clipped))
-        certificate = _JUDGE.compare(apply_lut(path, _JUDGE.code), aged, kind)
+        certificate = JUDGE.compare(apply_lut(path, JUDGE.code), aged, kind)
     except LutgenError as error:
         return [*findings, Finding(name, str(error))], None
     findings += [Finding(name, problem) for problem in _over_budget(certificate, record, budget)]
@@ -360,10 +362,10 @@ def _over_budget(certificate: Certificate, record: FileRecord | None, budget: Bu
         value = getattr(certificate.smooth, figure)
         if value > limit:
             problems.append(f"fidelity: smooth ΔE2000 {figure} is {value:.4f}, over the budget of {limit:g} ({option})")
-    for group, certified in ((record.certificate if record else None) or {}).items():
+    for group, before in ((record.certificate if record else None) or {}).items():
         now = certificate.groups().get(group)
-        if isinstance(certified, dict) and now is not None:
-            figures = [(name, getattr(now, name), certified[name]) for name in ("mean", "p99", "max")]
+        if isinstance(before, dict) and now is not None:
+            figures = [(name, getattr(now, name), _figure(before, name)) for name in ("mean", "p99", "max")]
             if any(value > limit + SLACK for _, value, limit in figures):
                 texts = [f"{name} {value:.4f} (certified {limit:.4f})" for name, value, limit in figures]
                 problems.append(f"fidelity: {group} ΔE2000 is worse than certified: {', '.join(texts)}")

@@ -13,18 +13,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.bake.config import LINEAR, RAW_VIEW, SOURCE, VIEWERS, WORDS
+from lutgen.bake.expected import config_differs
 from lutgen.bake.formats import format_named
 from lutgen.bake.plan import direction_of
 from lutgen.bake.readback import apply_lut
 from lutgen.bindings import ocio, ocio_errors, warnings_logged
 from lutgen.colorimetry import code_to_linear, inverse, linear_to_code, linear_to_xyz, transform
+from lutgen.config_parts import is_utf8
 from lutgen.display import hour_name
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lutgen.bake.config import Words
+    from lutgen.bake.config import AgedConfig, Words
     from lutgen.bake.manifest import FileRecord, Manifest
     from lutgen.colorimetry import Array
 
@@ -36,10 +38,12 @@ TOLERANCE = 3e-4
 COLOURS = 500
 
 
-def check_config(path: Path, root: Path, record: FileRecord, manifest: Manifest) -> list[str]:
+def check_config(path: Path, root: Path, record: FileRecord, manifest: Manifest, written: AgedConfig) -> list[str]:
     """Return what is wrong with a config of ``manifest``, whose files lie under ``root``.
 
-    A display's own config is checked with the LUT beside it; the common one with every mode and hour.
+    The whole config is compared with ``written``, which the code writes. A display's own config is run with the LUT
+    beside it, the common one with every mode and hour; of those that are as written only the last hour of each mode,
+    and what has no LUT.
     """
     lib = ocio()
     lib.ClearAllCaches()
@@ -53,12 +57,19 @@ def check_config(path: Path, root: Path, record: FileRecord, manifest: Manifest)
         return [f"OpenColorIO {lib.__version__} does not load it: {_one_line(error)}"]
     problems = [f"OpenColorIO warns: {text}" for text in warnings]
     # A CLF's own word overrides the config's, a .cube has none: asked for everywhere, it is right everywhere.
-    files = re.findall(r"!<FileTransform>.*", config.serialize())
+    files = re.findall(r"!<FileTransform>.*", str(config.serialize())) if is_utf8(config) else []
     if not all("interpolation: tetrahedral" in file for file in files):
         problems.append("wrong interpolation: a FileTransform does not ask for tetrahedral")
+    differs = config_differs(config, path.read_bytes(), written)
+    if differs:
+        problems.append(differs)
     words = WORDS[direction_of(manifest)]
     luts = [file for file in manifest.files if file.kind == "lut" and format_named(str(file.format)).reader is None]
-    expected = _luts_of_configs(luts)
+    every = _luts_of_configs(luts)
+    last = {mode: max(hours for other, hours in every if other == mode) for mode, _ in every}
+    expected = {
+        key: lut for key, lut in every.items() if differs or key[1] == last[key[0]] or not (root / lut.path).is_file()
+    }
     if record.mode is None:
         problems += [
             f"AGING_MODE={mode}, AGING_HOURS={hour_name(hours)[:-1]}: {problem}"
@@ -66,9 +77,12 @@ def check_config(path: Path, root: Path, record: FileRecord, manifest: Manifest)
             for problem in _Run(lib, config, root, lut, words, context=(mode, hour_name(hours)[:-1])).problems()
         ]
         return problems
-    lut = expected.get((str(record.mode), float(record.hours or 0.0)))
-    if lut is None:
+    key = str(record.mode), float(record.hours or 0.0)
+    if key not in every:
         return [*problems, "the manifest names no LUT for it"]
+    lut = expected.get(key)
+    if lut is None:
+        return problems
     return [*problems, *_Run(lib, config, root, lut, words, context=None).problems()]
 
 

@@ -11,6 +11,10 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
 
 
+#: What a .cube of 33³ keeps on any plausible display where colours are smooth: largest ΔE2000, and 99 % quantile.
+MAX_DELTA_E, P99 = 1.0, 0.2
+
+
 @dataclass(frozen=True)
 class Figures:
     """ΔE2000 over ``colours`` colours: mean, 99 % quantile and maximum; all 0 where there are none."""

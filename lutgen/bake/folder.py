@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from lutgen.bake.manifest import JOURNAL, MANIFEST, Manifest, Recipe, planned, read_manifest, without_ways
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, reason_of
 from lutgen.files import PARTIAL, file_sha256, write_atomically
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def claim(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Folde
         return _claimed(path, recipe, paths, force=force)
     except OSError as error:
         where = error.filename or path
-        message = f"{where}: cannot be read: {(error.strerror or str(error)).lower()}. Choose another folder with -o."
+        message = f"{where}: cannot be read: {reason_of(error)}. Choose another folder with -o."
         raise LutgenError(message) from None
 
 

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import os
 import stat
+from functools import cache
+from pathlib import PurePosixPath
 from typing import TYPE_CHECKING
 
-from lutgen.bake.build import CONFIG, paths_of
+from lutgen.bake.build import paths_of
 from lutgen.bake.formats import format_named, format_names
-from lutgen.bake.manifest import sha256
+from lutgen.bake.manifest import JOURNAL, MANIFEST, FileRecord, sha256
 from lutgen.bake.plan import Plan, direction_of
-from lutgen.display import MODES
-from lutgen.errors import LutgenError
+from lutgen.display import hour_name
+from lutgen.errors import LutgenError, reason_of
+from lutgen.files import PARTIAL
+from lutgen.names import DIRECTIONS
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from lutgen.bake.manifest import FileRecord, Manifest
+    from lutgen.bake.manifest import Manifest
 
 
 def unlisted(folder: Path, manifest: Manifest) -> list[tuple[str, str]]:
@@ -27,31 +32,93 @@ def unlisted(folder: Path, manifest: Manifest) -> list[tuple[str, str]]:
         The manifest's options are not those of a build.
 
     """
-    asked, listed = set(_asked(manifest)), {record.path for record in manifest.files}
-    names = {format_named(name).file_in(direction_of(manifest)) for name in format_names()} | {CONFIG}
-    there = {
-        path.relative_to(folder).as_posix()
-        for mode in MODES
-        for path in folder.glob(f"{mode}/*h/*")
-        if path.name in names
-    }
-    return [
-        (path, "the manifest does not list it, though its options ask for it") for path in sorted(asked - listed)
-    ] + [(path, "is not in the manifest, so nothing says what it should be") for path in sorted(there - listed - asked)]
+    asked, listed = expected_records(plan_of(manifest)), {record.path: record for record in manifest.files}
+    found = [
+        (path, "the manifest does not list it, though its options ask for it") for path in asked if path not in listed
+    ]
+    for path, record in listed.items():
+        if path not in asked:
+            found.append((path, "the manifest lists it, though its options do not ask for it"))
+        else:
+            found += [(path, f"{MANIFEST}: {text}") for text in _contradictions(record, asked[path])]
+    return found + [
+        (path, "is not in the manifest, so nothing says what it should be")
+        for path in strangers(folder, manifest)
+        if _looks_built(path) and path not in asked
+    ]
 
 
-def _asked(manifest: Manifest) -> list[str]:
+def strangers(folder: Path, manifest: Manifest) -> list[str]:
+    """Return every file in a folder of a build that is not of the build, as its path in the folder."""
+    ours = {folder / record.path for record in manifest.files} | {folder / MANIFEST, folder / JOURNAL}
+    there = (path for path in folder.rglob("*") if path.is_symlink() or not path.is_dir())
+    return sorted(path.relative_to(folder).as_posix() for path in there if path not in ours)
+
+
+def left_alone(folder: Path, manifest: Manifest) -> list[str]:
+    """Name, in sentences, the files that nobody takes for a build's: the user's own."""
+    return [f"{path} is not of this build" for path in strangers(folder, manifest) if not _looks_built(path)]
+
+
+def _looks_built(path: str) -> bool:
+    name = PurePosixPath(path).name
+    names = {format_named(each).file_in(direction) for each in format_names() for direction in DIRECTIONS}
+    return name in names or name.endswith(PARTIAL) or PurePosixPath(path).suffix.lower() in _taken()
+
+
+@cache
+def _taken() -> frozenset[str]:
+    """Suffixes of files that programs take for LUTs or configs, images aside."""
+    return frozenset({format_named(name).suffix for name in format_names()} - {".png"} | {".ocio", ".icm"})
+
+
+def plan_of(manifest: Manifest) -> Plan:
+    """Return the plan that a manifest's options say. Raises LutgenError where they are not those of a build."""
     try:
         options = manifest.recipe["options"]
         plan = Plan(
             hours=tuple(float(hour) for hour in options["hours"]),
             modes=tuple(options["modes"]),
             formats=tuple(options["formats"]),
+            cubesize=options["cubesize"],
+            tolerance=options["tolerance"],
+            certify=options["certify"],
             direction=direction_of(manifest),
+            unreachable=options.get("unreachable", "clip"),
+            gpu=options.get("gpu", False),
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
+        if isinstance(error, LutgenError):
+            raise
         raise LutgenError(f"its options are not complete ({error!r})") from None
-    return paths_of(plan)
+    written = plan.as_json()
+    wrong = [key for key in {**options, **written} if options.get(key, ...) != written.get(key, ...)]
+    if wrong:
+        raise LutgenError(f"its option {wrong[0]} is not one that lutgen writes: {options.get(wrong[0])!r}")
+    return plan
+
+
+def expected_records(plan: Plan) -> dict[str, FileRecord]:
+    """Return what a manifest says of each file of a plan before it is made, by path."""
+    displays = {folder: (mode, hours) for mode, hours, folder in plan.folders()}
+    formats = {format_named(name).file_in(plan.direction): name for name in plan.formats}
+    records = {}
+    for path in paths_of(plan):
+        folder, _, name = path.rpartition("/")
+        mode, hours = displays.get(folder, (None, None))
+        form = formats.get(name)
+        clipped = None if form is None else not format_named(form).unclipped
+        records[path] = FileRecord(path, "lut" if form else "config", mode, hours, "", 0, form, clipped=clipped)
+    return records
+
+
+def _contradictions(record: FileRecord, asked: FileRecord) -> list[str]:
+    says = [
+        (name, getattr(record, name), getattr(asked, name)) for name in ("kind", "mode", "hours", "format", "clipped")
+    ]
+    return [
+        f"{name} is {found!r}, and the options ask for {wanted!r}" for name, found, wanted in says if found != wanted
+    ]
 
 
 def altered(path: Path, record: FileRecord) -> tuple[str | None, bool]:
@@ -64,5 +131,15 @@ def altered(path: Path, record: FileRecord) -> tuple[str | None, bool]:
     except (FileNotFoundError, NotADirectoryError):
         return "missing", False
     except OSError as error:
-        return f"cannot be read: {(error.strerror or str(error)).lower()}", False
+        return f"cannot be read: {reason_of(error)}", False
     return None if same else "altered: its bytes are not those that lutgen wrote", True
+
+
+def unknown_values(plan: Plan) -> list[str]:
+    """Say where a context variable of this environment, which OpenColorIO takes, names what the build does not have."""
+    has = {"AGING_MODE": list(plan.modes), "AGING_HOURS": [hour_name(hours)[:-1] for hours in plan.hours]}
+    return [
+        f"the environment says {name}={os.environ[name]}, which this build does not have; it has {', '.join(values)}"
+        for name, values in has.items()
+        if name in os.environ and os.environ[name] not in values
+    ]

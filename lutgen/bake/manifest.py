@@ -21,7 +21,8 @@ from lutgen.display.conditions import REFERENCE, conditions_of, what_luts_carry
 from lutgen.display.modes import law_of_table, luminance_law
 from lutgen.display.native import NativeDisplay
 from lutgen.display.origin import found_by, record_of
-from lutgen.errors import LutgenError
+from lutgen.documents import from_json
+from lutgen.errors import LutgenError, reason_of
 from lutgen.files import bytes_at_most
 from lutgen.readings.rest import TIP_DRIVES
 from lutgen.readings.table import Measurements
@@ -221,14 +222,14 @@ def read_manifest(path: Path) -> Manifest | None:
     """Read a manifest or a journal; None where there is none. Raises LutgenError when it cannot be understood."""
     advice = "Was it edited? Build into another folder."
     try:
-        content = json.loads(bytes_at_most(path, MAX_BYTES, none="manifest", advice=advice))
+        content = from_json(bytes_at_most(path, MAX_BYTES, none="manifest", advice=advice))
     except FileNotFoundError:
         return None
     except LutgenError:  # a ValueError too
         raise
     except OSError as error:
-        raise LutgenError(f"{path}: cannot be read: {(error.strerror or str(error)).lower()}.") from None
-    except (ValueError, RecursionError) as error:
+        raise LutgenError(f"{path}: cannot be read: {reason_of(error)}.") from None
+    except ValueError as error:
         message = f"{path}: cannot be read as a lutgen manifest ({error}). {advice}"
         raise LutgenError(message) from None
     if not isinstance(content, dict) or content.get("schema") != SCHEMA:

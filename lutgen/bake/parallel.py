@@ -47,6 +47,8 @@ def in_parallel(function: Callable[[_T], _R], items: Sequence[_T], jobs: int | N
 def _begin_worker() -> None:
     # An interrupt is the parent's to handle: workers that ignore it finish the file in hand, and say nothing.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # The pool ends its workers with SIGTERM; the parent's handler is not theirs.
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     # A killed parent cannot call its workers off, and they would write on into a folder that the next build uses.
     threading.Thread(target=_end_with_parent, daemon=True).start()
 

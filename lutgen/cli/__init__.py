@@ -7,17 +7,27 @@ imported when they are needed, and import what is slow inside the function that 
 from __future__ import annotations
 
 import os
+import signal
 import sys
+import threading
+from typing import NoReturn
 
 import click
 
 from lutgen import __version__
 from lutgen.cli.command import Command, CommandFolder
 from lutgen.cli.words import say, tolerate_closed_pipes
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, reason_of
 
 #: Exit code of a program that SIGINT (Ctrl-C) has ended: 128 + the signal's number.
 INTERRUPTED = 130
+
+#: The same for SIGTERM.
+TERMINATED = 143
+
+
+class _TerminatedError(BaseException):
+    """SIGTERM came: what is half written is taken away on the way out, as after Ctrl-C."""
 
 
 @click.group(
@@ -34,7 +44,7 @@ def group() -> None:
       lutgen build --hours 0..18000 -o aged/
       lutgen apply slide.png --mode chroma --hours 10000 -o aged.png
 
-    Exit codes: 0 done, 1 a check failed, 2 bad input, 130 interrupted.
+    Exit codes: 0 done, 1 a check failed, 2 bad input, 130 interrupted, 143 terminated.
 
     \b
     Shell completion (bash; zsh and fish alike):
@@ -47,7 +57,18 @@ def main() -> None:
     # Fits factorise thousands of small matrices: threads of BLAS would only wait for each other. Before numpy loads.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     tolerate_closed_pipes()
+    _end_at_sigterm()
     sys.exit(_exit_code())
+
+
+def _end_at_sigterm() -> None:
+    # Only where nobody has said otherwise; a thread that is not the first cannot.
+    if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+        signal.signal(signal.SIGTERM, _terminate)
+
+
+def _terminate(_signal: int, _frame: object) -> NoReturn:
+    raise _TerminatedError
 
 
 def _exit_code() -> int:
@@ -62,7 +83,9 @@ def _exit_code() -> int:
         say(f"lutgen: error: {error}", err=True)
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
-        say(f"lutgen: error: {where}{(error.strerror or str(error)).lower()}.", err=True)
+        say(f"lutgen: error: {where}{reason_of(error)}.", err=True)
+    except _TerminatedError:
+        return TERMINATED
     except (click.Abort, KeyboardInterrupt):
         return INTERRUPTED
     else:

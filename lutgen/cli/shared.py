@@ -47,7 +47,8 @@ def model_options(command: Callable[..., Any]) -> Callable[..., Any]:
                 "--luminance",
                 cls=Advanced,
                 metavar="LAW",
-                help="Luminance of chroma-luma: paper, measured, or a .csv of hour,factor [default: paper].",
+                help="Luminance of chroma-luma: paper, measured, or a .csv of hour,factor from 0,1 on "
+                "[default: paper].",
             ),
             click.option(
                 "--at",
@@ -104,13 +105,14 @@ def split_list(_context: click.Context, _option: click.Parameter, text: str) -> 
 
 def numbers(option: str, text: str) -> list[float]:
     """Read an option's list of numbers, such as 3,5. Raises LutgenError where one is none."""
+    from lutgen.cells import number_list
     from lutgen.errors import LutgenError
 
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
+    found = number_list(text)
+    if found is None:
         message = f"{option} {text}: give numbers above 0 in a list, such as 3,5."
-        raise LutgenError(message) from None
+        raise LutgenError(message)
+    return list(found)
 
 
 def echo_json(content: Any) -> None:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.cells import number, number_list
 from lutgen.criticism.digits import Digits, digits_of
 from lutgen.errors import LutgenError
 from lutgen.readings.conditions.temperature import FEW_KELVINS
@@ -168,17 +169,14 @@ def stated_noise(readings: Measurements, instrument: str | None) -> tuple[float,
         if not {"noise_relative", "noise_floor_cd_m2"} <= set(metadata):
             return None
         instrument = f"{metadata['noise_relative']},{metadata['noise_floor_cd_m2']}"
-    try:
-        relative, floor = (float(part) for part in instrument.split(","))
-    except ValueError:
-        relative = floor = np.nan
-    if not (0 < relative < 1 and 0 < floor < 100):
+    stated = number_list(instrument)
+    if stated is None or len(stated) != 2 or not (0 < stated[0] < 1 and 0 < stated[1] < 100):
         message = (
             f"instrument noise {instrument!r}: give two numbers above 0, the relative noise and the floor in cd/m², "
             f"such as 0.002,0.003."
         )
         raise LutgenError(message)
-    return relative, floor
+    return stated[0], stated[1]
 
 
 def session_gain(readings: Measurements) -> tuple[float, bool]:
@@ -186,11 +184,8 @@ def session_gain(readings: Measurements) -> tuple[float, bool]:
     text = readings.metadata.get("session_gain", "")
     if not text:
         return SESSION, False
-    try:
-        gain = float(text)
-    except ValueError:
-        gain = np.nan
-    if not 0 <= gain < 0.5:
+    gain = number(text)
+    if gain is None or not 0 <= gain < 0.5:
         message = f"{readings.file}: session_gain is {text!r}; it is the 1 σ gain of a session, 0..0.5, such as 0.003."
         raise LutgenError(message)
     return gain, True

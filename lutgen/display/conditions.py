@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lutgen.cells import BLANKS, number
 from lutgen.effects.probe import reacts_to
 from lutgen.errors import LutgenError, pick_one
 from lutgen.readings.conditions import COLUMNS, CONDITIONS
@@ -83,18 +84,17 @@ def parse_at(texts: Iterable[str], usual: Conditions = REFERENCE) -> Conditions:
     """
     values: dict[str, float] = {}
     for part in (part for text in texts for part in text.split(",")):
-        name, equals, text = (piece.strip() for piece in part.partition("="))
+        name, equals, text = (piece.strip(BLANKS) for piece in part.partition("="))
         if not equals:
             message = f"--at {part.strip()}: write NAME=VALUE, such as ambient_lx=60. Names: {', '.join(_names())}."
             raise LutgenError(message)
         if name in values:
             raise LutgenError(f"--at gives {name} twice. Give each condition once.")
-        try:
-            values[name] = inf if text == WARM and name in COLUMNS and COLUMNS[name].usual == inf else float(text)
-        except ValueError:
-            raise LutgenError(f"--at {name}={text}: {text!r} is not a number.") from None
-        if values[name] == inf and text != WARM:
-            raise LutgenError(f"--at {name}={text}: give a finite number.")
+        warm = text == WARM and name in COLUMNS and COLUMNS[name].usual == inf
+        value = inf if warm else number(text)
+        if value is None:
+            raise LutgenError(f"--at {name}={text}: {text!r} is not a number; give a finite number, such as 60 or 0.5.")
+        values[name] = value
     return replace(usual, **_known(values))
 
 

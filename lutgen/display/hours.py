@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from decimal import Decimal
+from math import isfinite
 from typing import TYPE_CHECKING
 
+from lutgen.cells import BLANKS, number
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
@@ -17,7 +18,8 @@ MAX_HOURS = 10_000
 #: Hours that no display reaches; left as they are, for the measured span to refuse.
 _ENDLESS = 10**9
 
-_NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?(e[+-]?\d{1,9})?|s?nan|inf(inity)?)", re.ASCII | re.IGNORECASE)
+#: Stands for hours that are larger than any double.
+_BEYOND = Decimal("1e309")
 
 _ALLOWED = "Write 0..18000 (every measured time), 0..18000:500 (a step) or 0,5000,10000 (a list)"
 
@@ -72,16 +74,16 @@ def _checked(hours: set[Decimal], tips: Tips) -> list[float]:
 
 
 def _number(part: str, text: str) -> Decimal:
-    part = part.strip()
-    # Decimal also takes 1_000 and .5, which here are slips: `0...5` is not the span 0 to a half.
-    if not _NUMBER.fullmatch(part):
+    part = part.strip(BLANKS)
+    hours = number(part, non_finite=True)
+    # A point without a digit before it is a slip: `0...5` is not the span 0 to a half.
+    if hours is None or part.lstrip("+-").startswith("."):
         message = f"--hours {text}: {part!r} is not a number of hours. {_ALLOWED}."
         raise LutgenError(message)
-    number = Decimal(part)
-    if not number.is_finite() or number < 0:
+    named = part.lstrip("+-")[0].isalpha()  # nan, inf
+    if named or hours < 0:
         message = f"--hours {text}: {part!r} is not a finite number of hours from 0 on. {_ALLOWED}."
         raise LutgenError(message)
-    if number > _ENDLESS:
-        return number
+    exact = Decimal(repr(hours)) if isfinite(hours) else _BEYOND
     # Folder names carry six decimals, so finer hours could collide: 0.0036 s is enough for any display.
-    return round(number, 6)
+    return exact if exact > _ENDLESS else round(exact, 6)

@@ -9,7 +9,6 @@ perhaps the conditions that it is seen under. Numbers are written so that they r
 from __future__ import annotations
 
 import os
-import tomllib
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,6 +22,7 @@ from lutgen.display.modes import LAWS, law_of_table, luminance_law
 from lutgen.display.native import CHANNELS, NativeDisplay
 from lutgen.display.origin import found_by, record_of
 from lutgen.display.toml import document, table_lines
+from lutgen.documents import from_toml
 from lutgen.errors import LutgenError
 from lutgen.files import read_at_most, write_atomically
 from lutgen.readings import read_measurements
@@ -154,8 +154,8 @@ def load_model(path: str | Path, effects: Mapping[str, Effect] | None = None) ->
     path = Path(path)
     data = read_at_most(path, MAX_BYTES, what="the model", none="model")
     try:
-        content = tomllib.loads(data.decode("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+        content = from_toml(data.decode("utf-8"))
+    except ValueError as error:
         message = f"{path}: not a model file (TOML): {error}."
         raise LutgenError(message) from None
     if content.get("schema") != SCHEMA:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.cells import is_comment, number
 from lutgen.errors import LutgenError, pick_one
 from lutgen.files import read_at_most
 
@@ -58,7 +59,8 @@ def luminance_law(name: str) -> LuminanceLaw:
     Raises
     ------
     LutgenError
-        Unknown name, or a table whose hours do not increase from 0, or whose factors are not above 0 and at most 10.
+        Unknown name, or a table that does not begin with factor 1 at hour 0, whose hours do not increase, or whose
+        factors are not above 0 and at most 10.
 
     """
     if name == "paper":
@@ -71,20 +73,21 @@ def luminance_law(name: str) -> LuminanceLaw:
 
 
 def law_of_table(name: str, table: tuple[tuple[float, float], ...], *, where: str) -> LuminanceLaw:
-    """Check a table of (hour, factor) and return its law."""
+    """Check a table of (hour, factor) and return its law: factor 1 at hour 0, else hour 0 would not be un-aged."""
     numbers = np.array(table, dtype=np.float64).reshape(-1, 2)
     good = (
         len(table) >= 2
         and np.isfinite(numbers).all()
-        and numbers[0, 0] == 0
+        and numbers[0].tolist() == [0.0, 1.0]
         and (np.diff(numbers[:, 0]) > 0).all()
         and (numbers[:, 1] > 0).all()
         and (numbers[:, 1] <= _MAX_FACTOR).all()
     )
     if not good:
         message = (
-            f"{where}: a luminance table needs at least two rows hour,factor: hours increasing from 0, factors above 0 "
-            f"and at most {_MAX_FACTOR} (1 is the un-aged luminance, not 100)."
+            f"{where}: a luminance table needs at least two rows hour,factor, the first of them 0,1: hours increasing "
+            f"from 0, factors relative to hour 0 (1 is the un-aged luminance, not 100), above 0 and at most "
+            f"{_MAX_FACTOR}."
         )
         raise LutgenError(message)
     return LuminanceLaw(name, tuple((float(hour), float(factor)) for hour, factor in numbers))
@@ -96,14 +99,24 @@ def _read_table(path: Path) -> tuple[tuple[float, float], ...]:
         lines = data.decode("utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
         raise LutgenError(f"{path}: cannot read the luminance table: {error}.") from None
-    rows = [row for row in csv.reader(lines) if row and not row[0].startswith("#")]
-    if rows and [cell.strip() for cell in rows[0]] == ["hour", "factor"]:
+    rows = [(at, line) for at, line in enumerate(lines, start=1) if line.strip() and not is_comment(line)]
+    if rows and [cell.strip() for cell in rows[0][1].split(",")] == ["hour", "factor"]:
         rows = rows[1:]
+    return tuple(_row(line, f"{path}, line {at}") for at, line in rows)
+
+
+def _row(line: str, where: str) -> tuple[float, float]:
     try:
-        return tuple((float(hour), float(factor)) for hour, factor in rows)
-    except ValueError:
-        message = f"{path}: a luminance table has rows of two numbers, hour,factor, with decimal points."
-        raise LutgenError(message) from None
+        cells = next(csv.reader([line], strict=True))
+    except csv.Error as error:  # as of a cell of more than 128 kB
+        raise LutgenError(f"{where}: is no row of a CSV: {error}. Write two numbers, hour,factor.") from None
+    read = [number(cell) for cell in cells]
+    if len(read) != 2 or read[0] is None or read[1] is None:
+        message = (
+            f"{where}: {line[:40]!r}: a luminance table has rows of two numbers, hour,factor, with decimal points."
+        )
+        raise LutgenError(message)
+    return read[0], read[1]
 
 
 def scale_luminance(xyY: Array, factor: float) -> Array:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lutgen.effects import catalogue
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, pick_one, reason_of
 from lutgen.files import bytes_at_most
 
 if TYPE_CHECKING:
@@ -87,6 +87,6 @@ def _sha256(file: Path, name: str) -> str:
     try:
         return hashlib.sha256(bytes_at_most(file, MAX_BYTES, none="file of effects")).hexdigest()
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = reason_of(error)
         message = f"effect {name!r}: cannot read its file {file}: {reason}. Put it back there."
         raise LutgenError(message) from None

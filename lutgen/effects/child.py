@@ -14,13 +14,13 @@ import subprocess
 import sys
 from contextlib import suppress
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from lutgen.effects.clauses import CLAUSES, Clause, examine
 from lutgen.effects.contract import Report
 from lutgen.effects.own import load_file
 from lutgen.errors import LutgenError
+from lutgen.scratch import scratch
 
 #: Seconds that a check of all effects of a file may take. Built-in effects take well below one.
 LIMIT_S = 10.0
@@ -76,7 +76,7 @@ def _ask(path: str | Path, limit_s: float) -> tuple[list[dict[str, Any]], str]:
     # The child finds its modules where this process does; -P keeps the working folder out of it.
     places = os.pathsep.join(folder or str(Path.cwd()) for folder in sys.path)
     environment = os.environ | {"PYTHONPATH": places, "OPENBLAS_NUM_THREADS": "1"}
-    with TemporaryDirectory(prefix="lutgen-") as folder:
+    with scratch() as folder:
         file = Path(folder) / "answers"
         file.touch()
         command = [sys.executable, "-P", "-m", __name__, str(file), str(path)]

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.cells import NUMBER
 from lutgen.effects.declare import Effect, Parameter, check_declaration
 from lutgen.effects.formula import FUNCTIONS, QUANTITIES, SIGNALS, Formula, number_of, read_formula, refuse
 from lutgen.effects.probe import parameter_draws, readings
@@ -37,7 +38,7 @@ AMPLITUDE, REACH, DECADE = 0.01, 1.0, 10.0
 #: How much like a quantity's name a parameter's may look; `whte` and `ambient` look too much so.
 _LIKENESS = 0.74
 
-_NUMBER = r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"
+_NUMBER = rf"\s*({NUMBER})\s*"
 _VALUE = re.compile(rf"\s*([A-Za-z]\w*)\s*={_NUMBER}(?:\[{_NUMBER},{_NUMBER}\]\s*)?", re.ASCII)
 
 #: What the user wrote of a parameter: its start, and its bounds where he did.

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
+from lutgen import cells
 from lutgen.colorimetry import code_to_linear
 from lutgen.errors import LutgenError
 from lutgen.readings.conditions import COLUMNS
@@ -172,7 +173,7 @@ def _steps(node: ast.expr, text: str, depth: int) -> Iterator[tuple[str, str | f
         refuse(text, f"is nested more than {MAX_DEPTH} deep. Write it as a file for --effects")
     match node:
         case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
-            yield "number", number_of(str(number), text)
+            yield "number", number_of(ast.get_source_segment(text, node) or str(number), text)
         case ast.Name(id=name):
             if name in FUNCTIONS or name.startswith("_"):
                 _outside(text, f"the name {name!r} stands for no number")
@@ -217,8 +218,10 @@ def _check_power(exponent: ast.expr, text: str) -> None:
 
 
 def number_of(number: str, text: str) -> float:
-    """Return a number that a formula writes. Raises LutgenError when it is beyond all numbers."""
-    value = float(number)
+    """Return a number that a formula writes. Raises LutgenError when it is none, or beyond all numbers."""
+    value = cells.number(number, non_finite=True)
+    if value is None:
+        refuse(text, f"`{number[:40]}` is no number: write digits with a decimal point, such as 1000 or 0.5")
     if not isfinite(value):
         refuse(text, "holds a number that is too large")
     return value

@@ -137,8 +137,8 @@ def _cost(session: Session, ends: Array) -> float | None:
 def _target(arguments: str) -> dict[str, float]:
     """Read Argyll dispcal's -w (white's x, y) and -b (luminance), https://www.argyllcms.com/doc/dispcal.html."""
     found: dict[str, float] = {}
-    if match := re.search(r"(?:^|\s)-w(0?\.\d+),(0?\.\d+)", arguments):
+    if match := re.search(r"(?:^|\s)-w(0?\.[0-9]+),(0?\.[0-9]+)", arguments):
         found |= {"x": float(match[1]), "y": float(match[2])}
-    if match := re.search(r"(?:^|\s)-b(\d+(?:\.\d+)?)", arguments):
+    if match := re.search(r"(?:^|\s)-b([0-9]+(?:\.[0-9]+)?)", arguments):
         found["Y"] = float(match[1])
     return found

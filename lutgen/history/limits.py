@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from math import isfinite
 
+from lutgen.cells import number
 from lutgen.errors import LutgenError, pick_one
 from lutgen.history.history import QUANTITIES
 from lutgen.names import ACR_DIAGNOSTIC, DRIFT, TG18_PRIMARY, TG18_SECONDARY
@@ -74,17 +74,14 @@ def parse_limit(text: str) -> Limit:
         It is none, or of no quantity that is followed.
 
     """
-    found = re.fullmatch(r"\s*([a-z-]+)\s*(>=|<=)\s*([0-9.eE+-]+)\s*(%?)\s*", text)
+    found = re.fullmatch(r"\s*([a-z-]+)\s*(>=|<=)\s*([^%\s]+)\s*(%?)\s*", text, re.ASCII)
     if not found:
         message = f"--limit {text!r}: write a quantity, >= or <=, and a number, such as white>=200 or white>=80%."
         raise LutgenError(message)
-    name, side, number, percent = found.groups()
+    name, side, written, percent = found.groups()
     if name not in QUANTITIES:
         raise pick_one("quantity of --limit", name, QUANTITIES)
-    try:
-        value = float(number)
-    except ValueError:
-        value = -1.0
-    if not isfinite(value) or value <= 0:
-        raise LutgenError(f"--limit {text!r}: {number} is no number above 0.")
+    value = number(written)
+    if value is None or value <= 0:
+        raise LutgenError(f"--limit {text!r}: {written} is no number above 0.")
     return Limit(name, value / 100.0 if percent else value, "user", above=side == ">=", relative=bool(percent))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, reason_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -51,7 +51,7 @@ def blocks(path: Path) -> Iterator[Block]:
                     line += block.data.count(b"\n")
                     yield block
     except OSError as error:
-        message = f"{path}: cannot be read: {(error.strerror or str(error)).lower()}. Give the name of a LUT or config."
+        message = f"{path}: cannot be read: {reason_of(error)}. Give the name of a LUT or config."
         raise LutgenError(message) from None
     if rest:
         yield _block(line, rest if rest.endswith((b"\n", b"\r")) else rest + b"\n")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from lutgen.config_parts import leads_out, search_path, sources
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, reason_of
 from lutgen.files import PARTIAL
 
 
@@ -104,5 +104,5 @@ class NewFolder:
 
 
 def _unwritable(place: Path, error: OSError) -> LutgenError:
-    reason = (error.strerror or str(error)).lower()
+    reason = reason_of(error)
     return LutgenError(f"{place}: cannot write: {reason}. Make room, or choose another place to write to.")

@@ -16,7 +16,7 @@ import numpy as np
 
 from lutgen.bindings import oiio
 from lutgen.colorimetry import SRGB_XY
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, pick_one, reason_of
 from lutgen.files import is_unicode, room, under_its_name
 from lutgen.names import LINEAR, SIGNAL
 from lutgen.pictures.encoding import Storage
@@ -325,7 +325,7 @@ def _sniff(path: Path) -> Format:
         with path.open("rb") as file:
             start = file.read(16)
     except OSError as error:
-        raise LutgenError(f"{path}: cannot read the image: {(error.strerror or str(error)).lower()}.") from None
+        raise LutgenError(f"{path}: cannot read the image: {reason_of(error)}.") from None
     if not start:
         raise LutgenError(f"{path}: the image is empty (0 bytes).")
     for kind in FORMATS:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.bindings import oiio
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, reason_of
 from lutgen.pictures.nuclei import Labels, Nuclei, sized, width_of
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def _read(file: str | Path, field: Field) -> NDArray[Any]:
         with path.open("rb") as opened:
             start = opened.read(8)
     except OSError as error:
-        raise LutgenError(f"{file}: cannot read the mask: {(error.strerror or str(error)).lower()}.") from None
+        raise LutgenError(f"{file}: cannot read the mask: {reason_of(error)}.") from None
     if not start.startswith(_LOSSLESS):
         raise LutgenError(f"{file}: the mask is neither PNG nor TIFF; others lose or change numbers. {_ALLOWED}")
     lib = oiio()

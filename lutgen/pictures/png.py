@@ -10,19 +10,19 @@ from numpy.typing import NDArray
 #: Pixels, uint8 of shape (height, width, 3).
 Pixels = NDArray[np.uint8]
 
-#: How hard zlib tries: pictures of a study are many and large, those of a page are sent by mail.
-LEVEL, SMALLEST = 6, 9
+#: How hard zlib tries: pictures of a page are sent by mail.
+SMALLEST = 9
 
 
 def plain_png(pixels: Pixels) -> bytes:
-    """Return the PNG of pixels, uint8 of shape (height, width, 3): header, pixels, end.
+    """Return the PNG of pixels, uint8 of shape (height, width, 3), uncompressed: its size tells width and height alone.
 
     Gamma, chromaticities, resolution or texts would change how some programs show the picture.
     """
     from PIL import Image
 
     file = io.BytesIO()
-    Image.fromarray(pixels).save(file, "png", compress_level=LEVEL)
+    Image.fromarray(pixels).save(file, "png", compress_level=0)
     return file.getvalue()
 
 

@@ -21,7 +21,6 @@ from __future__ import annotations
 
 import hashlib
 import re
-import tomllib
 from dataclasses import dataclass
 from datetime import date, datetime
 from math import isfinite
@@ -30,6 +29,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lutgen.documents import from_toml
 from lutgen.errors import LutgenError
 from lutgen.files import read_at_most
 from lutgen.readings.conditions import COLUMNS
@@ -209,12 +209,10 @@ def campaign_of(paths: Sequence[str | Path]) -> Campaign:
 def parse_campaign(text: str, *, file: str) -> Campaign:
     """Read campaign ``text`` whose sessions lie beside ``file``; errors as :func:`read_campaign`."""
     try:
-        content = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        content = from_toml(text)
+    except ValueError as error:
         message = f"{file}: is no TOML: {error}. Draft a campaign of session files with lutgen sessions init."
         raise LutgenError(message) from None
-    except RecursionError:
-        raise LutgenError(f"{file}: is nested too deeply for a campaign.") from None
     _check_keys(content, tuple(_TOP), file)
     if content.get("schema") != SCHEMA:
         said = f"schema = {content.get('schema')!r}"

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from lutgen.cells import BLANKS, is_comment, number
 from lutgen.colorimetry import xyY_to_xyz
 from lutgen.errors import LutgenError
 from lutgen.readings.table import OPTIONAL, RANGES, Measurements, in_any_order
@@ -26,10 +27,6 @@ _TEXT = ("session", "note")
 _KNOWN = ("hour", "R", "G", "B", "X", "Y", "Z", "x", "y", *OPTIONAL, "order", *_TEXT)
 _METADATA = re.compile(r"#\s*([A-Za-z][\w -]*?)\s*:\s*(.*)")
 _DECIMAL_COMMA = re.compile(r"\d,\d+;|;\s*\d+,\d")
-
-
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-
 
 #: No colour has a smaller y than the violet end of the spectrum, 0.005; far below, xY/y overflows.
 MIN_Y = 1e-4
@@ -76,10 +73,10 @@ def _since_start(hours: Array, metadata: dict[str, str], file: str) -> Array:
     text = metadata.get("start_hour")
     if text is None:
         return hours
-    if not _NUMBER.fullmatch(text):
-        message = f"{file}: start_hour is {text!r}; it is the counter's hour at the first session, such as 2400."
+    start = number(text)
+    if start is None:
+        message = f"{file}: start_hour is {text[:40]!r}; it is the counter's hour at the first session, such as 2400."
         raise LutgenError(message)
-    start = float(text)
     if hours.min() != start:
         message = (
             f"{file}: start_hour is {start:g}, and the smallest hour is {hours.min():g}. They must be the same: aging "
@@ -95,20 +92,20 @@ def _split(text: str, file: str) -> _Rows:
     columns: list[str] = []
     cells: list[list[str]] = []
     lines: list[int] = []
-    for number, line in enumerate(text.splitlines(), start=1):
-        if line.startswith("#"):
+    for at, line in enumerate(text.splitlines(), start=1):
+        if is_comment(line):
             if match := _METADATA.match(line):
                 metadata[match[1].strip().lower()] = match[2].strip()
         elif line.strip():
             if not columns and "," not in line and ";" in line:
                 separator = ";"
-            fields = _fields(line, f"{file}, line {number}", separator)
+            fields = _fields(line, f"{file}, line {at}", separator)
             if not columns:
-                columns = _header(fields, f"{file}, line {number}")
+                columns = _header(fields, f"{file}, line {at}")
             else:
-                _check_width(fields, columns, f"{file}, line {number}")
+                _check_width(fields, columns, f"{file}, line {at}")
                 cells.append(fields)
-                lines.append(number)
+                lines.append(at)
     if not cells:
         message = f"{file}: no readings. The file needs a header such as hour,R,G,B,x,y,Y and one row a reading."
         raise LutgenError(message)
@@ -117,7 +114,7 @@ def _split(text: str, file: str) -> _Rows:
 
 def _fields(line: str, where: str, separator: str) -> list[str]:
     try:
-        return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+        return [cell.strip(BLANKS) for cell in next(csv.reader([line], delimiter=separator))]
     except csv.Error as error:
         # As of a cell of more than 128 kB.
         message = f"{where}: is no row of a CSV: {error}. Write a number in each cell, and the note shorter."
@@ -175,11 +172,12 @@ def _numbers(rows: _Rows, name: str, file: str) -> Array:
         if cell == "" and name in OPTIONAL:
             values[row] = OPTIONAL[name]
             continue
-        values[row] = float(cell) if _NUMBER.fullmatch(cell) else np.nan
-        if not np.isfinite(values[row]):
+        value = number(cell)
+        if value is None:
             hint = "; a decimal comma? Write 0.3127 with a point" if re.fullmatch(r"-?\d+,\d+", cell) else ""
-            message = f"{file}, line {rows.lines[row]}, column {name}: {cell!r} is not a finite number{hint}."
+            message = f"{file}, line {rows.lines[row]}, column {name}: {cell[:40]!r} is not a finite number{hint}."
             raise LutgenError(message)
+        values[row] = value
     return values
 
 

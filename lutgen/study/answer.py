@@ -3,6 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+#: Longest that reading an image may have taken: a day.
+MAX_SECONDS = 86_400.0
 
 
 @dataclass(frozen=True)
@@ -37,3 +46,24 @@ class Answer:
     ease: int
     category: str
     positive: bool
+
+
+def sensible(answers: Sequence[Answer]) -> tuple[tuple[Answer, ...], list[str]]:
+    """Return the answers whose time can be one, and a sentence for each that is left out.
+
+    Raises
+    ------
+    LutgenError
+        None is left.
+
+    """
+    kept = tuple(answer for answer in answers if 0 <= answer.seconds <= MAX_SECONDS)
+    left_out = [
+        f"Left out: {answer.reader}, session {answer.session}, image {answer.position} ({answer.image}): "
+        f"{str(answer.seconds)[:12]} seconds is no time to score."
+        for answer in answers
+        if not 0 <= answer.seconds <= MAX_SECONDS
+    ]
+    if left_out and not kept:
+        raise LutgenError(f"no answer has a time that can be one. {left_out[0]}")
+    return kept, left_out

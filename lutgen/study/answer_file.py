@@ -16,7 +16,7 @@ from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, reason_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -199,7 +199,7 @@ def _explained(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = reason_of(error)
         raise LutgenError(f"{path}: cannot be opened: {reason}. Check the study's folder and its rights.") from None
     except sqlite3.Error as error:
         message = f"{path}: cannot be used as a file of answers ({error}). Make room, or restore it from a copy."

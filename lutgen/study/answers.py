@@ -10,7 +10,7 @@ import re
 import unicodedata
 from typing import TYPE_CHECKING, Any
 
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, reason_of
 from lutgen.study.answer import Answer
 from lutgen.study.answer_file import SCHEMA, AnswerFile, Entry, read_entries
 from lutgen.study.protocol import ANSWERS, Protocol, read_protocol
@@ -134,7 +134,7 @@ def _make_folder(folder: Path) -> None:
     try:
         folder.mkdir(mode=0o700, exist_ok=True)
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = reason_of(error)
         raise LutgenError(f"{folder}: cannot be made: {reason}. Check the study's folder and its rights.") from None
 
 

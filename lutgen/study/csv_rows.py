@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import csv
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from lutgen import cells
 from lutgen.errors import LutgenError
 from lutgen.files import read_at_most
 
@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
 #: A row is some tens of bytes, and nobody reads a million images.
 MAX_BYTES = 64_000_000
-
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 #: What a column of yes and no may hold.
 _YES_NO = {"1": True, "0": False, "true": True, "false": False, "yes": True, "no": False}
@@ -33,7 +31,7 @@ class Row:
 
     def error(self, column: str, what: str) -> LutgenError:
         """Return the error of a cell, which it quotes."""
-        return self.refused(column, f"{self.cells[column]!r} {what}")
+        return self.refused(column, f"{self.cells[column][:80]!r} {what}")
 
     def refused(self, column: str, why: object) -> LutgenError:
         """Return the error of a cell in words that name it already."""
@@ -49,8 +47,8 @@ class Row:
     def number(self, column: str, *, low: float, high: float = 1e9, above: bool = False) -> float:
         """Return a number from ``low`` (above it, with ``above``) to ``high``. Raises LutgenError for any other."""
         cell = self.cells[column]
-        value = float(cell) if _NUMBER.fullmatch(cell) else float("nan")
-        if not low <= value <= high or (above and value == low):
+        value = cells.number(cell)
+        if value is None or not low <= value <= high or (above and value == low):
             least = f"above {low:g}" if above else f"of at least {low:g}"
             raise self.error(column, f"is no number {least} and at most {high:g}. Write it with a decimal point.")
         return value
@@ -58,9 +56,8 @@ class Row:
     def whole(self, column: str, *, low: int, high: int = 1_000_000) -> int:
         """Return a whole number. Raises LutgenError for any other."""
         cell = self.cells[column]
-        # At most seven digits, so that int() is quick whatever a file holds.
-        value = int(cell) if re.fullmatch(r"[0-9]{1,7}", cell) else -1
-        if not low <= value <= high:
+        value = cells.whole(cell, least=low, most=high)
+        if value is None:
             raise self.error(column, f"is no whole number in {low}..{high}.")
         return value
 
@@ -99,17 +96,17 @@ def read_rows(file: str | Path, columns: Sequence[str], *, optional: Sequence[st
     header: list[str] = []
     rows = []
     for number, line in enumerate(lines, start=1):
-        if not line.strip() or line.startswith("#"):
+        if not line.strip() or cells.is_comment(line):
             continue
-        cells = _split(file, number, line)
+        row = _split(file, number, line)
         if not header:
-            header = cells
+            header = row
             _check_header(file, number, header, columns, optional)
-        elif len(cells) != len(header):
-            message = f"{file}, line {number}: {len(cells)} cells for {len(header)} columns. Write decimals as 41.0."
+        elif len(row) != len(header):
+            message = f"{file}, line {number}: {len(row)} cells for {len(header)} columns. Write decimals as 41.0."
             raise LutgenError(message)
         else:
-            rows.append(Row(str(file), number, dict(zip(header, cells, strict=True))))
+            rows.append(Row(str(file), number, dict(zip(header, row, strict=True))))
     if not rows:
         raise LutgenError(f"{file}: no rows. The table needs the header {','.join(columns)} and a line for each row.")
     return remark, tuple(rows)
@@ -117,7 +114,7 @@ def read_rows(file: str | Path, columns: Sequence[str], *, optional: Sequence[st
 
 def _split(file: str | Path, number: int, line: str) -> list[str]:
     try:
-        return [cell.strip() for cell in next(csv.reader([line], strict=True))]
+        return [cell.strip(cells.BLANKS) for cell in next(csv.reader([line], strict=True))]
     except csv.Error as error:
         raise LutgenError(f"{file}, line {number}: is no CSV: {error}. Check its quotes.") from None
 

@@ -15,12 +15,12 @@ Each reader's session is drawn from a stream of its own: a reader more changes n
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.cells import BLANKS, number
 from lutgen.display import MODES, hour_name
 from lutgen.errors import LutgenError
 from lutgen.study.protocol import Condition, Trial
@@ -39,8 +39,8 @@ PAPER_PER_CONDITION, PAPER_SESSIONS = 40, 2
 #: The stream that the design itself is drawn from; readers and sessions count from 1.
 _DESIGN = (0, 0)
 
-#: Hours of a condition: as far as folders name them, to six decimals.
-_HOUR = re.compile(r"\d{1,9}(\.\d{1,6})?", re.ASCII)
+#: Hours of a condition, at most.
+_MOST_HOURS = 1e9
 
 #: More readers, or sessions, than these is a slip of the keyboard.
 MOST = 1000
@@ -88,17 +88,18 @@ def check_readings(readings: int, asked: str) -> None:
 
 def condition_of(text: str) -> Condition:
     """Return the condition that ``none`` or ``mode@hour`` names. Raises LutgenError that lists what is allowed."""
-    text = text.strip()
+    text = text.strip(BLANKS)
     if text == UNAGED.name:
         return UNAGED
     mode, _, hour = text.partition("@")
-    if mode not in MODES or not _HOUR.fullmatch(hour):
+    # Folders name hours in digits, to six decimals.
+    hours = number(hour) if set(hour) <= set("0123456789.") else None
+    if mode not in MODES or hours is None or not 0 <= hours < _MOST_HOURS or round(hours, 6) != hours:
         message = (
             f"unknown condition {text!r}. Write none (un-aged), or a mode and an hour such as chroma@18000; "
             f"modes are {', '.join(MODES)}."
         )
         raise LutgenError(message)
-    hours = float(hour)
     return Condition(f"{mode}@{hour_name(hours).removesuffix('h')}", mode, hours)
 
 

@@ -6,7 +6,6 @@ import hashlib
 import json
 import math
 import shutil
-import tempfile
 from collections import Counter
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 from lutgen import __version__
 from lutgen.bake.manifest import model_as_json, without_ways
 from lutgen.display import what_luts_carry
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, reason_of
 from lutgen.files import PARTIAL, file_sha256
+from lutgen.scratch import scratch
 from lutgen.study.design import UNAGED
 from lutgen.study.pictures import find_images, look_at
 from lutgen.study.power import MOST, study_power
@@ -172,7 +172,7 @@ def plan_study(
     read = {trial.image for trial in design.trials}
     pictures = tuple(picture for picture in pictures if picture.name in read)
     shown = _shown(pictures, practised, design)
-    with _made_whole(study, force=force) as new, tempfile.TemporaryDirectory(prefix="lutgen-") as folder:
+    with _made_whole(study, force=force) as new, scratch() as folder:
         luts = bake_conditions(design.conditions, model, Path(folder))
         key = _key(seed, (*pictures, *practised), luts)
         renders = render_images(shown, luts, new, key, lambda done: progress(done, len(shown)))
@@ -206,7 +206,7 @@ def check_new_study(study: Path, *, force: bool) -> None:
         held = {path.name for path in study.iterdir()} if study.exists() else set()
         answered = ANSWERS in held and any((study / ANSWERS).iterdir())
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = reason_of(error)
         raise LutgenError(f"{study}: cannot make the study: {reason}. Choose another place with -o.") from None
     if not held:
         return
@@ -300,7 +300,7 @@ def _made_whole(study: Path, *, force: bool) -> Iterator[Path]:
             whole.rename(old)
         new.rename(whole)
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = reason_of(error)
         message = f"{study}: cannot make the study: {reason}. Make room, or choose another place with -o."
         raise LutgenError(message) from None
     finally:

@@ -14,6 +14,7 @@ import json
 from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any
 
+from lutgen.documents import from_json
 from lutgen.errors import LutgenError
 from lutgen.files import read_at_most, write_atomically
 
@@ -164,8 +165,8 @@ def read_protocol(study: Path) -> Protocol:
     advice = "Give the folder that lutgen study plan made."
     data = read_at_most(path, MAX_BYTES, what="the protocol", none="protocol", advice=advice)
     try:
-        content = json.loads(data)
-    except (ValueError, RecursionError):
+        content = from_json(data)
+    except ValueError:
         raise LutgenError(f"{path}: is no JSON, or cut off. Restore it, or plan the study again.") from None
     if not isinstance(content, dict) or content.get("schema") != SCHEMA:
         raise LutgenError(f"{path}: is no protocol of schema {SCHEMA}. {advice}")

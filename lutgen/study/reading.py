@@ -15,7 +15,8 @@ from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, reason_of
+from lutgen.study.answer import MAX_SECONDS
 from lutgen.study.answers import ANSWERED, ENDED, PRACTISED, answered
 from lutgen.study.progress import may_begin
 
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
 
     from lutgen.study.answer_file import AnswerFile
     from lutgen.study.protocol import Protocol
+
+#: Most pauses of an image, and seconds of them in all: a month.
+MAX_PAUSES, MAX_PAUSED = 100_000, 30 * 86_400.0
 
 #: Kind of row: an image left for the screen.
 SHOWN = "shown"
@@ -175,13 +179,19 @@ class Reading:
     def _check(self, decision: Decision) -> None:
         lowest, highest = self.protocol.ease
         names = [category.name for category in self.protocol.categories]
-        times = (decision.first_choice_seconds, decision.seconds, decision.paused_seconds)
+        times = {
+            "seconds": (decision.seconds, MAX_SECONDS),
+            "first_choice_seconds": (decision.first_choice_seconds, MAX_SECONDS),
+            "pauses": (decision.pauses, MAX_PAUSES),
+            "paused_seconds": (decision.paused_seconds, MAX_PAUSED),
+        }
         if decision.category not in names:
             raise LutgenError(f"diagnosis {decision.category!r}: pick one of {', '.join(names)}.")
         if not lowest <= decision.ease <= highest:
             raise LutgenError(f"ease of reading {decision.ease}: give {lowest} to {highest}.")
-        if not all(0 <= each < float("inf") for each in times) or decision.pauses < 0:
-            raise LutgenError(f"times {times}, {decision.pauses} pauses: give what is finite and not below 0.")
+        for name, (value, most) in times.items():
+            if not 0 <= value <= most:
+                raise LutgenError(f"{name} {str(value)[:12]}: give 0 to {most:g}.")
 
     def _check_same(self, kind: str, number: int, decision: Decision) -> None:
         before = answered(self._file.entries, self.session, kind)[number - 1]
@@ -224,7 +234,7 @@ def picture_of(study: Path, task: Task) -> bytes:
     try:
         data = path.read_bytes()
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = reason_of(error)
         raise LutgenError(f"{path}: {reason}. Restore the study's images from a copy.") from None
     if hashlib.sha256(data).hexdigest() != task.sha256:
         message = f"{path}: has changed since the study was planned (its hash does not fit). Restore it from a copy."

@@ -1,27 +1,29 @@
 """What readers are shown: every image under each of its conditions, through a baked LUT, under a blind name.
 
-A render is a PNG of 8-bit pixels and nothing else. Un-aged and aged ones come from one encoder, so that pixels alone
-tell conditions apart, and their names are hashes under a key, from which neither image nor condition can be read.
+A render is a PNG of 8-bit pixels and nothing else, stored as they are: all renders of a picture have one size, and one
+time. Pixels alone tell conditions apart; names are hashes under a key, from which neither image nor condition can be
+read, and files are written in the order of their names.
 """
 
 from __future__ import annotations
 
 import hashlib
 import hmac
-import tempfile
+import os
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lutgen.bake.build import Plan, build
 from lutgen.pictures.apply import apply_to_images
 from lutgen.pictures.png import plain_png
+from lutgen.scratch import scratch
 from lutgen.study.design import UNAGED
 from lutgen.study.pictures import shown_pixels
 from lutgen.study.protocol import IMAGES, Condition, Render
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
+    from pathlib import Path
 
     from lutgen.display import DisplayModel
     from lutgen.study.pictures import Picture
@@ -31,6 +33,9 @@ LUT_FORMAT = "clf"
 
 #: Letters of a blind name.
 BLIND = 20
+
+#: When every picture says that it was written, in seconds since 1970: the first moment that a ZIP can name.
+_WRITTEN = 315_532_800
 
 
 @dataclass(frozen=True)
@@ -110,17 +115,21 @@ def render_images(
         An image that cannot be read or aged. What is written so far is the caller's to remove.
 
     """
-    renders = []
+    renders: dict[tuple[str, str], Render] = {}
     (study / IMAGES).mkdir()
-    with tempfile.TemporaryDirectory(prefix="lutgen-") as scratch:
-        for picture, condition in shown:
+    # In the order of blind names, which is random: the order of writing would tell the un-aged picture.
+    by_name = sorted(shown, key=lambda each: blind_name(key, each[0].name, each[1]))
+    with scratch() as beside:
+        for picture, condition in by_name:
             source = picture.path
             if condition != UNAGED.name:
-                source = Path(scratch) / "aged.tif"
+                source = beside / "aged.tif"
                 apply_to_images([(picture.path, source)], luts[condition].path, source="signal", force=True)
             data = plain_png(shown_pixels(source))
             file = f"{IMAGES}/{blind_name(key, picture.name, condition)}.png"
             (study / file).write_bytes(data)
-            renders.append(Render(picture.name, condition, file, hashlib.sha256(data).hexdigest()))
+            os.utime(study / file, (_WRITTEN, _WRITTEN))
+            sha256 = hashlib.sha256(data).hexdigest()
+            renders[picture.name, condition] = Render(picture.name, condition, file, sha256)
             progress(len(renders))
-    return tuple(renders)
+    return tuple(renders[picture.name, condition] for picture, condition in shown)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from lutgen.cells import whole
 from lutgen.errors import LutgenError
 from lutgen.study.protocol import Category
 
@@ -53,10 +54,10 @@ def ease_of(text: str) -> tuple[int, int]:
 
     """
     first, dots, last = text.partition("..")
-    if dots and first.strip() in ("0", "1") and last.strip().isdecimal() and last.isascii():
-        ends = int(first), int(last)
-        if ends[0] < ends[1] <= (10 if ends[0] else 9):
-            return ends
+    lowest = whole(first, least=0, most=1)
+    highest = None if lowest is None else whole(last, least=lowest + 1, most=10 if lowest else 9)
+    if dots and lowest is not None and highest is not None:
+        return lowest, highest
     raise LutgenError(
         f"--ease {text}: give a scale such as 1..10, from 0 or 1 to at most 10 (9 from 0); more is easier."
     )

@@ -14,11 +14,13 @@ import time
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
-from socketserver import TCPServer
+from socket import AF_INET, SO_REUSEADDR, SOCK_STREAM, SOL_SOCKET, socket
 from threading import Thread
 from typing import TYPE_CHECKING, Any
 
-from lutgen.errors import LutgenError
+from lutgen.cells import whole
+from lutgen.documents import from_json
+from lutgen.errors import LutgenError, reason_of
 from lutgen.study.conversation import Conversation, RefusedError
 
 if TYPE_CHECKING:
@@ -58,16 +60,17 @@ _CLOSING = 20.0
 class _Server(ThreadingHTTPServer):
     daemon_threads = True
 
-    def __init__(self, conversation: Conversation, port: int) -> None:
+    def __init__(self, conversation: Conversation, listening: socket) -> None:
         self.conversation = conversation
         self.word = secrets.token_urlsafe(24)
-        super().__init__((HOST, port), _Handler)
-        self.origin = f"http://{HOST}:{self.server_address[1]}"
-
-    def server_bind(self) -> None:
-        # http.server's own asks the network for this computer's name, which may take seconds.
-        TCPServer.server_bind(self)
-        self.server_name, self.server_port = HOST, self.server_address[1]
+        address = listening.getsockname()
+        super().__init__(address, _Handler, bind_and_activate=False)
+        self.socket.close()
+        self.socket, self.server_address = listening, address
+        # http.server's own binding asks the network for this computer's name, which may take seconds.
+        self.server_name, self.server_port = HOST, address[1]
+        self.server_activate()
+        self.origin = f"http://{HOST}:{address[1]}"
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         # A browser that hangs up is no error.
@@ -124,12 +127,12 @@ class _Handler(BaseHTTPRequestHandler):
         return None
 
     def _body(self) -> dict[str, Any]:
-        length = self.headers.get("Content-Length", "")
-        if not (length.isascii() and length.isdigit()) or int(length) > _LARGEST:
+        length = whole(self.headers.get("Content-Length", ""), least=0, most=_LARGEST)
+        if length is None:
             raise RefusedError(413, "bad", f"Send at most {_LARGEST} bytes, and say how many.")
         try:
-            content = json.loads(self.rfile.read(int(length)))
-        except (ValueError, RecursionError):
+            content = from_json(self.rfile.read(length))
+        except ValueError:
             content = None
         if not isinstance(content, dict):
             raise RefusedError(400, "bad", "Send a JSON object.")
@@ -148,23 +151,43 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(data)
 
 
-@contextmanager
-def serving(conversation: Conversation, port: int = 0) -> Iterator[str]:
-    """Serve a session's page in the background until the end of the block; gives its address.
+def port_taken(port: int) -> socket:
+    """Take a port of this computer, 0 for any that is free, before a session begins.
 
     Raises
     ------
     LutgenError
-        The port is taken, or none.
+        The port is another program's, or none.
 
     """
     if not 0 <= port <= 65535:
         raise LutgenError(f"--port {port}: give 1 to 65535, or 0 for any that is free.")
+    listening = socket(AF_INET, SOCK_STREAM)
     try:
-        server = _Server(conversation, port)
+        # As http.server: a port of a server that has ended may be taken at once. Windows would share one in use.
+        if sys.platform != "win32":
+            listening.setsockopt(SOL_SOCKET, SO_REUSEADDR, 1)
+        listening.bind((HOST, port))
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        listening.close()
+        reason = reason_of(error)
         raise LutgenError(f"--port {port}: {reason}. Choose another, or leave --port out for any.") from None
+    return listening
+
+
+@contextmanager
+def serving(conversation: Conversation, listening: socket | None = None) -> Iterator[str]:
+    """Serve a session's page in the background until the end of the block, on any port or on the one taken for it.
+
+    Gives its address.
+
+    Raises
+    ------
+    LutgenError
+        No port is free.
+
+    """
+    server = _Server(conversation, listening or port_taken(0))
     thread = Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02}, daemon=True)
     thread.start()
     try:
@@ -176,7 +199,13 @@ def serving(conversation: Conversation, port: int = 0) -> Iterator[str]:
         server.server_close()
 
 
-def serve(reading: Reading, *, opened: Callable[[str], None], say: Callable[[str], None], port: int = 0) -> None:
+def serve(
+    reading: Reading,
+    *,
+    opened: Callable[[str], None],
+    say: Callable[[str], None],
+    listening: socket | None = None,
+) -> None:
     """Serve a session until it is complete and its closing page was shown.
 
     Parameters
@@ -187,17 +216,17 @@ def serve(reading: Reading, *, opened: Callable[[str], None], say: Callable[[str
         Told the page's address once it is served.
     say
         Told of troubles, in sentences for whoever runs the study.
-    port
-        0: any that is free.
+    listening
+        As :func:`port_taken` gives it; None: any port that is free.
 
     Raises
     ------
     LutgenError
-        The port is taken, or none.
+        No port is free.
 
     """
     conversation = Conversation(reading, say)
-    with serving(conversation, port) as address:
+    with serving(conversation, listening) as address:
         opened(address)
         complete: float | None = None
         while not conversation.finished.wait(0.2):

@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
+from lutgen.cli.number_types import NUMBER, WHOLE
 from lutgen.cli.picture_options import check_output, force_option, image_argument, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
 from lutgen.cli.words import say
@@ -26,9 +27,9 @@ SECONDS, SIZE = 8.0, 640
     show_default=True,
     help="0..18000: every measured time in the span; 0..18000:500: a step; 0,5000,10000: a list. A frame each hour.",
 )
-@click.option("--seconds", type=float, default=SECONDS, show_default=True, help="Duration of the whole animation.")
+@click.option("--seconds", type=NUMBER, default=SECONDS, show_default=True, help="Duration of the whole animation.")
 @click.option(
-    "--size", type=int, default=SIZE, show_default=True, help="Pixels of the picture's longest side, at most."
+    "--size", type=WHOLE, default=SIZE, show_default=True, help="Pixels of the picture's longest side, at most."
 )
 @click.option(
     "-o", "--output", required=True, metavar="FILE", help="An animated PNG (.png, .apng), or .mp4 through ffmpeg."

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Command, Section
+from lutgen.cli.number_types import NUMBER
 from lutgen.cli.shared import echo_json, model_from, model_options, progress_bar
 from lutgen.cli.words import say
 from lutgen.names import MODES, SOURCES
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 @click.command(cls=Command, section=Section.SIMULATE, place=3)
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
 @click.option("--mode", type=click.Choice(MODES), help="Aging mode.")
-@click.option("--hours", type=float, metavar="HOUR", help="Operating hours of the display.")
+@click.option("--hours", type=NUMBER, metavar="HOUR", help="Operating hours of the display.")
 @click.option(
     "--lut", metavar="FILE", help="Apply this .cube, .clf, .3dl, .csp or .spi3d, tetrahedrally, not the model."
 )
@@ -122,9 +123,19 @@ def _built_lut(folder: Path, mode: str, hours: float) -> Path:
         if form.reader is None and is_file(path):
             return path
     hour = re.compile(r"[0-9]+(\.[0-9]+)?h")
-    built = {made.parent.name for made in folder.glob(f"{mode}/*h/aged.*") if hour.fullmatch(made.parent.name)}
-    has = ", ".join(sorted(built, key=lambda name: float(name[:-1]))) or "nothing"
-    message = f"{folder}: no LUT for {mode} at {hour_name(hours)[:-1]} h; it has {has}. Build it, or leave --build out."
+    built: dict[str, set[str]] = {}
+    for made in folder.glob("*/*h/aged.*"):
+        if hour.fullmatch(made.parent.name):
+            built.setdefault(made.parts[-3], set()).add(made.parent.name)
+    has = "; ".join(
+        f"{of}: {', '.join(sorted(hours_of, key=lambda name: float(name[:-1])))}"
+        for of, hours_of in sorted(built.items(), key=lambda each: (each[0] != mode, each[0]))
+        if mode not in built or of == mode
+    )
+    message = (
+        f"{folder}: no LUT for {mode} at {hour_name(hours)[:-1]} h; it has {has or 'nothing'}. Build it, or leave "
+        "--build out."
+    )
     raise LutgenError(message)
 
 

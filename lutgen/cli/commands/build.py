@@ -8,6 +8,7 @@ import click
 
 from lutgen.bake.formats import format_names
 from lutgen.cli.command import Advanced, Command, Section
+from lutgen.cli.number_types import NUMBER, WHOLE, WholeFrom
 from lutgen.cli.shared import echo_json, model_from, model_options, progress_bar, split_list
 from lutgen.cli.words import say
 from lutgen.names import AGING_MODES, DIRECTIONS, MODES, UNREACHABLE
@@ -66,12 +67,12 @@ def _modes(context: click.Context, option: click.Parameter, text: str) -> tuple[
     "everything to be dimmer [default: clip].",
 )
 @click.option(
-    "--cubesize", cls=Advanced, type=int, default=33, show_default=True, help="Points along an edge: 17, 33 or 65."
+    "--cubesize", cls=Advanced, type=WHOLE, default=33, show_default=True, help="Points along an edge: 17, 33 or 65."
 )
 @click.option(
     "--tolerance",
     cls=Advanced,
-    type=float,
+    type=NUMBER,
     metavar="ΔE",
     help="Take the smallest size whose smooth errors stay below this ΔE2000.",
 )
@@ -85,7 +86,7 @@ def _modes(context: click.Context, option: click.Parameter, text: str) -> tuple[
     help="Run the configs' shaders too, and record their difference from the CPU.",
 )
 @click.option("--verbose", is_flag=True, help="Print the errors of each mode, format and group of colours.")
-@click.option("--jobs", cls=Advanced, type=click.IntRange(min=1), help="Processes [default: one per core].")
+@click.option("--jobs", cls=Advanced, type=WholeFrom(min=1), help="Processes [default: one per core].")
 @click.option("--json", "as_json", cls=Advanced, is_flag=True, help="Print the manifest as JSON.")
 @model_options
 def command(
@@ -150,7 +151,7 @@ def command(
 
 
 def _report(built: Built, plan: Plan, output: str, *, verbose: bool) -> None:
-    from lutgen.bake.summary import summarise, worst_error
+    from lutgen.bake.summary import coarse, summarise, worst_error
 
     if built.unfinished:
         missing, planned = built.unfinished
@@ -161,6 +162,8 @@ def _report(built: Built, plan: Plan, output: str, *, verbose: bool) -> None:
     rows = summarise(luts)
     if rows:
         say(worst_error(luts, verbose=verbose))
+        if sentence := coarse(luts):
+            say(sentence)
     if not ((rows and verbose) or plan.gpu):
         return
     # rich, which prints the tables, takes long to import.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Command, Section
+from lutgen.cli.number_types import NUMBER, WholeFrom
 from lutgen.cli.shared import echo_json, model_from, model_options, progress_bar
 from lutgen.cli.words import say
 from lutgen.names import MODES
@@ -22,11 +23,11 @@ if TYPE_CHECKING:
 @click.command(cls=Command, section=Section.SIMULATE, place=2)
 @click.argument("paths", nargs=-1, required=True, metavar="DIR|LUT…")
 @click.option("--mode", type=click.Choice(MODES), help="For LUT files: the display they claim to be.")
-@click.option("--hours", type=float, metavar="HOUR", help="For LUT files: the hour that they claim.")
-@click.option("--max-delta-e", type=float, help="Largest smooth ΔE2000 allowed [default: 1].")
-@click.option("--p99", type=float, help="Largest 99 % quantile of smooth ΔE2000 allowed [default: 0.2].")
+@click.option("--hours", type=NUMBER, metavar="HOUR", help="For LUT files: the hour that they claim.")
+@click.option("--max-delta-e", type=NUMBER, help="Largest smooth ΔE2000 allowed [default: 1].")
+@click.option("--p99", type=NUMBER, help="Largest 99 % quantile of smooth ΔE2000 allowed [default: 0.2].")
 @click.option("--gpu", is_flag=True, help="Run the shaders of the folder's configs too, and compare with the CPU.")
-@click.option("--jobs", type=click.IntRange(min=1), help="Processes [default: one per core].")
+@click.option("--jobs", type=WholeFrom(min=1), help="Processes [default: one per core].")
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 @model_options
 def command(

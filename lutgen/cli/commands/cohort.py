@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
+from lutgen.cli.number_types import WholeFrom
 from lutgen.cli.outputs import Outputs
 from lutgen.cli.picture_options import hours_option, json_option, source_option, tolerance_option
 from lutgen.cli.shared import model_from, model_options, numbers, progress_bar
@@ -21,7 +22,7 @@ from lutgen.cli.words import say
 @hours_option
 @click.option("--tissue", is_flag=True, help="Leave out bare glass, by a threshold on L*.")
 @source_option
-@click.option("--jobs", type=click.IntRange(min=1), help="Processes, up to 0.5 GB each [default: one per core].")
+@click.option("--jobs", type=WholeFrom(min=1), help="Processes, up to 0.5 GB each [default: one per core].")
 @click.option("--scheduler", metavar="ADDRESS", help="Share the slides on this Dask cluster, such as tcp://host:8786.")
 @json_option
 @click.option(

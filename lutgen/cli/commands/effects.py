@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Command, Section
+from lutgen.cli.number_types import NumberFrom
 from lutgen.cli.shared import echo_json
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ _WIDTH = 140
 @click.option("--data", metavar="DATA", help="With --check: say what these readings can show of the effects.")
 @click.option(
     "--time-limit",
-    type=click.FloatRange(min=0.1),
+    type=NumberFrom(min=0.1),
     metavar="SECONDS",
     help="With --check: stop a file that takes longer [default: 10].",
 )

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Command, Section
+from lutgen.cli.number_types import NUMBER
 from lutgen.cli.outputs import check_json, print_page, write_json
 from lutgen.cli.picture_options import check_output, force_option, image_argument, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 @click.command(cls=Command, section=Section.PICTURES, place=4)
 @image_argument
 @click.option("--mode", type=click.Choice(AGING_MODES), required=True, help="Aging mode.")
-@click.option("--hours", type=float, required=True, metavar="HOUR", help="Operating hours of the display.")
+@click.option("--hours", type=NUMBER, required=True, metavar="HOUR", help="Operating hours of the display.")
 @click.option(
     "-o",
     "--output",
@@ -79,14 +80,14 @@ def command(
 
 
 def _numbers(text: str) -> tuple[float, float]:
+    from lutgen.cells import number_list
     from lutgen.errors import LutgenError
 
-    try:
-        low, high = (float(part) for part in text.split(","))
-    except ValueError:
+    ends = number_list(text)
+    if ends is None or len(ends) != 2:
         message = f"--range {text}: give the two ends of the scale, such as 0,12."
-        raise LutgenError(message) from None
-    return low, high
+        raise LutgenError(message)
+    return ends[0], ends[1]
 
 
 def _check_different(outputs: tuple[str, ...]) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
+from lutgen.cli.number_types import NUMBER, WHOLE
 from lutgen.cli.outputs import Outputs
 from lutgen.cli.picture_options import hours_option, json_option, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
@@ -25,11 +26,11 @@ from lutgen.names import STAINS
 )
 @hours_option
 @click.option(
-    "--min-area", type=int, metavar="PIXELS", help="Area of the smallest nucleus [default: from a typical nucleus]."
+    "--min-area", type=WHOLE, metavar="PIXELS", help="Area of the smallest nucleus [default: from a typical nucleus]."
 )
 @click.option(
     "--loss",
-    type=float,
+    type=NUMBER,
     default=10.0,
     show_default=True,
     metavar="PERCENT",

@@ -9,12 +9,12 @@ from collections import Counter
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path, PureWindowsPath
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError
 from lutgen.lint.finding import OCIO_26, Finding, Linted, refused
 from lutgen.lint.formats import Format, clf, config, cube, findings, tables
+from lutgen.scratch import scratch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -69,7 +69,7 @@ def scan_archive(path: Path) -> Iterator[tuple[ArchiveScan, Path]]:
         The file cannot be read.
 
     """
-    with TemporaryDirectory(prefix="lutgen-") as folder:
+    with scratch() as folder:
         try:
             size = path.stat().st_size
             broken = _too_much(path, size)

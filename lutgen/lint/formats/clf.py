@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from xml.parsers import expat
 
 from lutgen.cells import LONGEST, NON_FINITE, number
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, reason_of
 from lutgen.lint.finding import CLF_IO, OCIO, OCIO_21, Finding, Linted, refused, wrong
 from lutgen.lint.formats import Format, findings
 from lutgen.lint.programs import MAX_BYTES
@@ -88,7 +88,7 @@ def scan_clf(path: Path) -> ClfScan:
                 reader.parser.Parse(chunk, False)  # noqa: FBT003 - expat takes no keyword
             reader.parser.Parse(b"", True)  # noqa: FBT003 - expat takes no keyword
     except OSError as error:
-        message = f"{path}: cannot be read: {(error.strerror or str(error)).lower()}. Give the name of a LUT."
+        message = f"{path}: cannot be read: {reason_of(error)}. Give the name of a LUT."
         raise LutgenError(message) from None
     except expat.ExpatError as error:
         broken, line = expat.ErrorString(error.code), error.lineno

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.bindings import ocio, ocio_errors, warnings_logged
 from lutgen.config_parts import all_parts, endless_file, file_transforms, is_utf8, leads_out, search_path
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, reason_of
 from lutgen.lint.finding import BLENDER, DJV, NUKE, OCIO, OCIO_21, Finding, Linted, refused, wrong
 from lutgen.lint.formats import Format, findings
 from lutgen.lint.trial import try_config
@@ -99,7 +99,7 @@ def scan_config(path: Path) -> ConfigScan:
             raise LutgenError(message)
         data = path.read_bytes()
     except OSError as error:
-        message = f"{path}: cannot be read: {(error.strerror or str(error)).lower()}. Give the name of a config."
+        message = f"{path}: cannot be read: {reason_of(error)}. Give the name of a config."
         raise LutgenError(message) from None
     utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     text = data.decode("utf-16" if utf16 else "utf-8", errors="replace")

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lutgen.bake.table_picture import POINTS, TILES, read_table
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, reason_of
 from lutgen.lint.finding import HALDCLUT, Finding, Linted, refused, wrong
 from lutgen.lint.formats import Format, findings
 
@@ -92,7 +92,7 @@ def scan_hald(path: Path) -> HaldScan:
             chunks = _Chunks(file)
             whole = file.read(8) == SIGNATURE and chunks.read() and file.tell() <= size
     except OSError as error:
-        message = f"{path}: cannot be read: {(error.strerror or str(error)).lower()}. Give the name of a PNG."
+        message = f"{path}: cannot be read: {reason_of(error)}. Give the name of a PNG."
         raise LutgenError(message) from None
     told = tuple(chunks.told)
     return HaldScan(path, size, *chunks.header[:4], told, whole, chunks.missing, whole and _in_tiles(path, chunks))

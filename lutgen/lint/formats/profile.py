@@ -12,7 +12,7 @@ import numpy as np
 
 from lutgen.bake.littlecms import through_profile
 from lutgen.bindings import LARGEST_LUT, littlecms
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, reason_of
 from lutgen.icc_tags import HEADER, MOST_TAGS, SMALLEST_TAG, Tag, is_profile, tags_claimed
 from lutgen.lint.finding import ARGYLL, CHROMIUM, LCMS_8, LCMS_16, Fate, Finding, Linted, refused, wrong
 from lutgen.lint.formats import Format, findings
@@ -144,7 +144,7 @@ def scan_profile(path: Path) -> ProfileScan:
             file.seek(0)
             identifier = _identifier(file.read()) if whole else None
     except OSError as error:
-        message = f"{path}: cannot be read: {(error.strerror or str(error)).lower()}. Give the name of a profile."
+        message = f"{path}: cannot be read: {reason_of(error)}. Give the name of a profile."
         raise LutgenError(message) from None
     count = int.from_bytes(start[HEADER : HEADER + 4], "big")
     white, unasked = _white(path) if whole and count <= MOST_TAGS else (None, "")

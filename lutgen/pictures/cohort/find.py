@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from lutgen.cells import is_comment
 from lutgen.errors import LutgenError
 from lutgen.files import files_below, read_at_most
 from lutgen.pictures import slides
@@ -89,7 +90,7 @@ def _in_list(file: Path) -> list[Path]:
         lines = [line.strip() for line in data.decode("utf-8-sig").splitlines()]
     except UnicodeDecodeError:
         raise LutgenError(f"{file}: cannot read the list of slides: it is not utf-8 text. {advice}") from None
-    found = [file.parent / line for line in lines if line and not line.startswith("#")]
+    found = [file.parent / line for line in lines if line and not is_comment(line)]
     if not found:
         raise LutgenError(f"{file}: names no slide. {advice}")
     return found

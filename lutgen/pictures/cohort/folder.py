@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lutgen.display.model_file import model_text
+from lutgen.documents import from_json
 from lutgen.errors import LutgenError
 from lutgen.files import PARTIAL, bytes_at_most, write_atomically
 
@@ -64,10 +65,10 @@ class RunFolder:
         if self.other:
             return None
         try:
-            content = json.loads(bytes_at_most(self._file(slide), MAX_BYTES, none="result"))
+            content = from_json(bytes_at_most(self._file(slide), MAX_BYTES, none="result"))
             same = content["schema"] == SCHEMA and content["slide"] | {"name": slide.name} == asdict(slide)
             found: dict[str, Any] | None = content["image"] if same else None
-        except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        except (OSError, ValueError, KeyError, TypeError):
             return None
         return found
 
@@ -128,7 +129,7 @@ def _read(path: Path) -> dict[str, Any] | None:
     """Return what a run asked; None for a folder that is empty or not there."""
     advice = "Was it edited? Choose another folder with -o."
     try:
-        content = json.loads(bytes_at_most(path / OPTIONS, MAX_BYTES, none="run", advice=advice))
+        content = from_json(bytes_at_most(path / OPTIONS, MAX_BYTES, none="run", advice=advice))
     except FileNotFoundError:
         stranger = min((each.name for each in path.iterdir()), default="") if path.is_dir() else ""
         if not stranger or stranger.endswith(PARTIAL):
@@ -140,7 +141,7 @@ def _read(path: Path) -> dict[str, Any] | None:
         raise LutgenError(message) from None
     except LutgenError:  # a ValueError too
         raise
-    except (OSError, ValueError, RecursionError) as error:
+    except (OSError, ValueError) as error:
         message = f"{path / OPTIONS}: cannot be read ({error}). {advice}"
         raise LutgenError(message) from None
     if not isinstance(content, dict) or "tolerances" not in content:

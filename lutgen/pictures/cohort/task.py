@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lutgen import __version__
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, reason_of
 from lutgen.pictures.difference import few_threads
 from lutgen.pictures.lifetime import lifetime
 
@@ -70,7 +70,7 @@ def look_at(asked: Asked, slide: Slide, threads: int = 0) -> Outcome:
     except MemoryError:
         return Outcome(None, "there was not enough memory. Run again with fewer --jobs.")
     except OSError as error:
-        return Outcome(None, f"cannot be read: {(error.strerror or str(error)).lower()}. Run again when it can.")
+        return Outcome(None, f"cannot be read: {reason_of(error)}. Run again when it can.")
     return Outcome(found.as_json()["images"][0])
 
 

@@ -6,11 +6,11 @@ import csv
 import re
 from dataclasses import dataclass
 from datetime import datetime
-from math import isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen import cells
 from lutgen.errors import LutgenError
 from lutgen.readings.session import DRIVE_TOLERANCE
 
@@ -27,21 +27,23 @@ FULL_DRIVE = {1.0: "0..1", 100.0: "percent", 255.0: "8-bit", 1023.0: "10-bit"}
 #: Sessions of displays were not measured before, nor will be soon after.
 YEARS = range(1990, 2100)
 
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-
-#: Characters of a number or a date, at most.
+#: Characters of a date, at most.
 _LONGEST = 60
 
 _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 #: "Tue May 26 13:21:48 2020", as C's asctime writes; "May 26, 2020".
 _NAMED = re.compile(
-    r"(?:[A-Za-z]{3,9},?\s+)??([A-Za-z]{3,9})\.?\s+(\d{1,2}),?\s+(?:(\d{1,2}):(\d{2})(?::(\d{2}))?\s+)?(\d{4})"
+    r"(?:[A-Za-z]{3,9},?\s+)??([A-Za-z]{3,9})\.?\s+(\d{1,2}),?\s+(?:(\d{1,2}):(\d{2})(?::(\d{2}))?\s+)?(\d{4})",
+    re.ASCII,
 )
 _ISO = re.compile(
-    r"(\d{4})-(\d{1,2})-(\d{1,2})(?:[T ](\d{1,2}):(\d{2})(?::(\d{2}))?)?(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?"
+    r"(\d{4})-(\d{1,2})-(\d{1,2})(?:[T ](\d{1,2}):(\d{2})(?::(\d{2}))?)?(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?",
+    re.ASCII,
 )
 #: 26.05.2020, 05/26/2020, 5/26/20: the order is only known where one of the numbers cannot be a month.
-_SLASHED = re.compile(r"(\d{1,2})[./-](\d{1,2})[./-](\d{4})(?:,?\s+(\d{1,2}):(\d{2})(?::(\d{2}))?(?:\s*[AP]M)?)?")
+_SLASHED = re.compile(
+    r"(\d{1,2})[./-](\d{1,2})[./-](\d{4})(?:,?\s+(\d{1,2}):(\d{2})(?::(\d{2}))?(?:\s*[AP]M)?)?", re.ASCII
+)
 
 
 @dataclass(frozen=True)
@@ -59,9 +61,8 @@ class Source:
 
 def number(cell: str, where: str, column: str) -> float:
     """Read a finite number. Raises LutgenError for anything else, with a hint where it is a decimal comma."""
-    # No number has more characters; the pattern would take long to find out about a million of them.
-    value = float(cell) if len(cell) <= _LONGEST and _NUMBER.fullmatch(cell) else float("nan")
-    if not isfinite(value):
+    value = cells.number(cell)
+    if value is None:
         hint = "; a decimal comma? Write 0.3127 with a point" if re.fullmatch(r"[+-]?\d+,\d+", cell) else ""
         message = f"{where}, {column}: {cell[:40]!r} is not a finite number{hint}."
         raise LutgenError(message)
@@ -81,7 +82,7 @@ def first_doubled(names: Sequence[str]) -> str | None:
 def separated(line: str, separator: str, where: str) -> list[str]:
     """Cut a line of a CSV into its cells. Raises LutgenError where it is none."""
     try:
-        return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+        return [cell.strip(cells.BLANKS) for cell in next(csv.reader([line], delimiter=separator))]
     except csv.Error as error:
         raise LutgenError(f"{where}: is no line of a CSV: {error}.") from None
 

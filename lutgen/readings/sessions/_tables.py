@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from io import StringIO
 from typing import TYPE_CHECKING
 
+from lutgen.cells import SPREADSHEET_ERROR, whole
 from lutgen.errors import LutgenError
 from lutgen.readings.session import MOST_READINGS
 from lutgen.readings.sessions._source import first_doubled
@@ -22,8 +23,8 @@ if TYPE_CHECKING:
 
     from lutgen.readings.sessions._source import Source
 
-#: A quoted string with doubled quotes inside, a comment, or a bare word.
-_TOKEN = re.compile(r'"([^"]*(?:""[^"]*)*)"|(#.*)|([^\s"#]+)')
+#: A quoted string with doubled quotes inside, a comment, or a bare word; a spreadsheet's error value is a word.
+_TOKEN = re.compile(rf'"([^"]*(?:""[^"]*)*)"|((?!{SPREADSHEET_ERROR}(?:\s|$))#.*)|([^\s"#]+|#\S+)')
 
 #: Words of the grammar, and counts.
 _FORMAT, _DATA = ("BEGIN_DATA_FORMAT", "END_DATA_FORMAT"), ("BEGIN_DATA", "END_DATA")
@@ -215,13 +216,12 @@ def _check_count(source: Source, table: _Open, name: str, count: int, held: str)
     stated = table.keywords.get(name)
     if stated is None:
         return
-    if not re.fullmatch(r"\d{1,9}", stated, re.ASCII):
+    said = whole(stated, least=0, most=10**9)
+    if said is None:
         message = (
             f"{source.file}: {name} of the table of line {table.line} is {stated[:40]!r}, no count. Give a number."
         )
         raise LutgenError(message)
-    if int(stated) != count:
-        message = (
-            f"{source.file}: {name} of the table of line {table.line} is {stated}, but {held}. Copy the file again."
-        )
+    if said != count:
+        message = f"{source.file}: {name} of the table of line {table.line} is {said}, but {held}. Copy the file again."
         raise LutgenError(message)

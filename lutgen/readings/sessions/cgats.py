@@ -34,7 +34,7 @@ _CAL = ("RGB_I", *_RGB)
 _XYZ = ("XYZ_X", "XYZ_Y", "XYZ_Z")
 _XYY = (("XYY_X", "XYY_Y", "XYY_CAPY"), ("XYY_X", "XYY_Y", "XYY_Y_CAP"))
 _LAB = ("LAB_L", "LAB_A", "LAB_B")
-_SPECTRUM = re.compile(r"(?:SPEC_|SPECTRAL_NM_?|SPECTRAL_|NM_?)(\d{3,4})")
+_SPECTRUM = re.compile(r"(?:SPEC_|SPECTRAL_NM_?|SPECTRAL_|NM_?)([0-9]{3,4})")
 _NAMES = ("SAMPLE_LOC", "SAMPLE_NAME", "SAMPLE_ID", "SAMPLEID", "STRING")
 
 #: Whites of Lab that files name, relative with Y = 1: D50 as ICC.1:2022 7.2.16 prints it, and sRGB's D65.

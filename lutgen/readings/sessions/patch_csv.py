@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.cells import is_comment
 from lutgen.colorimetry import xyY_to_xyz
 from lutgen.errors import LutgenError, pick_one
 from lutgen.readings.session import MOST_READINGS, Session
@@ -47,7 +48,7 @@ def claims(text: str) -> bool:
     """Whether the first line that is no comment is a header of such a table."""
     if "BEGIN_DATA" in text:
         return False
-    head = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
+    head = next((line for line in text.splitlines() if line.strip() and not is_comment(line)), "")
     separator = _separator(head)
     cells = {_plain(cell)[0] for cell in head.split(separator)} if separator else set()
     return {"R", "G", "B"} <= cells
@@ -120,7 +121,7 @@ def _split(source: Source) -> tuple[dict[str, str], list[str], list[list[str]], 
     lines: list[int] = []
     separator = None
     for at, line in enumerate(source.text.splitlines(), start=1):
-        if line.startswith("#"):
+        if is_comment(line):
             if match := _METADATA.match(line[:_LONGEST_COMMENT]):
                 metadata[match[1].strip().lower()] = match[2].strip()
         elif line.strip():

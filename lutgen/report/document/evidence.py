@@ -6,7 +6,6 @@ import shlex
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from lutgen.report.criticism.comparison import compare_page
@@ -15,6 +14,7 @@ from lutgen.report.criticism.plots import FIT, RESIDUALS, STEPS, VISIBILITY, plo
 from lutgen.report.criticism.refinement import refine_page
 from lutgen.report.document.section import Section
 from lutgen.report.drawing.png_file import data_address
+from lutgen.scratch import scratch
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -120,8 +120,8 @@ def _without_repetition(page: Page, before: Sequence[Part]) -> list[Part]:
 
 def _pictures(plot: Callable[[str], list[Path]]) -> dict[str, bytes]:
     """Draw into a folder that is gone afterwards: name → PNG."""
-    with TemporaryDirectory(prefix="lutgen-") as folder:
-        return {path.name: path.read_bytes() for path in plot(folder)}
+    with scratch() as folder:
+        return {path.name: path.read_bytes() for path in plot(str(folder))}
 
 
 def _plots(pictures: Mapping[str, bytes], names: Iterable[str]) -> list[Plot]:

@@ -17,6 +17,7 @@ from lutgen.study.analysis.mixed import MISSING, MixedModel, available, mixed_mo
 from lutgen.study.analysis.table_2 import Table2, samples, table_2
 from lutgen.study.analysis.table_3 import Agreement, table_3
 from lutgen.study.analysis.table_4 import AgreementTest, table_4
+from lutgen.study.answer import sensible
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -85,7 +86,7 @@ def analyse_answers(
     Parameters
     ----------
     answers
-        At least one.
+        At least one. Those whose time cannot be one are left out, and named in the remarks.
     conditions
         Their order; None: ``none``, then by mode and hour.
     sources
@@ -96,14 +97,16 @@ def analyse_answers(
     Raises
     ------
     LutgenError
-        ``ci`` is unknown.
+        ``ci`` is unknown, or no answer has a time that can be one.
 
     """
+    answers, left_out = sensible(answers)
     order = tuple(conditions or condition_order(answers))
     found = pairs(answers)
     rows, measured = counts(order, found), samples(order, answers)
     remarks = [] if rows else ["No image was read by a reader un-aged and once more: there is no agreement to tell of."]
     remarks += [] if available() else [MISSING]
+    remarks += left_out
     return _analysis(
         measured,
         rows,

@@ -7,9 +7,10 @@ import io
 from dataclasses import astuple, fields
 from typing import TYPE_CHECKING
 
+from lutgen.cells import number
 from lutgen.errors import LutgenError
 from lutgen.study.analysis.agreement import UNAGED
-from lutgen.study.answer import Answer
+from lutgen.study.answer import MAX_SECONDS, Answer
 from lutgen.study.csv_rows import Row, read_rows
 
 if TYPE_CHECKING:
@@ -17,9 +18,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 COLUMNS = tuple(field.name for field in fields(Answer))
-
-#: Longest that an image may have taken: a day.
-MAX_SECONDS = 86_400.0
 
 
 def read_answer_table(file: str | Path) -> tuple[str, tuple[Answer, ...]]:
@@ -82,7 +80,5 @@ def condition_order(answers: Iterable[Answer]) -> tuple[str, ...]:
 
 def _mode_and_hours(condition: str) -> tuple[bool, str, float, str]:
     mode, _, hours = condition.partition("@")
-    try:
-        return mode != UNAGED, mode, float(hours or 0), condition
-    except ValueError:
-        return True, mode, 0.0, condition
+    when = number(hours or "0")
+    return mode != UNAGED or when is None, mode, when or 0.0, condition

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lutgen.cells import number
 from lutgen.cli.command import Command
 from lutgen.cli.outputs import check_new_file
 from lutgen.cli.shared import progress_bar
@@ -71,7 +72,7 @@ def _ask(sessions: Sequence[Session]) -> Answers:
     name = click.prompt("Display", default=names, err=True)
     said = {key: _line(question) for key, question in {**OF_DISPLAY, **OF_SESSION}.items()}
     numbers = {
-        key: number for key, text in said.items() if key != "settings" and (number := _number(key, text)) is not None
+        key: value for key, text in said.items() if key != "settings" and (value := _number(key, text)) is not None
     }
     return Answers(name, numbers, {"settings": said["settings"]})
 
@@ -84,11 +85,9 @@ def _line(question: str) -> str:
 def _number(key: str, text: str) -> float | None:
     if not text:
         return None
-    try:
-        number = float(text)
-    except ValueError:
-        number = -1.0
-    if not 0 <= number <= (24 if key == "hours_per_day" else 200_000) or (key == "hours_per_day" and number == 0):
+    value = number(text)
+    most = 24 if key == "hours_per_day" else 200_000
+    if value is None or not 0 <= value <= most or (key == "hours_per_day" and value == 0):
         message = f"{key}: {text!r} is no number that makes sense. Start again, or leave it empty."
         raise click.UsageError(message)
-    return number
+    return value

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Command
+from lutgen.cli.number_types import NUMBER, WHOLE
 from lutgen.cli.outputs import check_json, print_page, write_json
 from lutgen.cli.picture_options import json_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
@@ -25,15 +26,15 @@ if TYPE_CHECKING:
     help="Of session 1: none (un-aged) and modes at an hour [default: none,chroma@18000,chroma-luma@18000].",
 )
 @click.option(
-    "--per-condition", type=int, metavar="N", help="Images that a reader reads under each condition [default: 40]."
+    "--per-condition", type=WHOLE, metavar="N", help="Images that a reader reads under each condition [default: 40]."
 )
-@click.option("--readers", type=int, metavar="R", help="How many readers [default: 1].")
-@click.option("--sessions", type=int, metavar="S", help="Sessions of each; all after the first un-aged [default: 2].")
+@click.option("--readers", type=WHOLE, metavar="R", help="How many readers [default: 1].")
+@click.option("--sessions", type=WHOLE, metavar="S", help="Sessions of each; all after the first un-aged [default: 2].")
 @click.option(
     "--design", metavar="FILE", help="Any other design: a .csv of session,image,condition, if wanted reader, position."
 )
 @click.option(
-    "--washout-days", type=float, default=24.0, show_default=True, metavar="DAYS", help="Least days between sessions."
+    "--washout-days", type=NUMBER, default=24.0, show_default=True, metavar="DAYS", help="Least days between sessions."
 )
 @click.option(
     "--practice",
@@ -47,7 +48,7 @@ if TYPE_CHECKING:
 )
 @click.option("--ease", default="1..10", show_default=True, metavar="RANGE", help="Ease of reading, hard to easy.")
 @click.option(
-    "--seed", type=int, default=1, show_default=True, metavar="S", help="Seed of everything that is drawn at random."
+    "--seed", type=WHOLE, default=1, show_default=True, metavar="S", help="Seed of everything that is drawn at random."
 )
 @click.option("--title", default="Reader study", show_default=True, metavar="TEXT", help="Title that people see.")
 @json_option

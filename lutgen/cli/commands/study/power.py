@@ -5,15 +5,16 @@ from __future__ import annotations
 import click
 
 from lutgen.cli.command import Command
+from lutgen.cli.number_types import WHOLE
 from lutgen.cli.outputs import check_json, check_pictures, print_page, write_json
 from lutgen.cli.picture_options import json_option
 
 
 @click.command(cls=Command)
 @click.option(
-    "--per-condition", type=int, default=40, show_default=True, metavar="N", help="Images per condition and reader."
+    "--per-condition", type=WHOLE, default=40, show_default=True, metavar="N", help="Images per condition and reader."
 )
-@click.option("--readers", type=int, default=1, show_default=True, metavar="R", help="How many readers.")
+@click.option("--readers", type=WHOLE, default=1, show_default=True, metavar="R", help="How many readers.")
 @json_option
 @click.option("--plots", metavar="DIR", help="Draw power against answers per condition, into this folder.")
 @click.option("--force", is_flag=True, help="Replace files that exist.")

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from lutgen.cli.command import Command
+from lutgen.cli.number_types import WHOLE
 from lutgen.cli.shared import progress_bar
 from lutgen.cli.words import say
 
@@ -14,9 +15,9 @@ from lutgen.cli.words import say
 @click.command(cls=Command)
 @click.argument("study", metavar="STUDY")
 @click.option("--reader", required=True, metavar="NAME", help="Who reads; a new name takes the next free place.")
-@click.option("--session", type=int, required=True, metavar="N", help="Which session, from 1.")
+@click.option("--session", type=WHOLE, required=True, metavar="N", help="Which session, from 1.")
 @click.option("--override", metavar="REASON", help="Begin before the washout is over, or with a clock set back.")
-@click.option("--port", type=int, default=0, metavar="PORT", help="Port on this computer [default: any free one].")
+@click.option("--port", type=WHOLE, default=0, metavar="PORT", help="Port on this computer [default: any free one].")
 @click.option("--no-browser", is_flag=True, help="Print the address only.")
 def command(*, study: str, reader: str, session: int, override: str | None, port: int, no_browser: bool) -> None:
     """Read a session in the browser: one image at a time, pixel by pixel on neutral grey, names hidden.
@@ -41,7 +42,7 @@ def command(*, study: str, reader: str, session: int, override: str | None, port
     from contextlib import suppress
 
     from lutgen.study.begin import begin_reading
-    from lutgen.study.server import serve
+    from lutgen.study.server import port_taken, serve
 
     def opened(address: str) -> None:
         # Print the place and the images left: a reader whose name was mistyped has another place and all images left.
@@ -53,10 +54,11 @@ def command(*, study: str, reader: str, session: int, override: str | None, port
     # Treat SIGTERM as Ctrl-C. A shell starts background jobs with SIGINT ignored: handle it again.
     for each in (signal.SIGTERM, signal.SIGINT):
         signal.signal(each, signal.default_int_handler)
-    with progress_bar("checking the images") as progress:
+    # Before the reader takes a place: a port that is busy takes none.
+    with port_taken(port) as listening, progress_bar("checking the images") as progress:
         begun = begin_reading(Path(study), reader=reader, session=session, override=override, progress=progress)
         with begun as now:
             with suppress(KeyboardInterrupt):
-                serve(now, opened=opened, say=lambda text: say(f"lutgen: {text}", err=True), port=port)
+                serve(now, opened=opened, say=lambda text: say(f"lutgen: {text}", err=True), listening=listening)
             done = f"Session {session} of {now.reader}: {now.read} of {len(now.images)} images are read and saved"
             say(f"{done}, {now.left} left." if now.left else f"{done}. {now.following()}".rstrip())

@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lutgen.cells import number
 from lutgen.cli.command import Command
+from lutgen.cli.number_types import WholeFrom
 from lutgen.cli.outputs import check_new_file
 from lutgen.cli.shared import progress_bar
 from lutgen.cli.words import say
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
 
 @click.command(cls=Command)
 @click.argument("study", metavar="STUDY")
-@click.option("--seed", type=click.IntRange(min=0), required=True, help="Seed of the simulated readers.")
+@click.option("--seed", type=WholeFrom(min=0), required=True, help="Seed of the simulated readers.")
 @click.option(
     "--difference",
     "given",
@@ -84,14 +86,9 @@ def _differences(
 
 
 def _given(text: str, aged: list[str]) -> tuple[str, float]:
-    from math import isfinite
-
     name, _, value = text.rpartition("=")
-    try:
-        number = float(value)
-    except ValueError:
-        number = -1.0
-    if name not in aged or not isfinite(number) or number < 0:
+    difference = number(value)
+    if name not in aged or difference is None or difference < 0:
         message = f"--difference {text}: give one of {', '.join(aged)}, =, and ΔE2000 from 0, such as {aged[0]}=5.1."
         raise LutgenError(message)
-    return name, number
+    return name, difference

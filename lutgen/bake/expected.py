@@ -1,0 +1,100 @@
+"""A file of a build against what the code writes: every number of a table, the whole of a config.
+
+Bytes that are the same need no further look. Where they differ, a text is compared number by number, since another
+processor may round the last digit otherwise; a file of another version of lutgen, or of bytes, at every lattice point.
+"""
+
+from __future__ import annotations
+
+import re
+from itertools import zip_longest
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.bake.config import config_text
+from lutgen.bake.lut import Lut, lattice
+from lutgen.bake.readback import apply_lut
+from lutgen.bindings import ocio, ocio_errors
+from lutgen.cells import NUMBER
+from lutgen.config_parts import is_utf8
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from lutgen.bake.config import AgedConfig
+    from lutgen.bake.lut import MatrixLut
+
+#: Numbers of a text may differ by this, relative to the larger of 1 and themselves: a last digit, rounded otherwise.
+LAST_DIGIT = 2e-6
+
+#: A comment's figures of fidelity have four decimals.
+IN_A_COMMENT = 2e-3
+
+#: Code values at a lattice point may differ by this: OpenColorIO's fast power near black.
+AT_A_POINT = 3e-4
+
+_WORD = re.compile(NUMBER.encode())
+
+#: Points of a lattice through which a file without a table is compared.
+_POINTS = 9
+
+
+def differs_from(path: Path, data: bytes, expected: bytes, lut: Lut | MatrixLut, *, same_version: bool) -> str:
+    """Say how a LUT file differs from what the code writes; "" where it does not.
+
+    Raises
+    ------
+    LutgenError
+        It cannot be read.
+
+    """
+    if data == expected:
+        return ""
+    if same_version and b"\0" not in expected[:1000]:
+        return _in_words(data, expected)
+    code = lattice(lut.size or _POINTS, lut.space if lut.size else "code")
+    away = np.abs(np.clip(apply_lut(path, code), 0, 1) - np.clip(lut.apply(code), 0, 1)).max(axis=1)
+    worst = int(np.argmax(away))
+    if away[worst] <= AT_A_POINT:
+        return ""
+    where = ", ".join(f"{value:.4g}" for value in code[worst])
+    return f"is not what the model gives: at code values {where} it is {away[worst]:.2g} off"
+
+
+def _in_words(data: bytes, expected: bytes) -> str:
+    for line, (found, wanted) in enumerate(zip_longest(data.splitlines(), expected.splitlines(), fillvalue=b""), 1):
+        if found != wanted and not _same_line(found, wanted):
+            says, writes = (text[:60].decode(errors="replace") for text in (found, wanted))
+            return f"is not what lutgen writes: line {line} is {says!r}, not {writes!r}"
+    return ""
+
+
+def _same_line(found: bytes, wanted: bytes) -> bool:
+    if _WORD.sub(b"0", found) != _WORD.sub(b"0", wanted):
+        return False
+    near = IN_A_COMMENT if b"dE2000" in wanted else LAST_DIGIT
+    pairs = zip(_WORD.findall(found), _WORD.findall(wanted), strict=True)
+    return all(abs(float(a) - float(b)) <= near * max(1.0, abs(float(b))) for a, b in pairs)
+
+
+def config_differs(config: Any, data: bytes, aged: AgedConfig) -> str:
+    """Say how a config, loaded from ``data``, differs from the one that the code writes; "" where it does not.
+
+    Both are worded by the same OpenColorIO, so that the version which wrote the file does not matter.
+    """
+    lib, text = ocio(), config_text(aged)
+    if data == text:
+        return ""
+    if not is_utf8(config):
+        return "holds texts that are no UTF-8"
+    try:
+        found = str(config.serialize())
+        written = lib.Config.CreateFromStream(text.decode())
+        wanted = str(written.serialize())
+    except ocio_errors() as error:
+        return f"cannot be worded anew: {' '.join(str(error).split())}"
+    for says, writes in zip_longest(found.splitlines(), wanted.splitlines(), fillvalue=""):
+        if says != writes:
+            return f"is not what lutgen writes: {says.strip()[:80]!r}, not {writes.strip()[:80]!r}"
+    return ""
