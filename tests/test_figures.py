@@ -295,7 +295,7 @@ def test_an_ffmpeg_that_fails_is_quoted_and_leaves_nothing(
         (("animate", "a.png", "--mode", "chroma", "--hours", "9000", "-o", "x.png"), "animation of 1 hour stands"),
         (("animate", "a.png", "--mode", "chroma", "--hours", "0..19000", "-o", "x.png"), "outside the measured span"),
         (("animate", "a.png", "--mode", "chroma", "--seconds", "0", "-o", "x.png"), "0 seconds for 31 frames"),
-        (("animate", "a.png", "--mode", "chroma", "--seconds", "nan", "-o", "x.png"), "nan seconds for 31 frames"),
+        (("animate", "a.png", "--mode", "chroma", "--seconds", "nan", "-o", "x.png"), "'nan' is not a finite number"),
         (("animate", "a.png", "--mode", "chroma", "--size", "0", "-o", "x.png"), "a longest side of 0 pixels"),
         (("animate", "gone.png", "--mode", "chroma", "-o", "x.png"), "gone.png: there is no such image"),
     ],

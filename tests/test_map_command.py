@@ -105,7 +105,7 @@ def test_nothing_is_replaced_without_force(name: str, run: Callable[..., Done], 
     [
         (("--mode", "stable"), "'stable' is not one of 'chroma', 'chroma-luma'"),
         (("--hours", "20000"), "hour 20000 is outside the measured span 0..18000 h"),
-        (("--hours", "nan"), "outside the measured span"),
+        (("--hours", "nan"), "'nan' is not a finite number"),
         (("--range", "20,0"), "range 20,0: the scale runs backwards"),
         (("--range", "5"), "--range 5: give the two ends of the scale, such as 0,12."),
         (("--range", "0,a"), "--range 0,a: give the two ends"),

@@ -209,10 +209,10 @@ def test_an_image_that_was_not_shown_has_no_answer(study: Path) -> None:
         ({"category": "4+"}, r"diagnosis '4\+': pick one of 0, 1\+, 2\+, 3\+"),
         ({"ease": 0}, "ease of reading 0: give 1 to 10"),
         ({"ease": 11}, "ease of reading 11: give 1 to 10"),
-        ({"seconds": -0.1}, "give what is finite"),
-        ({"seconds": float("nan")}, "give what is finite"),
-        ({"paused_seconds": float("inf")}, "give what is finite"),
-        ({"pauses": -1}, "-1 pauses"),
+        ({"seconds": -0.1}, "give 0 to 86400"),
+        ({"seconds": float("nan")}, "give 0 to 86400"),
+        ({"paused_seconds": float("inf")}, "give 0 to 2.592e"),
+        ({"pauses": -1}, "pauses -1: give 0 to"),
     ],
 )
 def test_an_answer_outside_the_protocol_is_refused(study: Path, change: dict[str, Any], error: str) -> None:

@@ -94,7 +94,9 @@ class Command(click.Command):
 
     def __init__(self, *args: Any, section: Section = Section.COMMANDS, place: int = 0, **kwargs: Any) -> None:
         """Keep the section and the place; the rest is click's."""
-        super().__init__(*args, **kwargs)
+        # click keeps the help option that it made first: -h too, whether the command is called by its group or alone.
+        settings = {"help_option_names": ["-h", "--help"], **kwargs.pop("context_settings", {})}
+        super().__init__(*args, context_settings=settings, **kwargs)
         self.section = section
         self.place = place
 

@@ -61,11 +61,17 @@ def read(text: str, *, file: str, sha256: str) -> Measurements:
         conditions={name: values[name] for name in OPTIONAL if name in values},
         session=words["session"],
         note=words["note"],
-        order=values.get("order"),
+        order=_order(values),
         metadata=rows.metadata,
         file=file,
         sha256=sha256,
     )
+
+
+def _order(values: dict[str, Array]) -> Array | None:
+    """The order of reading; None where one reading lacks its place."""
+    order = values.get("order")
+    return None if order is None or np.isnan(order).any() else order
 
 
 def _since_start(hours: Array, metadata: dict[str, str], file: str) -> Array:
@@ -169,8 +175,8 @@ def _numbers(rows: _Rows, name: str, file: str) -> Array:
     values = np.empty(len(rows.cells))
     for row, cells in enumerate(rows.cells):
         cell = cells[place]
-        if cell == "" and name in OPTIONAL:
-            values[row] = OPTIONAL[name]
+        if cell == "" and name in {*OPTIONAL, "order"}:
+            values[row] = OPTIONAL.get(name, np.nan)
             continue
         value = number(cell)
         if value is None:
