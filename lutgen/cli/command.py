@@ -94,11 +94,13 @@ class Command(click.Command):
 
     def __init__(self, *args: Any, section: Section = Section.COMMANDS, place: int = 0, **kwargs: Any) -> None:
         """Keep the section and the place; the rest is click's."""
-        # click keeps the help option that it made first: -h too, whether the command is called by its group or alone.
-        settings = {"help_option_names": ["-h", "--help"], **kwargs.pop("context_settings", {})}
-        super().__init__(*args, context_settings=settings, **kwargs)
+        super().__init__(*args, **kwargs)
         self.section = section
         self.place = place
+
+    def get_help_option_names(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - click's interface
+        """Name the help option: -h too, whether a group or nobody called the command, since click keeps the first."""
+        return ["-h", "--help"]
 
     @property
     def examples(self) -> list[str]:

@@ -61,17 +61,26 @@ def read(text: str, *, file: str, sha256: str) -> Measurements:
         conditions={name: values[name] for name in OPTIONAL if name in values},
         session=words["session"],
         note=words["note"],
-        order=_order(values),
+        order=_order(values, rows, file),
         metadata=rows.metadata,
         file=file,
         sha256=sha256,
     )
 
 
-def _order(values: dict[str, Array]) -> Array | None:
+def _order(values: dict[str, Array], rows: _Rows, file: str) -> Array | None:
     """The order of reading; None where one reading lacks its place."""
     order = values.get("order")
-    return None if order is None or np.isnan(order).any() else order
+    if order is None:
+        return None
+    low, high, meaning = RANGES["order"]
+    outside = (order < low) | (order > high)
+    if outside.any():
+        message = (
+            f"{file}, line {rows.lines[int(np.argmax(outside))]}, column order: must be {meaning}, {low:g}..{high:g}."
+        )
+        raise LutgenError(message)
+    return None if np.isnan(order).any() else order
 
 
 def _since_start(hours: Array, metadata: dict[str, str], file: str) -> Array:
