@@ -14,7 +14,7 @@ ALONE := OPENBLAS_NUM_THREADS=1
 # A process that has nothing left to do takes tests from another.
 PYTEST := $(PYTHON) -m pytest --numprocesses auto --dist worksteal
 
-.PHONY: help setup programs demo test test-all test-other lint bench consumers hidden sessions reference docs figures configs check-configs display table1 dist clean
+.PHONY: help setup programs demo test test-all test-quick-other test-other lint bench consumers hidden sessions reference docs figures configs check-configs display table1 dist clean
 
 help: ## say what can be made (this)
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -38,6 +38,9 @@ test-all: programs ## what `make test` leaves out: slow tests, tests with progra
 	@if grep -q ^debian .venv/lutgen-setup; then $(MAKE) --no-print-directory test-other OCIO=wheels; fi
 
 # What never touches OpenColorIO or OpenImageIO is the same with any make of them, and so are the texts' examples.
+test-quick-other: setup
+	@$(ALONE) $(PYTEST) -m 'not numbers and not texts and not slow' $(ARGS)
+
 test-other: programs
 	@$(ALONE) $(PYTEST) -m 'not numbers and not texts' $(ARGS)
 

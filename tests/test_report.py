@@ -240,14 +240,14 @@ def test_readings_add_the_diagnosis_and_the_pictures_are_of_their_display(
     data = str(ROOT / "examples/display-a.csv")
     assert run("a.png", "--data", data, "--hours", "0,18000", "-o", "r.html").code == 0
     page = Read((tmp_path / "r.html").read_text())
-    assert "several: More than one effect is missing: black-level" in page.text
+    assert "several: More than one effect is missing: eotf-drift" in page.text
     assert "the error falls from" in page.text
     assert "This display is simulated, not measured." in page.text
     assert "what follows judges" not in page.text
     before, _, after = page.text.partition("The picture as the display ages")
-    assert "several: More than one effect is missing: black-level" in before, "the verdict is on top"
+    assert "several: More than one effect is missing: eotf-drift" in before, "the verdict is on top"
     assert "the error falls from 39.6" in before
-    assert "several: More than one effect is missing: black-level" in after
+    assert "several: More than one effect is missing: eotf-drift" in after
     assert len(page.all("figure", **{"class": "plot"})) == 6
 
 

@@ -477,7 +477,7 @@ def test_an_interrupted_plan_leaves_nothing(tmp_path: Path) -> None:
     done = subprocess.run(
         command, cwd=tmp_path, capture_output=True, check=False, text=True, start_new_session=True, timeout=300
     )
-    assert (done.returncode, done.stdout) == (1, "")
+    assert (done.returncode, done.stdout) == (130, "")
     assert "Traceback" not in done.stderr
     assert {path.name for path in tmp_path.iterdir()} == {"in"}
 

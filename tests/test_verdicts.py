@@ -69,7 +69,7 @@ CASES = {
         baseline="first-hour",
     ),
     "a leak by another formula": Case(
-        "form", ("black-level",), (("black-level", "other", 6.0),), "not in its simple form"
+        "form", ("black-level",), (("black-level", "other", 12.0),), "not in its simple form"
     ),
     "a curve by another formula": Case("form", ("eotf-drift",), (("eotf-drift", "other", 10.0),)),
     "edges by another formula": Case("form", ("edge-falloff",), (("edge-falloff", "other", 10.0),), campaign=FULL),

@@ -6,12 +6,9 @@ import io
 import sys
 from shutil import get_terminal_size
 from textwrap import wrap
-from typing import TYPE_CHECKING
+from typing import Any
 
 import click
-
-if TYPE_CHECKING:
-    from _typeshed import ReadableBuffer
 
 
 def say(text: str, *, err: bool = False) -> None:
@@ -53,7 +50,7 @@ class _Unread(io.FileIO):
 
     _failed = False
 
-    def write(self, data: ReadableBuffer, /) -> int:
+    def write(self, data: Any, /) -> int:
         """Write to the stream, or do as if. Raises OSError, once, when the stream fails otherwise than by EPIPE."""
         if self._failed:
             return memoryview(data).nbytes

@@ -5,8 +5,8 @@ effects: unknowns of each session with a known spread. The spreads are estimated
 maximum likelihood (Patterson & Thompson 1971, doi:10.1093/biomet/58.3.545) on what single sessions tell; a weak prior
 keeps them near an ordinary colorimeter's, never at zero by assumption.
 
-What changes smoothly over the hours is a display's, not an instrument's: a polynomial in time is free while the spread
-of the offsets is estimated.
+What changes smoothly over the hours is a display's, not an instrument's: of many sessions a polynomial in time is left
+free while the spread of the offsets is estimated, of few the colour in which they differ most.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from lutgen.criticism.fit import fit
 from lutgen.criticism.linear import State, linearise
 from lutgen.criticism.system import local_columns, prior_rows
 from lutgen.criticism.tails import tails_of, weights_of
+from lutgen.readings.rest import is_tip
 from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
@@ -44,8 +45,8 @@ REACH = 7.0
 #: Sessions that tell a spread; with fewer the ordinary one is taken.
 ENOUGH = 3
 
-#: Terms of the polynomial in time that a display may follow: half as many as there are sessions, and no more than this.
-MOST_TERMS = 5
+#: Sessions from which on a polynomial of so many terms follows whatever a display does over the hours.
+MANY, TERMS = 8, 5
 
 
 def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
@@ -59,13 +60,19 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
     found = fit(plain, [replace(term, free=()) for term in terms])
     state = State(found.terms, found.tips, found.gains)
     linear = linearise(plain, state)
-    at_rest = problem.readings.at_rest()[problem.rows] | is_capped(problem.readings)[problem.rows]
-    offsets = _told(plain, state, linear, at_rest, replace(plain, offset_cd_m2=1.0))
-    trend = min(MOST_TERMS, (len(offsets) + 1) // 2)
-    offset = _spread(offsets, OFFSET_CD_M2, trend) if len(offsets) >= ENOUGH else OFFSET_CD_M2
+    capped, rest = is_capped(problem.readings)[problem.rows], problem.readings.at_rest()[problem.rows]
+    drive = problem.readings.drive[problem.rows]
+    # Only what no effect on curves, mixing or primaries reaches: black, the capped lens, and repeated colour points.
+    dark = capped | (rest & (drive == 0).all(axis=1))
+    offsets = _told(plain, state, linear, dark, replace(plain, offset_cd_m2=1.0))
+    offset = OFFSET_CD_M2
+    if len(offsets) >= MANY:
+        offset = _spread(offsets, OFFSET_CD_M2, TERMS)
+    elif len(offsets) >= ENOUGH:
+        offset = _spread(_beside_the_display(offsets), OFFSET_CD_M2, 1)
     wander = 0.0
     if problem.readings.order is not None:
-        wanders = _told(plain, state, linear, at_rest, replace(plain, wander=1.0))
+        wanders = _told(plain, state, linear, rest & is_tip(drive).any(axis=1), replace(plain, wander=1.0))
         wander = _spread(wanders, WANDER, 1) if len(wanders) > ENOUGH else WANDER
     return replace(problem, offset_cd_m2=offset, wander=wander)
 
@@ -94,6 +101,16 @@ def _told(
             covariance = np.linalg.inv(information)
             told.append((float(plain.hours[hour]), covariance @ (asked.T @ right), covariance))
     return told
+
+
+def _beside_the_display(told: list[tuple[float, Array, Array]]) -> list[tuple[float, Array, Array]]:
+    """Estimates without the one colour in which they differ most.
+
+    A leak has one colour, and may take any course; a few sessions tell it from an offset by its colour alone.
+    """
+    estimates = np.array([estimate for _, estimate, _ in told])
+    others = np.linalg.svd(estimates - estimates.mean(axis=0))[2][1:]
+    return [(hour, others @ estimate, others @ covariance @ others.T) for hour, estimate, covariance in told]
 
 
 def _spread(told: list[tuple[float, Array, Array]], ordinary: float, trend: int) -> float:
