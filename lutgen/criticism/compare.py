@@ -171,8 +171,9 @@ def compare(
     baseline: str = "colour-points",
     selection: str = "nearest",
     instrument: str | None = None,
+    terms: Sequence[Term] = (),
 ) -> Comparison:
-    """Compare the paper's model with readings.
+    """Compare the paper's model, with ``terms`` beside it, with readings.
 
     Parameters
     ----------
@@ -185,6 +186,8 @@ def compare(
         The paper's choice of matrix.
     instrument
         Noise of the instrument, ``relative,floor_cd_m2``; None: replicates tell.
+    terms
+        Effects that the model has already.
 
     Raises
     ------
@@ -193,7 +196,7 @@ def compare(
 
     """
     problem = Problem.of(readings, baseline=baseline, selection=selection, instrument=instrument)
-    return compare_problem(with_shared_errors(problem))
+    return compare_problem(with_shared_errors(problem, terms), terms)
 
 
 def compare_problem(problem: Problem, terms: Sequence[Term] = ()) -> Comparison:

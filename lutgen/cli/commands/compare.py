@@ -28,14 +28,13 @@ def command(*, json_to: str | None, plots: str | None, force: bool, **options: A
     """
     if options["files"] and not options["model"]:
         raise click.UsageError("--effects helps --model to find effects; compare adds none. Use lutgen diagnose.")
-    from lutgen.criticism.compare import compare_problem
-    from lutgen.criticism.problem import Problem
+    from lutgen.criticism.compare import compare
     from lutgen.report.criticism.comparison import compare_page
     from lutgen.report.criticism.plots import OF_COMPARE, plot_comparison
 
     outputs = Outputs(json_to, plots=plots, pictures=lambda: OF_COMPARE, force=force)
     question = question_from(**options)
-    comparison = compare_problem(Problem.of(question.readings, **question.asked), question.terms)
+    comparison = compare(question.readings, **question.asked, terms=question.terms)
     outputs.write(
         compare_page(comparison, question.again),
         comparison.as_json,
