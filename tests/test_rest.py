@@ -122,6 +122,12 @@ def test_what_surrounds_a_patch_that_fills_the_screen_is_no_condition() -> None:
     assert away(readings, "surround") == [10, 11] == away(readings, "window")
 
 
+def test_a_window_of_every_row_has_a_surround_that_may_vary() -> None:
+    readings = table("window,surround", ("0", PATCHES, "0.1,0"), ("0", EXTRA, "0.1,1"), ("900", PATCHES, "0.1,0"))
+    assert away(readings, "surround") == [8, 9]
+    assert readings.usual() == {"window": 0.1, "surround": 0.0}
+
+
 def test_colour_points_that_were_all_read_under_other_conditions_are_refused_by_name() -> None:
     parts = [("0", (patch,), f"{40 * k}") for k, patch in enumerate(PATCHES[:4])]
     with pytest.raises(LutgenError, match=r"no reading of .* at hour 0 \(all four under the same room light\)"):

@@ -9,11 +9,10 @@ import numpy as np
 from scipy import stats
 
 from lutgen.criticism.fit import fit
+from lutgen.criticism.noise import patch_kin
 from lutgen.readings.rest import TIP_DRIVES
-from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
     from lutgen.criticism.fit import Fit
     from lutgen.criticism.problem import Problem
 
@@ -75,23 +74,12 @@ def _worst_alone(found: Fit) -> int | None:
     worst = int(np.argmax(size))
     if size[worst] < 1.5 * float(stats.chi2.isf(UNLIKELY / max(size.size, 1), 3)) or _is_only_tip(problem, worst):
         return None
-    kin = _kin(problem)
+    kin = patch_kin(problem.readings)[problem.rows]
     others = np.flatnonzero(kin == kin[worst])
     if others.size < 3:
         others = np.flatnonzero(problem.hour_of == problem.hour_of[worst])
     usual = float(np.max(size[others[others != worst]], initial=0.0))
     return int(problem.rows[worst]) if size[worst] > ALONE**2 * max(usual, 3.0) else None
-
-
-def _kin(problem: Problem) -> Array:
-    """Number the readings of the same patch under the same conditions, at whatever hour, (n,)."""
-    conditions = [
-        np.nan_to_num(values[problem.rows], nan=-1.0)
-        for name, values in problem.readings.conditions.items()
-        if name != "temperature_c"
-    ]
-    columns = [*problem.readings.drive[problem.rows].T, *conditions, is_capped(problem.readings)[problem.rows]]
-    return np.asarray(np.unique(np.column_stack(columns), axis=0, return_inverse=True)[1].reshape(-1))
 
 
 def wrong_sessions(found: Fit, scale: float) -> tuple[float, ...]:

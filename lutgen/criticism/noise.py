@@ -35,7 +35,8 @@ RELATIVE, FLOOR_CD_M2, SESSION = 0.002, 0.003, 0.003
 #: the 0.87 to 0.98 of repeated whites of real ones.
 CORRELATION = 0.6
 
-#: σ of Z over that of Y in an ordinary colorimeter: the median of repeated whites of twelve real sessions.
+#: σ of Z over that of Y in real colorimeters: the median of repeated whites of twelve real sessions.
+#: The prior lies half way, in powers of e, between that and 1, which simulated colorimeters have.
 Z_OVER_Y = 1.74
 
 #: Standard deviations of the weak prior: of sizes and of ratios of X and Z to Y, in powers of e, and of atanh ρ.
@@ -115,11 +116,22 @@ class Noise:
 
 def replicate_groups(readings: Measurements) -> NDArray[np.intp]:
     """Number the groups of readings that differ in nothing but noise, and in temperature by a few kelvins: (n,)."""
+    return _numbered([readings.hours, readings.sessions.astype(float), *_patches(readings)])
+
+
+def patch_kin(readings: Measurements) -> NDArray[np.intp]:
+    """Number the readings of the same patch under the same conditions, at whatever hour: (n,)."""
+    return _numbered(_patches(readings))
+
+
+def _patches(readings: Measurements) -> list[Array]:
+    """What tells one patch from another, (n,) each: code values, conditions, and a capped lens."""
     # What counts as rest is one condition, however a log of every reading's minutes, lux or kelvins scatters.
     conditions = [np.nan_to_num(_repeated(readings, name), nan=-1e9, posinf=1e9) for name in readings.conditions]
-    columns = [readings.hours, *readings.drive.T, *conditions]
-    sessions = np.unique(np.array(readings.session or [""] * readings.hours.size), return_inverse=True)[1]
-    columns += [sessions.astype(float), is_capped(readings).astype(float)]
+    return [*readings.drive.T, *conditions, is_capped(readings).astype(float)]
+
+
+def _numbered(columns: list[Array]) -> NDArray[np.intp]:
     return np.asarray(np.unique(np.column_stack(columns), axis=0, return_inverse=True)[1].reshape(-1))
 
 

@@ -179,7 +179,7 @@ def base_of(truth: Fit) -> Fit:
     """Return the fit of noise-free readings of ``truth`` by the tips alone."""
     from dataclasses import replace
 
-    exact = replace(truth.problem.readings, xyz_cd_m2=truth.problem.readings.xyz_cd_m2.copy())
+    exact = truth.problem.readings.with_light(truth.problem.readings.xyz_cd_m2.copy())
     exact.xyz_cd_m2[truth.problem.rows] = truth.predicted
     return fit(replace(truth.problem, readings=exact), (), State((), truth.tips, truth.gains))
 
@@ -216,7 +216,7 @@ def _noise_free(base: Fit, problem: Problem) -> Fit:
 
     from lutgen.criticism.linear import predict
 
-    exact = replace(problem.readings, xyz_cd_m2=problem.readings.xyz_cd_m2.copy())
+    exact = problem.readings.with_light(problem.readings.xyz_cd_m2.copy())
     exact.xyz_cd_m2[problem.rows] = predict(problem, State(base.terms, base.tips, base.gains))
     return fit(replace(problem, readings=exact), base.terms, State((), base.tips, base.gains))
 

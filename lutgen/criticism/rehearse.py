@@ -226,7 +226,7 @@ def _acted(base: Fit, term: Term) -> Problem:
     root = np.linalg.cholesky(problem.noise.covariance(light))
     xyz = problem.readings.xyz_cd_m2.copy()
     xyz[problem.rows] = light + np.einsum("nij,nj->ni", root, rng.standard_normal(light.shape))
-    return replace(problem, readings=replace(problem.readings, xyz_cd_m2=xyz))
+    return replace(problem, readings=problem.readings.with_light(xyz))
 
 
 def _sessions(problem: Problem) -> Array:

@@ -120,7 +120,7 @@ def _distance(truth: Fit, terms: tuple[Term, ...], patches: tuple[Patch, ...]) -
     number = {key: place for place, key in enumerate(truth.problem.gain_keys)}
     gains = [truth.gains[number[key]] if key in number else 0.0 for key in problem.gain_keys]
     state = State(truth.terms, truth.tips, np.array(gains or [0.0]))
-    exact = replace(problem.readings, xyz_cd_m2=problem.readings.xyz_cd_m2.copy())
+    exact = problem.readings.with_light(problem.readings.xyz_cd_m2.copy())
     exact.xyz_cd_m2[problem.rows] = predict(problem, state)
     # Weights are those of the prediction: added rows have no reading to take them from.
     return fit(replace(problem, readings=exact), terms, state).chi2

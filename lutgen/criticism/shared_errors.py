@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from lutgen.criticism.fit import fit
-from lutgen.criticism.linear import State, linearise
+from lutgen.criticism.linear import State
 from lutgen.criticism.system import local_columns, prior_rows
 from lutgen.criticism.tails import tails_of, weights_of
 from lutgen.readings.rest import is_tip
@@ -59,7 +59,7 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
         problem, plain = replace(problem, weights=weights), replace(plain, weights=weights)
     found = fit(plain, [replace(term, free=()) for term in terms])
     state = State(found.terms, found.tips, found.gains)
-    linear = linearise(plain, state)
+    linear = found.linear
     capped, rest = is_capped(problem.readings)[problem.rows], problem.readings.at_rest()[problem.rows]
     drive = problem.readings.drive[problem.rows]
     # Only what no effect on curves, mixing or primaries reaches: black, the capped lens, and repeated colour points.

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import gammaln
 
 from lutgen.criticism.linear import whiten
-from lutgen.readings.table import is_capped
+from lutgen.criticism.noise import patch_kin
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -82,35 +82,29 @@ def _student(squares: Array, degrees: float) -> tuple[float, float, float]:
 
 def weights_of(problem: Problem, residual: Array, tails: Tails) -> Array:
     """Weight of each reading, (n,), relative to the variance that replicates show; ``residual`` is whitened, (n, 3)."""
-    off = residual - _expected(problem, residual)
-    distance = (off**2).sum(axis=1) / (1.5 * tails.scale**2)
-    return np.asarray((tails.degrees + 3.0) / (tails.degrees + distance) / tails.scale**2)
+    expected, known = _expected(problem, residual)
+    distance = ((residual - expected) ** 2).sum(axis=1) / (1.5 * tails.scale**2)
+    weights = (tails.degrees + 3.0) / (tails.degrees + distance) / tails.scale**2
+    # A reading without kin stands by nothing: it keeps the variance that replicates show.
+    return np.where(known, weights, 1.0)
 
 
-def _expected(problem: Problem, residual: Array) -> Array:
-    """Residual of the same patch at the hours before and after, (n, 3): of its replicates where it has many."""
-    expected = np.zeros_like(residual)
-    kin = _kin(problem)
+def _expected(problem: Problem, residual: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Residual of the same patch at the hours before and after, (n, 3), and where there is one, (n,).
+
+    Three replicates of one hour or more are their own kin.
+    """
+    expected, known = np.zeros_like(residual), np.zeros(len(residual), dtype=bool)
+    kin = patch_kin(problem.readings)[problem.rows]
     for each in np.unique(kin):
         here = np.flatnonzero(kin == each)
         hours = problem.hour_of[here]
         usual = {int(hour): np.median(residual[here[hours == hour]], axis=0) for hour in np.unique(hours)}
-        known = sorted(usual)
-        for place, hour in enumerate(known):
+        course = sorted(usual)
+        for place, hour in enumerate(course):
             rows = here[hours == hour]
-            if rows.size >= 3:
-                expected[rows] = usual[hour]
-            else:
-                beside = [usual[known[k]] for k in (place - 1, place + 1) if 0 <= k < len(known)]
-                expected[rows] = np.mean(beside, axis=0) if beside else residual[rows]
-    return expected
-
-
-def _kin(problem: Problem) -> NDArray[np.intp]:
-    """Number the readings of one patch under the same conditions, at whatever hour, (n,)."""
-    readings = problem.readings
-    columns = [*readings.drive[problem.rows].T, is_capped(readings)[problem.rows].astype(float)]
-    columns += [
-        np.nan_to_num(readings.settled(name)[problem.rows], nan=-1.0, posinf=1e9) for name in readings.conditions
-    ]
-    return np.asarray(np.unique(np.column_stack(columns), axis=0, return_inverse=True)[1].reshape(-1))
+            near = [usual[course[k]] for k in (place - 1, place + 1) if 0 <= k < len(course)]
+            beside = [usual[hour]] if rows.size >= 3 else near
+            if beside:
+                expected[rows], known[rows] = np.mean(beside, axis=0), True
+    return expected, known

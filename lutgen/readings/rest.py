@@ -68,7 +68,7 @@ def rest_of(
     drive, capped
         Code values (n, 3), and which readings were taken with the lens capped.
     columns
-        The columns of conditions that vary, (n,) each.
+        The columns of conditions, (n,) each.
 
     """
     # A blank cell of minutes means warm, which is as long on as can be; of temperature, that nobody knows.
@@ -85,7 +85,7 @@ def rest_of(
             centre = _centre(tips[rows], {name: values[rows] for name, values in columns.items()})
             if centre is not None:
                 for name, values in columns.items():
-                    at[name][groups == group] = _middle(values[rows[centre]])
+                    at[name][groups == group] = middle(values[rows[centre]])
     spans = {name: np.empty((sessions.size, 2)) for name in columns}
     for session in np.unique(sessions):
         here = sessions == session
@@ -152,7 +152,7 @@ def _alike(columns: Mapping[str, Array]) -> NDArray[np.bool_]:
     return alike
 
 
-def _middle(values: Array) -> float:
+def middle(values: Array) -> float:
     """Median of the values that were logged: one of them, so that replicates name a value that was read."""
     known = np.sort(values[~np.isnan(values)])
     return float(known[(known.size - 1) // 2]) if known.size else float("nan")

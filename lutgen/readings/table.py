@@ -14,7 +14,7 @@ import numpy as np
 from lutgen.colorimetry import xyz_to_xyY
 from lutgen.errors import LutgenError
 from lutgen.readings.conditions import COLUMNS, CONDITIONS
-from lutgen.readings.rest import Rest, is_tip, rest_of
+from lutgen.readings.rest import Rest, is_tip, middle, rest_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -127,7 +127,9 @@ class Measurements:
     @cached_property
     def rest(self) -> Rest:
         """The conditions under which the colour points of each reading's session were read."""
-        return rest_of(self.sessions, self.hours, self.drive, is_capped(self), self.conditions)
+        # Constants too: a patch that never fills the screen has a surround, though its window does not vary.
+        columns = {name: self.column(name) for name in COLUMNS if name in self.conditions or name in self.constants}
+        return rest_of(self.sessions, self.hours, self.drive, is_capped(self), columns)
 
     @property
     def provenance(self) -> str:
@@ -148,12 +150,8 @@ class Measurements:
 
     def usual(self) -> dict[str, float]:
         """Return the campaign's rest: column → the middle of its sessions' values; only columns that were logged."""
-        values = dict(self.constants)
-        for name, at in self.rest.values.items():
-            known = np.sort(at[~np.isnan(at)])
-            if known.size:
-                values[name] = float(known[(known.size - 1) // 2])
-        return values
+        middles = {name: middle(at) for name, at in self.rest.values.items()}
+        return {name: value for name, value in middles.items() if not np.isnan(value)}
 
     def warmer(self) -> Array:
         """Temperature of each reading less that at rest in its session, in kelvins, (n,); NaN where not logged."""
