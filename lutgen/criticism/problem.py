@@ -148,6 +148,10 @@ class Problem:
         """Return the same problem without some readings, by their indices in the file."""
         return replace(self, rows=np.setdiff1d(self.rows, rows))
 
+    def with_slips(self) -> Problem:
+        """Return the same problem with the readings that replicates show to be wrong."""
+        return replace(self, rows=np.union1d(self.rows, self.noise.slips), noise=replace(self.noise, slips=()))
+
     @cached_property
     def xyz(self) -> Array:
         """What was measured, (n, 3), cd/m²."""

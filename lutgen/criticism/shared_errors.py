@@ -53,6 +53,8 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
     """Return a problem with its weights and the spreads of offset and wander that sessions show beside ``terms``."""
     plain = replace(problem, offset_cd_m2=0.0, wander=0.0)
     if tails := tails_of(plain):
+        # An instrument with heavy tails slips now and then: its slips are weighed down like the rest, not left out.
+        problem, plain = problem.with_slips(), plain.with_slips()
         residual = fit(plain, [replace(term, free=()) for term in terms]).linear.residual
         weights = np.ones(problem.readings.hours.size)
         weights[problem.rows] = weights_of(plain, residual, tails)
