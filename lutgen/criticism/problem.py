@@ -232,7 +232,7 @@ class Problem:
     @cached_property
     def shared(self) -> dict[int, Array]:
         """Errors that readings of a session share, whitened, (k, m, 3), by the first reading of each block."""
-        return {int(here[0]): shared_columns(self, here) for here in self.blocks}
+        return {int(here[0]): shared_columns(self, here)[1] for here in self.blocks}
 
     @cached_property
     def is_knot(self) -> NDArray[np.bool_]:

@@ -313,9 +313,8 @@ ALLOWANCE = 4.0
 class PureError:
     """Scatter of replicates about their means in the fit's own units: the yardstick of all tests.
 
-    ``allowance``: factor by which errors that readings share may vary beyond what the noise says; where nobody measured
-    the noise, factor of its variance up to which nothing is found. ``inside``: the part of a fit's χ² that replicates
-    make, where it is not ``squares``.
+    ``allowance``: factor of the variance up to which nothing is found, where nobody measured the noise. ``inside``: the
+    part of a fit's χ² that replicates make, where it is not ``squares``.
     """
 
     squares: float
@@ -349,8 +348,7 @@ class PureError:
             return 1.0
         if not self.measured:
             return float(stats.chi2.sf(gain / self.allowance, parameters))
-        size = self.allowance * self.squares / self.freedom
-        return float(stats.f.sf(gain / parameters / size, parameters, self.freedom))
+        return float(stats.f.sf(gain / parameters / (self.squares / self.freedom), parameters, self.freedom))
 
     def p_of_leftover(self, found: Fit) -> float:
         """Probability that noise alone leaves so much (F test for lack of fit)."""

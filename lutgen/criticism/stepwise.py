@@ -18,7 +18,6 @@ from lutgen.criticism.heldout import held_out
 from lutgen.criticism.linear import State
 from lutgen.criticism.probes import probe
 from lutgen.criticism.search import STRONG, Family, bic, contenders, families, family, forms_of
-from lutgen.criticism.unsteadiness import with_unsteadiness
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -100,13 +99,13 @@ class Explanation:
 def explain(
     base: Fit,
     effects: Sequence[Effect],
-    measured: PureError,
+    error: PureError,
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Explanation:
-    """Search for the effects that explain what ``base`` leaves; ``measured`` is the scatter of replicates."""
+    """Search for the effects that explain what ``base`` leaves."""
     first = _ranked(base, effects, progress)
     chosen: list[Candidate] = []
-    current, ranked, error = base, first, with_unsteadiness(measured, base)
+    current, ranked = base, first
     while True:
         best = ranked[0] if ranked else None
         if best is None or not admissible(best.best, current, error, sum(each.tried for each in ranked)):
@@ -114,7 +113,6 @@ def explain(
         chosen = _refined([*chosen, best.best], base)
         chosen = _exchanged(chosen, effects, base)
         current = _together(base, chosen)
-        error = with_unsteadiness(measured, current)
         if len(chosen) == MOST or _hopeless(base, current, len(chosen)):
             break
         names = {each.effect.name for each in chosen}

@@ -13,7 +13,6 @@ from lutgen.criticism.probes import Probed, nameless, probe
 from lutgen.criticism.search import STRONG, PureError
 from lutgen.criticism.shares import shares_of_delta_e
 from lutgen.criticism.tails import SLIP
-from lutgen.criticism.unsteadiness import with_unsteadiness
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -96,8 +95,7 @@ class Verdict:
 
 
 def pronounce(explanation: Explanation, error: PureError, seen: Sequence[Visibility], suspicion: Suspicion) -> Verdict:
-    """Weigh a search; ``error`` is the scatter of replicates."""
-    error = with_unsteadiness(error, explanation.final)
+    """Weigh a search."""
     blind = [each.effect for each in seen if not each.visible]
     remarks = _remarks(explanation, blind, suspicion)
     if suspicion.hours:
