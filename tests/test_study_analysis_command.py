@@ -16,12 +16,10 @@ from lutgen import LutgenError
 from lutgen.report.study.analysis import between, figure, p_value, signed
 from lutgen.report.study.analysis_plot import PICTURE, _draw_agreement, abreast, changes, title
 from lutgen.study.analysis import analyse_answers, analyse_figures
-from lutgen.study.analysis.agreement import Counts
-from lutgen.study.analysis.answer_table import answer_table, read_answer_table
-from lutgen.study.analysis.figures import read_counts, read_summary
-from lutgen.study.analysis.tables_csv import FILES
-from lutgen.study.begin import begin_reading
+from lutgen.study.analysis.agreement import AgreementCounts
+from lutgen.study.analysis.tables import TABLE_FILES, answer_table, read_answer_table, read_counts, read_summary
 from lutgen.study.protocol import write_protocol
+from lutgen.study.reading import begin_reading
 from lutgen.study.schema import NAMES, schema
 from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, paper_trials, simulate
 from tests.altered import altered
@@ -32,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from lutgen.study.analysis import Analysis
-    from lutgen.study.answer import Answer
+    from lutgen.study.answers import Answer
 
 pytestmark = pytest.mark.numbers
 
@@ -194,14 +192,14 @@ def test_json_csv_and_picture_are_written_and_the_same_again(run: Callable[..., 
     outputs = ("--json", "s.json", "--csv", "tables", "--plots", "plots")
     assert run("analyse", "--answers", "s.csv", *outputs).code == 0
     written = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
-    assert {path.name for path in written} >= {*FILES, PICTURE, "s.json"}
+    assert {path.name for path in written} >= {*TABLE_FILES, PICTURE, "s.json"}
     again = run("analyse", "--answers", "s.csv", *outputs)
     assert (again.code, again.out) == (2, "")
     assert "--force" in again.err
     assert run("analyse", "--answers", "s.csv", *outputs, "--force").code == 0
     assert {path: path.read_bytes() for path in written} == written
     content = json.loads(Path("s.json").read_text(encoding="utf-8"))
-    for name in FILES:
+    for name in TABLE_FILES:
         assert Path("tables", name).read_text(encoding="utf-8").startswith("# SIMULATED answers, nobody read anything")
     with Path("tables/table3.csv").open(encoding="utf-8") as lines:
         next(lines)
@@ -290,7 +288,7 @@ def test_shares_of_all_are_written_inside_the_picture_and_apart(conditions: int)
     FigureCanvasAgg(page)
     # As wide and high as the last of three panels.
     axes = page.add_axes((0.68, 0.2, 0.258, 0.55))
-    rows = [Counts(f"chroma-luma@{hours}000", 20, 0) for hours in range(10, 10 + conditions)]
+    rows = [AgreementCounts(f"chroma-luma@{hours}000", 20, 0) for hours in range(10, 10 + conditions)]
     _draw_agreement(axes, analyse_figures(rows, ()))
     page.draw_without_rendering()
     shares = [text.get_window_extent() for text in axes.texts]

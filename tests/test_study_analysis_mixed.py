@@ -11,12 +11,12 @@ import pytest
 from lutgen.study import analysis
 from lutgen.study.analysis import analyse_answers, mixed
 from lutgen.study.analysis.agreement import pairs
-from lutgen.study.analysis.answer_table import condition_order
 from lutgen.study.analysis.mixed import MixedModel, fit_crossed, mixed_models
+from lutgen.study.analysis.tables import condition_order
 from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, paper_trials, simulate
 
 if TYPE_CHECKING:
-    from lutgen.study.answer import Answer
+    from lutgen.study.answers import Answer
 
 pytestmark = pytest.mark.numbers
 

@@ -22,9 +22,8 @@ from skimage.io import imsave
 from lutgen import DisplayModel, LutgenError, read_measurements
 from lutgen.display import default_display
 from lutgen.files import PARTIAL, file_sha256
-from lutgen.study.pictures import find_images, look_at, shown_pixels
+from lutgen.study.pictures import blind_name, find_images, look_at, render_images, shown_pixels
 from lutgen.study.protocol import ANSWERS, IMAGES, PROTOCOL, read_protocol
-from lutgen.study.render import blind_name, render_images
 from lutgen.study.schema import NAMES, schema
 from tests.altered import altered
 from tests.command import Done, in_process
@@ -452,9 +451,9 @@ def test_an_image_that_changes_while_the_study_is_planned_is_named(
 INTERRUPTED = """
 import os, signal, sys
 from lutgen.cli import main
-from lutgen.study import render
+from lutgen.study import pictures
 
-apply, calls = render.apply_to_images, []
+apply, calls = pictures.apply_to_images, []
 
 def interrupted(*arguments, **options):
     calls.append(arguments)
@@ -462,7 +461,7 @@ def interrupted(*arguments, **options):
         os.killpg(0, signal.SIGINT)
     return apply(*arguments, **options)
 
-render.apply_to_images = interrupted
+pictures.apply_to_images = interrupted
 main()
 """
 

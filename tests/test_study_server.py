@@ -16,8 +16,8 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from lutgen.study.answers import read_answers
-from lutgen.study.begin import begin_reading
 from lutgen.study.conversation import LEASE, Conversation
+from lutgen.study.reading import begin_reading
 from lutgen.study.schema import NAMES, schema
 from lutgen.study.server import HOST, serving
 from tests.command import Done, in_process
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
-    from lutgen.study.reading import Reading
+    from lutgen.study.reading import ReadingSession
 
 pytestmark = pytest.mark.numbers
 
@@ -65,7 +65,7 @@ class Client:
 class Desk(Client):
     """A session that is served in this process: the server's clock, and what its operator was told, are at hand."""
 
-    def __init__(self, address: str, reading: Reading, time: list[float], told: list[str]) -> None:
+    def __init__(self, address: str, reading: ReadingSession, time: list[float], told: list[str]) -> None:
         super().__init__(address)
         self.address, self.reading, self.time, self.told = address, reading, time, told
 

@@ -19,21 +19,18 @@ from lutgen.errors import LutgenError, reason_of
 from lutgen.files import PARTIAL, file_sha256
 from lutgen.scratch import scratch
 from lutgen.study.design import UNAGED
-from lutgen.study.pictures import find_images, look_at
+from lutgen.study.pictures import bake_conditions, find_images, look_at, render_images
 from lutgen.study.power import MOST, study_power
-from lutgen.study.protocol import ANSWERS, IMAGES, PROTOCOL, Protocol, write_protocol
-from lutgen.study.render import bake_conditions, render_images
-from lutgen.study.scales import PAPER_CATEGORIES, PAPER_SCALE
+from lutgen.study.protocol import ANSWERS, IMAGES, PAPER_CATEGORIES, PAPER_SCALE, PROTOCOL, Protocol, write_protocol
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from lutgen.display import DisplayModel
     from lutgen.study.design import Design
-    from lutgen.study.pictures import Picture
+    from lutgen.study.pictures import BakedLut, Picture
     from lutgen.study.power import Power
     from lutgen.study.protocol import Category
-    from lutgen.study.render import BakedLut
 
 #: A washout that nobody waits for is a slip of the keyboard.
 MAX_WASHOUT_DAYS = 3650.0

@@ -11,8 +11,7 @@ if TYPE_CHECKING:
     from datetime import datetime
 
     from lutgen.report.parts import Part
-    from lutgen.study.progress import SessionProgress
-    from lutgen.study.status import StudyStatus
+    from lutgen.study.progress import SessionProgress, StudyStatus
 
 
 def study_status_page(status: StudyStatus) -> Iterator[Part]:

@@ -7,24 +7,30 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import pick_one
 from lutgen.names import INTERVALS
-from lutgen.study.analysis.agreement import counts, pairs
-from lutgen.study.analysis.answer_table import condition_order
+from lutgen.study.analysis.agreement import Kappa, counts, kappas, pairs
 from lutgen.study.analysis.further import FurtherAgreement, FurtherMeans, further_agreement, further_means
-from lutgen.study.analysis.holm import Corrected, corrected
-from lutgen.study.analysis.kappa import Kappa, kappas
 from lutgen.study.analysis.limits import design_limits, figure_limits
 from lutgen.study.analysis.mixed import MISSING, MixedModel, available, mixed_models
-from lutgen.study.analysis.table_2 import Table2, samples, table_2
-from lutgen.study.analysis.table_3 import Agreement, table_3
-from lutgen.study.analysis.table_4 import AgreementTest, table_4
-from lutgen.study.answer import sensible
+from lutgen.study.analysis.paper_tables import (
+    Agreement,
+    AgreementTest,
+    Corrected,
+    Table2,
+    corrected,
+    samples,
+    table_2,
+    table_3,
+    table_4,
+)
+from lutgen.study.analysis.tables import condition_order
+from lutgen.study.answers import sensible
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lutgen.study.analysis.agreement import Counts
-    from lutgen.study.analysis.sample import Sample
-    from lutgen.study.answer import Answer
+    from lutgen.study.analysis.agreement import AgreementCounts
+    from lutgen.study.analysis.statistics import StudySample
+    from lutgen.study.answers import Answer
 
 SCHEMA = 1
 
@@ -54,7 +60,7 @@ class Analysis:
 
     sources: tuple[str, ...]
     ci: str
-    samples: tuple[Sample, ...]
+    samples: tuple[StudySample, ...]
     table2: Table2
     table3: tuple[Agreement, ...]
     table4: tuple[AgreementTest, ...]
@@ -121,7 +127,7 @@ def analyse_answers(
 
 
 def analyse_figures(
-    rows: Sequence[Counts], measured: Sequence[Sample], *, sources: Sequence[str] = (), ci: str = "normal"
+    rows: Sequence[AgreementCounts], measured: Sequence[StudySample], *, sources: Sequence[str] = (), ci: str = "normal"
 ) -> Analysis:
     """Analyse figures that are already counted: agreement, and samples without values; either may be empty.
 
@@ -144,8 +150,8 @@ def analyse_figures(
 
 
 def _analysis(
-    measured: Sequence[Sample],
-    rows: Sequence[Counts],
+    measured: Sequence[StudySample],
+    rows: Sequence[AgreementCounts],
     *,
     ci: str,
     sources: Sequence[str],

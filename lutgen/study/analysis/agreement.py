@@ -14,21 +14,25 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
+from math import sqrt
 from typing import TYPE_CHECKING
 
-from lutgen.study.analysis.t_test import Figures
+import numpy as np
+
+from lutgen.study.analysis.statistics import Interval, SampleFigures, Z
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from lutgen.study.answer import Answer
+    from lutgen.colorimetry import Array
+    from lutgen.study.answers import Answer
 
 #: The name of the un-aged condition: see :class:`lutgen.study.protocol.Condition`.
 UNAGED = "none"
 
 
 @dataclass(frozen=True)
-class Pair:
+class ReadingPair:
     """One answer and its reference: same reader, same image."""
 
     answer: Answer
@@ -41,7 +45,7 @@ class Pair:
 
 
 @dataclass(frozen=True)
-class Counts:
+class AgreementCounts:
     """A row of the paper's Table 3 as it was counted."""
 
     condition: str
@@ -58,10 +62,10 @@ class Counts:
         """Share that agreed, 0..1."""
         return self.agreed / self.n
 
-    def figures(self) -> Figures:
+    def figures(self) -> SampleFigures:
         """Return n, mean and SD of a 1 a pair that agreed and a 0 a pair that did not."""
         variance = self.share * (1 - self.share) * self.n / (self.n - 1) if self.n > 1 else float("nan")
-        return Figures(self.n, self.share, variance**0.5)
+        return SampleFigures(self.n, self.share, variance**0.5)
 
 
 def mixed_sessions(answers: Iterable[Answer]) -> set[tuple[str, int]]:
@@ -69,7 +73,7 @@ def mixed_sessions(answers: Iterable[Answer]) -> set[tuple[str, int]]:
     return {(answer.reader, answer.session) for answer in answers if answer.condition != UNAGED}
 
 
-def pairs(answers: Sequence[Answer]) -> tuple[Pair, ...]:
+def pairs(answers: Sequence[Answer]) -> tuple[ReadingPair, ...]:
     """Pair answers with their references, by the rule of this module, in the order of the answers."""
     mixed = mixed_sessions(answers)
     unaged: dict[tuple[str, str], list[Answer]] = defaultdict(list)
@@ -86,15 +90,71 @@ def pairs(answers: Sequence[Answer]) -> tuple[Pair, ...]:
     for answer in answers:
         key = (answer.reader, answer.image)
         if key in reference and (answer.condition != UNAGED or answer is first.get(key)):
-            made.append(Pair(answer, reference[key]))
+            made.append(ReadingPair(answer, reference[key]))
     return tuple(made)
 
 
-def counts(conditions: Sequence[str], found: Sequence[Pair]) -> tuple[Counts, ...]:
+def counts(conditions: Sequence[str], found: Sequence[ReadingPair]) -> tuple[AgreementCounts, ...]:
     """Count who agreed, a row a condition that has pairs."""
     made = []
     for condition in conditions:
         agreed = [pair.agreed for pair in found if pair.answer.condition == condition]
         if agreed:
-            made.append(Counts(condition, sum(agreed), len(agreed) - sum(agreed)))
+            made.append(AgreementCounts(condition, sum(agreed), len(agreed) - sum(agreed)))
     return tuple(made)
+
+
+@dataclass(frozen=True)
+class Kappa:
+    """κ of the pairs of a condition: ``of`` is ``side`` (positive or negative) or ``category``.
+
+    κ and its interval are NaN where all readings gave the same answer: chance alone would agree always.
+    """
+
+    condition: str
+    of: str
+    n: int
+    percent: float
+    kappa: float
+    ci95: Interval
+
+
+def kappas(conditions: Sequence[str], found: Sequence[ReadingPair]) -> tuple[Kappa, ...]:
+    """κ of every condition that has pairs, on sides and on categories."""
+    made = []
+    for condition in conditions:
+        there = [pair for pair in found if pair.answer.condition == condition]
+        if there:
+            sides = [(str(pair.answer.positive), str(pair.reference.positive)) for pair in there]
+            categories = [(pair.answer.category, pair.reference.category) for pair in there]
+            made += [_kappa(condition, "side", sides), _kappa(condition, "category", categories)]
+    return tuple(made)
+
+
+def _kappa(condition: str, of: str, readings: Sequence[tuple[str, str]]) -> Kappa:
+    names = sorted({name for pair in readings for name in pair})
+    table = np.zeros((len(names), len(names)))
+    for one, other in readings:
+        table[names.index(one), names.index(other)] += 1
+    value, error = cohen(table)
+    n = len(readings)
+    return Kappa(condition, of, n, 100 * float(np.trace(table)) / n, value, (value - Z * error, value + Z * error))
+
+
+def cohen(table: Array) -> tuple[float, float]:
+    """κ and its standard error from a square table of counts, (k, k); NaN where chance agrees always.
+
+    Cohen 1960, doi:10.1177/001316446002000104; error by Fleiss, Cohen & Everitt 1969, doi:10.1037/h0028106.
+    """
+    n = table.sum()
+    share = table / n
+    rows, columns = share.sum(axis=1), share.sum(axis=0)
+    seen, chance = float(np.trace(share)), float(rows @ columns)
+    if chance >= 1:
+        return float("nan"), float("nan")
+    kappa = (seen - chance) / (1 - chance)
+    both = rows[np.newaxis, :] + columns[:, np.newaxis]
+    diagonal = np.diag(share) @ (1 - np.diag(both) * (1 - kappa)) ** 2
+    other = (1 - kappa) ** 2 * ((share * both**2).sum() - np.diag(share) @ np.diag(both) ** 2)
+    variance = (diagonal + other - (kappa - chance * (1 - kappa)) ** 2) / (n * (1 - chance) ** 2)
+    return kappa, sqrt(max(float(variance), 0.0))

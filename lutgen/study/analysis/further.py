@@ -6,17 +6,14 @@ from dataclasses import dataclass
 from math import nan
 from typing import TYPE_CHECKING
 
-from lutgen.study.analysis.effect_size import hedges_g, odds_ratio
-from lutgen.study.analysis.intervals import Interval, newcombe
-from lutgen.study.analysis.sample import pairs_of
-from lutgen.study.analysis.t_test import welch
-from lutgen.study.analysis.table_2 import same_measure
+from lutgen.study.analysis.paper_tables import same_measure
+from lutgen.study.analysis.statistics import Interval, hedges_g, newcombe, odds_ratio, pairs_of, welch
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lutgen.study.analysis.agreement import Counts, Pair
-    from lutgen.study.analysis.sample import Sample
+    from lutgen.study.analysis.agreement import AgreementCounts, ReadingPair
+    from lutgen.study.analysis.statistics import StudySample
 
 
 @dataclass(frozen=True)
@@ -92,12 +89,12 @@ class FurtherAgreement:
     mcnemar: McNemar | None
 
 
-def further_means(found: Sequence[Sample]) -> tuple[FurtherMeans, ...]:
+def further_means(found: Sequence[StudySample]) -> tuple[FurtherMeans, ...]:
     """Compare means once more, pair by pair."""
     return tuple(_means(first, second) for first, second in same_measure(found))
 
 
-def _means(first: Sample, second: Sample) -> FurtherMeans:
+def _means(first: StudySample, second: StudySample) -> FurtherMeans:
     from scipy.stats import t as student
 
     t, df, p = map(float, welch(second, first))
@@ -119,7 +116,7 @@ def _means(first: Sample, second: Sample) -> FurtherMeans:
     )
 
 
-def _rank_p(first: Sample, second: Sample) -> float:
+def _rank_p(first: StudySample, second: StudySample) -> float:
     if len({*first.values, *second.values}) < 2:
         return nan
     from scipy.stats import mannwhitneyu
@@ -128,12 +125,14 @@ def _rank_p(first: Sample, second: Sample) -> float:
     return float(mannwhitneyu(first.values, second.values, alternative="two-sided", method="auto").pvalue)
 
 
-def further_agreement(rows: Sequence[Counts], found: Sequence[Pair] = ()) -> tuple[FurtherAgreement, ...]:
+def further_agreement(
+    rows: Sequence[AgreementCounts], found: Sequence[ReadingPair] = ()
+) -> tuple[FurtherAgreement, ...]:
     """Compare shares of agreement once more, pair by pair; ``found`` are the pairs of readings where known."""
     return tuple(_agreement(first, second, found) for first, second in pairs_of(rows))
 
 
-def _agreement(first: Counts, second: Counts, found: Sequence[Pair]) -> FurtherAgreement:
+def _agreement(first: AgreementCounts, second: AgreementCounts, found: Sequence[ReadingPair]) -> FurtherAgreement:
     from scipy.stats import fisher_exact
 
     table = [[first.agreed, first.disagreed], [second.agreed, second.disagreed]]
@@ -152,7 +151,7 @@ def _agreement(first: Counts, second: Counts, found: Sequence[Pair]) -> FurtherA
     )
 
 
-def _mcnemar(first: str, second: str, found: Sequence[Pair]) -> McNemar | None:
+def _mcnemar(first: str, second: str, found: Sequence[ReadingPair]) -> McNemar | None:
     """Exact test on the images of which a reader agreed under one condition and not under the other."""
     from scipy.stats import binomtest
 

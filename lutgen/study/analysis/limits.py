@@ -12,17 +12,16 @@ from lutgen.study.power import LEAST, MOST, ONE_TAILED, smallest_difference
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from lutgen.study.analysis.agreement import Counts, Pair
+    from lutgen.study.analysis.agreement import AgreementCounts, ReadingPair
     from lutgen.study.analysis.further import FurtherAgreement
-    from lutgen.study.analysis.holm import Corrected
-    from lutgen.study.analysis.table_4 import AgreementTest
-    from lutgen.study.answer import Answer
+    from lutgen.study.analysis.paper_tables import AgreementTest, Corrected
+    from lutgen.study.answers import Answer
 
 #: The level of the paper's tests.
 ALPHA = 0.05
 
 
-def design_limits(conditions: Sequence[str], answers: Sequence[Answer], found: Sequence[Pair]) -> Iterator[str]:
+def design_limits(conditions: Sequence[str], answers: Sequence[Answer], found: Sequence[ReadingPair]) -> Iterator[str]:
     """Say what follows from who read what in which session."""
     if not answers:
         yield (
@@ -76,7 +75,7 @@ def _images(conditions: Sequence[str], answers: Sequence[Answer]) -> Iterator[st
         )
 
 
-def _order(found: Sequence[Pair]) -> Iterator[str]:
+def _order(found: Sequence[ReadingPair]) -> Iterator[str]:
     aged = [pair for pair in found if pair.answer.condition != UNAGED]
     later = sum(pair.reference.session > pair.answer.session for pair in aged)
     if aged and later in (0, len(aged)):
@@ -90,7 +89,7 @@ def _order(found: Sequence[Pair]) -> Iterator[str]:
 
 
 def figure_limits(
-    rows: Sequence[Counts],
+    rows: Sequence[AgreementCounts],
     table_4: Sequence[AgreementTest],
     further: Sequence[FurtherAgreement],
     corrected: Sequence[Corrected],

@@ -24,14 +24,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.study.analysis.agreement import UNAGED
-from lutgen.study.analysis.intervals import Interval, Z
+from lutgen.study.analysis.statistics import Interval, Z
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from lutgen.colorimetry import Array
-    from lutgen.study.analysis.agreement import Pair
-    from lutgen.study.answer import Answer
+    from lutgen.study.analysis.agreement import ReadingPair
+    from lutgen.study.answers import Answer
 
 #: What is said without statsmodels.
 MISSING = "Mixed models are left out: statsmodels is not installed. Install lutgen[study]."
@@ -44,7 +44,7 @@ EFFECTS = {"time": "ratio of times", "ease": "difference", "agreement": "odds ra
 
 
 @dataclass(frozen=True)
-class Effect:
+class ConditionEffect:
     """What a condition does against the first one: in the unit that the model's ``effect`` names."""
 
     condition: str
@@ -78,13 +78,13 @@ class MixedModel:
     effect: str
     against: str
     n: int
-    effects: tuple[Effect, ...]
+    effects: tuple[ConditionEffect, ...]
     sd: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
-class Fit:
+class MixedFit:
     """Coefficients with standard errors, (k,), variances of each grouping and of what is left, and complaints."""
 
     coefficients: Array
@@ -103,7 +103,9 @@ def _statsmodels(module: str) -> Any:
     return import_module(f"statsmodels.{module}")
 
 
-def mixed_models(conditions: Sequence[str], answers: Sequence[Answer], found: Sequence[Pair]) -> tuple[MixedModel, ...]:
+def mixed_models(
+    conditions: Sequence[str], answers: Sequence[Answer], found: Sequence[ReadingPair]
+) -> tuple[MixedModel, ...]:
     """Fit time, ease and agreement; a model that cannot be fitted says why in its notes."""
     return (
         _of_answers("time", conditions, answers, lambda answer: log(answer.seconds)),
@@ -167,7 +169,7 @@ def _groupings(answers: Sequence[Answer]) -> tuple[dict[str, list[str]], list[st
     return groups, notes
 
 
-def fit_crossed(values: Array, fixed: Array, groups: Mapping[str, Sequence[str]]) -> Fit:
+def fit_crossed(values: Array, fixed: Array, groups: Mapping[str, Sequence[str]]) -> MixedFit:
     """Fit values = fixed·β + a random effect a grouping + noise, by restricted maximum likelihood.
 
     Parameters
@@ -187,7 +189,7 @@ def fit_crossed(values: Array, fixed: Array, groups: Mapping[str, Sequence[str]]
     """
     if not groups:
         least = _statsmodels("regression.linear_model").OLS(values, fixed).fit()
-        return Fit(np.asarray(least.params), np.asarray(least.bse), {"rest": float(least.scale)}, ())
+        return MixedFit(np.asarray(least.params), np.asarray(least.bse), {"rest": float(least.scale)}, ())
     columns = {name: _membership(labels) for name, labels in groups.items()}
     names = list(columns)
     # One block that holds everything lets groupings cross; each grouping is a variance component in it.
@@ -201,7 +203,7 @@ def fit_crossed(values: Array, fixed: Array, groups: Mapping[str, Sequence[str]]
     model = linear.MixedLM(values, fixed, np.zeros(len(values)), exog_vc=spec)
     found, errors, complaints = _said(lambda: model.fit(reml=True, method="powell", ftol=1e-12), "bse_fe")
     variances = dict(zip(names, map(float, found.vcomp), strict=True)) | {"rest": float(found.scale)}
-    return Fit(np.asarray(found.fe_params), errors, variances, complaints)
+    return MixedFit(np.asarray(found.fe_params), errors, variances, complaints)
 
 
 def _membership(labels: Sequence[str]) -> Array:
@@ -209,7 +211,7 @@ def _membership(labels: Sequence[str]) -> Array:
     return np.eye(len(levels))[place]
 
 
-def _of_agreement(conditions: Sequence[str], found: Sequence[Pair]) -> MixedModel:
+def _of_agreement(conditions: Sequence[str], found: Sequence[ReadingPair]) -> MixedModel:
     shown = [condition for condition in conditions if any(pair.answer.condition == condition for pair in found)]
     blank = MixedModel("agreement", EFFECTS["agreement"], shown[0] if shown else UNAGED, len(found), ())
     if len(shown) < 2:
@@ -234,7 +236,7 @@ def _of_agreement(conditions: Sequence[str], found: Sequence[Pair]) -> MixedMode
     return MixedModel("agreement", blank.effect, shown[0], len(found), effects, {}, (*notes, *fit.complaints))
 
 
-def _fit_logistic(agreed: Array, fixed: Array, clusters: Any) -> Fit:
+def _fit_logistic(agreed: Array, fixed: Array, clusters: Any) -> MixedFit:
     structures = _statsmodels("genmod.cov_struct")
     together = len(set(clusters)) < len(clusters)
     structure = structures.Exchangeable() if together else structures.Independence()
@@ -242,7 +244,7 @@ def _fit_logistic(agreed: Array, fixed: Array, clusters: Any) -> Fit:
     equations = _statsmodels("genmod.generalized_estimating_equations")
     model = equations.GEE(agreed, fixed, groups=clusters, family=family, cov_struct=structure)
     found, errors, complaints = _said(model.fit, "bse")
-    return Fit(np.asarray(found.params), errors, {}, complaints)
+    return MixedFit(np.asarray(found.params), errors, {}, complaints)
 
 
 def _said(fit: Callable[[], Any], errors: str) -> tuple[Any, Array, tuple[str, ...]]:
@@ -265,14 +267,14 @@ def _said(fit: Callable[[], Any], errors: str) -> tuple[Any, Array, tuple[str, .
 
 def _effects(
     shown: Sequence[str], coefficients: Array, errors: Array, change: Callable[[float], float]
-) -> tuple[Effect, ...]:
+) -> tuple[ConditionEffect, ...]:
     from scipy.special import ndtr
 
     made = []
     for place, condition in enumerate(shown[1:], start=1):
         value, error = float(coefficients[place]), float(errors[place])
         ends = change(value - Z * error), change(value + Z * error)
-        made.append(Effect(condition, change(value), ends, 2 * float(ndtr(-abs(value / error)))))
+        made.append(ConditionEffect(condition, change(value), ends, 2 * float(ndtr(-abs(value / error)))))
     return tuple(made)
 
 

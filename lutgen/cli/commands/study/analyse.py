@@ -83,9 +83,9 @@ def _check(csv_to: str | None, plots: str | None, *, force: bool) -> None:
     from pathlib import Path
 
     if csv_to:
-        from lutgen.study.analysis.tables_csv import FILES
+        from lutgen.study.analysis.tables import TABLE_FILES
 
-        for name in FILES:
+        for name in TABLE_FILES:
             check_new_file(str(Path(csv_to) / name), force=force)
     if plots:
         from lutgen.report.study.analysis_plot import PICTURE
@@ -98,12 +98,12 @@ def _write_tables(found: Analysis, folder: str) -> None:
     from pathlib import Path
 
     from lutgen.files import write_atomically
-    from lutgen.study.analysis.tables_csv import FILES, tables_csv
+    from lutgen.study.analysis.tables import TABLE_FILES, tables_csv
 
     texts = tables_csv(found)
     for name, text in texts.items():
         write_atomically(Path(folder) / name, text.encode())
-    for name in FILES:
+    for name in TABLE_FILES:
         if name not in texts:
             (Path(folder) / name).unlink(missing_ok=True)
 
@@ -114,11 +114,11 @@ def _analysis(study: str | None, answers: str | None, counts: str | None, summar
     if study:
         return _of_study(study, ci)
     if answers:
-        from lutgen.study.analysis.answer_table import read_answer_table
+        from lutgen.study.analysis.tables import read_answer_table
 
         remark, given = read_answer_table(answers)
         return analyse_answers(given, sources=[_source(answers, remark)], ci=ci)
-    from lutgen.study.analysis.figures import read_counts, read_summary
+    from lutgen.study.analysis.tables import read_counts, read_summary
 
     remark, rows = read_counts(counts) if counts else ("", ())
     sources = [_source(counts, remark)] if counts else []
