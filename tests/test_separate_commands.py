@@ -14,7 +14,7 @@ from jsonschema import Draft202012Validator
 from lutgen.history.schema import schema
 from lutgen.history.trend import trend
 from lutgen.readings.campaign import read_campaign
-from lutgen.report.history.trend_plot import plot_trend
+from lutgen.report.history.campaign import plot_trend
 from tests.command import Done, in_process
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import pytest
 
 from lutgen.errors import LutgenError
 from lutgen.report.parts import Table
-from lutgen.report.study.status import study_status_page
+from lutgen.report.study.plan import study_status_page
 from lutgen.study.answer_file import AnswerRow, read_entries
 from lutgen.study.answers import read_answers
 from lutgen.study.progress import study_status

@@ -127,7 +127,7 @@ def _list(effects: Mapping[str, Effect]) -> None:
 
 def _explain(effect: Effect, plot: str | None, *, force: bool, as_json: bool) -> None:
     from lutgen.effects.registry_json import registry_json
-    from lutgen.report.drawing.png_file import check_new_png
+    from lutgen.report.drawing import check_new_png
 
     if plot:
         check_new_png(plot, force=force)

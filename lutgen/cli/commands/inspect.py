@@ -41,7 +41,7 @@ def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, f
 
     alone = check_json(json_to, force=force)
     if plots:
-        from lutgen.report.history.inspection_plot import picture_names, plot_inspection
+        from lutgen.report.history.inspection import picture_names, plot_inspection
     found = []
     with progress_bar("inspecting", quiet=alone) as progress:
         for number, session in enumerate(_sessions(files)):

@@ -74,8 +74,7 @@ def command(
     """
     from lutgen.display.hours import parse_hours
     from lutgen.pictures.conspicuity import nuclei
-    from lutgen.report.pictures.nuclei import nuclei_page
-    from lutgen.report.pictures.nuclei_plot import picture_names, plot_nuclei
+    from lutgen.report.pictures.nuclei import nuclei_page, picture_names, plot_nuclei
 
     outputs = Outputs(json_to, csv_to, plots, lambda: picture_names(image), force=force)
     model = model_from(**options)

@@ -53,7 +53,7 @@ def command(
     from lutgen.history.trend import trend
     from lutgen.history.trend_json import trend_as_json
     from lutgen.readings.campaign import read_campaign
-    from lutgen.report.history.trend import trend_page
+    from lutgen.report.history.campaign import trend_page
 
     alone = check_json(json_to, force=force)
     path = check_new_file(plot, force=force, suffixes=(".png",)) if plot else None
@@ -62,7 +62,7 @@ def command(
     with progress_bar("following", quiet=alone) as progress:
         found = trend(read_campaign(campaign), limits, all_sessions=all_sessions, progress=progress)
     if path:
-        from lutgen.report.history.trend_plot import plot_trend
+        from lutgen.report.history.campaign import plot_trend
 
         plot_trend(found, path, force=force)
     if json_to:

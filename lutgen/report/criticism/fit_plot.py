@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.numerals import spaced
-from lutgen.report.drawing.figure import BLACK, BLUE, GREEN, GREY, RED, YELLOW, picture, tidy
+from lutgen.report.drawing import BLACK, BLUE, GREEN, GREY, RED, YELLOW, picture, tidy
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,7 +25,7 @@ MOST = 3
 
 
 def plot_fit(views: Sequence[View], path: Path, *, title: str, foot: str, force: bool) -> None:
-    """Draw one row an effect. Errors as :func:`lutgen.report.drawing.figure.picture`."""
+    """Draw one row an effect. Errors as :func:`lutgen.report.drawing.picture`."""
     shown = list(views)[:MOST]
     height = 1.9 + 4.3 * len(shown)
     when = " of hour 0" if shown[0].problem.baseline == "first-hour" else ""

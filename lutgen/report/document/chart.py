@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.numerals import spaced
-from lutgen.report.drawing.figure import BLUE, RED
+from lutgen.report.drawing import BLUE, RED
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

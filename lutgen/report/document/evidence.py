@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lutgen.report.criticism.comparison import compare_page
-from lutgen.report.criticism.diagnosis import diagnose_page
+from lutgen.report.criticism.diagnosis import diagnose_page, refine_page
 from lutgen.report.criticism.plots import FIT, RESIDUALS, STEPS, VISIBILITY, plot_diagnosis, plot_refinement
-from lutgen.report.criticism.refinement import refine_page
 from lutgen.report.document.section import Section
-from lutgen.report.drawing.png_file import data_address
+from lutgen.report.drawing import data_address
 from lutgen.scratch import scratch
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from lutgen.colorimetry import xyz_to_xyY
 from lutgen.display.hours import parse_hours
 from lutgen.errors import LutgenError
 from lutgen.pictures.png import page_png
-from lutgen.report.drawing.png_file import data_address
+from lutgen.report.drawing import data_address
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

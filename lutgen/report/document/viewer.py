@@ -10,7 +10,7 @@ from lutgen.pictures.png import page_png
 from lutgen.report.document.chart import ticks
 from lutgen.report.document.scenes import map_colours
 from lutgen.report.document.section import Section
-from lutgen.report.drawing.png_file import data_address
+from lutgen.report.drawing import data_address
 
 if TYPE_CHECKING:
     from lutgen.report.document.scenes import Numbers, Scenes

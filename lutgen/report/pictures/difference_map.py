@@ -16,7 +16,7 @@ from lutgen.errors import LutgenError
 from lutgen.numerals import pixels_of_colours, spaced
 from lutgen.pictures.difference_map import BIN
 from lutgen.pictures.published import MAP_RANGE
-from lutgen.report.drawing.figure import BLACK, DPI, WIDTH, picture, tidy
+from lutgen.report.drawing import BLACK, DPI, WIDTH, picture, tidy
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -36,7 +36,7 @@ def command(*, files: tuple[str, ...], reference: str | None, json_to: str | Non
     from lutgen.history.separate import separate
     from lutgen.history.separate_json import separation_as_json
     from lutgen.readings.campaign import campaign_of, read_campaign
-    from lutgen.report.history.explanation import separate_page
+    from lutgen.report.history.campaign import separate_page
 
     alone = check_json(json_to, force=force)
     listed = len(files) == 1 and files[0].lower().endswith(".toml")

@@ -34,7 +34,7 @@ def command(*, per_condition: int, readers: int, json_to: str | None, plots: str
 
     alone = check_json(json_to, force=force)
     if plots:
-        from lutgen.report.study.power_plot import PICTURE, plot_power
+        from lutgen.report.study.power import PICTURE, plot_power
 
         check_pictures(plots, [PICTURE], force=force)
     found = study_power(per_condition, readers)
