@@ -20,12 +20,10 @@ from lutgen import LutgenError, cohort, lifetime
 from lutgen.bindings import oiio
 from lutgen.pictures.cohort import cluster, local
 from lutgen.pictures.cohort.find import find_slides
-from lutgen.pictures.cohort.folder import RunFolder
-from lutgen.pictures.cohort.record import image_from_json
+from lutgen.pictures.cohort.folder import RunFolder, image_from_json
 from lutgen.pictures.cohort.spread import bands_of, coverage, left_out, lives_of
 from lutgen.pictures.cohort.task import Asked, Outcome
-from lutgen.pictures.curve import STATISTICS
-from lutgen.pictures.difference import few_threads, threads
+from lutgen.pictures.difference import STATISTICS, few_threads, threads
 from tests.cohort_slides import HOURS, break_slide, deadly_model, make_slides, model, seven_colours
 
 if TYPE_CHECKING:

@@ -21,9 +21,8 @@ from lutgen.colorimetry import xyY_to_xyz
 from lutgen.display import Estimate, LatentTips, default_display
 from lutgen.effects import catalogue
 from lutgen.names import AGING_MODES
-from lutgen.pictures import curve, distinct
-from lutgen.pictures.curve import STATISTICS, Curve, quantile, statistics
-from lutgen.pictures.difference import differences
+from lutgen.pictures import difference, distinct
+from lutgen.pictures.difference import STATISTICS, Curve, differences, quantile, statistics
 from lutgen.pictures.distinct import Colours, count_colours
 from lutgen.pictures.lifetime import TOLERANCES, binning_error
 from lutgen.pictures.schema import NAMES, schema
@@ -190,7 +189,7 @@ def test_groups_of_displays_do_not_show(
     file = save(tmp_path / "in.png", tissue[:64, :64])
     whole = curves([file], model)
     for held in (1, 9000):
-        monkeypatch.setattr(curve, "HELD", held)
+        monkeypatch.setattr(difference, "HELD", held)
         assert curves([file], model) == whole
 
 

@@ -22,11 +22,9 @@ from lutgen import DisplayModel, LutgenError, nuclei, read_measurements
 from lutgen.display import default_display
 from lutgen.names import AGING_MODES
 from lutgen.pictures import contrast, field
-from lutgen.pictures.contrast import FEWEST, PERCENT, contrast_of
+from lutgen.pictures.contrast import FEWEST, LEAST_PIXELS, PERCENT, contrast_of, outlines, rings_of
 from lutgen.pictures.field import read_field
-from lutgen.pictures.nuclei import segment, width_of
-from lutgen.pictures.nuclei_mask import read_mask
-from lutgen.pictures.rings import LEAST_PIXELS, outlines, rings_of
+from lutgen.pictures.nuclei import read_mask, segment, width_of
 from lutgen.pictures.schema import schema
 from tests.altered import altered
 from tests.twin import SRGB_XY, Twin, rows_of_csv, srgb_matrix

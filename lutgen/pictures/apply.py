@@ -21,9 +21,8 @@ from lutgen.errors import LutgenError, pick_one
 from lutgen.files import check_name, replacing
 from lutgen.names import SOURCES
 from lutgen.pictures.encoding import NotFiniteError
-from lutgen.pictures.engines import Unaged, engine_for
+from lutgen.pictures.engines import Shader, TableShader, Unaged, engine_for, shader_for
 from lutgen.pictures.images import Target, format_of_suffix, open_source
-from lutgen.pictures.shading import Shader, TableShader, shader_for
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -22,12 +22,10 @@ from lutgen.display import what_pictures_carry
 from lutgen.display.hours import MAX_HOURS
 from lutgen.errors import LutgenError, pick_one
 from lutgen.names import AGING_MODES, SOURCES
-from lutgen.pictures.contrast import Contrast, check_loss, contrast_of
+from lutgen.pictures.contrast import Contrast, check_loss, contrast_of, rings_of
 from lutgen.pictures.difference import shown_lab, threads
 from lutgen.pictures.field import code_of, read_field
-from lutgen.pictures.nuclei import segment
-from lutgen.pictures.nuclei_mask import read_mask
-from lutgen.pictures.rings import rings_of
+from lutgen.pictures.nuclei import read_mask, segment
 from lutgen.pictures.schema import seen_on
 
 if TYPE_CHECKING:
@@ -38,9 +36,9 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay, DisplayModel
+    from lutgen.pictures.contrast import Rings
     from lutgen.pictures.field import Field
     from lutgen.pictures.nuclei import Nuclei
-    from lutgen.pictures.rings import Rings
 
 #: Loss of ΔE2000 in per cent whose share of nuclei is told.
 LOSS = 10.0

@@ -22,12 +22,11 @@ from lutgen.display import what_pictures_carry
 from lutgen.errors import LutgenError, pick_one
 from lutgen.files import check_name, replacing
 from lutgen.names import AGING_MODES, MAP_SUFFIXES, SIGNAL, SOURCES
-from lutgen.pictures.area_means import AreaMeans, Grid, whole_factor
 from lutgen.pictures.blocks import open_blocks
-from lutgen.pictures.curve import statistics
-from lutgen.pictures.difference import differences
+from lutgen.pictures.difference import differences, statistics
 from lutgen.pictures.distinct import count_colours
 from lutgen.pictures.encoding import Decoder
+from lutgen.pictures.frame import AreaMeans, Grid, whole_factor
 from lutgen.pictures.lifetime import binning_error
 from lutgen.pictures.schema import seen_on
 

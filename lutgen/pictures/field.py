@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from lutgen.errors import LutgenError
 from lutgen.names import SIGNAL
+from lutgen.pictures.blocks import SUFFIXES
 from lutgen.pictures.encoding import Decoder, NotFiniteError
 from lutgen.pictures.images import open_source
-from lutgen.pictures.slides import SUFFIXES
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

@@ -19,8 +19,7 @@ from lutgen.display import what_pictures_carry
 from lutgen.display.hours import MAX_HOURS
 from lutgen.errors import LutgenError, pick_one
 from lutgen.names import AGING_MODES, SOURCES
-from lutgen.pictures.curve import STATISTICS, Curve, curves_of
-from lutgen.pictures.difference import differences
+from lutgen.pictures.difference import STATISTICS, Curve, curves_of, differences
 from lutgen.pictures.distinct import Colours, count_colours
 from lutgen.pictures.schema import seen_on
 from lutgen.pictures.tissue import Tissue, tissue_only

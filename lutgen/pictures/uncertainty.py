@@ -18,7 +18,7 @@ import numpy as np
 
 from lutgen.colorimetry import CHUNK, xyY_to_xyz
 from lutgen.display import REFERENCE, LatentTips
-from lutgen.pictures.curve import curves_of
+from lutgen.pictures.difference import curves_of
 from lutgen.pictures.distinct import Colours
 from lutgen.readings.rest import TIP_DRIVES
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.display import AppliedEffect, DisplayModel
-    from lutgen.pictures.curve import Curve
+    from lutgen.pictures.difference import Curve
     from lutgen.readings import Measurements
 
 #: Models that are drawn, and how many are left out at either end: 76 of 80 are 95 %.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from lutgen.cells import is_comment
 from lutgen.errors import LutgenError
 from lutgen.files import files_below, read_at_most
-from lutgen.pictures import slides
+from lutgen.pictures import blocks
 from lutgen.pictures.images import FORMATS
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
 #: What is taken of a folder.
-SUFFIXES = tuple(suffix for kind in FORMATS for suffix in kind.suffixes) + slides.SUFFIXES
+SUFFIXES = tuple(suffix for kind in FORMATS for suffix in kind.suffixes) + blocks.SUFFIXES
 
 #: A list of slides ends in this.
 LIST = ".txt"

@@ -13,13 +13,11 @@ from lutgen.errors import LutgenError
 from lutgen.names import AGING_MODES
 from lutgen.pictures.cohort.cluster import on_cluster
 from lutgen.pictures.cohort.find import find_slides
-from lutgen.pictures.cohort.folder import claim
+from lutgen.pictures.cohort.folder import claim, image_from_json
 from lutgen.pictures.cohort.local import on_this_machine
-from lutgen.pictures.cohort.record import image_from_json
 from lutgen.pictures.cohort.spread import Lives, bands_of, coverage, lives_of
 from lutgen.pictures.cohort.task import Asked
-from lutgen.pictures.curve import STATISTICS
-from lutgen.pictures.difference import threads
+from lutgen.pictures.difference import STATISTICS, threads
 from lutgen.pictures.lifetime import TOLERANCES, ImageLifetime, Lifetimes, check_asked, csv_hours, csv_text
 
 if TYPE_CHECKING:

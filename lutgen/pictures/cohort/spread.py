@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.pictures.curve import STATISTICS
+from lutgen.pictures.difference import STATISTICS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lutgen.colorimetry import Array
-    from lutgen.pictures.curve import Curve
+    from lutgen.pictures.difference import Curve
 
 #: Confidence of the interval of a median; that of so few slides falls short of it, so that they get none.
 CONFIDENCE = 0.95

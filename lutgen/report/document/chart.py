@@ -12,7 +12,7 @@ from lutgen.report.drawing import BLUE, RED
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
-    from lutgen.pictures.curve import Curve
+    from lutgen.pictures.difference import Curve
     from lutgen.pictures.lifetime import Lifetimes
 
 #: Size in the drawing's own units, and its margins around the axes.

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.display import AgedDisplay, DisplayModel
-    from lutgen.pictures.curve import Curve
+    from lutgen.pictures.difference import Curve
     from lutgen.pictures.frame import Frame
     from lutgen.pictures.lifetime import Lifetimes
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from lutgen.pictures.curve import Curve
+    from lutgen.pictures.difference import Curve
     from lutgen.pictures.lifetime import ImageLifetime, Lifetimes
     from lutgen.report.parts import Part
 

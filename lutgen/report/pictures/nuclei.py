@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from lutgen.numerals import spaced
-from lutgen.pictures.rings import outlines
+from lutgen.pictures.contrast import outlines
 from lutgen.report.drawing import BLUE, GREY, RED, new_png, picture, save_page, tidy
 from lutgen.report.parts import Headline, Table
 
