@@ -1,7 +1,7 @@
 """The display: measured tips, aging modes, the paper's matrices, and the chain from code value to light."""
 
 from lutgen.display.chain import STAGES, AgedDisplay, Link
-from lutgen.display.conditions import REFERENCE, Conditions, parse_at, what_luts_carry, what_pictures_carry
+from lutgen.display.conditions import REFERENCE, Conditions, parse_at, seen_on, what_luts_carry, what_pictures_carry
 from lutgen.display.fitted import AppliedEffect, Estimate, LatentTips
 from lutgen.display.inverse import Compensation, compensated, compensation_of
 from lutgen.display.model import DisplayModel, default_display, hour_name
@@ -33,6 +33,7 @@ __all__ = [
     "load_model",
     "parse_at",
     "save_model",
+    "seen_on",
     "what_luts_carry",
     "what_pictures_carry",
 ]

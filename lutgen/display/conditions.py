@@ -134,6 +134,15 @@ def what_pictures_carry(model: DisplayModel) -> list[str]:
     return _fixed(model, "Shown at", "which is taken as the same in all of the picture")
 
 
+def seen_on(model: DisplayModel) -> dict[str, Any]:
+    """Return what the JSON of every command on pictures says of the display: display, model, remarks."""
+    return {
+        "display": {"file": model.measurements.file, "sha256": model.measurements.sha256},
+        "model": model.file or None,
+        "remarks": what_pictures_carry(model),
+    }
+
+
 def _fixed(model: DisplayModel, made: str, but: str) -> list[str]:
     stated = model.conditions.stated()
     asks = {each.effect.name: reacts_to(each.effect) for each in model.baked}

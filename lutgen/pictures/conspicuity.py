@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.colorimetry import CHUNK, delta_e_2000
-from lutgen.display import what_pictures_carry
+from lutgen.display import seen_on, what_pictures_carry
 from lutgen.display.hours import MAX_HOURS
 from lutgen.errors import LutgenError, pick_one
 from lutgen.names import AGING_MODES, SOURCES
@@ -26,7 +26,6 @@ from lutgen.pictures.contrast import Contrast, check_loss, contrast_of, rings_of
 from lutgen.pictures.difference import shown_lab, threads
 from lutgen.pictures.field import code_of, read_field
 from lutgen.pictures.nuclei import read_mask, segment
-from lutgen.pictures.schema import seen_on
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.bindings import oiio
-from lutgen.display import what_pictures_carry
+from lutgen.display import seen_on, what_pictures_carry
 from lutgen.errors import LutgenError, pick_one
 from lutgen.files import check_name, replacing
 from lutgen.names import AGING_MODES, MAP_SUFFIXES, SIGNAL, SOURCES
@@ -28,7 +28,6 @@ from lutgen.pictures.distinct import count_colours
 from lutgen.pictures.encoding import Decoder
 from lutgen.pictures.frame import AreaMeans, Grid, whole_factor
 from lutgen.pictures.lifetime import binning_error
-from lutgen.pictures.schema import seen_on
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

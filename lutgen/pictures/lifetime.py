@@ -15,13 +15,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.display import what_pictures_carry
+from lutgen.display import seen_on, what_pictures_carry
 from lutgen.display.hours import MAX_HOURS
 from lutgen.errors import LutgenError, pick_one
 from lutgen.names import AGING_MODES, SOURCES
 from lutgen.pictures.difference import STATISTICS, Curve, curves_of, differences
 from lutgen.pictures.distinct import Colours, count_colours
-from lutgen.pictures.schema import seen_on
 from lutgen.pictures.tissue import Tissue, tissue_only
 from lutgen.pictures.uncertainty import intervals
 

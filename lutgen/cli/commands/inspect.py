@@ -36,7 +36,6 @@ def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, f
       lutgen inspect examples/session.ti3 --plots plots/inspect --json inspect.json
     """
     from lutgen.history import inspect_session
-    from lutgen.history.schema import as_json
     from lutgen.report.history.inspection import inspect_page
 
     alone = check_json(json_to, force=force)
@@ -55,7 +54,7 @@ def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, f
                 progress(number, len(found))
                 plot_inspection(each, folder / name, force=force)
     if json_to:
-        write_json(as_json(found), json_to)
+        write_json({"schema": 1, "sessions": [each.as_json() for each in found]}, json_to)
     if not alone:
         print_page(inspect_page(found))
         if plots:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lutgen.display import seen_on
 from lutgen.numerals import pixels_of_colours, spaced
 from lutgen.pictures.published import TABLE_1, TABLE_1_COLUMNS
-from lutgen.pictures.schema import seen_on
 from lutgen.report.drawing import BLACK, BLUE, GREY, RED, named_once, picture, tidy
 from lutgen.report.parts import Headline, Table
 
