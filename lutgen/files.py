@@ -135,7 +135,7 @@ def _partial(path: Path) -> Path:
     return path.with_name(f".{name}{PARTIAL}")
 
 
-def room(folder: Path) -> float:
+def free_bytes(folder: Path) -> float:
     """Bytes that may still be written into ``folder``; infinite where its file system does not say."""
     usage = shutil.disk_usage(folder)
     return usage.free if usage.total else inf

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from lutgen.display import DisplayModel
     from lutgen.pictures.cohort import Cohort
-    from lutgen.pictures.cohort.find import Slide
+    from lutgen.pictures.cohort.find import CohortSlide
 
 FEW: Any = {"hours": HOURS}
 
@@ -428,8 +428,8 @@ def test_slides_that_dask_suspects_are_tried_again_alone(tmp_path: Path, monkeyp
     found, tried = Outcome({"found": 1}), []
 
     def done(
-        _dask: Any, _client: Any, _asked: Any, slides: tuple[Slide, ...]
-    ) -> Iterator[tuple[Slide, Outcome | None]]:
+        _dask: Any, _client: Any, _asked: Any, slides: tuple[CohortSlide, ...]
+    ) -> Iterator[tuple[CohortSlide, Outcome | None]]:
         tried.append(list(slides))
         for slide in slides:
             blamed = slide == deadly or (slide == second and len(slides) > 1)

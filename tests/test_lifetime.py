@@ -21,7 +21,7 @@ from lutgen.display import Estimate, LatentTips, default_display
 from lutgen.effects import catalogue
 from lutgen.names import AGING_MODES
 from lutgen.pictures import difference, distinct
-from lutgen.pictures.difference import STATISTICS, Curve, differences, quantile, statistics
+from lutgen.pictures.difference import STATISTICS, DifferenceCurve, differences, quantile, statistics
 from lutgen.pictures.distinct import Colours, count_colours
 from lutgen.pictures.lifetime import TOLERANCES, binning_error
 from lutgen.pictures.uncertainty import DRAWS, coarse, drawn
@@ -121,7 +121,7 @@ def test_lifetimes_are_where_straight_lines_between_hours_cross(model: DisplayMo
 )
 def test_the_first_crossing_counts(values: tuple[float, ...], tolerance: float, expected: float | None) -> None:
     some = np.array(values, dtype=float)
-    made = Curve(np.array([0.0, 10.0, 20.0, 30.0]), some, np.zeros(4), some, some, some)
+    made = DifferenceCurve(np.array([0.0, 10.0, 20.0, 30.0]), some, np.zeros(4), some, some, some)
     for name in STATISTICS:
         assert made.hours_until(name, tolerance) == expected
 

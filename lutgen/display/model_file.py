@@ -8,8 +8,11 @@ perhaps the conditions that it is seen under. Numbers are written so that they r
 
 from __future__ import annotations
 
+import json
 import os
+import re
 from math import isfinite
+from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,18 +24,62 @@ from lutgen.display.model import DisplayModel, default_display
 from lutgen.display.modes import LAWS, law_of_table, luminance_law
 from lutgen.display.native import CHANNELS, NativeDisplay
 from lutgen.display.origin import found_by, record_of
-from lutgen.display.toml import document, table_lines
 from lutgen.documents import from_toml
 from lutgen.errors import LutgenError
 from lutgen.files import read_at_most, write_atomically
 from lutgen.readings import read_measurements
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from lutgen.display.modes import LuminanceLaw
     from lutgen.effects import Effect
     from lutgen.readings import Measurements
+
+#: Keys that need no quotes.
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def value_text(value: Any) -> str:
+    """Write a text, number (numpy's too), truth value, or list of them."""
+    if isinstance(value, str):
+        # JSON's escapes are TOML's; JSON lets DEL stand, TOML does not.
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, Integral):
+        return repr(int(value))
+    if isinstance(value, Real):
+        return repr(float(value))
+    return f"[{', '.join(map(value_text, value))}]"
+
+
+def key_text(key: str) -> str:
+    """Write a key."""
+    return key if _BARE.fullmatch(key) else value_text(key)
+
+
+def table_lines(head: str, values: Mapping[str, Any], comments: Mapping[str, str] | None = None) -> list[str]:
+    """Write a table: its head, one line a key, with the comments that are given; keys whose value is None are left out.
+
+    A list of lists takes one line a row.
+    """
+    lines = [head] if head else []
+    for key, value in values.items():
+        if value is None:
+            continue
+        comment = f"  # {(comments or {})[key]}" if comments and key in comments else ""
+        if isinstance(value, list) and value and isinstance(value[0], list):
+            lines += [f"{key_text(key)} = [{comment}", *(f"  {value_text(row)}," for row in value), "]"]
+        else:
+            lines.append(f"{key_text(key)} = {value_text(value)}{comment}")
+    return lines
+
+
+def document(parts: Iterable[list[str]]) -> bytes:
+    """Join tables, an empty line between them."""
+    return ("\n\n".join("\n".join(part) for part in parts if part) + "\n").encode()
+
 
 SCHEMA = 1
 

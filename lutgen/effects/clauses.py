@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.effects.declare import Effect
-    from lutgen.effects.probe import Reading
+    from lutgen.effects.probe import ProbeReading
 
 
 @dataclass(frozen=True)
@@ -209,7 +209,7 @@ BASIC = ("runs", "shapes", "repeatable")
 _STACKED = {"emission", "optics", "viewing", "instrument"}
 
 
-def _cases(stage: str) -> dict[str, Reading]:
+def _cases(stage: str) -> dict[str, ProbeReading]:
     """Readings in every arrangement that fits and LUTs use."""
     full, rest = probe.readings(stage), probe.readings(stage, at_rest=True)
     one = probe.some(full, slice(0, 1), stage)
@@ -222,7 +222,7 @@ def _cases(stage: str) -> dict[str, Reading]:
     return cases
 
 
-def _apply(effect: Effect, reading: Reading, values: Mapping[str, float], *, copy: bool = True) -> Array:
+def _apply(effect: Effect, reading: ProbeReading, values: Mapping[str, float], *, copy: bool = True) -> Array:
     """Send a reading through an effect; whatever a user's function raises breaks the clause."""
     given = probe.copied(reading) if copy else reading
     try:
@@ -262,7 +262,7 @@ def _worst(change: Array) -> tuple[int, ...]:
     return (int(np.argmax(change.reshape(len(change), -1).max(axis=1))),)
 
 
-def _which(reading: Reading, row: tuple[int, ...]) -> str:
+def _which(reading: ProbeReading, row: tuple[int, ...]) -> str:
     code = ", ".join(f"{value:.3g}" for value in reading.scene.code[row])
     hours = np.broadcast_to(reading.scene.hours, (probe.READINGS, 1))[row][0]
     return f"the reading of code ({code}) at hour {hours:g}"

@@ -120,7 +120,7 @@ _BINS = 4096
 
 
 @dataclass(frozen=True)
-class Curve:
+class DifferenceCurve:
     """ΔE2000 of an image in one mode, at increasing hours from 0; every array has shape (h,).
 
     Attributes
@@ -167,7 +167,7 @@ def curves_of(
     modes: Sequence[str],
     hours: Sequence[float],
     progress: Callable[[int, int], None] = lambda _done, _total: None,
-) -> dict[str, Curve]:
+) -> dict[str, DifferenceCurve]:
     """Return the curve of each mode.
 
     The work is that of one image of ``len(colours)`` pixels; memory does not grow with hours or modes.
@@ -202,7 +202,7 @@ def curves_of(
             for values in differences(colours.code, len(colours), unaged, some, report)
         ]
     table = np.array(rows).reshape(len(modes), len(hours), -1)
-    return {mode: Curve(np.array(hours), *part.T) for mode, part in zip(modes, table, strict=True)}
+    return {mode: DifferenceCurve(np.array(hours), *part.T) for mode, part in zip(modes, table, strict=True)}
 
 
 def statistics(values: Array, counts: Counts) -> tuple[float, float, float, float, float]:

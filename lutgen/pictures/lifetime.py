@@ -19,7 +19,7 @@ from lutgen.display import seen_on, what_pictures_carry
 from lutgen.display.hours import MAX_HOURS
 from lutgen.errors import LutgenError, pick_one
 from lutgen.names import AGING_MODES, SOURCES
-from lutgen.pictures.difference import STATISTICS, Curve, curves_of, differences
+from lutgen.pictures.difference import STATISTICS, DifferenceCurve, curves_of, differences
 from lutgen.pictures.distinct import Colours, count_colours
 from lutgen.pictures.tissue import Tissue, tissue_only
 from lutgen.pictures.uncertainty import intervals
@@ -67,7 +67,7 @@ class ImageLifetime:
     bits: int
     binning_error: float
     tissue: Tissue | None
-    curves: dict[str, Curve]
+    curves: dict[str, DifferenceCurve]
     intervals: Intervals | None
 
 
@@ -161,7 +161,7 @@ def csv_hours(hours: float | None) -> str:
     return "" if hours is None else f"{hours:.1f}"
 
 
-def _points(curve: Curve) -> list[dict[str, float]]:
+def _points(curve: DifferenceCurve) -> list[dict[str, float]]:
     columns = {
         "hours": curve.hours,
         "mean": curve.mean,

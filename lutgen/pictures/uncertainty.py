@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.display import AppliedEffect, DisplayModel
-    from lutgen.pictures.difference import Curve
+    from lutgen.pictures.difference import DifferenceCurve
     from lutgen.readings import Measurements
 
 #: Models that are drawn, and how many are left out at either end: 76 of 80 are 95 %.
@@ -49,7 +49,7 @@ Intervals = dict[str, dict[float, dict[str, Interval]]]
 def intervals(
     colours: Colours,
     model: DisplayModel,
-    curves: dict[str, Curve],
+    curves: dict[str, DifferenceCurve],
     tolerances: Sequence[float],
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Intervals | None:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from lutgen.display import DisplayModel
-    from lutgen.pictures.images import Source
+    from lutgen.pictures.images import ImageSource
     from lutgen.pictures.png import Pixels
 
 #: Kinds of files that a study shows: those of code values.
@@ -174,7 +174,7 @@ def shown_pixels(path: Path) -> Pixels:
     return ((pixels.astype(np.uint32) + 128) // 257).astype(np.uint8) if deep else pixels.astype(np.uint8)
 
 
-def _check_shown(source: Source) -> None:
+def _check_shown(source: ImageSource) -> None:
     path = source.path
     if source.format.name not in KINDS or source.storage.dtype not in (np.uint8, np.uint16):
         message = f"{path}: readers are shown PNG, TIFF or JPEG of 8 or 16 bits a channel. Export the image as one."
@@ -185,7 +185,7 @@ def _check_shown(source: Source) -> None:
         raise LutgenError(message)
 
 
-def _bands(source: Source) -> Iterator[Pixels]:
+def _bands(source: ImageSource) -> Iterator[Pixels]:
     opaque = np.iinfo(source.storage.dtype).max
     for first, last in source.bands():
         pixels = source.read(first, last)

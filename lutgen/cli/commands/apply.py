@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lutgen.display import AgedDisplay
-    from lutgen.pictures.apply import Applied
+    from lutgen.pictures.apply import AppliedImage
 
 
 @click.command(cls=Command, section=Section.SIMULATE, place=3)
@@ -139,7 +139,7 @@ def _built_lut(folder: Path, mode: str, hours: float) -> Path:
     raise LutgenError(message)
 
 
-def _sentence(applied: Applied) -> str:
+def _sentence(applied: AppliedImage) -> str:
     parts = [f"{applied.output}: {applied.width} × {applied.height}"]
     if applied.clipped_share is None:
         parts.append("clipped colours unknown to a LUT")

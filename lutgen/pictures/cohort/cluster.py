@@ -24,7 +24,7 @@ from lutgen.pictures.cohort.task import Outcome, look_at, outcomes
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from lutgen.pictures.cohort.find import Slide
+    from lutgen.pictures.cohort.find import CohortSlide
     from lutgen.pictures.cohort.task import Asked, Outcomes
 
 #: Seconds until a scheduler that does not answer is given up, and one that has no worker.
@@ -38,7 +38,7 @@ _DEADLY = "the Dask workers that took it died, one after the other (out of memor
 
 
 @contextmanager
-def on_cluster(address: str) -> Iterator[Callable[[Asked, Sequence[Slide]], Outcomes]]:
+def on_cluster(address: str) -> Iterator[Callable[[Asked, Sequence[CohortSlide]], Outcomes]]:
     """Connect to a scheduler; give what does slides there: each with its outcome, as they are done.
 
     Raises
@@ -83,12 +83,14 @@ def _quiet() -> Iterator[None]:
         logger.setLevel(before)
 
 
-def _outcomes(dask: Any, client: Any, asked: Asked, slides: Sequence[Slide]) -> Outcomes:
+def _outcomes(dask: Any, client: Any, asked: Asked, slides: Sequence[CohortSlide]) -> Outcomes:
     # Dask suspects every slide that waited at a worker when the worker died.
     return outcomes(partial(_done, dask, client, asked), slides, _DEADLY)
 
 
-def _done(dask: Any, client: Any, asked: Asked, slides: Sequence[Slide]) -> Iterator[tuple[Slide, Outcome | None]]:
+def _done(
+    dask: Any, client: Any, asked: Asked, slides: Sequence[CohortSlide]
+) -> Iterator[tuple[CohortSlide, Outcome | None]]:
     # A name of its own for each task: Dask would answer a second run with what it remembers of the first.
     run = uuid4().hex
     futures = {
@@ -126,14 +128,14 @@ class _Call:
     back, for ever. So the task is `pickle.loads`, which all workers have, and a failure is an error of that task.
     """
 
-    def __init__(self, asked: Asked, slide: Slide) -> None:
+    def __init__(self, asked: Asked, slide: CohortSlide) -> None:
         self._given = asked, slide
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _look_there, self._given
 
 
-def _look_there(asked: Asked, slide: Slide) -> Outcome:
+def _look_there(asked: Asked, slide: CohortSlide) -> Outcome:
     """Do a slide on a worker, in its one thread: the worker's other threads have slides of their own."""
     if asked.version != __version__:
         return Outcome(None, f"lutgen is {__version__} on its Dask worker and {asked.version} here. Install the same.")

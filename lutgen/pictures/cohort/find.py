@@ -31,7 +31,7 @@ _WITH_FOLDER = ".mrxs"
 
 
 @dataclass(frozen=True)
-class Slide:
+class CohortSlide:
     """One slide of a cohort.
 
     Attributes
@@ -51,7 +51,7 @@ class Slide:
     changed_ns: int
 
 
-def find_slides(given: Sequence[str | Path]) -> tuple[Slide, ...]:
+def find_slides(given: Sequence[str | Path]) -> tuple[CohortSlide, ...]:
     """Return the slides that files, folders and lists name, in that order; those of a folder by name.
 
     A folder gives all images and slides in it and below; what begins with a dot is left out. A list (.txt) holds a path
@@ -66,7 +66,7 @@ def find_slides(given: Sequence[str | Path]) -> tuple[Slide, ...]:
     """
     if not given:
         raise LutgenError("no slide was given. Give slides, a folder of them, or a list (.txt) of a path a line.")
-    found: dict[str, Slide] = {}
+    found: dict[str, CohortSlide] = {}
     for each in given:
         for path in _named(Path(each)):
             slide = _slide(path)
@@ -96,10 +96,10 @@ def _in_list(file: Path) -> list[Path]:
     return found
 
 
-def _slide(path: Path) -> Slide:
+def _slide(path: Path) -> CohortSlide:
     whole = path.resolve()
     parts = list(_parts(whole))
-    return Slide(
+    return CohortSlide(
         str(path), str(whole), sum(part.st_size for part in parts), max((part.st_mtime_ns for part in parts), default=0)
     )
 

@@ -14,14 +14,14 @@ from lutgen.display.model_file import model_text
 from lutgen.documents import from_json
 from lutgen.errors import LutgenError
 from lutgen.files import PARTIAL, bytes_at_most, write_atomically
-from lutgen.pictures.difference import Curve
+from lutgen.pictures.difference import DifferenceCurve
 from lutgen.pictures.lifetime import ImageLifetime
 from lutgen.pictures.tissue import Tissue
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from lutgen.pictures.cohort.find import Slide
+    from lutgen.pictures.cohort.find import CohortSlide
     from lutgen.pictures.cohort.task import Asked
     from lutgen.pictures.uncertainty import Intervals
 
@@ -62,11 +62,11 @@ class RunFolder:
             old.unlink()
         write_atomically(self.path / OPTIONS, _text(self.recipe))
 
-    def keep(self, slide: Slide, image: Mapping[str, Any]) -> None:
+    def keep(self, slide: CohortSlide, image: Mapping[str, Any]) -> None:
         """Write a slide's result down."""
         write_atomically(self._file(slide), _text({"schema": SCHEMA, "slide": asdict(slide), "image": image}))
 
-    def kept(self, slide: Slide) -> dict[str, Any] | None:
+    def kept(self, slide: CohortSlide) -> dict[str, Any] | None:
         """Return a slide's result, None where there is none of the slide as it is now."""
         if self.other:
             return None
@@ -78,7 +78,7 @@ class RunFolder:
             return None
         return found
 
-    def _file(self, slide: Slide) -> Path:
+    def _file(self, slide: CohortSlide) -> Path:
         # Slides of one name come from many folders.
         place = hashlib.sha256(slide.path.encode(errors="surrogateescape")).hexdigest()[:12]
         return self.path / SLIDES / f"{Path(slide.path).name[:40]}-{place}.json"
@@ -186,8 +186,10 @@ def image_from_json(content: Mapping[str, Any], file: str, tolerances: Sequence[
     )
 
 
-def _curve(points: Sequence[Mapping[str, float]]) -> Curve:
-    return Curve(**{name: np.array([float(point[key]) for point in points]) for name, key in _COLUMNS.items()})
+def _curve(points: Sequence[Mapping[str, float]]) -> DifferenceCurve:
+    return DifferenceCurve(
+        **{name: np.array([float(point[key]) for point in points]) for name, key in _COLUMNS.items()}
+    )
 
 
 def _intervals(modes: Mapping[str, Any], tolerances: Sequence[float]) -> Intervals | None:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Future
     from multiprocessing.connection import Connection
 
-    from lutgen.pictures.cohort.find import Slide
+    from lutgen.pictures.cohort.find import CohortSlide
     from lutgen.pictures.cohort.task import Asked, Outcomes
 
 #: Threads of BLAS would only wait for one another; read when numpy loads.
@@ -43,7 +43,7 @@ _DEADLY = (
 _given: tuple[Asked, int]
 
 
-def on_this_machine(asked: Asked, slides: Sequence[Slide], jobs: int) -> Outcomes:
+def on_this_machine(asked: Asked, slides: Sequence[CohortSlide], jobs: int) -> Outcomes:
     """Give each slide with its outcome, as they are done, from ``jobs`` processes; one process is this one.
 
     When the iterator is closed or interrupted, the processes are ended.
@@ -61,11 +61,11 @@ def on_this_machine(asked: Asked, slides: Sequence[Slide], jobs: int) -> Outcome
     yield from outcomes(partial(_done, asked, jobs), slides, _DEADLY)
 
 
-def _done(asked: Asked, jobs: int, slides: Sequence[Slide]) -> Iterator[tuple[Slide, Outcome | None]]:
+def _done(asked: Asked, jobs: int, slides: Sequence[CohortSlide]) -> Iterator[tuple[CohortSlide, Outcome | None]]:
     """Give each slide with its outcome, None where a process died while it was in hand."""
     waiting = deque(slides)
     while waiting:
-        held: dict[Future[Outcome], Slide] = {}
+        held: dict[Future[Outcome], CohortSlide] = {}
         with _pool(asked, min(jobs, len(waiting)), max(threads() // jobs, 1)) as pool:
             try:
                 while waiting or held:
@@ -141,6 +141,6 @@ def _end_with(end: Connection) -> None:
     os._exit(1)
 
 
-def _look(slide: Slide) -> Outcome:
+def _look(slide: CohortSlide) -> Outcome:
     asked, share = _given
     return look_at(asked, slide, share)

@@ -24,18 +24,18 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from lutgen.display import DisplayModel
-    from lutgen.pictures.cohort.find import Slide
+    from lutgen.pictures.cohort.find import CohortSlide
     from lutgen.pictures.cohort.folder import RunFolder
     from lutgen.pictures.cohort.task import Outcomes
 
-    Crew = Callable[[Asked, Sequence[Slide]], Outcomes]
+    Crew = Callable[[Asked, Sequence[CohortSlide]], Outcomes]
 
 #: What JSON and CSV call a statistic's curve, where that differs: as `lifetime --json` does.
 _POINTS = {"mean": "mean", "max": "mean_plus_2_sd", "p95": "p95", "p99": "p99", "largest": "max"}
 
 
 @dataclass(frozen=True)
-class Broken:
+class BrokenSlide:
     """A slide without a result, and why: one or two sentences."""
 
     file: str
@@ -62,7 +62,7 @@ class Cohort:
     """
 
     slides: Lifetimes
-    broken: tuple[Broken, ...]
+    broken: tuple[BrokenSlide, ...]
     modes: tuple[str, ...]
     kept: int
     folder: Path
@@ -212,7 +212,7 @@ def cohort(
         with closing(crew(asked.anywhere(), missing)) as outcomes:
             for slide, outcome in outcomes:
                 if outcome.image is None:
-                    broken[slide] = Broken(slide.name, outcome.reason)
+                    broken[slide] = BrokenSlide(slide.name, outcome.reason)
                 else:
                     image = outcome.image | {"file": slide.name}
                     folder.keep(slide, image)
@@ -223,7 +223,7 @@ def cohort(
     return Cohort(Lifetimes(in_order, checked, model), named, asked.modes, kept, Path(output))
 
 
-def _kept(folder: RunFolder, slide: Slide, tolerances: Sequence[float]) -> ImageLifetime | None:
+def _kept(folder: RunFolder, slide: CohortSlide, tolerances: Sequence[float]) -> ImageLifetime | None:
     """What an earlier run found of a slide; what cannot be understood is found anew."""
     image = folder.kept(slide)
     try:
@@ -233,7 +233,7 @@ def _kept(folder: RunFolder, slide: Slide, tolerances: Sequence[float]) -> Image
 
 
 @contextmanager
-def _crew(missing: Sequence[Slide], jobs: int | None, scheduler: str | None) -> Iterator[Crew]:
+def _crew(missing: Sequence[CohortSlide], jobs: int | None, scheduler: str | None) -> Iterator[Crew]:
     if scheduler and missing:
         with on_cluster(scheduler) as crew:
             yield crew

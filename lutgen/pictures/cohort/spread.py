@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lutgen.colorimetry import Array
-    from lutgen.pictures.difference import Curve
+    from lutgen.pictures.difference import DifferenceCurve
 
 #: Confidence of the interval of a median; that of so few slides falls short of it, so that they get none.
 CONFIDENCE = 0.95
@@ -91,7 +91,7 @@ def coverage(size: int) -> float | None:
     return float(1.0 - 2 * sum(comb(size, k) for k in range(outside + 1)) / 2**size)
 
 
-def bands_of(curves: Sequence[Curve]) -> dict[str, Band]:
+def bands_of(curves: Sequence[DifferenceCurve]) -> dict[str, Band]:
     """Bring the curves of at least one slide together: statistic → band."""
     found = {}
     for name in STATISTICS:

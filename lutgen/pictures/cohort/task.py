@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Sequence
 
     from lutgen.display import DisplayModel
-    from lutgen.pictures.cohort.find import Slide
+    from lutgen.pictures.cohort.find import CohortSlide
 
     #: Slides with what became of each, in any order.
-    Outcomes = Generator[tuple[Slide, "Outcome"], None, None]
+    Outcomes = Generator[tuple[CohortSlide, "Outcome"], None, None]
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Outcome:
     reason: str = ""
 
 
-def look_at(asked: Asked, slide: Slide, threads: int = 0) -> Outcome:
+def look_at(asked: Asked, slide: CohortSlide, threads: int = 0) -> Outcome:
     """Find one slide's lifetimes, with so many threads (0: one a core). What is wrong with it becomes the reason."""
     try:
         with few_threads(threads):
@@ -75,7 +75,9 @@ def look_at(asked: Asked, slide: Slide, threads: int = 0) -> Outcome:
 
 
 def outcomes(
-    done: Callable[[Sequence[Slide]], Iterator[tuple[Slide, Outcome | None]]], slides: Sequence[Slide], deadly: str
+    done: Callable[[Sequence[CohortSlide]], Iterator[tuple[CohortSlide, Outcome | None]]],
+    slides: Sequence[CohortSlide],
+    deadly: str,
 ) -> Outcomes:
     """Give each slide with its outcome; try those again, each alone, that were in hand when a process died.
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.criticism.compare import Comparison, Slice
-    from lutgen.criticism.panels import Panel
+    from lutgen.criticism.panels import ResidualPanel
     from lutgen.criticism.problem import Problem
     from lutgen.report.parts import Part
 
@@ -163,7 +163,7 @@ ACROSS, LOGARITHMIC, LEAST_LAB = 4, 6.0, 0.3
 AXES = (("ΔL*", BLACK, "o"), ("Δa*", RED, "s"), ("Δb*", BLUE, "^"))
 
 
-def title_of(panel: Panel) -> str:
+def title_of(panel: ResidualPanel) -> str:
     """Say where the error of this dimension is largest."""
     if panel.worst < CLEAR:
         return f"{NAMES[panel.by]}: at most {panel.worst:.1f} × noise"
@@ -201,7 +201,11 @@ def _most_telling(comparison: Comparison) -> str:
 
 
 def _draw(
-    figure: Figure, drawn: Sequence[Panel], earlier: dict[str, Panel], telling: str, between: tuple[float, float]
+    figure: Figure,
+    drawn: Sequence[ResidualPanel],
+    earlier: dict[str, ResidualPanel],
+    telling: str,
+    between: tuple[float, float],
 ) -> None:
     across = min(len(drawn), ACROSS)
     grid = figure.add_gridspec(
@@ -231,7 +235,7 @@ def _draw(
         axes.set_title(title_of(panel), loc="left", fontsize=11, color=RED if clear else BLACK, weight=bold)
 
 
-def _sizes(axes: Axes, panel: Panel, earlier: Panel | None, most: float) -> None:
+def _sizes(axes: Axes, panel: ResidualPanel, earlier: ResidualPanel | None, most: float) -> None:
     low, high = _widened(panel.band).T
     axes.fill_between(panel.places, low, high, color=BAND, linewidth=0)
     axes.axhline(1.0, color=GREY, linewidth=1.0)
@@ -260,7 +264,7 @@ def _widened(band: Array) -> Array:
     return np.asarray(middle + 1.3 * (band - middle))
 
 
-def _directions(axes: Axes, panel: Panel, widest: float, *, legend: bool) -> None:
+def _directions(axes: Axes, panel: ResidualPanel, widest: float, *, legend: bool) -> None:
     limit = panel.scatter.max(axis=1)
     axes.fill_between(panel.places, -limit, limit, color=BAND, linewidth=0)
     axes.axhline(0.0, color=GREY, linewidth=1.0)
@@ -275,7 +279,7 @@ def _directions(axes: Axes, panel: Panel, widest: float, *, legend: bool) -> Non
     _ticks(axes, panel, labelled=True)
 
 
-def _ticks(axes: Axes, panel: Panel, *, labelled: bool) -> None:
+def _ticks(axes: Axes, panel: ResidualPanel, *, labelled: bool) -> None:
     from matplotlib.ticker import MaxNLocator
 
     tidy(axes)
@@ -294,7 +298,7 @@ def _ticks(axes: Axes, panel: Panel, *, labelled: bool) -> None:
     axes.tick_params(labelsize=9, labelbottom=labelled)
 
 
-def _map(axes: Axes, panel: Panel) -> None:
+def _map(axes: Axes, panel: ResidualPanel) -> None:
     """Draw the screen: mean ΔL* at each position, and the error over noise."""
     from matplotlib.patches import Rectangle
 

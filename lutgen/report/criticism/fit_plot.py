@@ -86,8 +86,8 @@ def _limit(axes: Axes, view: View) -> None:
     values = np.concatenate([np.append(curve.with_it, 0.0) for curve in view.curves])
     measured = np.concatenate([curve.measured[curve.sigma < 3 * np.median(curve.sigma)] for curve in view.curves])
     low, high = float(min(values.min(), measured.min())), float(max(values.max(), measured.max()))
-    room = 0.18 * max(high - low, 1e-9)
-    axes.set_ylim(low - room, high + room)
+    margin = 0.18 * max(high - low, 1e-9)
+    axes.set_ylim(low - margin, high + margin)
 
 
 def _patches(axes: Axes, view: View) -> None:

@@ -240,5 +240,5 @@ def _reach(trend: Trend, name: str, drawn: np.ndarray) -> tuple[float, float]:
     bounds = [each.bound for each in trend.passings if each.limit.quantity == name and np.isfinite(each.bound)]
     shown = [*finite, finite[0] - spread, finite[0] + spread, *bounds, *(course.curve[drawn] if course.fits else ())]
     low, high = float(np.min(shown)), float(np.max(shown))
-    room = _ROOM * (high - low)
-    return (max(low - room, -0.0) if name.endswith("shift") else low - room), high + room
+    margin = _ROOM * (high - low)
+    return (max(low - margin, -0.0) if name.endswith("shift") else low - margin), high + margin

@@ -159,13 +159,13 @@ def what_stands_out(axes: Axes, inspection: Inspection) -> None:
     """Write as many remarks as fit, the gravest first."""
     axes.axis("off")
     axes.set_title("What stands out", fontsize=12, loc="left", weight="bold")
-    kept, room = [], _REMARK_LINES
+    kept, space = [], _REMARK_LINES
     for remark in inspection.remarks:
         lines = textwrap.wrap(remark, _REMARK_LETTERS, initial_indent="• ", subsequent_indent="   ")
-        if len(lines) > room:
+        if len(lines) > space:
             break
         kept += lines
-        room -= len(lines)
+        space -= len(lines)
     axes.text(0.0, 0.98, "\n".join(kept) or "Nothing.", fontsize=10, va="top", transform=axes.transAxes)
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from lutgen.pictures.difference import Curve
+    from lutgen.pictures.difference import DifferenceCurve
     from lutgen.pictures.lifetime import ImageLifetime, Lifetimes
     from lutgen.report.parts import Part
 
@@ -150,7 +150,7 @@ def title_of(lifetimes: Lifetimes, image: ImageLifetime) -> str:
     return f"The mean ΔE2000 reaches {tolerance:g}: {', '.join(parts)}"
 
 
-def draw_curve(axes: Axes, curve: Curve, tolerances: Sequence[float], top: float) -> None:
+def draw_curve(axes: Axes, curve: DifferenceCurve, tolerances: Sequence[float], top: float) -> None:
     """Draw one mode: Figure 5."""
     hours = curve.hours
     for values, line, share in ((curve.p99, ":", 99), (curve.p95, "-", 95)):
