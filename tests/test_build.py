@@ -392,7 +392,7 @@ def test_a_tolerance_that_no_size_keeps_is_refused_and_nothing_is_written(tmp_pa
     [
         (("--hours", "20000"), "outside the measured span 0..18000 h"),
         (("--hours", "18000..0"), "backwards"),
-        (("--hours", "0..18000:0"), "never arrives"),
+        (("--hours", "0..18000:0"), "does not advance"),
         (("--hours", "1000000000"), "outside the measured span"),
         (("--hours", "0..18000:0.00001"), "more than 10000"),
         (("--cubesize", "1"), "Pick one of: 17, 33, 65"),

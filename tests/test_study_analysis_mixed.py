@@ -161,7 +161,7 @@ def test_a_fit_that_does_not_converge_or_warns_says_so(monkeypatch: pytest.Monke
             warnings.warn("Gradient optimization failed.\nTry again", ConvergenceWarning, stacklevel=1)
         return Stuck()
 
-    _, errors, said = mixed._said(stuck, "bse_fe")
+    _, errors, said = mixed._fitted(stuck, "bse_fe")
     assert errors.tolist() == [1.0]
     assert said == ("statsmodels: Gradient optimization failed", "the fit did not converge: do not rely on it")
 

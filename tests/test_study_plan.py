@@ -316,7 +316,7 @@ def test_a_float_image_is_refused(tmp_path: Path) -> None:
         (("in", *SMALL, "--model", "gone.toml"), "gone.toml"),
         (("in", *SMALL, "--json", "in"), "in: is a folder"),
         (("in", "--design", "gone.csv"), "gone.csv: cannot read the table"),
-        (("in", "--design", "gone.csv", "--sessions", "1"), "--design says it all"),
+        (("in", "--design", "gone.csv", "--sessions", "1"), "--design holds the whole design"),
     ],
 )
 def test_bad_input_is_named_and_nothing_is_written(

@@ -45,7 +45,7 @@ class Conditions(_Columns):  # type: ignore[misc] # its fields are the columns t
     """
 
     def __post_init__(self) -> None:
-        """Refuse what no display meets."""
+        """Refuse values outside their ranges."""
         for name, value in self.as_dict().items():
             column = COLUMNS[name]
             allowed = isfinite(value) and column.low <= value <= column.high
@@ -64,7 +64,7 @@ class Conditions(_Columns):  # type: ignore[misc] # its fields are the columns t
         return {name: value for name, value in self.as_dict().items() if value != usual[name]}
 
 
-#: Centre, dark room, warm, 25 °C, full screen: what is meant when nothing is said.
+#: The default conditions: centre, dark room, warm, 25 °C, full screen.
 REFERENCE = Conditions()
 
 
@@ -143,11 +143,11 @@ def seen_on(model: DisplayModel) -> dict[str, Any]:
     }
 
 
-def _fixed(model: DisplayModel, made: str, but: str) -> list[str]:
+def _fixed(model: DisplayModel, verb: str, but: str) -> list[str]:
     stated = model.conditions.stated()
     asks = {each.effect.name: reacts_to(each.effect) for each in model.baked}
     needs = {name for names in asks.values() for name in names} | set(stated)
-    lines = [f"{made}: {told(model.conditions, needs)}."] if needs else []
+    lines = [f"{verb}: {told(model.conditions, needs)}."] if needs else []
     for each in model.baked:
         if names := asks[each.effect.name]:
             what = " and ".join(dict.fromkeys(_DEPENDS[name] for name in names))

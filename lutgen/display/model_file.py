@@ -41,7 +41,7 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def value_text(value: Any) -> str:
-    """Write a text, number (numpy's too), truth value, or list of them."""
+    """Write a text, a number (of numpy too), a truth value, or a list of them, as TOML 1.0 with all digits."""
     if isinstance(value, str):
         # JSON's escapes are TOML's; JSON lets DEL stand, TOML does not.
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
@@ -312,40 +312,40 @@ class _Table:
             raise LutgenError(f"unknown key {unknown[0]!r} in {self.where}. Pick one of: {', '.join(keys)}.")
 
     def table(self, key: str, allowed: tuple[str, ...] | None, where: str = "") -> _Table:
-        found = _Table(self.values.get(key, {}), where or f"[{key}]")
+        table = _Table(self.values.get(key, {}), where or f"[{key}]")
         if allowed is not None:
-            found.allow(*allowed)
-        return found
+            table.allow(*allowed)
+        return table
 
     def tables(self, key: str) -> list[Any]:
-        found = self.values.get(key, [])
-        if not isinstance(found, list):
+        tables = self.values.get(key, [])
+        if not isinstance(tables, list):
             raise LutgenError(f"{key} is a list of tables: write [[{key}]].")
-        return found
+        return tables
 
     def text(self, key: str, absent: str) -> str:
-        found = self.values.get(key, absent)
-        if not isinstance(found, str):
+        value = self.values.get(key, absent)
+        if not isinstance(value, str):
             raise self._wrong(key, "a text")
-        return found
+        return value
 
     def flag(self, key: str) -> bool:
-        found = self.values.get(key, False)
-        if not isinstance(found, bool):
+        value = self.values.get(key, False)
+        if not isinstance(value, bool):
             raise self._wrong(key, "true or false")
-        return found
+        return value
 
     def number(self, key: str) -> float:
-        found = self.values.get(key)
-        if isinstance(found, bool) or not isinstance(found, int | float) or not isfinite(found):
+        value = self.values.get(key)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
             raise self._wrong(key, "a finite number")
-        return float(found)
+        return float(value)
 
     def scalar(self, key: str) -> str | float:
-        found = self.values[key]
-        if not isinstance(found, str | int | float):
+        value = self.values[key]
+        if not isinstance(value, str | int | float):
             raise self._wrong(key, "a text or a number")
-        return found
+        return value
 
     def numbers(self, key: str) -> np.ndarray:
         try:

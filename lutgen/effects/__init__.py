@@ -23,11 +23,11 @@ _FOLDER = import_module("lutgen.effects.catalogue")
 @cache
 def catalogue() -> dict[str, Effect]:
     """Return the built-in effects by name, in the order of the light's way, then of the alphabet."""
-    found = []
+    effects = []
     for module in iter_modules(_FOLDER.__path__):
         declared = getattr(import_module(f"{_FOLDER.__name__}.{module.name}"), module.name, None)
         if not isinstance(declared, Effect):
             message = f"lutgen/effects/catalogue/{module.name}.py holds no effect named {module.name}."
             raise LutgenError(message)
-        found.append(declared)
-    return {each.name: each for each in sorted(found, key=chain_order)}
+        effects.append(declared)
+    return {each.name: each for each in sorted(effects, key=chain_order)}

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Clause:
-    """A promise, whether it is kept, and one sentence that says how, or why not."""
+    """A clause of the contract, whether an effect keeps it, and one sentence that says how, or why not."""
 
     clause: str
     passed: bool
@@ -39,7 +39,7 @@ class Broken(LutgenError):  # noqa: N818 - a clause is broken, which is a findin
 
 
 def examine(effect: Effect) -> Iterator[Clause]:
-    """Try clause after clause, in this process, as long as the results can be relied on at all."""
+    """Try one clause after the other, in this process, until a broken one makes the others meaningless."""
     if effect.stage == "selection":
         yield Clause("runs", passed=True, sentence="There is nothing to run: it chooses among the paper's matrices.")
         return
@@ -189,7 +189,7 @@ def _influence(effect: Effect) -> str:
     return "Every parameter changes something." if effect.parameters else "Has no parameters."
 
 
-#: Name of each clause → what tries it, in the order in which they are told.
+#: Name of each clause → the function that tries it, in the order of the report.
 CLAUSES: dict[str, Callable[[Effect], str]] = {
     "runs": _runs,
     "shapes": _shapes,
@@ -202,7 +202,7 @@ CLAUSES: dict[str, Callable[[Effect], str]] = {
     "parameters matter": _influence,
 }
 
-#: Where one of these is broken, no other can be tried.
+#: If an effect breaks one of these, the clauses after it cannot be tried.
 BASIC = ("runs", "shapes", "repeatable")
 
 #: Stages whose signals come for many sets of tips at once.

@@ -1,4 +1,4 @@
-"""Readings and parameters to try an effect on: synthetic, seeded, and hard on careless formulas.
+"""Synthetic readings and parameters, seeded, on which the contract of an effect is tried: extremes included.
 
 Blacks, primaries, greys and mixtures at hours from 0 to 18 000, under every condition: at the centre and in the
 corners, dark and lit, cold and warm (where the minutes are infinite), small windows on bright surrounds.
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     #: Sends a reading through an effect with some values of its parameters.
     Applied = Callable[[Effect, "ProbeReading", Mapping[str, float]], Array]
 
-#: Readings of a probe; neither 1 nor 3 nor 4, which would broadcast by accident.
+#: Readings of a probe. The number is not 1, 3 or 4: a wrong formula would broadcast with those and stay unnoticed.
 READINGS = 48
 
 #: Sets of tips that are sent through at once: what the fits do to find how readings depend on the tips.

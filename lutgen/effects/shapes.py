@@ -4,7 +4,7 @@
 several amplitudes, ``onset`` gives for all of them the share that is there at hour 0; the amplitudes are the sizes at
 18 000 h.
 
-*Gamma by level.* l → l^(1 + Γ(d)), with Γ a cubic spline of the code value d given at five knots: the free form of every
+*Gamma by level.* l → l^(1 + Γ(d)), with Γ a cubic spline of the code value d given at five knots: the free form of each
 drift of the transfer curve. A constant Γ is the plain power law, so the free form contains the simple one; code 0 and 1
 stay where they are, and light stays positive for all knots. Uniform cubic B-splines: de Boor, A Practical Guide to
 Splines (1978); two outer coefficients continue the inner ones linearly, so that constants and straight lines are met

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: What is meant where nothing is said: most displays on desks.
+#: The class of a display whose readings state none: most desktop displays belong to it.
 DEFAULT_CLASS = "white-led"
 
 #: Class → pattern of the words that name it, the first that fits.
@@ -40,7 +40,7 @@ _WORDS = {
     "white-led": r"w.?led|white.{0,3}led|led|edge.?lit",
 }
 
-#: Smallest share of a primary's X + Y + Z that X, Y or Z is taken to have: no light has less.
+#: Smallest share of a primary's X + Y + Z that each of X, Y and Z is given: no real light has less.
 _LEAST = 1e-5
 
 #: Pass bands of the colour filters: lower edge, upper edge, width of the edges (nm), floor.
@@ -48,7 +48,7 @@ _FILTERS = ((590.0, 900.0, 6.0, 0.008), (488.0, 592.0, 9.0, 0.018), (300.0, 486.
 
 
 class _ClassLight(NamedTuple):
-    """Typical spectra of a class: of what wears, first what wears most; of what does not; and of the filters (3, 81).
+    """Typical spectra of a class: the wearing parts, fastest first; the stable part; and the filters (3, 81).
 
     Without filters each part is a primary's emitter, in the order of ``emitters``.
     """
@@ -228,7 +228,7 @@ def mapped(xyz: Array, maps: Array) -> Array:
 
 
 def of_scene(light: SpectralDisplay | None, who: str) -> SpectralDisplay:
-    """Return a scene's light, or refuse: an effect that acts by wavelength does not guess a display."""
+    """Return the light of a scene. Raises LutgenError if it is unknown: an effect on wavelengths needs a display."""
     if light is None:
         message = f"{who} acts on the display's spectra, and the scene has none. Give it light=SpectralDisplay.of(…)."
         raise LutgenError(message)

@@ -136,14 +136,14 @@ class Contrast:
         named = {f"p{percent}": self.percentiles[:, place] for place, percent in enumerate(PERCENT)}
         named["median"] = named.pop("p50")
         columns = {"hours": hours, **named, "change": self.change, "lost_share": self.lost}
-        made = []
+        points = []
         for place in range(len(hours)):
             point: dict[str, Any] = {name: _number(values[place]) for name, values in columns.items()}
             for number, name in enumerate(("median", "change", "lost_share")):
                 ends = None if self.intervals is None else self.intervals[place, number]
                 point[f"{name}_interval"] = None if ends is None or np.isnan(ends).any() else list(map(float, ends))
-            made.append(point)
-        return made
+            points.append(point)
+        return points
 
 
 def check_loss(loss: float) -> None:
@@ -169,18 +169,18 @@ def contrast_of(unaged: Array, aged: Array, loss: float) -> Contrast:
 def _intervals(unaged: Array, aged: Array, losing: NDArray[np.bool_]) -> Array:
     """Ends of median, change and share, (h, 3, 2)."""
     random, size = np.random.default_rng(0), unaged.size
-    found = np.empty((len(aged), 3, DRAWS))
+    draws = np.empty((len(aged), 3, DRAWS))
     step = max(_HELD // size, 1)
     for start in range(0, DRAWS, step):
         stop = min(start + step, DRAWS)
         # A draw a row at a time, so that how many are held together does not change them.
         drawn = np.stack([random.integers(0, size, size) for _ in range(start, stop)])
         before = np.median(unaged[drawn], axis=1)
-        for row, values, lost in zip(found, aged, losing, strict=True):
+        for row, values, lost in zip(draws, aged, losing, strict=True):
             row[0, start:stop] = np.median(values[drawn], axis=1)
             row[1, start:stop] = _change(row[0, start:stop], before)
             row[2, start:stop] = lost[drawn].mean(axis=1)
-    return np.moveaxis(np.percentile(found, BETWEEN, axis=2), 0, -1)
+    return np.moveaxis(np.percentile(draws, BETWEEN, axis=2), 0, -1)
 
 
 def _change(after: Array, before: Array | np.float64) -> Array:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from lutgen.display.chain import Link
     from lutgen.pictures.distinct import Colours, Counts
 
-#: Threads that the work in hand may use; 0: one a core.
+#: Threads that the current work may use; 0: one for each core.
 _FEW = ContextVar("lutgen_threads", default=0)
 
 
@@ -95,7 +95,7 @@ def threads() -> int:
 
 @contextmanager
 def few_threads(count: int) -> Iterator[None]:
-    """Use so many threads inside, since others share the cores; 0: one a core."""
+    """Use at most ``count`` threads inside, because other processes share the cores; 0: one for each core."""
     before = _FEW.set(count)
     try:
         yield
@@ -112,7 +112,7 @@ STATISTICS = {
     "largest": "the largest of all pixels",
 }
 
-#: Differences that are held at a time, 128 MB: displays are taken in groups of so many over the number of colours.
+#: Differences in memory at a time (128 MB): a group of displays has this number over the number of colours.
 HELD = 1 << 24
 
 #: Bins in which a quantile is looked for, before the values in its bin are sorted.

@@ -182,10 +182,10 @@ def difference_map(
         with ExitStack() as stack:
             writers = [stack.enter_context(_floats(file, blocks)) for file in files]
             for place, stored in blocks.read(lambda done, total: progress(500 + 500 * done // total, 1000)):
-                found = _of_block(find, stored, blocks.storage)
-                means.add(place, found[..., np.newaxis].astype(np.float64), np.isfinite(found).astype(np.float64))
+                block = _of_block(find, stored, blocks.storage)
+                means.add(place, block[..., np.newaxis].astype(np.float64), np.isfinite(block).astype(np.float64))
                 for write in writers:
-                    write(place, found)
+                    write(place, block)
     mean, sd, p95, p99, largest = statistics(values, colours.counts)
     return DifferenceMap(
         file=str(image),
@@ -211,8 +211,8 @@ def _computed(unaged: AgedDisplay, aged: AgedDisplay, storage: Storage, stored: 
     """ΔE2000 of pixels, (n, channels) → (n,), each for itself."""
     planes, _ = Decoder(storage, SIGNAL)(stored)
     code = planes.T
-    (found,) = differences(code.__getitem__, len(code), unaged, [aged])
-    return np.asarray(found, np.float32)
+    (values,) = differences(code.__getitem__, len(code), unaged, [aged])
+    return np.asarray(values, np.float32)
 
 
 def _table_of(colours: Colours, values: Array) -> Singles:
@@ -234,10 +234,10 @@ def _of_block(find: Callable[[Stored], Singles], stored: Stored, storage: Storag
     if not storage.alpha or (flat[:, 3] != 0).all():
         return find(flat).reshape(stored.shape[:2])
     seen = flat[:, 3] != 0
-    found = np.full(len(flat), np.nan, np.float32)
+    values = np.full(len(flat), np.nan, np.float32)
     if seen.any():
-        found[seen] = find(flat[seen])
-    return found.reshape(stored.shape[:2])
+        values[seen] = find(flat[seen])
+    return values.reshape(stored.shape[:2])
 
 
 def _check_floats(path: Path, image: Path, *, force: bool) -> Path:

@@ -164,10 +164,10 @@ def _squeezed(table: Counts) -> tuple[list[Keys], Counts]:
     keys, size = [], 0
     for start in range(0, len(table), _SLICE):
         part = table[start : start + _SLICE]
-        found = np.flatnonzero(part)
-        keys.append((found + start).astype(np.uint32))
-        table[size : size + len(found)] = part[found]
-        size += len(found)
+        places = np.flatnonzero(part)
+        keys.append((places + start).astype(np.uint32))
+        table[size : size + len(places)] = part[places]
+        size += len(places)
     few = table[:size].max(initial=0) < 1 << 32
     return keys, table[:size].astype(np.uint32 if few else np.int64)
 

@@ -249,15 +249,15 @@ class TableShader:
     def __call__(self, stored: Stored, out: Stored) -> PixelCounts:
         """Age ``stored`` (n, channels) into ``out`` (n, channels)."""
         colours = _packed(stored)
-        found = self._table.take(colours)
-        new = found == 0
+        shown = self._table.take(colours)
+        new = shown == 0
         if new.any():
             self._add(np.unique(colours[new]))
-            found = self._table.take(colours)
-        out[:, :3] = _bytes(found)[:, :3]
+            shown = self._table.take(colours)
+        out[:, :3] = _bytes(shown)[:, :3]
         out[:, 3:] = stored[:, 3:]
-        unknown = bool(found[0] & _UNKNOWN)
-        return PixelCounts(None if unknown else int(np.count_nonzero(found & _CLIPPED)), 0)
+        unknown = bool(shown[0] & _UNKNOWN)
+        return PixelCounts(None if unknown else int(np.count_nonzero(shown & _CLIPPED)), 0)
 
     def _add(self, colours: NDArray[np.uint32]) -> None:
         channels = self.shader.source.channels

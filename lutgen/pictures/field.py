@@ -56,11 +56,11 @@ class Field:
 
     def rgb(self) -> NDArray[np.uint8]:
         """Code values in 8 bits, as a screen shows them, (rows, columns, 3); white where nothing is visible."""
-        made = np.full((*self.shape, 3), 255, np.uint8)
+        pixels = np.full((*self.shape, 3), 255, np.uint8)
         for channel, shift in enumerate((32, 16, 0)):
             level = (self.keys >> np.uint64(shift)) & np.uint64(0xFFFF)
-            made[..., channel][self.visible] = ((level + np.uint64(128)) // np.uint64(257))[self.visible]
-        return made
+            pixels[..., channel][self.visible] = ((level + np.uint64(128)) // np.uint64(257))[self.visible]
+        return pixels
 
 
 def code_of(keys: NDArray[np.uint64]) -> Array:

@@ -372,19 +372,19 @@ def _dtype(path: Path, oiio_format: Any) -> np.dtype[Any]:
 
 def _encoding(path: Path, spec: Any, kind: ImageFormat) -> str:
     """What the file says that it stores, or what files of its format do."""
-    said = str(spec.get_string_attribute("oiio:ColorSpace")).lower()
+    named = str(spec.get_string_attribute("oiio:ColorSpace")).lower()
     primaries = spec.getattribute("chromaticities") or _SRGB_PRIMARIES
     if max(abs(a - b) for a, b in zip(primaries, _SRGB_PRIMARIES, strict=False)) > 1e-3:
-        said = f"that of other primaries ({', '.join(f'{number:g}' for number in primaries)})"
-    elif said in _LINEAR_NAMES:
+        named = f"that of other primaries ({', '.join(f'{number:g}' for number in primaries)})"
+    elif named in _LINEAR_NAMES:
         return LINEAR
-    if said.startswith(("lin_", "aces", "that")):
+    if named.startswith(("lin_", "aces", "that")):
         message = (
-            f"{path}: its colour space is {said}; lutgen knows linear light of the sRGB primaries. Convert the image "
+            f"{path}: its colour space is {named}; lutgen knows linear light of the sRGB primaries. Convert the image "
             "to linear sRGB first, or say what its numbers are with --source signal or --source linear."
         )
         raise LutgenError(message)
-    return SIGNAL if said.startswith("srgb") else kind.encoding
+    return SIGNAL if named.startswith("srgb") else kind.encoding
 
 
 def _kept(name: str, *, same_encoding: bool) -> bool:

@@ -217,7 +217,7 @@ def lifetime(
     if not images:
         raise LutgenError("no image was given. Give at least one.")
     checked, chosen = check_asked(model, tolerances=tolerances, modes=modes, hours=hours, source=source)
-    found = []
+    lifetimes = []
     for done, image in enumerate(images):
 
         def share(first: int, width: int, done: int = done) -> Callable[[int, int], None]:
@@ -227,7 +227,7 @@ def lifetime(
         colours = count_colours(path, source, share(0, 500))
         colours, kept = tissue_only(colours, path) if tissue else (colours, None)
         curves = curves_of(colours, model, modes, chosen, share(500, 300))
-        found.append(
+        lifetimes.append(
             ImageLifetime(
                 file=str(image),
                 pixels=colours.pixels,
@@ -240,7 +240,7 @@ def lifetime(
             )
         )
         progress(1000 * (done + 1), 1000 * len(images))
-    return Lifetimes(tuple(found), checked, model)
+    return Lifetimes(tuple(lifetimes), checked, model)
 
 
 def check_asked(

@@ -107,15 +107,19 @@ def segment(field: Field, *, stain: str = "auto", min_area: int | None = None) -
     nuclear = (fine > _threshold(field, fine)) & (fine > ndimage.gaussian_filter(amount, AROUND * width))
     nuclear = _filled(_without_threads(nuclear & field.visible, max(THIN * width, 1.0)), HOLE * width**2)
     least = SMALLEST * width**2 if min_area is None else min_area
-    said = f"found by haematoxylin ({STAINS[kind][0]}{', by its colours' if stain == 'auto' else ''})"
-    made = sized(_parted(nuclear, width), width, least, LARGEST * width**2, said)
-    if not made.count:
-        why = f"{made.small} spots are smaller than {least:.0f} pixels" if made.small else "nothing has their size"
+    how = f"found by haematoxylin ({STAINS[kind][0]}{', by its colours' if stain == 'auto' else ''})"
+    labelled = sized(_parted(nuclear, width), width, least, LARGEST * width**2, how)
+    if not labelled.count:
+        why = (
+            f"{labelled.small} spots are smaller than {least:.0f} pixels"
+            if labelled.small
+            else "nothing has their size"
+        )
         raise _none(field, why)
-    return made
+    return labelled
 
 
-def sized(labels: Labels, width: float, least: float, most: float, found: str) -> Nuclei:
+def sized(labels: Labels, width: float, least: float, most: float, how: str) -> Nuclei:
     """Keep the nuclei of a size, in pixels from and to, and number them anew."""
     areas = np.bincount(labels[labels > 0])
     areas = areas if areas.size else np.zeros(1, np.intp)
@@ -125,7 +129,7 @@ def sized(labels: Labels, width: float, least: float, most: float, found: str) -
     number = np.full(len(areas), -1, np.int32)
     number[0], number[kept] = 0, np.arange(1, count + 1)
     renumbered = np.where(labels > 0, number[np.maximum(labels, 0)], labels).astype(np.int32)
-    return Nuclei(renumbered, count, width, int(small.sum()), int(large.sum()), found)
+    return Nuclei(renumbered, count, width, int(small.sum()), int(large.sum()), how)
 
 
 def width_of(mask: Mask) -> float:
@@ -278,20 +282,20 @@ def read_mask(file: str | Path, field: Field, *, min_area: int | None = None) ->
     if not kinds.size:
         raise LutgenError(f"{file}: the mask is empty: every pixel is 0. {_ALLOWED}")
     if kinds.size == 1:
-        labels, found = ndimage.label(values)[0], "pieces of the mask"
+        labels, what = ndimage.label(values)[0], "pieces of the mask"
     else:
-        labels, found = np.searchsorted(kinds, values) + 1, "labels of the mask"
+        labels, what = np.searchsorted(kinds, values) + 1, "labels of the mask"
         labels[values == 0] = 0
         _check_labels(file, labels, kinds.size)
     labels = np.where(field.visible, labels, 0).astype(np.int32)
     width = width_of(_with_edges(labels)) or 1.0
-    made = sized(labels, width, float(min_area or 1), np.inf, f"the {found} {Path(file).name}")
-    if not made.count:
+    labelled = sized(labels, width, float(min_area or 1), np.inf, f"the {what} {Path(file).name}")
+    if not labelled.count:
         message = f"{file}: all nuclei of the mask lie where {field.file} is transparent. {_ALLOWED}"
-        if made.small:
-            message = f"{file}: all {made.small} nuclei are smaller than {min_area} pixels. Lower --min-area."
+        if labelled.small:
+            message = f"{file}: all {labelled.small} nuclei are smaller than {min_area} pixels. Lower --min-area."
         raise LutgenError(message)
-    return made
+    return labelled
 
 
 def _with_edges(labels: Labels) -> NDArray[np.bool_]:

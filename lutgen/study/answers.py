@@ -1,7 +1,7 @@
 """Answers of a study: one file a place, ``STUDY/answers/reader-1.sqlite``; the reader's name is only inside.
 
 A place is a reader's number in the protocol. A name takes the next free place when it first reads, and has it from
-then on. What a name is made of never reaches the file system.
+then on. The name never becomes part of a path.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def take_place(study: Path, protocol: Protocol, name: str, *, session: int, at: 
         file = AnswerFile(path, protocol.sha256, first=(at, first))
         if _same(whose(file.entries, path), name):
             return file
-        file.close()  # another process was quicker with another name
+        file.close()  # another process has just taken this place, for another name
     message = (
         f"--reader {name!r}: the study is planned for {protocol.readers} reader(s), and all places are taken by other "
         "names. Check the name."
@@ -97,12 +97,12 @@ def read_answers(study: Path) -> tuple[Answer, ...]:
 
     """
     protocol = read_protocol(study)
-    found: list[Answer] = []
+    answers: list[Answer] = []
     for place, path in answer_files(study):
         entries = read_entries(path, protocol.sha256)
         if entries:
-            found += _answers(entries, place, path, protocol)
-    return tuple(found)
+            answers += _answers(entries, place, path, protocol)
+    return tuple(answers)
 
 
 def answer_files(study: Path) -> list[tuple[int, Path]]:
@@ -142,30 +142,30 @@ def _answers(entries: Sequence[AnswerRow], place: int, path: Path, protocol: Pro
     reader = whose(entries, path)
     categories = {category.name: category.positive for category in protocol.categories}
     trials = {(trial.session, trial.position): trial for trial in protocol.trials if trial.reader == place}
-    found: list[Answer] = []
+    answers: list[Answer] = []
     for entry in entries:
         _check_count(entry, entries, path)
         if entry.kind != ANSWERED:
             continue
-        said = entry.content
-        trial = trials.get((entry.session, said["position"]))
-        if trial is None or said["category"] not in categories:
+        content = entry.content
+        trial = trials.get((entry.session, content["position"]))
+        if trial is None or content["category"] not in categories:
             message = f"{path}: row {entry.row} answers what the protocol does not ask. Restore the file from a copy."
             raise LutgenError(message)
-        found.append(
+        answers.append(
             Answer(
                 reader=reader,
                 session=entry.session,
                 position=trial.position,
                 image=trial.image,
                 condition=trial.condition,
-                seconds=said["seconds"],
-                ease=said["ease"],
-                category=said["category"],
-                positive=categories[said["category"]],
+                seconds=content["seconds"],
+                ease=content["ease"],
+                category=content["category"],
+                positive=categories[content["category"]],
             )
         )
-    return sorted(found, key=lambda answer: (answer.session, answer.position))
+    return sorted(answers, key=lambda answer: (answer.session, answer.position))
 
 
 def _check_count(entry: AnswerRow, entries: Sequence[AnswerRow], path: Path) -> None:

@@ -44,7 +44,7 @@ _DESIGN = (0, 0)
 #: Hours of a condition, at most.
 _MOST_HOURS = 1e9
 
-#: More readers, or sessions, than these is a slip of the keyboard.
+#: A larger number of readers or sessions is treated as a typing error.
 MOST = 1000
 
 #: Readings in all, of every reader and session: a protocol of more takes minutes and gigabytes.
@@ -107,15 +107,15 @@ def condition_of(text: str) -> StudyCondition:
 
 def conditions_of(texts: Sequence[str]) -> tuple[StudyCondition, ...]:
     """Return conditions, each once. Raises LutgenError for a bad one, one named twice, or none at all."""
-    found: dict[str, StudyCondition] = {}
+    conditions: dict[str, StudyCondition] = {}
     for text in texts:
         condition = condition_of(text)
-        if condition.name in found:
+        if condition.name in conditions:
             raise LutgenError(f"--conditions names {condition.name} twice. Name each condition once.")
-        found[condition.name] = condition
-    if not found:
+        conditions[condition.name] = condition
+    if not conditions:
         raise LutgenError(f"--conditions names no condition. Write a list such as {PAPER_CONDITIONS}.")
-    return tuple(found.values())
+    return tuple(conditions.values())
 
 
 def balanced_design(
@@ -298,5 +298,5 @@ def _shown(row: Row, images: Sequence[str]) -> _Shown:
 
 
 def _some(names: Sequence[str], most: int = 10) -> str:
-    said = ", ".join(names[:most])
-    return said if len(names) <= most else f"{said} and {len(names) - most} more"
+    listed = ", ".join(names[:most])
+    return listed if len(names) <= most else f"{listed} and {len(names) - most} more"

@@ -84,22 +84,22 @@ def find_images(given: Iterable[str | Path]) -> list[Path]:
         A folder without images or that cannot be read, or a file that is named twice.
 
     """
-    found: dict[Path, Path] = {}
+    images: dict[Path, Path] = {}
     for path in (path for each in given for path in _images_of(Path(each))):
         whole = path.resolve()
-        if whole in found:
+        if whole in images:
             raise LutgenError(f"{path}: is given twice. Name each image once; a folder names all images in it.")
-        found[whole] = path
-    return list(found.values())
+        images[whole] = path
+    return list(images.values())
 
 
 def _images_of(given: Path) -> list[Path]:
-    found = files_below(given, SUFFIXES)
-    if found is None:
+    images = files_below(given, SUFFIXES)
+    if images is None:
         return [given]
-    if not found:
+    if not images:
         raise LutgenError(f"{given}: no image in this folder or below. Looked for {', '.join(SUFFIXES)}.")
-    return found
+    return images
 
 
 def look_at(paths: Sequence[Path], progress: Callable[[int], None]) -> tuple[Picture, ...]:
@@ -111,16 +111,16 @@ def look_at(paths: Sequence[Path], progress: Callable[[int], None]) -> tuple[Pic
         One that cannot be read or shown, and two that have one name, are one file, or look the same.
 
     """
-    found = []
+    pictures = []
     for name, path in zip(_names(paths), paths, strict=True):
-        found.append(_picture(name, path))
-        progress(len(found))
+        pictures.append(_picture(name, path))
+        progress(len(pictures))
     for what, key in (
         ("are the same file, byte for byte", lambda each: each.sha256),
         ("show the same pixels", lambda each: each.pixels_sha256),
     ):
-        _check_distinct(found, what, key)
-    return tuple(found)
+        _check_distinct(pictures, what, key)
+    return tuple(pictures)
 
 
 def _names(paths: Sequence[Path]) -> list[str]:
@@ -201,7 +201,7 @@ LUT_FORMAT = "clf"
 #: Letters of a blind name.
 BLIND = 20
 
-#: When every picture says that it was written, in seconds since 1970: the first moment that a ZIP can name.
+#: Time stamp of every picture, in seconds since 1970: the earliest that a ZIP archive can store.
 _WRITTEN = 315_532_800
 
 

@@ -73,7 +73,7 @@ class Render:
 
 @dataclass(frozen=True)
 class StudyTrial:
-    """One image in one session: ``reader`` is the number of a place that a reader takes, from 1, as all others."""
+    """One image in one session: ``reader`` is the number of a reader's place; all numbers count from 1."""
 
     reader: int
     session: int
@@ -133,8 +133,8 @@ class Protocol:
 
     def render(self, image: str, condition: str) -> Render:
         """Return what is shown of an image under a condition. Raises KeyError when it is not in the study."""
-        found = {(render.image, render.condition): render for render in self.renders}
-        return found[image, condition]
+        renders = {(render.image, render.condition): render for render in self.renders}
+        return renders[image, condition]
 
     def as_json(self) -> dict[str, Any]:
         """Return what the file holds, its own hash last."""
@@ -209,7 +209,7 @@ def _protocol(content: Mapping[str, Any], path: Path) -> Protocol:
 #: The paper's: negative 0 and 1+, positive 2+ and 3+; ease from 1, hard, to 10, easy.
 PAPER_NEGATIVE, PAPER_POSITIVE, PAPER_EASE = "0,1+", "2+,3+", "1..10"
 
-#: As many as there are digits to press.
+#: One for each digit key but 0.
 MOST_CATEGORIES = 9
 
 #: What fits on a key of the reading page.

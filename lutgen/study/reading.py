@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 #: Most pauses of an image, and seconds of them in all: a month.
 MAX_PAUSES, MAX_PAUSED = 100_000, 30 * 86_400.0
 
-#: Kind of row: an image left for the screen.
+#: Kind of row: an image was sent to the page.
 SHOWN = "shown"
 
 
@@ -252,7 +252,7 @@ def text_of(time: datetime) -> str:
     return time.astimezone(UTC).isoformat(timespec="milliseconds")
 
 
-#: What a clock may be back without having been set: a network's time corrects it by less.
+#: A clock that is back by less than this was not set by hand: network time corrects clocks by less.
 CLOCK_SLACK = timedelta(seconds=2)
 
 #: Letters of a reason, at most.
@@ -326,19 +326,19 @@ def _begin(began: ReadingSession, file: AnswerFile, now: datetime, why: str | No
 
 def _forbidden(protocol: Protocol, file: AnswerFile, session: int, now: datetime, why: str | None) -> list[str]:
     """Return what speaks against beginning now. Raises LutgenError where there is something and no reason is given."""
-    found = {}
+    reasons = {}
     last = latest(file.entries)
     if now < last - CLOCK_SLACK:
-        found["clock"] = f"the clock says {when(now)}, but {when(last)} was recorded before: it was set back. Set it"
+        reasons["clock"] = f"the clock says {when(now)}, but {when(last)} was recorded before: it was set back. Set it"
     begin = may_begin(file.entries, session, protocol.washout_days)
     if begin and now < begin:
-        found["washout"] = (
+        reasons["washout"] = (
             f"it may begin on {when(begin)}, {protocol.washout_days:g} days after session {session - 1} ended. Wait"
         )
-    if found and not why:
-        message = f"--session {session}: {next(iter(found.values()))}, or give --override REASON, which is recorded."
+    if reasons and not why:
+        message = f"--session {session}: {next(iter(reasons.values()))}, or give --override REASON, which is recorded."
         raise LutgenError(message)
-    return list(found)
+    return list(reasons)
 
 
 def _check_pictures(study: Path, tasks: list[Task], progress: Callable[[int, int], None] | None) -> None:

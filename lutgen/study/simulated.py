@@ -197,11 +197,11 @@ def simulate(
         if not 0 <= difference < float("inf"):
             raise LutgenError(f"ΔE2000 at nuclei of {image} under {condition}: {difference:g} is not 0 or above.")
     positive = {category.name: category.positive for category in reader.categories}
-    made = []
+    answers = []
     for trial in trials:
         difference = differences.get((trial.image, trial.condition), 0.0)
         seconds, ease, category = reader.answer(trial, difference, reader.difficulty(trial.image))
-        made.append(
+        answers.append(
             Answer(
                 reader=f"simulated {trial.reader}",
                 session=trial.session,
@@ -214,20 +214,22 @@ def simulate(
                 positive=positive[category],
             )
         )
-    return tuple(made)
+    return tuple(answers)
 
 
 def paper_trials(seed: int, *, per_condition: int = 40, readers: int = 1) -> tuple[StudyTrial, ...]:
     """Plan the paper's study (section 2.3): a session of images under three conditions, and one of all un-aged."""
     random = np.random.default_rng([seed, 4])
     names = [f"image-{number:03}" for number in range(1, 3 * per_condition + 1)]
-    made = []
+    trials = []
     for reader in range(1, readers + 1):
         under = dict(zip(random.permutation(names), sorted([*PAPER_DIFFERENCES] * per_condition), strict=True))
         for session, shown in ((1, under), (2, dict.fromkeys(names, "none"))):
             order = map(str, random.permutation(names))
-            made += [StudyTrial(reader, session, place, name, shown[name]) for place, name in enumerate(order, start=1)]
-    return tuple(made)
+            trials += [
+                StudyTrial(reader, session, place, name, shown[name]) for place, name in enumerate(order, start=1)
+            ]
+    return tuple(trials)
 
 
 def nuclear_difference(unaged: Path, aged: Mapping[str, Path]) -> dict[str, float]:
@@ -249,14 +251,14 @@ def nuclear_difference(unaged: Path, aged: Mapping[str, Path]) -> dict[str, floa
     field = read_field(unaged)
     nuclei = segment(field).labels > 0
     before = linear_to_lab(code_to_linear(code_of(field.keys[nuclei])))
-    made = {}
+    differences = {}
     for condition, path in aged.items():
         other = read_field(path)
         if other.shape != field.shape:
             raise LutgenError(f"{path}: has another size than {unaged}. Restore the study's images.")
         after = linear_to_lab(code_to_linear(code_of(other.keys[nuclei])))
-        made[condition] = float(delta_e_2000(before, after).mean())
-    return made
+        differences[condition] = float(delta_e_2000(before, after).mean())
+    return differences
 
 
 def measured_differences(
@@ -273,7 +275,7 @@ def measured_differences(
     files: dict[str, dict[str, Path]] = {}
     for render in protocol.renders:
         files.setdefault(render.image, {})[render.condition] = study / render.file
-    found = {}
+    differences = {}
     images = [image.name for image in protocol.images]
     for done, image in enumerate(images):
         aged = {condition: path for condition, path in files.get(image, {}).items() if condition != UNAGED}
@@ -282,6 +284,6 @@ def measured_differences(
                 message = f"{image}: is not shown un-aged in this study, so that its ΔE at nuclei cannot be measured."
                 raise LutgenError(f"{message} Give --difference for each aged condition.")
             for condition, value in nuclear_difference(files[image][UNAGED], aged).items():
-                found[image, condition] = value
+                differences[image, condition] = value
         progress(done + 1, len(images))
-    return found
+    return differences

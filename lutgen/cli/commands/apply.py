@@ -97,7 +97,7 @@ def _aging(
 
     model_given = any(options.values())
     if lut and (build or mode or hours is not None or model_given):
-        raise LutgenError("--lut says it all: leave --build, --mode, --hours and the options of the model out.")
+        raise LutgenError("--lut needs no model: leave --build, --mode, --hours and the options of the model out.")
     if lut:
         return Path(lut), []
     if mode is None or hours is None:
@@ -106,7 +106,7 @@ def _aging(
         model = model_from(**options)
         return model.at(mode, hours), what_pictures_carry(model)
     if model_given:
-        raise LutgenError("--build says everything about the model: leave the options of the model out.")
+        raise LutgenError("--build holds the whole model: leave the options of the model out.")
     return _built_lut(Path(build), mode, hours), []
 
 
@@ -124,9 +124,9 @@ def _built_lut(folder: Path, mode: str, hours: float) -> Path:
             return path
     hour = re.compile(r"[0-9]+(\.[0-9]+)?h")
     built: dict[str, set[str]] = {}
-    for made in folder.glob("*/*h/aged.*"):
-        if hour.fullmatch(made.parent.name):
-            built.setdefault(made.parts[-3], set()).add(made.parent.name)
+    for lut in folder.glob("*/*h/aged.*"):
+        if hour.fullmatch(lut.parent.name):
+            built.setdefault(lut.parts[-3], set()).add(lut.parent.name)
     has = "; ".join(
         f"{of}: {', '.join(sorted(hours_of, key=lambda name: float(name[:-1])))}"
         for of, hours_of in sorted(built.items(), key=lambda each: (each[0] != mode, each[0]))

@@ -58,12 +58,12 @@ def command(
     model = model_from(**options)
     chosen = parse_hours(hours, model.tips) if hours else None
     with progress_bar("aging colours", quiet=outputs.alone) as progress:
-        found = lifetime(
+        lifetimes = lifetime(
             images, model, tolerances=tolerances, hours=chosen, tissue=tissue, source=source, progress=progress
         )
     outputs.write(
-        lifetime_page(found),
-        found.as_json,
-        as_csv=found.as_csv,
-        plot=lambda folder: plot_lifetimes(found, folder, force=force),
+        lifetime_page(lifetimes),
+        lifetimes.as_json,
+        as_csv=lifetimes.as_csv,
+        plot=lambda folder: plot_lifetimes(lifetimes, folder, force=force),
     )

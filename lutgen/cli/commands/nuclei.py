@@ -80,7 +80,7 @@ def command(
     model = model_from(**options)
     chosen = parse_hours(hours, model.tips) if hours else None
     with progress_bar("aging nuclei", quiet=outputs.alone) as progress:
-        found = nuclei(
+        conspicuity = nuclei(
             image,
             model,
             stain=stain,
@@ -92,8 +92,8 @@ def command(
             progress=progress,
         )
     outputs.write(
-        nuclei_page(found),
-        found.as_json,
-        as_csv=found.as_csv,
-        plot=lambda folder: plot_nuclei(found, folder, force=force),
+        nuclei_page(conspicuity),
+        conspicuity.as_json,
+        as_csv=conspicuity.as_csv,
+        plot=lambda folder: plot_nuclei(conspicuity, folder, force=force),
     )

@@ -46,9 +46,9 @@ def command(
     outputs = Outputs(json_to, csv_to, force=force)
     model = model_from(**options)
     with progress_bar("aging colours", quiet=outputs.alone) as progress:
-        found = lifetime(images, model, source=source, progress=progress)
+        lifetimes = lifetime(images, model, source=source, progress=progress)
     outputs.write(
-        table_1_page(found),
-        lambda: table_1_json(found),
-        as_csv=lambda: table_1_csv(found),
+        table_1_page(lifetimes),
+        lambda: table_1_json(lifetimes),
+        as_csv=lambda: table_1_csv(lifetimes),
     )

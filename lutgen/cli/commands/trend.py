@@ -60,12 +60,12 @@ def command(
     chosen = sets or (() if own else (TG18_SECONDARY, DRIFT))
     limits = [*(limit for name in chosen for limit in limits_of(name)), *(parse_limit(text) for text in own)]
     with progress_bar("following", quiet=alone) as progress:
-        found = trend(read_campaign(campaign), limits, all_sessions=all_sessions, progress=progress)
+        result = trend(read_campaign(campaign), limits, all_sessions=all_sessions, progress=progress)
     if path:
         from lutgen.report.history.campaign import plot_trend
 
-        plot_trend(found, path, force=force)
+        plot_trend(result, path, force=force)
     if json_to:
-        write_json(trend_as_json(found), json_to)
+        write_json(trend_as_json(result), json_to)
     if not alone:
-        print_page([*trend_page(found), *([f"Picture: {path}"] if path else [])])
+        print_page([*trend_page(result), *([f"Picture: {path}"] if path else [])])

@@ -66,21 +66,21 @@ def find_slides(given: Sequence[str | Path]) -> tuple[CohortSlide, ...]:
     """
     if not given:
         raise LutgenError("no slide was given. Give slides, a folder of them, or a list (.txt) of a path a line.")
-    found: dict[str, CohortSlide] = {}
+    slides: dict[str, CohortSlide] = {}
     for each in given:
         for path in _named(Path(each)):
             slide = _slide(path)
-            found.setdefault(slide.path, slide)
-    return tuple(found.values())
+            slides.setdefault(slide.path, slide)
+    return tuple(slides.values())
 
 
 def _named(given: Path) -> Iterable[Path]:
-    found = files_below(given, SUFFIXES)
-    if found is None:
+    files = files_below(given, SUFFIXES)
+    if files is None:
         return _in_list(given) if given.suffix.lower() == LIST else [given]
-    if not found:
+    if not files:
         raise LutgenError(f"{given}: no slide in this folder or below. Looked for {', '.join(SUFFIXES)}.")
-    return found
+    return files
 
 
 def _in_list(file: Path) -> list[Path]:
@@ -90,10 +90,10 @@ def _in_list(file: Path) -> list[Path]:
         lines = [line.strip() for line in data.decode("utf-8-sig").splitlines()]
     except UnicodeDecodeError:
         raise LutgenError(f"{file}: cannot read the list of slides: it is not utf-8 text. {advice}") from None
-    found = [file.parent / line for line in lines if line and not is_comment(line)]
-    if not found:
+    files = [file.parent / line for line in lines if line and not is_comment(line)]
+    if not files:
         raise LutgenError(f"{file}: names no slide. {advice}")
-    return found
+    return files
 
 
 def _slide(path: Path) -> CohortSlide:

@@ -73,10 +73,10 @@ class RunFolder:
         try:
             content = from_json(bytes_at_most(self._file(slide), MAX_BYTES, none="result"))
             same = content["schema"] == SCHEMA and content["slide"] | {"name": slide.name} == asdict(slide)
-            found: dict[str, Any] | None = content["image"] if same else None
+            image: dict[str, Any] | None = content["image"] if same else None
         except (OSError, ValueError, KeyError, TypeError):
             return None
-        return found
+        return image
 
     def _file(self, slide: CohortSlide) -> Path:
         # Slides of one name come from many folders.
@@ -193,12 +193,12 @@ def _curve(points: Sequence[Mapping[str, float]]) -> DifferenceCurve:
 
 
 def _intervals(modes: Mapping[str, Any], tolerances: Sequence[float]) -> Intervals | None:
-    found: Intervals = {}
+    intervals: Intervals = {}
     for mode, each in modes.items():
-        found[mode] = {}
+        intervals[mode] = {}
         for tolerance in tolerances:
             interval = each["lifetimes"][f"{tolerance:g}"]["interval"]
             if interval is None:
                 return None
-            found[mode][tolerance] = {name: (ends[0], ends[1]) for name, ends in interval.items()}
-    return found
+            intervals[mode][tolerance] = {name: (ends[0], ends[1]) for name, ends in interval.items()}
+    return intervals

@@ -84,16 +84,16 @@ class Cohort:
 
     def as_json(self) -> dict[str, Any]:
         """Return what ``--json`` writes: see ``lutgen/pictures/schema/cohort.json``."""
-        said = self.slides.as_json()
+        content = self.slides.as_json()
         return {
-            **{key: value for key, value in said.items() if key != "images"},
+            **{key: value for key, value in content.items() if key != "images"},
             "over_all": {
                 "slides": len(self.slides.images),
                 "coverage": coverage(len(self.slides.images)),
                 "modes": {mode: self._over_all(mode) for mode in self.lives},
             },
             "broken": [{"file": each.file, "reason": each.reason} for each in self.broken],
-            "slides": said["images"],
+            "slides": content["images"],
         }
 
     def _over_all(self, mode: str) -> dict[str, Any]:
@@ -200,13 +200,13 @@ def cohort(
         raise LutgenError("jobs are processes of this machine, and a scheduler has its own. Leave one of them out.")
     checked, chosen = check_asked(model, tolerances=tolerances, modes=modes, hours=hours, source=source)
     asked = Asked(model, checked, tuple(dict.fromkeys(modes)), tuple(chosen), tissue, source)
-    found = find_slides(slides)
+    all_slides = find_slides(slides)
     folder = claim(Path(output), asked, force=force)
-    images = {slide: there for slide in found if (there := _kept(folder, slide, checked))}
+    images = {slide: there for slide in all_slides if (there := _kept(folder, slide, checked))}
     kept = len(images)
-    progress(kept, len(found))
+    progress(kept, len(all_slides))
     broken = {}
-    missing = [slide for slide in found if slide not in images]
+    missing = [slide for slide in all_slides if slide not in images]
     with _crew(missing, jobs, scheduler) as crew:
         folder.begin()
         with closing(crew(asked.anywhere(), missing)) as outcomes:
@@ -217,9 +217,9 @@ def cohort(
                     image = outcome.image | {"file": slide.name}
                     folder.keep(slide, image)
                     images[slide] = image_from_json(image, slide.name, checked)
-                progress(len(images) + len(broken), len(found))
-    in_order = tuple(images[slide] for slide in found if slide in images)
-    named = tuple(broken[slide] for slide in found if slide in broken)
+                progress(len(images) + len(broken), len(all_slides))
+    in_order = tuple(images[slide] for slide in all_slides if slide in images)
+    named = tuple(broken[slide] for slide in all_slides if slide in broken)
     return Cohort(Lifetimes(in_order, checked, model), named, asked.modes, kept, Path(output))
 
 

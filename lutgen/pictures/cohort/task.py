@@ -1,4 +1,4 @@
-"""One slide's share of the work, wherever it is done: in this process, in another, on another machine."""
+"""The work on one slide: in this process, in another one, or on another machine."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def look_at(asked: Asked, slide: CohortSlide, threads: int = 0) -> Outcome:
     """Find one slide's lifetimes, with so many threads (0: one a core). What is wrong with it becomes the reason."""
     try:
         with few_threads(threads):
-            found = lifetime(
+            lifetimes = lifetime(
                 [slide.path],
                 asked.model,
                 tolerances=asked.tolerances,
@@ -71,7 +71,7 @@ def look_at(asked: Asked, slide: CohortSlide, threads: int = 0) -> Outcome:
         return Outcome(None, "there was not enough memory. Run again with fewer --jobs.")
     except OSError as error:
         return Outcome(None, f"cannot be read: {reason_of(error)}. Run again when it can.")
-    return Outcome(found.as_json()["images"][0])
+    return Outcome(lifetimes.as_json()["images"][0])
 
 
 def outcomes(

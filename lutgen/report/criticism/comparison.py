@@ -70,7 +70,7 @@ def fresh_lines(comparison: Comparison) -> Iterator[str]:
         yield first.sentence() + hint
         if first.own is not None:
             yield f"Its own model, which no LUT carries yet: mean ΔE2000 {first.own:.2f} on mixtures held out."
-            yield from (f"  {said}" for said in first.rungs)
+            yield from (f"  {rung}" for rung in first.rungs)
     if native:
         yield from native.remarks
 

@@ -108,8 +108,8 @@ def analyse_answers(
     """
     answers, left_out = sensible(answers)
     order = tuple(conditions or condition_order(answers))
-    found = pairs(answers)
-    rows, measured = counts(order, found), samples(order, answers)
+    reading_pairs = pairs(answers)
+    rows, measured = counts(order, reading_pairs), samples(order, answers)
     remarks = [] if rows else ["No image was read by a reader un-aged and once more: there is no agreement to tell of."]
     remarks += [] if available() else [MISSING]
     remarks += left_out
@@ -118,10 +118,10 @@ def analyse_answers(
         rows,
         ci=ci,
         sources=sources,
-        agreement=further_agreement(rows, found),
-        kappas_found=kappas(order, found),
-        mixed=mixed_models(order, answers, found) if available() else (),
-        limits=tuple(design_limits(order, answers, found)),
+        agreement=further_agreement(rows, reading_pairs),
+        kappa_rows=kappas(order, reading_pairs),
+        mixed=mixed_models(order, answers, reading_pairs) if available() else (),
+        limits=tuple(design_limits(order, answers, reading_pairs)),
         remarks=remarks,
     )
 
@@ -158,7 +158,7 @@ def _analysis(
     agreement: tuple[FurtherAgreement, ...],
     limits: tuple[str, ...],
     remarks: Sequence[str],
-    kappas_found: tuple[Kappa, ...] = (),
+    kappa_rows: tuple[Kappa, ...] = (),
     mixed: tuple[MixedModel, ...] = (),
 ) -> Analysis:
     if ci not in INTERVALS:
@@ -174,7 +174,7 @@ def _analysis(
         table4=fourth,
         means=further_means(measured),
         agreement=agreement,
-        kappas=kappas_found,
+        kappas=kappa_rows,
         mixed=mixed,
         holm=several,
         limits=(*limits, *figure_limits(rows, fourth, agreement, several)),

@@ -1,4 +1,4 @@
-"""Who agreed with himself: an answer under a condition against the same reader's un-aged answer to the same image.
+"""How often readers agree with themselves: an answer under a condition against the reader's own un-aged answer.
 
 The paper (section 2.3) reads every image twice, the second time un-aged, and asks whether both diagnoses are on the
 same side, positive or negative. In general a reader may have read an image any number of times. The rule here:
@@ -81,27 +81,29 @@ def pairs(answers: Sequence[Answer]) -> tuple[ReadingPair, ...]:
         if answer.condition == UNAGED:
             unaged[answer.reader, answer.image].append(answer)
     reference, first = {}, {}
-    for key, found in unaged.items():
-        found.sort(key=lambda answer: ((answer.reader, answer.session) not in mixed, answer.session, answer.position))
-        reference[key] = found[-1]
-        if len(found) > 1:
-            first[key] = min(found[:-1], key=lambda answer: (answer.session, answer.position))
-    made = []
+    for key, unaged_answers in unaged.items():
+        unaged_answers.sort(
+            key=lambda answer: ((answer.reader, answer.session) not in mixed, answer.session, answer.position)
+        )
+        reference[key] = unaged_answers[-1]
+        if len(unaged_answers) > 1:
+            first[key] = min(unaged_answers[:-1], key=lambda answer: (answer.session, answer.position))
+    reading_pairs = []
     for answer in answers:
         key = (answer.reader, answer.image)
         if key in reference and (answer.condition != UNAGED or answer is first.get(key)):
-            made.append(ReadingPair(answer, reference[key]))
-    return tuple(made)
+            reading_pairs.append(ReadingPair(answer, reference[key]))
+    return tuple(reading_pairs)
 
 
-def counts(conditions: Sequence[str], found: Sequence[ReadingPair]) -> tuple[AgreementCounts, ...]:
-    """Count who agreed, a row a condition that has pairs."""
-    made = []
+def counts(conditions: Sequence[str], reading_pairs: Sequence[ReadingPair]) -> tuple[AgreementCounts, ...]:
+    """Count the pairs that agree, one row for each condition that has pairs."""
+    rows = []
     for condition in conditions:
-        agreed = [pair.agreed for pair in found if pair.answer.condition == condition]
+        agreed = [pair.agreed for pair in reading_pairs if pair.answer.condition == condition]
         if agreed:
-            made.append(AgreementCounts(condition, sum(agreed), len(agreed) - sum(agreed)))
-    return tuple(made)
+            rows.append(AgreementCounts(condition, sum(agreed), len(agreed) - sum(agreed)))
+    return tuple(rows)
 
 
 @dataclass(frozen=True)
@@ -119,16 +121,16 @@ class Kappa:
     ci95: Interval
 
 
-def kappas(conditions: Sequence[str], found: Sequence[ReadingPair]) -> tuple[Kappa, ...]:
+def kappas(conditions: Sequence[str], reading_pairs: Sequence[ReadingPair]) -> tuple[Kappa, ...]:
     """κ of every condition that has pairs, on sides and on categories."""
-    made = []
+    rows = []
     for condition in conditions:
-        there = [pair for pair in found if pair.answer.condition == condition]
+        there = [pair for pair in reading_pairs if pair.answer.condition == condition]
         if there:
             sides = [(str(pair.answer.positive), str(pair.reference.positive)) for pair in there]
             categories = [(pair.answer.category, pair.reference.category) for pair in there]
-            made += [_kappa(condition, "side", sides), _kappa(condition, "category", categories)]
-    return tuple(made)
+            rows += [_kappa(condition, "side", sides), _kappa(condition, "category", categories)]
+    return tuple(rows)
 
 
 def _kappa(condition: str, of: str, readings: Sequence[tuple[str, str]]) -> Kappa:

@@ -89,9 +89,9 @@ class FurtherAgreement:
     mcnemar: McNemar | None
 
 
-def further_means(found: Sequence[StudySample]) -> tuple[FurtherMeans, ...]:
+def further_means(samples: Sequence[StudySample]) -> tuple[FurtherMeans, ...]:
     """Compare means once more, pair by pair."""
-    return tuple(_means(first, second) for first, second in same_measure(found))
+    return tuple(_means(first, second) for first, second in same_measure(samples))
 
 
 def _means(first: StudySample, second: StudySample) -> FurtherMeans:
@@ -126,13 +126,15 @@ def _rank_p(first: StudySample, second: StudySample) -> float:
 
 
 def further_agreement(
-    rows: Sequence[AgreementCounts], found: Sequence[ReadingPair] = ()
+    rows: Sequence[AgreementCounts], reading_pairs: Sequence[ReadingPair] = ()
 ) -> tuple[FurtherAgreement, ...]:
-    """Compare shares of agreement once more, pair by pair; ``found`` are the pairs of readings where known."""
-    return tuple(_agreement(first, second, found) for first, second in pairs_of(rows))
+    """Compare shares of agreement once more, condition by condition; without ``reading_pairs`` no test is paired."""
+    return tuple(_agreement(first, second, reading_pairs) for first, second in pairs_of(rows))
 
 
-def _agreement(first: AgreementCounts, second: AgreementCounts, found: Sequence[ReadingPair]) -> FurtherAgreement:
+def _agreement(
+    first: AgreementCounts, second: AgreementCounts, reading_pairs: Sequence[ReadingPair]
+) -> FurtherAgreement:
     from scipy.stats import fisher_exact
 
     table = [[first.agreed, first.disagreed], [second.agreed, second.disagreed]]
@@ -147,16 +149,16 @@ def _agreement(first: AgreementCounts, second: AgreementCounts, found: Sequence[
         (100 * low, 100 * high),
         odds,
         odds_ci95,
-        _mcnemar(first.condition, second.condition, found),
+        _mcnemar(first.condition, second.condition, reading_pairs),
     )
 
 
-def _mcnemar(first: str, second: str, found: Sequence[ReadingPair]) -> McNemar | None:
+def _mcnemar(first: str, second: str, reading_pairs: Sequence[ReadingPair]) -> McNemar | None:
     """Exact test on the images of which a reader agreed under one condition and not under the other."""
     from scipy.stats import binomtest
 
     agreed: dict[str, dict[tuple[str, str], bool]] = {first: {}, second: {}}
-    for pair in found:
+    for pair in reading_pairs:
         if pair.answer.condition in agreed:
             # The first of several readings under one condition: one pair an image and reader.
             agreed[pair.answer.condition].setdefault((pair.answer.reader, pair.answer.image), pair.agreed)

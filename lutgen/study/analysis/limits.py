@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 ALPHA = 0.05
 
 
-def design_limits(conditions: Sequence[str], answers: Sequence[Answer], found: Sequence[ReadingPair]) -> Iterator[str]:
+def design_limits(
+    conditions: Sequence[str], answers: Sequence[Answer], reading_pairs: Sequence[ReadingPair]
+) -> Iterator[str]:
     """Say what follows from who read what in which session."""
     if not answers:
         yield (
@@ -42,7 +44,7 @@ def design_limits(conditions: Sequence[str], answers: Sequence[Answer], found: S
             "too often. Go by the mixed models."
         )
     yield from _images(conditions, answers)
-    yield from _order(found)
+    yield from _order(reading_pairs)
 
 
 def _images(conditions: Sequence[str], answers: Sequence[Answer]) -> Iterator[str]:
@@ -75,8 +77,8 @@ def _images(conditions: Sequence[str], answers: Sequence[Answer]) -> Iterator[st
         )
 
 
-def _order(found: Sequence[ReadingPair]) -> Iterator[str]:
-    aged = [pair for pair in found if pair.answer.condition != UNAGED]
+def _order(reading_pairs: Sequence[ReadingPair]) -> Iterator[str]:
+    aged = [pair for pair in reading_pairs if pair.answer.condition != UNAGED]
     later = sum(pair.reference.session > pair.answer.session for pair in aged)
     if aged and later in (0, len(aged)):
         yield (

@@ -69,26 +69,28 @@ def samples(conditions: Sequence[str], answers: Sequence[Answer]) -> tuple[Study
     """Collect time and ease by condition, from the sessions that showed anything aged; from all where none did."""
     mixed = mixed_sessions(answers)
     taken = [answer for answer in answers if (answer.reader, answer.session) in mixed] or list(answers)
-    made = []
+    collected = []
     for measure in MEASURES:
         for condition in conditions:
             there = [answer for answer in taken if answer.condition == condition]
             values = [answer.seconds if measure == "time" else float(answer.ease) for answer in there]
             if values:
-                made.append(sample_of(measure, condition, values))
-    return tuple(made)
+                collected.append(sample_of(measure, condition, values))
+    return tuple(collected)
 
 
-def table_2(found: Sequence[StudySample], *, ci: str = "normal") -> Table2:
+def table_2(measured: Sequence[StudySample], *, ci: str = "normal") -> Table2:
     """Make the table and its tests from samples in their order; ``ci`` is a key of ``INTERVALS``."""
-    means = tuple(Mean(one.measure, one.condition, one.n, one.mean, one.sd, mean_interval(one, ci)) for one in found)
-    return Table2(means, tuple(_mean_test(first, second) for first, second in same_measure(found)))
+    means = tuple(Mean(one.measure, one.condition, one.n, one.mean, one.sd, mean_interval(one, ci)) for one in measured)
+    return Table2(means, tuple(_mean_test(first, second) for first, second in same_measure(measured)))
 
 
-def same_measure(found: Sequence[StudySample]) -> list[tuple[StudySample, StudySample]]:
+def same_measure(measured: Sequence[StudySample]) -> list[tuple[StudySample, StudySample]]:
     """Return each pair of conditions, measure by measure, where both have a variance."""
     return [
-        pair for measure in MEASURES for pair in pairs_of(one for one in found if one.measure == measure and one.n > 1)
+        pair
+        for measure in MEASURES
+        for pair in pairs_of(one for one in measured if one.measure == measure and one.n > 1)
     ]
 
 
@@ -110,11 +112,13 @@ class Agreement:
 
 def table_3(rows: Sequence[AgreementCounts]) -> tuple[Agreement, ...]:
     """Make the table from what was counted."""
-    made = []
+    rows_of_table = []
     for row in rows:
         low, high = wilson(row.agreed, row.n)
-        made.append(Agreement(row.condition, row.agreed, row.disagreed, 100 * row.share, (100 * low, 100 * high)))
-    return tuple(made)
+        rows_of_table.append(
+            Agreement(row.condition, row.agreed, row.disagreed, 100 * row.share, (100 * low, 100 * high))
+        )
+    return tuple(rows_of_table)
 
 
 @dataclass(frozen=True)
@@ -131,12 +135,12 @@ class AgreementTest:
 
 def table_4(rows: Sequence[AgreementCounts]) -> tuple[AgreementTest, ...]:
     """Test each condition against each later one; conditions of a single pair are left out."""
-    made = []
+    tests = []
     for greater, less in pairs_of(row for row in rows if row.n > 1):
         figures = greater.figures(), less.figures()
         t, df, p = map(float, pooled(*figures, one_tailed=True))
-        made.append(AgreementTest(greater.condition, less.condition, t, df, p, float(equal_variances(*figures))))
-    return tuple(made)
+        tests.append(AgreementTest(greater.condition, less.condition, t, df, p, float(equal_variances(*figures))))
+    return tuple(tests)
 
 
 @dataclass(frozen=True)
@@ -160,8 +164,8 @@ def corrected(means: Sequence[MeanTest], agreement: Sequence[AgreementTest]) -> 
 
 def holm(p: Sequence[float]) -> list[float]:
     """Corrected p-values, in the order given."""
-    made, worst = [0.0] * len(p), 0.0
+    corrected_p, worst = [0.0] * len(p), 0.0
     for rank, place in enumerate(sorted(range(len(p)), key=lambda each: p[each])):
         worst = max(worst, min(1.0, (len(p) - rank) * p[place]))
-        made[place] = worst
-    return made
+        corrected_p[place] = worst
+    return corrected_p

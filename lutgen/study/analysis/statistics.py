@@ -204,6 +204,6 @@ def odds_ratio(first: AgreementCounts, second: AgreementCounts) -> Sized:
     """
     from scipy.stats.contingency import odds_ratio as conditional
 
-    found = conditional([[second.agreed, second.disagreed], [first.agreed, first.disagreed]])
-    low, high = found.confidence_interval(0.95)
-    return float(found.statistic), (float(low), float(high))
+    ratio = conditional([[second.agreed, second.disagreed], [first.agreed, first.disagreed]])
+    low, high = ratio.confidence_interval(0.95)
+    return float(ratio.statistic), (float(low), float(high))

@@ -35,7 +35,7 @@ def read_answer_table(file: str | Path) -> tuple[str, tuple[Answer, ...]]:
 
     """
     remark, rows = read_rows(file, COLUMNS)
-    made = []
+    answers = []
     lines: dict[tuple[str, int, str], int] = {}
     sides: dict[str, tuple[bool, int]] = {}
     for row in rows:
@@ -46,8 +46,8 @@ def read_answer_table(file: str | Path) -> tuple[str, tuple[Answer, ...]]:
         side, line = sides.setdefault(answer.category, (answer.positive, row.line))
         if side != answer.positive:
             raise row.error("positive", f"contradicts line {line}, where {answer.category!r} has the other side.")
-        made.append(answer)
-    return remark, tuple(made)
+        answers.append(answer)
+    return remark, tuple(answers)
 
 
 def _answer(row: Row) -> Answer:
@@ -106,15 +106,15 @@ def read_counts(file: str | Path) -> tuple[str, tuple[AgreementCounts, ...]]:
 
     """
     remark, rows = read_rows(file, COUNTS)
-    made = []
+    counts = []
     for row in rows:
         agreed, disagreed = (row.whole(column, low=0, high=MOST) for column in COUNTS[1:])
-        found = AgreementCounts(row.text("condition"), agreed, disagreed)
-        if not found.n:
+        count = AgreementCounts(row.text("condition"), agreed, disagreed)
+        if not count.n:
             raise row.error("agreed", "and no disagreed either: nothing was compared. Leave the condition out.")
-        made.append(found)
-    _check_once(rows, [(row.condition,) for row in made])
-    return remark, tuple(made)
+        counts.append(count)
+    _check_once(rows, [(row.condition,) for row in counts])
+    return remark, tuple(counts)
 
 
 def read_summary(file: str | Path, *, ci: str = "normal") -> tuple[str, tuple[StudySample, ...]]:
@@ -130,7 +130,7 @@ def read_summary(file: str | Path, *, ci: str = "normal") -> tuple[str, tuple[St
 
     """
     remark, rows = read_rows(file, SUMMARY)
-    made = []
+    samples = []
     for row in rows:
         measure = row.text("measure")
         if measure not in MEASURES:
@@ -138,10 +138,10 @@ def read_summary(file: str | Path, *, ci: str = "normal") -> tuple[str, tuple[St
         n = row.whole("n", low=2)
         mean = row.number("mean", low=0.0)
         sd = row.number("ci95", low=0.0) / half_width(n, ci)
-        made.append(StudySample(measure, row.text("condition"), n, mean, sd))
-    _check_once(rows, [(one.measure, one.condition) for one in made])
-    made.sort(key=lambda one: list(MEASURES).index(one.measure))
-    return remark, tuple(made)
+        samples.append(StudySample(measure, row.text("condition"), n, mean, sd))
+    _check_once(rows, [(one.measure, one.condition) for one in samples])
+    samples.sort(key=lambda one: list(MEASURES).index(one.measure))
+    return remark, tuple(samples)
 
 
 def _check_once(rows: Sequence[Row], keys: Sequence[tuple[str, ...]]) -> None:
@@ -165,25 +165,25 @@ TABLE_FILES = (
 )
 
 
-def tables_csv(found: Analysis) -> dict[str, str]:
+def tables_csv(analysis: Analysis) -> dict[str, str]:
     """Return name → text of every table that has rows; the first line says where the figures come from."""
     rows: tuple[Iterable[Mapping[str, Any]], ...] = (
-        map(asdict, found.table2.means),
-        map(asdict, found.table2.tests),
-        map(asdict, found.table3),
-        map(asdict, found.table4),
-        map(asdict, found.means),
-        map(asdict, found.agreement),
-        map(asdict, found.kappas),
+        map(asdict, analysis.table2.means),
+        map(asdict, analysis.table2.tests),
+        map(asdict, analysis.table3),
+        map(asdict, analysis.table4),
+        map(asdict, analysis.means),
+        map(asdict, analysis.agreement),
+        map(asdict, analysis.kappas),
         [
             {"measure": model.measure, "effect": model.effect, "against": model.against, "n": model.n, **asdict(each)}
-            for model in found.mixed
+            for model in analysis.mixed
             for each in model.effects
         ],
-        map(asdict, found.holm),
+        map(asdict, analysis.holm),
     )
     flat = {name: [dict(_flat(row)) for row in table] for name, table in zip(TABLE_FILES, rows, strict=True)}
-    return {name: _text(table, found.sources) for name, table in flat.items() if table}
+    return {name: _text(table, analysis.sources) for name, table in flat.items() if table}
 
 
 def _flat(row: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:

@@ -42,8 +42,8 @@ def command(*, files: tuple[str, ...], reference: str | None, json_to: str | Non
     listed = len(files) == 1 and files[0].lower().endswith(".toml")
     campaign = read_campaign(files[0]) if listed else campaign_of(files)
     with progress_bar("explaining", quiet=alone) as progress:
-        found = separate(campaign, reference=reference, progress=progress)
+        separation = separate(campaign, reference=reference, progress=progress)
     if json_to:
-        write_json(separation_as_json(found), json_to)
+        write_json(separation_as_json(separation), json_to)
     if not alone:
-        print_page(separate_page(found))
+        print_page(separate_page(separation))

@@ -62,20 +62,20 @@ def command(
     alone = check_json(json_to, force=force)
     _check(csv_to, plots, force=force)
     with progress_bar("analysing", quiet=alone):
-        found = _analysis(study, answers, counts, summary, ci)
+        analysis = _analysis(study, answers, counts, summary, ci)
     picture = None
     if csv_to:
-        _write_tables(found, csv_to)
+        _write_tables(analysis, csv_to)
     if plots:
         from lutgen.report.study.analysis_plot import plot_study
 
-        picture = plot_study(found, plots, force=force)
+        picture = plot_study(analysis, plots, force=force)
     if json_to:
-        write_json(found.as_json(), json_to)
+        write_json(analysis.as_json(), json_to)
     if not alone:
         from lutgen.report.study.analysis import study_page
 
-        print_page([*study_page(found), *([f"Picture: {picture}"] if picture else [])])
+        print_page([*study_page(analysis), *([f"Picture: {picture}"] if picture else [])])
 
 
 def _check(csv_to: str | None, plots: str | None, *, force: bool) -> None:
@@ -93,14 +93,14 @@ def _check(csv_to: str | None, plots: str | None, *, force: bool) -> None:
         check_pictures(plots, [PICTURE], force=force)
 
 
-def _write_tables(found: Analysis, folder: str) -> None:
+def _write_tables(analysis: Analysis, folder: str) -> None:
     """Write the tables; those of an earlier analysis that this one does not have are taken away."""
     from pathlib import Path
 
     from lutgen.files import write_atomically
     from lutgen.study.analysis.tables import TABLE_FILES, tables_csv
 
-    texts = tables_csv(found)
+    texts = tables_csv(analysis)
     for name, text in texts.items():
         write_atomically(Path(folder) / name, text.encode())
     for name in TABLE_FILES:

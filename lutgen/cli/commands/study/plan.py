@@ -135,7 +135,7 @@ def _design(
 
     if table is not None:
         if not (conditions is None and per_condition is None and sessions is None):
-            message = "--design says it all: leave --conditions, --per-condition and --sessions out."
+            message = "--design holds the whole design: leave --conditions, --per-condition and --sessions out."
             raise click.UsageError(message)
         return lambda names: read_design(Path(table), names, readers=readers, seed=seed)
     compared = design.conditions_of((design.PAPER_CONDITIONS if conditions is None else conditions).split(","))
