@@ -1,8 +1,8 @@
 """How many seeded faults in a module the tests notice: ``python -m tests.mutants lutgen/bake/digits.py --tests FILE…``.
 
 A mutant is the module with one operator, comparison, constant or condition changed. Each is tried in a process of its
-own, forked from one that has loaded the libraries, and is noticed when a test fails. No check runs this program: it takes
-seconds for each mutant, and its score is for people.
+own, forked from one that has loaded the libraries, and is noticed when a test fails. No check runs this program: each
+mutant takes seconds, and the score is for people.
 """
 
 from __future__ import annotations
