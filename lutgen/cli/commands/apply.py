@@ -25,7 +25,9 @@ if TYPE_CHECKING:
 @click.option("--mode", type=click.Choice(MODES), help="Aging mode.")
 @click.option("--hours", type=NUMBER, metavar="HOUR", help="Operating hours of the display.")
 @click.option(
-    "--lut", metavar="FILE", help="Apply this .cube, .clf, .3dl, .csp or .spi3d, tetrahedrally, not the model."
+    "--lut",
+    metavar="FILE",
+    help="Apply this LUT instead of the model, tetrahedrally: any format that OpenColorIO reads.",
 )
 @click.option("--build", metavar="DIR", help="Apply the LUT for --mode and --hours of a folder that lutgen build made.")
 @click.option("--side-by-side", is_flag=True, help="Un-aged on the left, aged on the right.")
