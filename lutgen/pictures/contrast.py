@@ -91,7 +91,7 @@ PERCENT = (5, 25, 50, 75, 95)
 #: Resamples, and the per cents of them between which an interval lies.
 DRAWS, BETWEEN = 400, (2.5, 97.5)
 
-#: Fewer nuclei than this give no interval: too few to say how they scatter.
+#: Fewer nuclei than this get no interval: their scatter is not known well enough.
 FEWEST = 10
 
 #: Draws that are held at a time, 32 MB.
@@ -173,7 +173,7 @@ def _intervals(unaged: Array, aged: Array, losing: NDArray[np.bool_]) -> Array:
     step = max(_HELD // size, 1)
     for start in range(0, DRAWS, step):
         stop = min(start + step, DRAWS)
-        # A draw a row at a time, so that how many are held together does not change them.
+        # Drawn one row at a time, so that the result does not depend on the number of draws in memory.
         drawn = np.stack([random.integers(0, size, size) for _ in range(start, stop)])
         before = np.median(unaged[drawn], axis=1)
         for row, values, lost in zip(draws, aged, losing, strict=True):

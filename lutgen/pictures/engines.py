@@ -1,4 +1,4 @@
-"""What turns a block of pixels into what the aged display shows: the direct model, or a built LUT.
+"""Engines that turn a block of pixels into the pixels of the aged display: the direct model, or a built LUT.
 
 An engine takes planes of shape (3, n) in 0..1, in the encoding that it works in, and gives planes in the same
 encoding in 0..1, with which an un-aged sRGB viewer shows the aged colours.
@@ -109,7 +109,7 @@ class PaperEngine:
         """Age linear light (3, n)."""
         chosen = self._chosen(planes)
         colours = np.bincount(chosen, minlength=16)
-        # All colours by the matrix that most of them use, then the others by theirs: that moves the fewest.
+        # First all colours by the most frequent matrix, then the others by their own: this moves the fewest pixels.
         usual = int(np.argmax(colours))
         aged = _multiply(self._matrices[usual], planes)
         colours[usual] = 0
@@ -175,7 +175,7 @@ def _processor(path: Path) -> Any:
     return lut_processor(path).getDefaultCPUProcessor()
 
 
-#: Pixels that are aged at a time: the planes of fewer cost more calls, those of more leave the cache.
+#: Pixels aged at a time: fewer need more calls, and planes of more do not fit into the cache.
 BLOCK = 16_384
 
 
@@ -223,7 +223,7 @@ class Shader:
         return PixelCounts(None if clipped is None else int(np.count_nonzero(clipped)), source_clipped)
 
     def shade(self, stored: Stored, out: Stored) -> tuple[Clipped, int]:
-        """As a call, but tell which pixels the viewer's gamut clips."""
+        """As a call, but also return which pixels the viewer's gamut clips."""
         planes, source_clipped = self._decode(stored)
         aged, clipped = self.engine(planes)
         self._encode(aged, stored, self.source.white, out)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 #: Pixels of the largest field: 4096 × 4096, some ten thousand nuclei, half a minute and up to 2 GB on two cores.
 LIMIT = 1 << 24
 
-#: Whether something is so of each pixel, shape (rows, columns).
+#: A truth value for each pixel, shape (rows, columns).
 Mask = NDArray[np.bool_]
 
 

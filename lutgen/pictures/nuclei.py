@@ -26,16 +26,17 @@ from lutgen.names import STAINS
 if TYPE_CHECKING:
     from lutgen.pictures.field import Field, Mask
 
-#: Share of the stained pixels from which on brown says DAB. Eosin and haematoxylin never absorb blue most.
+#: Least share of brown pixels among the stained ones for the stain DAB: eosin and haematoxylin absorb blue least.
 BROWN = 0.1
 
-#: Optical density from which on a pixel is stained.
+#: Least optical density of a stained pixel.
 STAINED = 0.15
 
 #: Haematoxylin and ground lie at least this far apart in optical density, on average: noise of a scanner gives 0.01.
 CONTRAST = 0.05
 
-#: Shares of a typical nucleus's width: smoothing, its surroundings, what is too thin, how deep a waist parts two.
+#: Shares of a typical nucleus's width: radius of smoothing, size of the surroundings, width of pieces that are removed,
+#: and depth of a waist at which a piece is cut in two.
 SMOOTH, AROUND, THIN, WAIST = 1 / 12, 1.5, 0.12, 0.04
 
 #: Shares of its square: the smallest nucleus (a third of a disc of that width), the largest, and holes that are filled.
@@ -120,7 +121,7 @@ def segment(field: Field, *, stain: str = "auto", min_area: int | None = None) -
 
 
 def sized(labels: Labels, width: float, least: float, most: float, how: str) -> Nuclei:
-    """Keep the nuclei of a size, in pixels from and to, and number them anew."""
+    """Keep the nuclei whose size in pixels lies between two limits, and number them again."""
     areas = np.bincount(labels[labels > 0])
     areas = areas if areas.size else np.zeros(1, np.intp)
     small, large = (areas > 0) & (areas < least), areas > most
@@ -140,12 +141,12 @@ def width_of(mask: Mask) -> float:
     """
     from scipy import ndimage
 
-    # Outside the field is no ground: what the border cuts is as wide as it is seen.
+    # Pixels outside the field are no ground, so the border of the field does not make a nucleus narrower.
     depth = ndimage.distance_transform_edt(np.pad(mask, 1, mode="edge"))[1:-1, 1:-1]
     peaks, count = ndimage.label((depth == ndimage.maximum_filter(depth, 5)) & (depth >= 1.5), np.ones((3, 3)))
     if not count:
         return 0.0
-    # One a piece: the middle of a long fold is a ridge of many pixels.
+    # One value for each piece: the middle of a long fold is a ridge of many pixels.
     middles = np.sort(ndimage.maximum(depth, peaks, np.arange(1, count + 1)))
     area = np.cumsum(middles**2)
     return float(2.0 * middles[np.searchsorted(area, area[-1] / 2.0)] - 1.0)
@@ -176,7 +177,7 @@ def _haematoxylin(field: Field, stain: str) -> NDArray[np.float32]:
 
 
 def _typical_width(field: Field, amount: NDArray[np.float32]) -> float:
-    """Width of a typical nucleus in pixels, 0 where there are but specks; of what exceeds Otsu's threshold.
+    """Width in pixels of a typical nucleus above Otsu's threshold; 0 where only specks are.
 
     Where more of that is dark ground than nuclei, the width is that of the ground.
     """
@@ -188,7 +189,7 @@ def _typical_width(field: Field, amount: NDArray[np.float32]) -> float:
 
 
 def _threshold(field: Field, amount: NDArray[np.float32]) -> float:
-    """Otsu's, over what is visible. Raises LutgenError where it parts nothing but noise."""
+    """Return Otsu's threshold over the visible pixels. Raises LutgenError where it separates only noise."""
     seen = amount[field.visible]
     if seen.min() == seen.max():
         raise _none(field, "it holds no haematoxylin")
@@ -200,7 +201,7 @@ def _threshold(field: Field, amount: NDArray[np.float32]) -> float:
 
 
 def _without_threads(mask: Mask, radius: float) -> Mask:
-    """Open a mask with a disc: what is thinner than twice its radius goes."""
+    """Open a mask with a disc: parts thinner than twice its radius are removed."""
     from scipy import ndimage
 
     inner = ndimage.distance_transform_edt(np.pad(mask, 1, mode="edge"))[1:-1, 1:-1] > radius
