@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.criticism.families import condition_of, family_of
+from lutgen.criticism.families import kind_of
 from lutgen.criticism.linear import State
 from lutgen.criticism.system import Block, System, bounded, local_columns
 
@@ -84,8 +84,7 @@ def cells(problem: Problem) -> list[NDArray[np.intp]]:
 
     What the prediction starts from is never withheld: tips at rest, and what a native display is made of.
     """
-    family, condition = family_of(problem), condition_of(problem)
-    named = np.where(condition == "", family, condition)
+    named = kind_of(problem)
     kept = problem.is_anchor
     found = []
     for hour in range(problem.hours.size):
