@@ -25,7 +25,8 @@ from lutgen.pictures.cohort.find import find_slides
 from lutgen.pictures.cohort.folder import RunFolder, image_from_json
 from lutgen.pictures.cohort.spread import bands_of, coverage, left_out, lives_of
 from lutgen.pictures.cohort.task import Asked, Outcome
-from lutgen.pictures.difference import STATISTICS, few_threads, threads
+from lutgen.pictures.difference import STATISTICS
+from lutgen.pictures.threads import few_threads, threads
 from tests.cohort_slides import HOURS, break_slide, deadly_model, make_slides, model, seven_colours
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from statsmodels.stats.multitest import multipletests
 
 from lutgen import LutgenError
 from lutgen.study.analysis import analyse_answers, analyse_figures
-from lutgen.study.analysis.agreement import AgreementCounts, cohen, counts, kappas, pairs
+from lutgen.study.analysis.agreement import AgreementCounts, cohen, condition_order, counts, kappas, odds_ratio, pairs
 from lutgen.study.analysis.further import further_agreement, further_means
 from lutgen.study.analysis.paper_tables import holm, samples
 from lutgen.study.analysis.statistics import (
@@ -30,13 +30,12 @@ from lutgen.study.analysis.statistics import (
     hedges_g,
     mean_interval,
     newcombe,
-    odds_ratio,
     pooled,
     sample_of,
     welch,
     wilson,
 )
-from lutgen.study.analysis.tables import answer_table, condition_order, read_answer_table, read_counts, read_summary
+from lutgen.study.analysis.tables import answer_table, read_answer_table, read_counts, read_summary
 from lutgen.study.answers import Answer
 
 pytestmark = pytest.mark.numbers

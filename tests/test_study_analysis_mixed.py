@@ -10,9 +10,8 @@ import pytest
 
 from lutgen.study import analysis
 from lutgen.study.analysis import analyse_answers, mixed
-from lutgen.study.analysis.agreement import pairs
+from lutgen.study.analysis.agreement import condition_order, pairs
 from lutgen.study.analysis.mixed import MixedModel, fit_crossed, mixed_models
-from lutgen.study.analysis.tables import condition_order
 from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, paper_trials, simulate
 
 if TYPE_CHECKING:

@@ -8,7 +8,6 @@ un-aged one alike.
 
 from __future__ import annotations
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -23,6 +22,7 @@ from lutgen.names import SOURCES
 from lutgen.pictures.encoding import NotFiniteError
 from lutgen.pictures.engines import Shader, TableShader, Unaged, engine_for, shader_for
 from lutgen.pictures.images import Target, format_of_suffix, open_source
+from lutgen.pictures.threads import threads
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -167,8 +167,7 @@ class _ImageWork:
     def run(self, progress: Callable[[int], None]) -> None:
         """Read the next band and write the last one while this one is aged."""
         bands = self._source.bands()
-        threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        with ThreadPoolExecutor(2) as files, ThreadPoolExecutor(threads) as workers:
+        with ThreadPoolExecutor(2) as files, ThreadPoolExecutor(threads()) as workers:
             reading = files.submit(self._source.read, *bands[0])
             writing: Future[None] | None = None
             for band, following in zip(bands, [*bands[1:], None], strict=True):

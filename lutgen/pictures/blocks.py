@@ -17,9 +17,9 @@ import numpy as np
 
 from lutgen.errors import LutgenError
 from lutgen.names import SIGNAL
-from lutgen.pictures.difference import threads
 from lutgen.pictures.encoding import Storage
 from lutgen.pictures.images import open_source
+from lutgen.pictures.threads import threads
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

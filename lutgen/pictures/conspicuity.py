@@ -23,9 +23,10 @@ from lutgen.display.hours import MAX_HOURS
 from lutgen.errors import LutgenError, pick_one
 from lutgen.names import AGING_MODES, SOURCES
 from lutgen.pictures.contrast import Contrast, check_loss, contrast_of, rings_of
-from lutgen.pictures.difference import shown_lab, threads
+from lutgen.pictures.difference import shown_lab
 from lutgen.pictures.field import code_of, read_field
 from lutgen.pictures.nuclei import read_mask, segment
+from lutgen.pictures.threads import threads
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

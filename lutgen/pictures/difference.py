@@ -10,27 +10,22 @@ first hour is no aging. With the paper's model and the reference ``relative`` it
 
 from __future__ import annotations
 
-import os
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
-from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lutgen.colorimetry import CHUNK, delta_e_2000, linear_to_lab, xyz_to_linear
+from lutgen.pictures.threads import threads
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Sequence
 
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay, DisplayModel
     from lutgen.display.chain import Link
     from lutgen.pictures.distinct import Colours, Counts
-
-#: Threads that the current work may use; 0: one for each core.
-_FEW = ContextVar("lutgen_threads", default=0)
 
 
 def differences(
@@ -85,22 +80,6 @@ def shown_lab(xyz: Array) -> Array:
     """XYZ of a display, relative to the un-aged white, to the Lab that an un-aged sRGB viewer shows: (n, 3) both."""
     linear = xyz_to_linear(xyz)
     return linear_to_lab(np.clip(linear, 0.0, 1.0, out=linear))
-
-
-def threads() -> int:
-    """Return the threads to use: those of :func:`few_threads`, else the cores that this process may use."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return _FEW.get() or cores
-
-
-@contextmanager
-def few_threads(count: int) -> Iterator[None]:
-    """Use at most ``count`` threads inside, because other processes share the cores; 0: one for each core."""
-    before = _FEW.set(count)
-    try:
-        yield
-    finally:
-        _FEW.reset(before)
 
 
 #: Statistic → what it is, for reports; in this order.

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError
 from lutgen.pictures.cohort.task import Outcome, look_at, outcomes
-from lutgen.pictures.difference import threads
+from lutgen.pictures.threads import threads
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

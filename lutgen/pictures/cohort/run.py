@@ -17,8 +17,9 @@ from lutgen.pictures.cohort.folder import claim, image_from_json
 from lutgen.pictures.cohort.local import on_this_machine
 from lutgen.pictures.cohort.spread import Lives, bands_of, coverage, lives_of
 from lutgen.pictures.cohort.task import Asked
-from lutgen.pictures.difference import STATISTICS, threads
+from lutgen.pictures.difference import STATISTICS
 from lutgen.pictures.lifetime import TOLERANCES, ImageLifetime, Lifetimes, check_asked, csv_hours, csv_text
+from lutgen.pictures.threads import threads
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen import __version__
 from lutgen.errors import LutgenError, reason_of
-from lutgen.pictures.difference import few_threads
 from lutgen.pictures.lifetime import lifetime
+from lutgen.pictures.threads import few_threads
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Sequence

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import pick_one
 from lutgen.names import INTERVALS
-from lutgen.study.analysis.agreement import Kappa, counts, kappas, pairs
+from lutgen.study.analysis.agreement import Kappa, condition_order, counts, kappas, pairs
 from lutgen.study.analysis.further import FurtherAgreement, FurtherMeans, further_agreement, further_means
 from lutgen.study.analysis.limits import design_limits, figure_limits
 from lutgen.study.analysis.mixed import MISSING, MixedModel, available, mixed_models
@@ -22,7 +22,6 @@ from lutgen.study.analysis.paper_tables import (
     table_3,
     table_4,
 )
-from lutgen.study.analysis.tables import condition_order
 from lutgen.study.answers import sensible
 
 if TYPE_CHECKING:

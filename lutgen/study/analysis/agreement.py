@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.study.analysis.statistics import Interval, SampleFigures, Z
+from lutgen.cells import number
+from lutgen.study.analysis.statistics import Interval, SampleFigures, Sized, Z
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -160,3 +161,26 @@ def cohen(table: Array) -> tuple[float, float]:
     other = (1 - kappa) ** 2 * ((share * both**2).sum() - np.diag(share) @ np.diag(both) ** 2)
     variance = (diagonal + other - (kappa - chance * (1 - kappa)) ** 2) / (n * (1 - chance) ** 2)
     return kappa, sqrt(max(float(variance), 0.0))
+
+
+def odds_ratio(first: AgreementCounts, second: AgreementCounts) -> Sized:
+    """Odds of agreeing, second over first, with the exact conditional interval (Cornfield 1956; as R's fisher.test).
+
+    NaN or infinite where a count is 0.
+    """
+    from scipy.stats.contingency import odds_ratio as conditional
+
+    ratio = conditional([[second.agreed, second.disagreed], [first.agreed, first.disagreed]])
+    low, high = ratio.confidence_interval(0.95)
+    return float(ratio.statistic), (float(low), float(high))
+
+
+def condition_order(answers: Iterable[Answer]) -> tuple[str, ...]:
+    """Return the conditions of answers: ``none`` first, then by mode and hour."""
+    return tuple(sorted({answer.condition for answer in answers}, key=_mode_and_hours))
+
+
+def _mode_and_hours(condition: str) -> tuple[bool, str, float, str]:
+    mode, _, hours = condition.partition("@")
+    when = number(hours or "0")
+    return mode != UNAGED or when is None, mode, when or 0.0, condition

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from math import nan
 from typing import TYPE_CHECKING
 
+from lutgen.study.analysis.agreement import odds_ratio
 from lutgen.study.analysis.paper_tables import same_measure
-from lutgen.study.analysis.statistics import Interval, hedges_g, newcombe, odds_ratio, pairs_of, welch
+from lutgen.study.analysis.statistics import Interval, hedges_g, newcombe, pairs_of, welch
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

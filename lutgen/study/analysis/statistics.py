@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from lutgen.colorimetry import Array
-    from lutgen.study.analysis.agreement import AgreementCounts
 
 Item = TypeVar("Item")
 
@@ -195,15 +194,3 @@ def hedges_g(first: StudySample, second: StudySample) -> Sized:
 def _gamma_ratio(df: float) -> float:
     """c(df) = Γ(df/2) / (√(df/2) Γ((df − 1)/2)), about 1 − 3/(4 df − 1)."""
     return exp(lgamma(df / 2) - lgamma((df - 1) / 2)) / sqrt(df / 2)
-
-
-def odds_ratio(first: AgreementCounts, second: AgreementCounts) -> Sized:
-    """Odds of agreeing, second over first, with the exact conditional interval (Cornfield 1956; as R's fisher.test).
-
-    NaN or infinite where a count is 0.
-    """
-    from scipy.stats.contingency import odds_ratio as conditional
-
-    ratio = conditional([[second.agreed, second.disagreed], [first.agreed, first.disagreed]])
-    low, high = ratio.confidence_interval(0.95)
-    return float(ratio.statistic), (float(low), float(high))

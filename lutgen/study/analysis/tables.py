@@ -8,9 +8,8 @@ from dataclasses import asdict, astuple, fields
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from lutgen.cells import number
 from lutgen.errors import LutgenError, pick_one
-from lutgen.study.analysis.agreement import UNAGED, AgreementCounts
+from lutgen.study.analysis.agreement import AgreementCounts
 from lutgen.study.analysis.statistics import MEASURES, StudySample, half_width
 from lutgen.study.answers import MAX_SECONDS, Answer
 from lutgen.study.csv_rows import Row, read_rows
@@ -75,17 +74,6 @@ def answer_table(answers: Iterable[Answer], *, remark: str) -> str:
     for answer in answers:
         table.writerow([int(cell) if isinstance(cell, bool) else cell for cell in astuple(answer)])
     return text.getvalue()
-
-
-def condition_order(answers: Iterable[Answer]) -> tuple[str, ...]:
-    """Return the conditions of answers: ``none`` first, then by mode and hour."""
-    return tuple(sorted({answer.condition for answer in answers}, key=_mode_and_hours))
-
-
-def _mode_and_hours(condition: str) -> tuple[bool, str, float, str]:
-    mode, _, hours = condition.partition("@")
-    when = number(hours or "0")
-    return mode != UNAGED or when is None, mode, when or 0.0, condition
 
 
 COUNTS = ("condition", "agreed", "disagreed")
