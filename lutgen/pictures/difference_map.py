@@ -63,7 +63,7 @@ class DifferenceMap:
         The most that a statistic is off because colours were counted in bins, as in ``lifetime``; 0: exact. The maps
         themselves are exact.
     mean, sd, p95, p99, largest
-        As in ``Curve``.
+        As in ``DifferenceCurve``.
     shown
         The map for people, (h, w): means over ``factor`` × ``factor`` pixels; NaN where there is nothing to see.
     factor

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.study.answers import Answer
 
-#: The name of the un-aged condition: see :class:`lutgen.study.protocol.Condition`.
+#: The name of the un-aged condition: see :class:`lutgen.study.protocol.StudyCondition`.
 UNAGED = "none"
 
 
