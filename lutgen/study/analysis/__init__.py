@@ -1,4 +1,8 @@
-"""What a reader study shows: as the paper analyses it, and beside that what a statistician would ask for."""
+"""The analysis of a reader study: the paper's tables, and beside them what a statistician asks for.
+
+``statistics`` and ``agreement`` hold the formulas, ``tables`` reads and writes CSV, the others make one part of the
+analysis each. One more file holds one more part: a function from answers or counts to a frozen result.
+"""
 
 from __future__ import annotations
 
