@@ -1,7 +1,8 @@
 """The display: its white and primaries over time, aging modes, the paper's matrices, and the chain from code to light.
 
 A model (``model``) gives for each mode and hour an aged display (``chain``), which turns code values into XYZ;
-``inverse`` and ``search`` go back. One more file here holds one more part of that chain, or one more thing that a model file keeps.
+``inverse`` and ``search`` go back. One more file here holds one more part of that chain, or one more thing that a model
+file keeps.
 """
 
 from lutgen.display.carried import seen_on, what_luts_carry, what_pictures_carry
