@@ -69,7 +69,8 @@ class Told(NamedTuple):
 
 def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
     """Return a problem with its weights and the spreads of offset and wander that sessions show beside ``terms``."""
-    plain = replace(problem, offset_cd_m2=0.0, wander=0.0)
+    problem = replace(problem, offset_cd_m2=0.0, wander=0.0, weights=None)
+    plain = problem
     if tails := tails_of(plain):
         # An instrument with heavy tails slips now and then: its slips are weighed down like the rest, not left out.
         problem, plain = problem.with_slips(), plain.with_slips()
@@ -149,8 +150,20 @@ def _told(plain: Problem, state: State, linear: Linear, rows: NDArray[np.bool_],
         if seen.any():
             covariance = np.linalg.pinv(left[:, seen].T @ left[:, seen], hermitian=True)
             estimate = covariance @ (left[:, seen].T @ right)
+            scale = _misfit(asked[:, seen] != 0, right - left[:, seen] @ estimate)
+            covariance = covariance * np.outer(scale, scale)
             told.append(Told(float(plain.hours[hour]), list(compress(names, seen)), estimate, covariance))
     return told
+
+
+def _misfit(moved: NDArray[np.bool_], left: Array) -> Array:
+    """Root mean square of what is left of the numbers that each error moves, (k,); 1 at least.
+
+    A gain moves its readings alike. Where they differ among themselves by more than noise, a display's fault does it,
+    and what their mean does tells the less of a gain.
+    """
+    squares = moved.T.astype(float) @ left**2 / np.maximum(moved.sum(axis=0), 1)
+    return np.asarray(np.sqrt(np.maximum(squares, 1.0)))
 
 
 def _beside_the_display(told: list[Told]) -> list[Told]:
