@@ -30,6 +30,9 @@ KEPT = [[j for j in range(4) if j != i] for i in range(4)]
 UNDRIVEN = [np.linalg.inv(np.array([TIPS[j] for j in kept]).T) for kept in KEPT]
 LIFE_H = 18_000.0
 SHARED = 0.6
+
+#: The same in the floor.
+FLOOR_SHARED = 0.3
 TIE = 1e-9
 
 #: White and primaries of an ordinary display at hour 0, cd/m²; white is not quite the sum of its primaries.
@@ -169,9 +172,15 @@ def shown(reading: Reading, tips: Array, fault: Fault, p: Values, known: dict[ob
 
 
 def covariance(xyz: Array, relative: float, floor: float) -> Array:
-    """3 × 3 covariance of one reading."""
-    sigma = [float(np.hypot(relative * value, floor)) for value in xyz]
-    return np.array([[(1.0 if i == j else SHARED) * sigma[i] * sigma[j] for j in range(3)] for i in range(3)])
+    """3 × 3 covariance of one reading: the light's noise and the floor, each with a correlation of its own."""
+    light = relative * np.asarray(xyz)
+    total = np.zeros((3, 3))
+    for i in range(3):
+        for j in range(3):
+            total[i, j] = light[i] * light[j] * (1.0 if i == j else SHARED) + floor**2 * (
+                1.0 if i == j else FLOOR_SHARED
+            )
+    return total
 
 
 def noisy(
