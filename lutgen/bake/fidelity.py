@@ -7,7 +7,8 @@ therefore given apart:
 
 ``border``  the pairs, and colours for which the interpolation mixes lattice points from both sides of the border; all
             colours where an effect makes stairs of the curves, finer than any table
-``gamut``   other colours for which it mixes lattice points that the table clips with others that it does not
+``gamut``   other colours for which it mixes lattice points that the table clips with others that it does not, or points
+            right before the clip, where nodes are fitted
 ``smooth``  all the rest
 """
 
@@ -19,6 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from lutgen.bake.beside_clip import before_clip
 from lutgen.bake.figures import Figures, figures, rounded
 from lutgen.bake.lut import Lut, Sampler, lattice, tetrahedra
 from lutgen.bake.readback import TableKind, apply_lut
@@ -205,13 +207,18 @@ class Judge:
         return self._mixing_in(table, code).crosses & _jumps(aged)
 
     def _mixes_clipped(self, aged: AgedDisplay, table: TableKind) -> NDArray[np.bool_]:
-        """Whether a colour's lattice points lie on both sides of the gamut's boundary, for a clipped table."""
+        """Whether a colour's lattice points lie on both sides of the gamut's boundary, for a clipped table.
+
+        Or one of them lies right before the clip.
+        """
         if not table.clipped:
             return np.zeros(len(self.code), dtype=bool)
-        linear = self.sampler.linear(aged, table.size, table.space).T
-        above, below = linear > 1, linear < 0
+        linear = self.sampler.linear(aged, table.size, table.space)
+        above, below = linear.T > 1, linear.T < 0
         side = above[0] + 2 * above[1] + 4 * above[2] + 8 * below[0] + 16 * below[1] + 32 * below[2]
-        return _differ(side.astype(np.uint8)[self._mixing_in(table, self.code).nodes])
+        nodes = self._mixing_in(table, self.code).nodes
+        before = _before_clip(linear.reshape(table.size, table.size, table.size, 3))
+        return _differ(side.astype(np.uint8)[nodes]) | before[nodes].any(axis=1)
 
 
 def certificate_colours(one_in: int = 1) -> Array:
@@ -262,6 +269,15 @@ def mixing_of(code: Array, space: str, size: int) -> Mixing:
     region = _region(nearest_weights(code_to_linear(lattice(size, space))))
     own = _region(nearest_weights(code_to_linear(code)))
     return Mixing(nodes, _differ(np.column_stack([own, region[nodes]])))
+
+
+def _before_clip(linear: Array) -> NDArray[np.bool_]:
+    """Which nodes of a clipped table lie right before the clip: (n, n, n, 3) linear light, unclipped → (n³,)."""
+    nodes = np.zeros(linear.shape[:3], dtype=bool)
+    for channel in range(3):
+        own = 2 - channel
+        np.moveaxis(nodes, own, -1)[..., :-1] |= before_clip(np.moveaxis(linear[..., channel], own, -1))
+    return nodes.reshape(-1)
 
 
 def _differ(labels: NDArray[np.uint8]) -> NDArray[np.bool_]:

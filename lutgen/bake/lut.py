@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.bake.beside_clip import fitted_beside_clip
 from lutgen.bake.spaces import SPACES
 from lutgen.colorimetry import XYZ_TO_LINEAR, code_to_linear, linear_to_code, transform, xyz_to_linear
 from lutgen.display.effect_chain import without_steps
@@ -160,29 +161,34 @@ class Sampler:
             self._signals[key] = aged.head_signal(code())
         return xyz_to_linear(aged.xyz(self._signals[key]))
 
-    def lut(self, aged: AgedDisplay, size: int, space: str, *, clip: bool) -> Lut:
-        """Bake a table; ``clip`` to the viewer's sRGB gamut, or leave aged colours outside it as they are."""
-        linear = self.linear(aged, size, space)
-        values = SPACES[space].held(np.clip(linear, 0.0, 1.0) if clip else linear)
+    def lut(self, aged: AgedDisplay, size: int, space: str, *, clip: bool, whole: bool = False) -> Lut:
+        """Bake a table; ``clip`` to the viewer's sRGB gamut, or leave aged colours outside it as they are.
+
+        Beside the clip nodes are fitted; not where the file holds ``whole`` numbers, which cannot exceed white.
+        """
+        values = SPACES[space].held(self.linear(aged, size, space)).reshape(size, size, size, 3)
+        if clip:
+            return Lut(space, np.clip(values, 0.0, 1.0) if whole else fitted_beside_clip(values))
         if np.abs(values).max() > BRIGHTEST:
             message = (
                 f"{aged.mode} at {aged.hours:g} h: colours reach {np.abs(values).max():.3g} times what a viewer shows, "
                 f"more than a table holds. Check the model's effects and the conditions (--at)."
             )
             raise LutgenError(message)
-        return Lut(space, values.reshape(size, size, size, 3))
+        return Lut(space, values)
 
     def candidates(
         self, aged: AgedDisplay, size: int, *spaces: str, clip: bool, largest: int | None = None
     ) -> list[Lut | MatrixLut]:
-        """Bake the tables that the most faithful is chosen from: one in each space; as :meth:`lut`.
+        """Bake the tables that the most faithful is chosen from: one in each space; ``clip`` to what viewers show.
 
         A display with stairs in its curves is baked without them too: a coarse table of stairs can err more than none.
         ``largest`` is for files that hold whole numbers, 0..``largest``.
         """
         smooth = without_steps(aged)
         displays = [aged, smooth] if smooth else [aged]
-        luts = [self.lut(each, size, space, clip=clip) for each in displays for space in spaces]
+        whole = largest is not None
+        luts = [self.lut(each, size, space, clip=clip, whole=whole) for each in displays for space in spaces]
         return [lut.in_steps(largest) if largest else lut for lut in luts]
 
 
