@@ -438,7 +438,7 @@ def main() -> None:
     parser.add_argument("--only", choices=PARTS, action="append", help="this part of the table; repeat for more")
     arguments = parser.parse_args()
     bench = Bench.quick() if arguments.quick else Bench()
-    with tempfile.TemporaryDirectory(prefix="lutgen-bench-") as folder:
+    with tempfile.TemporaryDirectory(prefix="bench-") as folder:
         rows = []
         for row in all_rows(bench, Path(folder), arguments.only or PARTS):
             print(f"{row.what} · {row.peer_name}", file=sys.stderr)

@@ -15,7 +15,7 @@ from lutgen.bake.beside_clip import HEADROOM, PLACES, fitted_beside_clip
 from lutgen.bake.lut import Sampler
 from lutgen.display import default_display
 
-FIELDS = [Path(os.environ.get("LUTGEN_REAL_DATA", ""), f"../images/he_{name}.png") for name in "ab"]
+FIELDS = [Path(os.environ.get("LUTGEN_REAL_DATA", ""), "images", f"he_{name}.png") for name in "ab"]
 
 
 @pytest.mark.parametrize(("before", "beyond"), [(0.97, 1.001), (0.985, 1.02), (0.999, 1.04), (0.94, 1.003)])

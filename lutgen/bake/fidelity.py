@@ -23,7 +23,7 @@ import numpy as np
 from lutgen.bake.beside_clip import before_clip
 from lutgen.bake.figures import Figures, figures, rounded
 from lutgen.bake.lut import Lut, Sampler, lattice, tetrahedra
-from lutgen.bake.readback import TableKind, apply_lut
+from lutgen.bake.readback import TableKind
 from lutgen.bake.round_trip import RoundTrip, Without, round_trip
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_code, linear_to_lab, transform
 from lutgen.display.chain import outside_gamut
@@ -32,8 +32,6 @@ from lutgen.display.inverse import compensation_of
 from lutgen.display.paper import Selection, nearest_weights
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from numpy.typing import NDArray
 
     from lutgen.bake.lut import MatrixLut
@@ -109,7 +107,7 @@ class Judge:
     sampler: Sampler = field(default_factory=Sampler)
     _without: Without | None = None
     _mixing: dict[tuple[str, int, int], Mixing] = field(default_factory=dict)
-    _tetrahedra: dict[tuple[str, int], tuple[NDArray[np.intp], Array]] = field(default_factory=dict)
+    _tetrahedra: dict[tuple[str, int, int], tuple[NDArray[np.intp], Array]] = field(default_factory=dict)
 
     @cached_property
     def code(self) -> Array:
@@ -127,16 +125,9 @@ class Judge:
         if certify:
             self._model(aged, self.code)
 
-    def certify(self, path: Path, aged: AgedDisplay, table: TableKind) -> Certificate:
-        """Read ``path`` back and compare it with ``aged``.
-
-        Raises
-        ------
-        LutgenError
-            The file cannot be read, or it gives NaN.
-
-        """
-        return self.compare(apply_lut(path, self.code), aged, table)
+    def shown(self, lut: Lut) -> Array:
+        """Code values that a table gives for ``self.code``, (n, 3), in double precision."""
+        return lut.mix(*self._tetrahedra_of(lut, self.code))
 
     def compare(self, code: Array, aged: AgedDisplay, table: TableKind) -> Certificate:
         """Compare the code values that a file gave for ``self.code`` with the model's."""
@@ -176,15 +167,15 @@ class Judge:
 
     def _table_errors(self, lut: Lut | MatrixLut, aged: AgedDisplay) -> Array:
         code, model = self.few, self._model(aged, self.few)
-        if isinstance(lut, Lut):
-            key = (lut.space, lut.size)
-            if key not in self._tetrahedra:
-                self._tetrahedra[key] = tetrahedra(code, *key)
-            shown = lut.mix(*self._tetrahedra[key])
-        else:
-            shown = lut.apply(code)
+        shown = lut.mix(*self._tetrahedra_of(lut, code)) if isinstance(lut, Lut) else lut.apply(code)
         shown = code_to_linear(np.clip(shown, 0.0, 1.0))
         return delta_e_2000(linear_to_lab(np.clip(model, 0.0, 1.0)), linear_to_lab(shown))
+
+    def _tetrahedra_of(self, lut: Lut, code: Array) -> tuple[NDArray[np.intp], Array]:
+        key = (lut.space, lut.size, len(code))
+        if key not in self._tetrahedra:
+            self._tetrahedra[key] = tetrahedra(code, lut.space, lut.size)
+        return self._tetrahedra[key]
 
     def _model(self, aged: AgedDisplay, code: Array) -> Array:
         return self.sampler.linear_of(aged, len(code), lambda: code)

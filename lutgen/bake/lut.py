@@ -9,7 +9,7 @@ import numpy as np
 
 from lutgen.bake.beside_clip import fitted_beside_clip
 from lutgen.bake.spaces import SPACES
-from lutgen.colorimetry import XYZ_TO_LINEAR, code_to_linear, linear_to_code, transform, xyz_to_linear
+from lutgen.colorimetry import CHUNK, XYZ_TO_LINEAR, code_to_linear, linear_to_code, transform, xyz_to_linear
 from lutgen.display.effect_chain import without_steps
 from lutgen.display.inverse import compensation_of
 from lutgen.display.paper import paper_links
@@ -76,10 +76,14 @@ class Lut:
 
     def mix_in_space(self, nodes: NDArray[np.intp], weights: Array) -> Array:
         """As :meth:`mix`, in the table's own space."""
-        table, values = self.table.reshape(-1, 3), np.zeros((len(nodes), 3))
-        for node, weight in zip(nodes.T, weights.T, strict=True):
-            values += table[node] * weight[:, np.newaxis]
-        return values
+        # Channel by channel in chunks: what is looked up then stays near the processor.
+        planes, values = np.ascontiguousarray(self.table.reshape(-1, 3).T), np.zeros((3, len(nodes)))
+        for start in range(0, len(nodes), CHUNK):
+            part = slice(start, start + CHUNK)
+            for plane, out in zip(planes, values[:, part], strict=True):
+                for node, weight in zip(nodes[part].T, weights[part].T, strict=True):
+                    np.add(out, plane.take(node) * weight, out=out)
+        return values.T
 
 
 @dataclass(frozen=True)
@@ -126,7 +130,8 @@ def tetrahedra(code: Array, space: str, size: int) -> tuple[NDArray[np.intp], Ar
     ends = np.ones((len(place), 1)), np.zeros((len(place), 1))
     weights = -np.diff(np.hstack([ends[0], ordered, ends[1]]), axis=1)
     stride = np.array([1, size, size * size])
-    return np.cumsum(np.column_stack([corner @ stride, stride[order]]), axis=1), weights
+    nodes = np.cumsum(np.column_stack([corner @ stride, stride[order]]), axis=1)
+    return np.asfortranarray(nodes), np.asfortranarray(weights)
 
 
 @dataclass

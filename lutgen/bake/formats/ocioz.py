@@ -6,12 +6,10 @@ same inputs give the same bytes and OpenColorIO 2.1 can write what it cannot rea
 
 from __future__ import annotations
 
-import tempfile
 import zipfile
 import zlib
 from contextlib import contextmanager
 from io import BytesIO
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,9 +19,11 @@ from lutgen.bake.formats import Format, Provenance, Reader, clf
 from lutgen.bake.readback import table_of_ocio
 from lutgen.bindings import LARGEST_LUT, ocio, ocio_errors
 from lutgen.errors import LutgenError
+from lutgen.scratch import scratch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     from lutgen.bake.lut import Lut, MatrixLut
     from lutgen.colorimetry import Array
@@ -86,7 +86,7 @@ def _or_refuse(path: Path, call: Any) -> Any:
 @contextmanager
 def _unpacked(path: Path) -> Iterator[Path]:
     """Unpack the two files of an archive of ours; nothing else in it is touched."""
-    with tempfile.TemporaryDirectory(prefix="lutgen-") as folder:
+    with scratch() as folder:
         try:
             with zipfile.ZipFile(path) as archive:
                 size = sum(archive.getinfo(name).file_size for name in (CONFIG, TABLE))
@@ -107,7 +107,7 @@ def _unpacked(path: Path) -> Iterator[Path]:
         ) as error:
             message = f"{path}: is no archive with {CONFIG} and {TABLE}: {error}."
             raise LutgenError(message) from None
-        yield Path(folder)
+        yield folder
 
 
 FORMAT = Format(
