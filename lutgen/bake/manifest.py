@@ -18,7 +18,7 @@ import numpy as np
 from lutgen import __version__
 from lutgen.display import AppliedEffect, DisplayModel, LatentTips, default_display
 from lutgen.display.conditions import REFERENCE, conditions_of, what_luts_carry
-from lutgen.display.modes import law_of_table, luminance_law
+from lutgen.display.modes import LAWS, law_of_table, luminance_law
 from lutgen.display.native import NativeDisplay
 from lutgen.display.origin import found_by, record_of
 from lutgen.documents import from_json
@@ -168,6 +168,11 @@ def without_ways(model: Mapping[str, Any]) -> dict[str, Any]:
     return content
 
 
+def _check_law(name: str, table: tuple[tuple[float, float], ...], where: str) -> None:
+    if name in LAWS and table != luminance_law(name).table:
+        raise LutgenError(f"{where}: the luminance law {name!r} has another table. Build again.")
+
+
 def model_from_json(content: Mapping[str, Any], *, where: str) -> DisplayModel:
     """Rebuild the model of a manifest, whose path is ``where``. Raises LutgenError when it is not one."""
     from lutgen.colorimetry import xyY_to_xyz
@@ -188,6 +193,7 @@ def model_from_json(content: Mapping[str, Any], *, where: str) -> DisplayModel:
             sha256=display["sha256"],
         )
         table = tuple((float(hour), float(factor)) for hour, factor in law["table"])
+        _check_law(law["law"], table, where)
         return DisplayModel(
             measurements,
             reference=content["reference"],

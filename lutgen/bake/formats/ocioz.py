@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 
 CONFIG, TABLE = "config.ocio", "lut.clf"
 
+#: What a file that is no archive, or is broken, raises.
+_BROKEN = (zipfile.BadZipFile, zlib.error, KeyError, EOFError, NotImplementedError, RuntimeError, OSError)
+
 #: The first moment that a ZIP can name.
 _DATE = (1980, 1, 1, 0, 0, 0)
 
@@ -46,6 +49,17 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
             entry.create_system, entry.external_attr = 3, 0o644 << 16
             opened.writestr(entry, data)
     return archive.getvalue()
+
+
+def files_of(data: bytes) -> dict[str, bytes]:
+    """Return the files of an archive of ours by their names. Raises LutgenError where it is none."""
+    try:
+        with zipfile.ZipFile(BytesIO(data)) as archive:
+            if sum(entry.file_size for entry in archive.infolist()) > LARGEST_LUT:
+                raise LutgenError("the archive unpacks to more than any LUT. Build it again.")
+            return {name: archive.read(name) for name in archive.namelist()}
+    except _BROKEN as error:
+        raise LutgenError(f"the archive cannot be unpacked: {error}. Build it again.") from None
 
 
 def _apply(path: Path, code: Array) -> Array:
@@ -96,15 +110,7 @@ def _unpacked(path: Path) -> Iterator[Path]:
                     )
                 for name in (CONFIG, TABLE):
                     archive.extract(name, folder)
-        except (
-            zipfile.BadZipFile,
-            zlib.error,
-            KeyError,
-            EOFError,
-            NotImplementedError,
-            RuntimeError,
-            OSError,
-        ) as error:
+        except _BROKEN as error:
             message = f"{path}: is no archive with {CONFIG} and {TABLE}: {error}."
             raise LutgenError(message) from None
         yield folder
