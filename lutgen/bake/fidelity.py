@@ -25,6 +25,7 @@ from lutgen.bake.figures import Figures, figures, rounded
 from lutgen.bake.lut import Lut, Sampler, lattice, tetrahedra
 from lutgen.bake.readback import TableKind
 from lutgen.bake.round_trip import RoundTrip, Without, round_trip
+from lutgen.bake.source_profile import SourceProfile, source_profile_in
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_code, linear_to_lab, transform
 from lutgen.display.chain import outside_gamut
 from lutgen.display.effect_chain import jumps, without_steps
@@ -106,7 +107,7 @@ class Judge:
 
     sampler: Sampler = field(default_factory=Sampler)
     _without: Without | None = None
-    _mixing: dict[tuple[str, int, int], Mixing] = field(default_factory=dict)
+    _mixing: dict[tuple[str, int, int, SourceProfile | None], Mixing] = field(default_factory=dict)
     _tetrahedra: dict[tuple[str, int, int], tuple[NDArray[np.intp], Array]] = field(default_factory=dict)
 
     @cached_property
@@ -180,10 +181,10 @@ class Judge:
     def _model(self, aged: AgedDisplay, code: Array) -> Array:
         return self.sampler.linear_of(aged, len(code), lambda: code)
 
-    def _mixing_in(self, table: TableKind, code: Array) -> Mixing:
-        key = (table.space, table.size, len(code))
+    def _mixing_in(self, table: TableKind, code: Array, source: SourceProfile | None = None) -> Mixing:
+        key = (table.space, table.size, len(code), source)
         if key not in self._mixing:
-            self._mixing[key] = mixing_of(code, table.space, table.size)
+            self._mixing[key] = mixing_of(code, table.space, table.size, source)
         return self._mixing[key]
 
     def _crosses(self, aged: AgedDisplay, table: TableKind, code: Array) -> NDArray[np.bool_]:
@@ -195,7 +196,7 @@ class Judge:
             drives = self.sampler.linear(aged, table.size, table.space)
             own = link.side(self._model(aged, code))
             return _differ(np.column_stack([own, link.side(drives)[self._mixing_in(table, code).nodes]]))
-        return self._mixing_in(table, code).crosses & _jumps(aged)
+        return self._mixing_in(table, code, source_profile_in(aged)).crosses & _jumps(aged)
 
     def _mixes_clipped(self, aged: AgedDisplay, table: TableKind) -> NDArray[np.bool_]:
         """Whether a colour's lattice points lie on both sides of the gamut's boundary, for a clipped table.
@@ -249,16 +250,18 @@ def border_pairs(random: np.random.Generator, count: int) -> Array:
     return linear_to_code(pairs[inside & switching][:count].reshape(-1, 3))
 
 
-def mixing_of(code: Array, space: str, size: int) -> Mixing:
+def mixing_of(code: Array, space: str, size: int, source: SourceProfile | None = None) -> Mixing:
     """Find the lattice points that tetrahedral interpolation mixes for each colour, and whether it crosses a border.
 
-    A colour crosses when a lattice point of influence lies on another side of white's border than itself.
+    A colour crosses when a lattice point of influence lies on another side of white's border than itself; both as the
+    display gets them, behind the picture's own profile.
     """
+    sent = source or np.asarray
     nodes, weight = tetrahedra(code, space, size)
     first = np.argmax(weight > INFLUENCE, axis=1)
     nodes = np.where(weight > INFLUENCE, nodes, nodes[np.arange(len(code)), first][:, np.newaxis])
-    region = _region(nearest_weights(code_to_linear(lattice(size, space))))
-    own = _region(nearest_weights(code_to_linear(code)))
+    region = _region(nearest_weights(code_to_linear(sent(lattice(size, space)))))
+    own = _region(nearest_weights(code_to_linear(sent(code))))
     return Mixing(nodes, _differ(np.column_stack([own, region[nodes]])))
 
 
