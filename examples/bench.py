@@ -164,7 +164,7 @@ def writing(bench: Bench, model: DisplayModel, built: Path, folder: Path) -> Ite
         yield from race(
             f"write .cube {size}³ ({len(data) / 1e6:.1f} MB)",
             write,
-            Peer("OpenColorIO Baker (it evaluates too)", bake, 10.0 if first else None),
+            Peer("OpenColorIO Baker (it evaluates too)", bake),
             Peer(
                 "colour.write_LUT",
                 partial(colour.write_LUT, table, str(scratch / "colour.cube"), method="Iridas Cube"),
@@ -178,7 +178,7 @@ def writing(bench: Bench, model: DisplayModel, built: Path, folder: Path) -> Ite
         yield from race(
             f"evaluate + write .cube {size}³",
             evaluate_and_write,
-            Peer("OpenColorIO Baker", bake),
+            Peer("OpenColorIO Baker", bake, 10.0),
             times=bench.short,
             scratch=scratch,
         )
