@@ -1,4 +1,4 @@
-"""How a physical effect is declared: one decorator over one pure function, for built-in effects and for anybody's own.
+"""The declaration of a physical effect: one decorator over one pure function, for built-in effects and users' own.
 
 ::
 
@@ -21,6 +21,7 @@ import sys
 from dataclasses import dataclass, field
 from importlib import import_module
 from math import isfinite
+from string import Formatter
 from typing import TYPE_CHECKING, Any, Protocol
 
 from lutgen.errors import LutgenError
@@ -111,6 +112,9 @@ class Effect:
         ``colour-points``: can be seen beside re-measured tips; ``first-hour``: only by a model that starts from hour 0.
     confused_with
         Name of another effect → what would separate the two, one sentence.
+    says
+        What it does, in a clause with the size of its simple forms: ``black leaks {size} of white``. ``{size}`` is its
+        first amplitude and what has grown by 18 000 h; other parameters go by their names, as in :meth:`str.format`.
     source
         What the size and the form rest on (DOI where there is one).
     text, origin
@@ -128,18 +132,30 @@ class Effect:
     needs: tuple[str, ...] = ()
     baseline: str = "colour-points"
     confused_with: Mapping[str, str] = field(default_factory=dict)
+    says: str = ""
     source: str = ""
     text: str = ""
     origin: str = "built-in"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle where it is to be found again: the decorator has put the effect in its function's place."""
+        """Pickle the place of the effect: the decorator has put the effect under the name of its function."""
         return _recalled, (self.name, self.origin, self.function.__module__, getattr(self.function, "__name__", ""))
 
     @property
     def summary(self) -> str:
         """First sentence of the docstring."""
         return self.text.strip().partition("\n")[0].rstrip(".")
+
+    def in_words(self, values: Mapping[str, float]) -> str:
+        """Say in a clause what the effect does at some values, with its size where a clause can hold it."""
+        amount = next(iter(self.neutral), "")
+        told = {amount, "grown", *(name for _, name, _, _ in Formatter().parse(self.says) if name)}
+        if not self.says or any(values[name] != rest for name, rest in self.neutral.items() if name not in told):
+            clause = self.summary.partition(":")[0]
+            return clause[:1].lower() + clause[1:]
+        new, grown = values.get(amount, 0.0), values.get("grown", 0.0)
+        clause = self.says.format(size=f"{100 * (new or grown):.2g} %", **values)
+        return clause + _course(new, grown) if "{size}" in self.says else clause
 
     def rest(self) -> dict[str, float]:
         """Return the parameters at which the effect does nothing: amplitudes neutral, the others typical."""
@@ -150,6 +166,15 @@ class Effect:
         return {name: parameter.value for name, parameter in self.parameters.items()}
 
 
+def _course(new: float, grown: float) -> str:
+    """Say how a share that is ``new`` at hour 0 goes on, as the end of a clause."""
+    if not grown:
+        return ""
+    if not new:
+        return " by 18 000 h"
+    return f", {'growing' if abs(new + grown) > abs(new) else 'falling'} to {100 * (new + grown):.2g} % by 18 000 h"
+
+
 def chain_order(declared: Effect) -> tuple[int, str]:
     """Sort key: by the light's way, then by the alphabet."""
     return list(STAGES).index(declared.stage), declared.name
@@ -158,9 +183,9 @@ def chain_order(declared: Effect) -> tuple[int, str]:
 def _recalled(name: str, origin: str, module: str, attribute: str) -> Effect:
     """Find a pickled effect again: in its module, else, for a file's or an expression's, by its origin."""
     home = import_module(module) if origin.startswith(CODE) else sys.modules.get(module)
-    found = getattr(home, attribute, None)
-    if isinstance(found, Effect) and found.origin == origin:
-        return found
+    effect = getattr(home, attribute, None)
+    if isinstance(effect, Effect) and effect.origin == origin:
+        return effect
     recalled: Effect = import_module("lutgen.effects.own").recall(name, origin)  # by name: it imports this module
     return recalled
 
@@ -174,10 +199,11 @@ def effect(
     needs: tuple[str, ...] = (),
     baseline: str = "colour-points",
     confused_with: Mapping[str, str] | None = None,
+    says: str = "",
     source: str = "",
     **parameters: Parameter,
 ) -> Callable[[Callable[..., Array]], Effect]:
-    """Declare a function as an effect; what is declared is checked at once.
+    """Declare a function as an effect; the declaration is checked at once.
 
     Raises
     ------
@@ -200,6 +226,7 @@ def effect(
             needs=needs,
             baseline=baseline,
             confused_with=confused_with or {},
+            says=says,
             source=source,
             text=inspect.getdoc(module) or inspect.getdoc(function) or "",
             origin="built-in" if function.__module__.startswith(_BUILT_IN) else CODE + function.__module__,

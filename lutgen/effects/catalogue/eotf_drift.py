@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING
 
 from lutgen.colorimetry import linear_to_code
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.level_curve import bent, level_curve
 from lutgen.effects.scene import growth
-from lutgen.effects.time_law import GROWING, POWER, SATURATION, share_of_final
+from lutgen.effects.shapes import GROWING, POWER, SATURATION, bent, level_curve, share_of_final
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -52,6 +51,7 @@ def _level(code: str) -> Parameter:
         "channel-gamma": "ramps of red, green and blue",
         "drive-loss": "ramps: a loss of drive hardly bends the curve",
     },
+    says="the exponent of the transfer curve changes by {size}",
     source="size: an assumption",
     new=Parameter(0.05, (-0.6, 2.0), "1", "change of the exponent at hour 0"),
     grown=Parameter(0.05, (-0.6, 2.0), "1", "what has come to it by 18 000 h"),

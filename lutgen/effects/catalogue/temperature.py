@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.primaries import scaled
 from lutgen.effects.scene import REFERENCE_C
+from lutgen.effects.shapes import scaled
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
         "warm-up": "log minutes and temperature apart",
         "backlight-decay": "the temperature column: without it a warmer room looks like wear",
     },
+    says="light changes by a share of {slope:.2g} per kelvin",
     source="size: an assumption",
     slope=Parameter(-0.003, (-0.06, 0.06), "1/K", "relative change of the light per kelvin above 25 °C"),
     curve=Parameter(0.0, (-0.002, 0.002), "1/K²", "relative change of the light per squared kelvin"),
