@@ -1,6 +1,6 @@
 """``make fuzz``: seeded mutations of every reader, faults planted in builds, and builds that are killed.
 
-    python -m tests.fuzz --count 100000 --seed 1     the nightly run, about an hour and a half on two cores
+    python -m tests.fuzz --count 100000 --seed 1     the nightly run
     python -m tests.fuzz --only readers --seed 7     one kind alone
 
 Every kind draws its cases from the seed: a failure is printed with the kind, the file and the number of its case, and
