@@ -14,7 +14,7 @@ ALONE := OPENBLAS_NUM_THREADS=1
 # A process that has nothing left to do takes tests from another.
 PYTEST := $(PYTHON) -m pytest --numprocesses auto --dist worksteal
 
-.PHONY: help setup programs demo test test-all test-quick-other test-other lint bench consumers hidden sessions reference docs figures configs check-configs display table1 dist clean
+.PHONY: help setup programs demo test test-all test-quick-other test-other lint bench consumers fuzz hidden sessions reference docs figures configs check-configs display table1 dist clean
 
 help: ## say what can be made (this)
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -54,6 +54,10 @@ bench: programs ## how fast, against other programs
 
 consumers: programs ## what real programs do with our files, by version, and whether lutgen says so
 	@$(PYTHON) -m tests.consumers
+
+# 2 000 of these mutations are a slow test too; the nightly run is make fuzz ARGS="--count 100000 --seed $$(date +%j)".
+fuzz: setup ## seeded mutations of every reader, faults planted in builds, builds that are killed: ARGS="--count 100000"
+	@$(ALONE) $(PYTHON) -m tests.fuzz $(ARGS)
 
 # Some 380 campaigns, and 12 written down in all ways; ARGS="--per-kind 40" narrows the intervals.
 # python -m tests.virtual_display scores our own generator at three noise levels, baked LUTs and broken tables too.

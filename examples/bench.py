@@ -164,7 +164,7 @@ def writing(bench: Bench, model: DisplayModel, built: Path, folder: Path) -> Ite
         yield from race(
             f"write .cube {size}³ ({len(data) / 1e6:.1f} MB)",
             write,
-            Peer("OpenColorIO Baker (it evaluates too)", bake, 10.0 if first else None),
+            Peer("OpenColorIO Baker (it evaluates too)", bake),
             Peer(
                 "colour.write_LUT",
                 partial(colour.write_LUT, table, str(scratch / "colour.cube"), method="Iridas Cube"),
@@ -178,7 +178,7 @@ def writing(bench: Bench, model: DisplayModel, built: Path, folder: Path) -> Ite
         yield from race(
             f"evaluate + write .cube {size}³",
             evaluate_and_write,
-            Peer("OpenColorIO Baker", bake),
+            Peer("OpenColorIO Baker", bake, 10.0),
             times=bench.short,
             scratch=scratch,
         )
@@ -438,7 +438,7 @@ def main() -> None:
     parser.add_argument("--only", choices=PARTS, action="append", help="this part of the table; repeat for more")
     arguments = parser.parse_args()
     bench = Bench.quick() if arguments.quick else Bench()
-    with tempfile.TemporaryDirectory(prefix="lutgen-bench-") as folder:
+    with tempfile.TemporaryDirectory(prefix="bench-") as folder:
         rows = []
         for row in all_rows(bench, Path(folder), arguments.only or PARTS):
             print(f"{row.what} · {row.peer_name}", file=sys.stderr)

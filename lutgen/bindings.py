@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 _SOURCES = {
-    "PyOpenColorIO": ("OpenColorIO", "python3-pyopencolorio", "opencolorio"),
-    "OpenImageIO": ("OpenImageIO", "python3-openimageio", "openimageio"),
+    "PyOpenColorIO": ("OpenColorIO", "python3-pyopencolorio"),
+    "OpenImageIO": ("OpenImageIO", "python3-openimageio"),
 }
 
 #: Ten times the size of a .cube of 65³; a larger file is no LUT.
@@ -153,9 +153,9 @@ def _binding(module: str) -> Any:
     try:
         return import_module(module)
     except ImportError as error:
-        name, debian, wheel = _SOURCES[module]
+        name, debian = _SOURCES[module]
         message = (
             f"{name}'s Python binding cannot be imported ({error}). Install Debian's {debian} and use a virtual "
-            f"environment with system site packages, or `pip install {wheel}`."
+            f"environment with system site packages, or without rights `pip install lutgen[wheels]`."
         )
         raise LutgenError(message) from None

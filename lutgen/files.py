@@ -142,9 +142,16 @@ def free_bytes(folder: Path) -> float:
 
 
 def is_file(path: Path) -> bool:
-    """Whether ``path`` leads to a file; not, where a folder above it is closed, which pathlib raises an error for."""
-    with suppress(PermissionError):
+    """Whether ``path`` leads to a file; not, where a folder above it is closed or a name too long: pathlib raises."""
+    with suppress(OSError):
         return path.is_file()
+    return False
+
+
+def is_folder(path: Path) -> bool:
+    """Whether ``path`` leads to a folder; as :func:`is_file`."""
+    with suppress(OSError):
+        return path.is_dir()
     return False
 
 

@@ -18,6 +18,8 @@ from click import Command, Context, Group
 from skimage.data import immunohistochemistry
 from skimage.io import imsave
 
+from lutgen.bake import icc_profile
+from lutgen.bake.spaces import linear_to_xyz_d50
 from lutgen.cli import group, main
 from lutgen.display import DisplayModel, default_display
 from lutgen.readings import read_measurements
@@ -62,6 +64,8 @@ def make_folder(folder: Path) -> Path:
     rows = "".join(f"{r:.7f} {g:.7f} {b:.7f}\n" for r, g, b in table)
     (folder / "theirs.cube").write_text(f"LUT_3D_SIZE 33\n{rows}")
     shutil.copytree(ROOT / "configs/default/stable/0h", folder / "my-config")
+    tags = icc_profile.display_tags("Scanner", ("a scanner's profile",), linear_to_xyz_d50(np.eye(3)))
+    (folder / "scanner.icc").write_bytes(icc_profile.profile(device_class=b"scnr", pcs=b"XYZ ", tags=tags))
     return folder
 
 

@@ -100,6 +100,7 @@ BAD: dict[str, tuple[str, bytes]] = {
     "tabs": ("tabs", lines(SIZE, *(row.replace(" ", "\t") for row in R))),
     "subnormal": ("subnormal", lines(SIZE, "1e-39 0.1 0.2", *R[1:])),
     "underflow": ("subnormal", lines(SIZE, "1e-60 0.1 0.2", *R[1:])),
+    "underflow of doubles": ("subnormal", lines(SIZE, "0.061e-4621731 0.1 0.2", *R[1:])),
     "overflow": ("not-a-number", lines(SIZE, "1e60 0.1 0.2", *R[1:])),
     "NaN": ("not-a-number", lines(SIZE, *R[:21], "0.1 nan 0.2", *R[22:])),
     "infinity": ("not-a-number", lines(SIZE, "inf 0.1 0.2", *R[1:])),

@@ -327,14 +327,23 @@ def groups(code: Any, twin: Twin, *, linear_index: bool) -> Any:
         nearest = nearest_points(linear)
         return "white" if list(nearest) == ["w"] else "border" if "w" in nearest else "primary"
 
+    def before_clip(node: tuple[int, int, int]) -> bool:
+        """Whether a channel passes 1 on the way to the next point along its own axis."""
+        for own in range(3):
+            step = (node[0] + (own == 0), node[1] + (own == 1), node[2] + (own == 2))
+            if node[own] < 32 and at(node)[1][own] == "0" and at(step)[1][own] == "+":
+                return True
+        return False
+
     result = []
     for place, (red, green, blue) in enumerate(code.tolist()):
         linear = (to_linear(red), to_linear(green), to_linear(blue))
         own = region_of(linear)
-        met = [at(node) for node in mixed(linear if linear_index else (red, green, blue))]
+        nodes = list(mixed(linear if linear_index else (red, green, blue)))
+        met = [at(node) for node in nodes]
         if place >= len(code) - 2 * PAIRS or any(region != own for region, _ in met):
             result.append("border")
-        elif not linear_index and len({side for _, side in met}) > 1:
+        elif not linear_index and (len({side for _, side in met}) > 1 or any(map(before_clip, nodes))):
             result.append("gamut")
         else:
             result.append("smooth")

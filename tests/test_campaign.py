@@ -110,6 +110,7 @@ BAD = {
     "no sessions": ("", "needs .* one .*sessions"),
     "no file": ("[[sessions]]\nhours = 1\n", "names no file"),
     "a file that is missing": ('[[sessions]]\nfile = "z.ti3"\n', "cannot read the session"),
+    "a name that is too long": (f'[[sessions]]\nfile = "{"9" * 5000}"\n', "cannot read the session"),
     "a number for a file": ("[[sessions]]\nfile = 3\n", "must be text"),
     "the same session twice": (f"{A}hours = 0\n{A}hours = 9\n", "the same bytes as the session of line 4"),
     "no hours": (A, "dates, which are no operating hours"),

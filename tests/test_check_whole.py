@@ -5,9 +5,11 @@ A file here is edited and its hash written into the manifest anew, so that the c
 
 from __future__ import annotations
 
+import io
 import json
 import re
 import shutil
+import zipfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +17,7 @@ import pytest
 
 from lutgen.bake.build import Plan, build
 from lutgen.bake.check import check
+from lutgen.bake.formats.ocioz import files_of
 from lutgen.bake.manifest import sha256
 from lutgen.display import DisplayModel, default_display
 from lutgen.readings import read_measurements
@@ -140,6 +143,24 @@ def test_the_default_of_a_context_variable_is_compared(built: Path, variable: st
     assert any(each.startswith("config.ocio: is not what lutgen writes") for each in problems(built))
 
 
+def test_the_config_in_an_archive_is_compared(tmp_path: Path) -> None:
+    """One role less, which no colour tells."""
+    plan = Plan((9000.0,), modes=("chroma",), formats=("ocioz",), cubesize=17)
+    build(DisplayModel(read_measurements(default_display())), plan, tmp_path / "built", jobs=1)
+    name = f"{HERE}/aged.ocioz"
+    assert problems(tmp_path / "built") == []
+    files = files_of((tmp_path / "built" / name).read_bytes())
+    files["config.ocio"] = re.sub(rb"  matte_paint: .*\n", b"", files["config.ocio"])
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for each, data in files.items():
+            archive.writestr(each, data)
+    rewrite(tmp_path / "built", name, buffer.getvalue())
+    assert any(
+        each.startswith(f"{name}: config.ocio in it is not what lutgen writes") for each in problems(tmp_path / "built")
+    )
+
+
 CERTIFICATES: dict[str, Callable[[dict[str, Any]], object]] = {
     "a smaller error": lambda it: it["smooth"].update(max=it["smooth"]["max"] - 0.05),
     "a larger error": lambda it: it["border"].update(p99=it["border"]["p99"] + 0.05),
@@ -173,6 +194,11 @@ RECORDS: dict[str, Callable[[dict[str, Any]], object]] = {
     "an option of nobody's": lambda content: content["options"].update(colour="blue"),
     "another size for all": lambda content: content["options"].update(cubesize=33),
     "a direction": lambda content: content["options"].update(direction="compensate"),
+    "an hour of the model": lambda content: content["model"]["display"]["hours"].__setitem__(1, 501.0),
+    "a colour of the model": lambda content: content["model"]["display"]["xyY"][1][0].__setitem__(0, 0.314),
+    "a word on the display": lambda content: content["model"]["display"]["metadata"].update(display="another"),
+    "the law of luminance": lambda content: content["model"]["luminance"]["table"][1].__setitem__(1, 0.7),
+    "no certificates asked for": lambda content: content["options"].update(certify=False),
     "an hour more": lambda content: content["options"]["hours"].append(18_000.5),
 }
 

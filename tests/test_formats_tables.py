@@ -407,7 +407,7 @@ def test_a_build_of_every_format_is_certified_and_checked(built: Path) -> None:
     assert result.passed, result.findings
     assert len(result.certificates) == len(format_names())
     for path, certificate in result.certificates.items():
-        assert certificate.smooth.colours > 70_000, path
+        assert certificate.smooth.colours > 65_000, path  # a clipped table's cells before the clip are gamut
         assert certificate.smooth.max < 2.0, path
 
 

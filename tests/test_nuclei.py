@@ -15,7 +15,7 @@ from jsonschema.exceptions import ValidationError
 from scipy import ndimage
 from skimage.color import combine_stains, rgb_from_hdx, rgb_from_hed
 from skimage.data import immunohistochemistry
-from skimage.io import imsave
+from skimage.io import imread, imsave
 
 from lutgen import DisplayModel, LutgenError, nuclei, read_measurements
 from lutgen.display import default_display
@@ -297,7 +297,27 @@ def test_specks_folds_and_lumens_are_no_nuclei(tmp_path: Path) -> None:
     assert found.large >= 1
 
 
-def test_twice_the_resolution_gives_the_same_nuclei(model: DisplayModel, tmp_path: Path) -> None:
+@pytest.mark.slow
+def test_a_real_field_enlarged_twice_keeps_its_median_contrast_and_not_its_count(
+    model: DisplayModel, tmp_path: Path
+) -> None:
+    pixels = immunohistochemistry()
+    fields = [pixels]
+    if real := os.environ.get("LUTGEN_REAL_DATA"):
+        fields += [imread(Path(real, "images", f"he_{name}.png"))[..., :3] for name in "ab"]
+    for place, once in enumerate(fields):
+        twice = np.clip(np.rint(ndimage.zoom(once.astype(float), (2, 2, 1), order=3)), 0, 255).astype(np.uint8)
+        small, large = (
+            nuclei(save(tmp_path / f"{place}{name}.png", each), model, hours=HOURS)
+            for name, each in (("one", once), ("two", twice))
+        )
+        assert 1.0 < large.nuclei.count / small.nuclei.count < 1.5
+        assert 1.4 < large.nuclei.width / small.nuclei.width < 2.1
+        for mode in AGING_MODES:
+            np.testing.assert_allclose(small.contrasts[mode].median, large.contrasts[mode].median, rtol=0.05)
+
+
+def test_painted_nuclei_at_twice_the_resolution_are_the_same_nuclei(model: DisplayModel, tmp_path: Path) -> None:
     labels = discs([place for place in grid(25, 150) if sum(place) % 3], 6, 150)
     once = painted(labels)
     twice = ndimage.zoom(once, (2, 2, 1), order=1)

@@ -131,6 +131,19 @@ def test_json_csv_and_pictures_say_the_same(run: Callable[..., Done], tmp_path: 
     assert imread(tmp_path / "p/nuclei-a-outlines.png").shape[:2] == (512, 512)
 
 
+def test_labels_that_were_written_are_a_mask_with_the_same_nuclei(run: Callable[..., Done], tmp_path: Path) -> None:
+    assert run("a.png", "--hours", "0,18000", "--labels", "l.png", "--csv", "one.csv").code == 0
+    labels, rows = imread(tmp_path / "l.png"), (tmp_path / "one.csv").read_text().splitlines()[1:]
+    assert labels.dtype == np.uint16
+    assert np.bincount(labels.ravel())[1:].tolist() == [int(row.split(",")[3]) for row in rows]
+    assert run("a.png", "--hours", "0,18000", "--mask", "l.png", "--csv", "two.csv").code == 0
+    again = (tmp_path / "two.csv").read_text().splitlines()[1:]
+    assert [row.split(",")[1:4] for row in again] == [row.split(",")[1:4] for row in rows]
+    done = run("a.png", "--labels", "l.png")
+    assert (done.code, "exists already" in done.err) == (2, True)
+    assert "give a name that ends in .png" in run("a.png", "--labels", "l.jpg").err
+
+
 def test_json_to_standard_output_is_alone(run: Callable[..., Done]) -> None:
     done = run("a.png", "--mask", "m.png", "--hours", "0,9000", "--json", "-", "--plots", "p")
     said = json.loads(done.out)

@@ -11,12 +11,13 @@ from lutgen.bake.fidelity import Certificate, Judge
 from lutgen.bake.folder import claim
 from lutgen.bake.formats import format_named
 from lutgen.bake.gpu import check_renderer, gpu_run
-from lutgen.bake.lut import SIZES
+from lutgen.bake.lut import SIZES, Lut
 from lutgen.bake.manifest import FileRecord, Manifest, Recipe, model_as_json, sha256
+from lutgen.bake.own_reading import checked_table, is_read_here, refuse_other
 from lutgen.bake.parallel import in_parallel
 from lutgen.bake.plan import Plan
 from lutgen.bake.provenance import config_of_all, config_of_display, provenance_of
-from lutgen.bake.readback import TableKind
+from lutgen.bake.readback import TableKind, apply_lut
 from lutgen.bake.sole import sole_builder
 from lutgen.bindings import ocio
 from lutgen.display.inverse import compensation_of
@@ -30,7 +31,8 @@ if TYPE_CHECKING:
     from lutgen.bake.config import AgedConfig
     from lutgen.bake.figures import Figures
     from lutgen.bake.formats import Format
-    from lutgen.bake.lut import Lut, MatrixLut
+    from lutgen.bake.lut import MatrixLut
+    from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay, DisplayModel
 
 __all__ = ["CONFIG", "Built", "Plan", "best_candidate", "build", "certified", "config_format", "paths_of", "prepare"]
@@ -149,6 +151,8 @@ class _Work:
 #: for all hours.
 JUDGE = Judge()
 _CERTIFICATES: dict[object, Certificate] = {}
+#: Kinds of tables of which OpenColorIO has read a whole file in this process.
+_READ_WHOLE: set[TableKind] = set()
 _BAKED: dict[str, tuple[object, Lut | MatrixLut, Figures]] = {}
 
 
@@ -230,9 +234,25 @@ def certified(path: Path, aged: AgedDisplay, form: Format, lut: Lut | MatrixLut)
     """Read a file back and compare it with ``aged``; equal tables share a certificate."""
     key = (form.name, aged.head, aged.tail, lut.space, lut.size)
     if key not in _CERTIFICATES:
-        with under_its_name(path, form.suffix) as named:
-            _CERTIFICATES[key] = JUDGE.certify(named, aged, TableKind(lut.space, lut.size, not form.unclipped))
+        kind = TableKind(lut.space, lut.size, not form.unclipped)
+        _CERTIFICATES[key] = JUDGE.compare(_shown(path, form, lut, kind), aged, kind)
     return _CERTIFICATES[key]
+
+
+def _shown(path: Path, form: Format, lut: Lut | MatrixLut, kind: TableKind) -> Array:
+    """Code values that a file gives for the judge's colours, (n, 3).
+
+    A file that lutgen reads itself OpenColorIO reads as a whole when it is the first of its kind.
+    """
+    read = checked_table(path, lut) if isinstance(lut, Lut) and is_read_here(lut, form.suffix) else None
+    if read and kind in _READ_WHOLE:
+        return JUDGE.shown(read)
+    with under_its_name(path, form.suffix) as named:
+        shown = apply_lut(named, JUDGE.code)
+    if read:
+        refuse_other(path, shown, JUDGE.shown(read))
+        _READ_WHOLE.add(kind)
+    return shown
 
 
 def best_candidate(model: DisplayModel, aged: AgedDisplay, form: Format, size: int) -> tuple[Lut | MatrixLut, bytes]:

@@ -35,7 +35,6 @@ from lutgen.bake.manifest import (
     read_manifest,
 )
 from lutgen.bake.parallel import in_parallel
-from lutgen.bake.plan import direction_of, display_to_bake
 from lutgen.bake.provenance import config_of_all, config_of_display
 from lutgen.bake.readback import apply_lut, table_kind
 from lutgen.bindings import ocio, refuse_unlikely
@@ -283,13 +282,7 @@ def _shader_findings(path: str, run: GpuRun) -> list[Finding]:
 
 def _claimed(work: _Work, record: FileRecord) -> AgedDisplay:
     """Return the display, or the correction for it, that a LUT of the build says it is."""
-    return display_to_bake(
-        work.model,
-        str(record.mode),
-        float(record.hours or 0.0),
-        direction=direction_of(work.manifest),
-        unreachable=str(work.manifest.recipe["options"].get("unreachable", "clip")),
-    )
+    return work.plan.display(work.model, str(record.mode), float(record.hours or 0.0))
 
 
 def _config_problems(path: Path, record: FileRecord, work: _Work) -> list[str]:
@@ -327,8 +320,10 @@ def _check_built_lut(
         if differs := differs_from(path, data, expected, lut, same_version=work.same_version):
             findings.append(Finding(name, differs))
     claims = _claims(record, lut)
-    if record.certificate is not None or work.plan.certify:
+    if work.plan.certify:
         claims += otherwise_certified(record.certificate, certificate.as_json())
+    elif record.certificate is not None:
+        claims.append("it has a certificate, and the options ask for none")
     return [*findings, *(Finding(name, f"{MANIFEST}: {claim}") for claim in claims)], certificate
 
 

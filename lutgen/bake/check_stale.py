@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from lutgen.bake.manifest import Manifest, model_as_json, same_model
+import numpy as np
+
+from lutgen.bake.manifest import MANIFEST, Manifest, model_as_json, model_from_json, same_model
 from lutgen.display import default_display, load_model
 from lutgen.errors import LutgenError
 from lutgen.readings import read_measurements
 
 if TYPE_CHECKING:
     from lutgen.display import DisplayModel
+    from lutgen.readings import Measurements
+
+#: What a manifest copies of the readings, and its name for people.
+_COPIED = {"metadata": "words", "hours": "hours", "xyY": "colours"}
 
 
 def stale(folder: Path, manifest: Manifest, model: DisplayModel | None) -> tuple[list[str], list[str]]:
@@ -33,15 +40,38 @@ def _stale_readings(folder: Path, manifest: Manifest, model: DisplayModel | None
         if not source.is_file():
             return [], [f"the measurements {name} were not found; their copy in the manifest was used"]
         try:
-            current = read_measurements(source).sha256
+            readings = read_measurements(source)
         except LutgenError as error:
             return [f"stale: the measurements have changed and cannot be read: {error}"], []
+        current = readings.sha256
+        if current == display["sha256"]:
+            return _otherwise_than(readings, folder, manifest), []
     if current != display["sha256"]:
         why = f"the measurements {name} have changed since the build"
         if model is not None:
             why = f"built from other measurements ({display['file']}) than {name}"
         return [f"stale: {why}; build again"], []
     return [], []
+
+
+def _otherwise_than(readings: Measurements, folder: Path, manifest: Manifest) -> list[str]:
+    """Say what the manifest's copy of the readings has otherwise than the file that they are from."""
+    copied = manifest.recipe["model"]
+    model = replace(model_from_json(copied, where=str(folder / MANIFEST)), measurements=readings)
+    written = model_as_json(model, folder)["display"]
+    return [
+        f"its copy of the readings {Path(readings.file).name} has other {words} than the file"
+        for key, words in _COPIED.items()
+        if not _alike(copied["display"].get(key), written[key])
+    ]
+
+
+def _alike(copied: Any, written: Any) -> bool:
+    """Whether two parts of a model are the same; numbers up to what another processor rounds."""
+    if isinstance(written, dict):
+        return bool(copied == written)
+    copied, written = np.asarray(copied), np.asarray(written)
+    return copied.shape == written.shape and np.allclose(copied, written, rtol=1e-12, atol=0)
 
 
 def _stale_model(folder: Path, manifest: Manifest, model: DisplayModel | None) -> tuple[list[str], list[str]]:

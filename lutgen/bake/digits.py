@@ -56,13 +56,15 @@ def rows_of_text(values: Array) -> memoryview:
     heads, middles, lasts = _pieces()
     for start in range(0, flat.size, CHUNK):
         part = slice(start, start + CHUNK)
-        scaled = np.rint(flat[part] * _SCALE).astype(np.int32)
+        scaled = np.rint(flat[part] * _SCALE)
         if signed:
             text[part, 0] = np.where(scaled < 0, ord("-"), ord(" "))
             scaled = np.abs(scaled)
-        high = scaled // 100_000
-        low = scaled - high * 100_000
-        tens = low // 10
+        # Of whole numbers below 2^27 half a unit keeps the product off the next whole number; processors multiply
+        # several doubles at once, and divide integers one by one.
+        high = ((scaled + 0.5) * 1e-5).astype(np.int32)
+        low = scaled.astype(np.int32) - high * 100_000
+        tens = ((low + 0.5) * 0.1).astype(np.int32)
         head[part], middle[part], last[part] = heads.take(high), middles.take(tens), lasts.take(low - tens * 10)
     text.reshape(len(values), -1)[:, -1] = ord("\n")
     return raw.data

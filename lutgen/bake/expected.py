@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.bake.config import config_text
+from lutgen.bake.formats.ocioz import TABLE, files_of
 from lutgen.bake.lut import Lut, lattice
 from lutgen.bake.readback import apply_lut
 from lutgen.bindings import ocio, ocio_errors
@@ -34,6 +35,9 @@ IN_A_COMMENT = 2e-3
 #: Code values at a lattice point may differ by this: OpenColorIO's fast power near black.
 AT_A_POINT = 3e-4
 
+#: A config and its table in one file.
+ARCHIVE = ".ocioz"
+
 _WORD = re.compile(NUMBER.encode())
 
 #: Points of a lattice through which a file without a table is compared.
@@ -51,6 +55,8 @@ def differs_from(path: Path, data: bytes, expected: bytes, lut: Lut | MatrixLut,
     """
     if data == expected:
         return ""
+    if path.suffix == ARCHIVE:
+        return _in_archive(data, expected)
     if same_version and b"\0" not in expected[:1000]:
         return _in_words(data, expected)
     code = lattice(lut.size or _POINTS, lut.space if lut.size else "code")
@@ -60,6 +66,19 @@ def differs_from(path: Path, data: bytes, expected: bytes, lut: Lut | MatrixLut,
         return ""
     where = ", ".join(f"{value:.4g}" for value in code[worst])
     return f"is not what the model gives: at code values {where} it is {away[worst]:.2g} off"
+
+
+def _in_archive(data: bytes, expected: bytes) -> str:
+    """Compare the files of an archive: the config as a whole, the table number by number."""
+    found, wanted = files_of(data), files_of(expected)
+    if found.keys() != wanted.keys():
+        return f"holds {', '.join(map(repr, found))}, not {', '.join(wanted)}"
+    for name, text in wanted.items():
+        says = found[name]
+        differs = _in_words(says, text) if name == TABLE else _config_in_words(says, text)
+        if says != text and differs:
+            return f"{name} in it {differs}"
+    return ""
 
 
 def _in_words(data: bytes, expected: bytes) -> str:
@@ -83,15 +102,27 @@ def config_differs(config: Any, data: bytes, aged: AgedConfig) -> str:
 
     Both are worded by the same OpenColorIO, so that the version which wrote the file does not matter.
     """
-    lib, text = ocio(), config_text(aged)
+    text = config_text(aged)
     if data == text:
         return ""
     if not is_utf8(config):
         return "holds texts that are no UTF-8"
+    return _worded_otherwise(config, text)
+
+
+def _config_in_words(data: bytes, text: bytes) -> str:
+    try:
+        config = ocio().Config.CreateFromStream(data.decode())
+    except ocio_errors() as error:
+        return f"does not load: {' '.join(str(error).split())}"
+    return _worded_otherwise(config, text)
+
+
+def _worded_otherwise(config: Any, text: bytes) -> str:
+    """Let OpenColorIO word both anew, and say where they differ."""
     try:
         found = str(config.serialize())
-        written = lib.Config.CreateFromStream(text.decode())
-        wanted = str(written.serialize())
+        wanted = str(ocio().Config.CreateFromStream(text.decode()).serialize())
     except ocio_errors() as error:
         return f"cannot be worded anew: {' '.join(str(error).split())}"
     for says, writes in zip_longest(found.splitlines(), wanted.splitlines(), fillvalue=""):

@@ -7,7 +7,8 @@ therefore given apart:
 
 ``border``  the pairs, and colours for which the interpolation mixes lattice points from both sides of the border; all
             colours where an effect makes stairs of the curves, finer than any table
-``gamut``   other colours for which it mixes lattice points that the table clips with others that it does not
+``gamut``   other colours for which it mixes lattice points that the table clips with others that it does not, or points
+            right before the clip, where nodes are fitted
 ``smooth``  all the rest
 """
 
@@ -19,10 +20,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from lutgen.bake.beside_clip import before_clip
 from lutgen.bake.figures import Figures, figures, rounded
 from lutgen.bake.lut import Lut, Sampler, lattice, tetrahedra
-from lutgen.bake.readback import TableKind, apply_lut
+from lutgen.bake.readback import TableKind
 from lutgen.bake.round_trip import RoundTrip, Without, round_trip
+from lutgen.bake.source_profile import SourceProfile, source_profile_in
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_code, linear_to_lab, transform
 from lutgen.display.chain import outside_gamut
 from lutgen.display.effect_chain import jumps, without_steps
@@ -30,8 +33,6 @@ from lutgen.display.inverse import compensation_of
 from lutgen.display.paper import Selection, nearest_weights
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from numpy.typing import NDArray
 
     from lutgen.bake.lut import MatrixLut
@@ -106,8 +107,8 @@ class Judge:
 
     sampler: Sampler = field(default_factory=Sampler)
     _without: Without | None = None
-    _mixing: dict[tuple[str, int, int], Mixing] = field(default_factory=dict)
-    _tetrahedra: dict[tuple[str, int], tuple[NDArray[np.intp], Array]] = field(default_factory=dict)
+    _mixing: dict[tuple[str, int, int, SourceProfile | None], Mixing] = field(default_factory=dict)
+    _tetrahedra: dict[tuple[str, int, int], tuple[NDArray[np.intp], Array]] = field(default_factory=dict)
 
     @cached_property
     def code(self) -> Array:
@@ -125,16 +126,9 @@ class Judge:
         if certify:
             self._model(aged, self.code)
 
-    def certify(self, path: Path, aged: AgedDisplay, table: TableKind) -> Certificate:
-        """Read ``path`` back and compare it with ``aged``.
-
-        Raises
-        ------
-        LutgenError
-            The file cannot be read, or it gives NaN.
-
-        """
-        return self.compare(apply_lut(path, self.code), aged, table)
+    def shown(self, lut: Lut) -> Array:
+        """Code values that a table gives for ``self.code``, (n, 3), in double precision."""
+        return lut.mix(*self._tetrahedra_of(lut, self.code))
 
     def compare(self, code: Array, aged: AgedDisplay, table: TableKind) -> Certificate:
         """Compare the code values that a file gave for ``self.code`` with the model's."""
@@ -174,23 +168,23 @@ class Judge:
 
     def _table_errors(self, lut: Lut | MatrixLut, aged: AgedDisplay) -> Array:
         code, model = self.few, self._model(aged, self.few)
-        if isinstance(lut, Lut):
-            key = (lut.space, lut.size)
-            if key not in self._tetrahedra:
-                self._tetrahedra[key] = tetrahedra(code, *key)
-            shown = lut.mix(*self._tetrahedra[key])
-        else:
-            shown = lut.apply(code)
+        shown = lut.mix(*self._tetrahedra_of(lut, code)) if isinstance(lut, Lut) else lut.apply(code)
         shown = code_to_linear(np.clip(shown, 0.0, 1.0))
         return delta_e_2000(linear_to_lab(np.clip(model, 0.0, 1.0)), linear_to_lab(shown))
+
+    def _tetrahedra_of(self, lut: Lut, code: Array) -> tuple[NDArray[np.intp], Array]:
+        key = (lut.space, lut.size, len(code))
+        if key not in self._tetrahedra:
+            self._tetrahedra[key] = tetrahedra(code, lut.space, lut.size)
+        return self._tetrahedra[key]
 
     def _model(self, aged: AgedDisplay, code: Array) -> Array:
         return self.sampler.linear_of(aged, len(code), lambda: code)
 
-    def _mixing_in(self, table: TableKind, code: Array) -> Mixing:
-        key = (table.space, table.size, len(code))
+    def _mixing_in(self, table: TableKind, code: Array, source: SourceProfile | None = None) -> Mixing:
+        key = (table.space, table.size, len(code), source)
         if key not in self._mixing:
-            self._mixing[key] = mixing_of(code, table.space, table.size)
+            self._mixing[key] = mixing_of(code, table.space, table.size, source)
         return self._mixing[key]
 
     def _crosses(self, aged: AgedDisplay, table: TableKind, code: Array) -> NDArray[np.bool_]:
@@ -202,16 +196,21 @@ class Judge:
             drives = self.sampler.linear(aged, table.size, table.space)
             own = link.side(self._model(aged, code))
             return _differ(np.column_stack([own, link.side(drives)[self._mixing_in(table, code).nodes]]))
-        return self._mixing_in(table, code).crosses & _jumps(aged)
+        return self._mixing_in(table, code, source_profile_in(aged)).crosses & _jumps(aged)
 
     def _mixes_clipped(self, aged: AgedDisplay, table: TableKind) -> NDArray[np.bool_]:
-        """Whether a colour's lattice points lie on both sides of the gamut's boundary, for a clipped table."""
+        """Whether a colour's lattice points lie on both sides of the gamut's boundary, for a clipped table.
+
+        Or one of them lies right before the clip.
+        """
         if not table.clipped:
             return np.zeros(len(self.code), dtype=bool)
-        linear = self.sampler.linear(aged, table.size, table.space).T
-        above, below = linear > 1, linear < 0
+        linear = self.sampler.linear(aged, table.size, table.space)
+        above, below = linear.T > 1, linear.T < 0
         side = above[0] + 2 * above[1] + 4 * above[2] + 8 * below[0] + 16 * below[1] + 32 * below[2]
-        return _differ(side.astype(np.uint8)[self._mixing_in(table, self.code).nodes])
+        nodes = self._mixing_in(table, self.code).nodes
+        before = _before_clip(linear.reshape(table.size, table.size, table.size, 3))
+        return _differ(side.astype(np.uint8)[nodes]) | before[nodes].any(axis=1)
 
 
 def certificate_colours(one_in: int = 1) -> Array:
@@ -251,17 +250,28 @@ def border_pairs(random: np.random.Generator, count: int) -> Array:
     return linear_to_code(pairs[inside & switching][:count].reshape(-1, 3))
 
 
-def mixing_of(code: Array, space: str, size: int) -> Mixing:
+def mixing_of(code: Array, space: str, size: int, source: SourceProfile | None = None) -> Mixing:
     """Find the lattice points that tetrahedral interpolation mixes for each colour, and whether it crosses a border.
 
-    A colour crosses when a lattice point of influence lies on another side of white's border than itself.
+    A colour crosses when a lattice point of influence lies on another side of white's border than itself; both as the
+    display gets them, behind the picture's own profile.
     """
+    sent = source or np.asarray
     nodes, weight = tetrahedra(code, space, size)
     first = np.argmax(weight > INFLUENCE, axis=1)
     nodes = np.where(weight > INFLUENCE, nodes, nodes[np.arange(len(code)), first][:, np.newaxis])
-    region = _region(nearest_weights(code_to_linear(lattice(size, space))))
-    own = _region(nearest_weights(code_to_linear(code)))
+    region = _region(nearest_weights(code_to_linear(sent(lattice(size, space)))))
+    own = _region(nearest_weights(code_to_linear(sent(code))))
     return Mixing(nodes, _differ(np.column_stack([own, region[nodes]])))
+
+
+def _before_clip(linear: Array) -> NDArray[np.bool_]:
+    """Which nodes of a clipped table lie right before the clip: (n, n, n, 3) linear light, unclipped → (n³,)."""
+    nodes = np.zeros(linear.shape[:3], dtype=bool)
+    for channel in range(3):
+        own = 2 - channel
+        np.moveaxis(nodes, own, -1)[..., :-1] |= before_clip(np.moveaxis(linear[..., channel], own, -1))
+    return nodes.reshape(-1)
 
 
 def _differ(labels: NDArray[np.uint8]) -> NDArray[np.bool_]:

@@ -12,6 +12,7 @@ from lutgen.bake.build import paths_of
 from lutgen.bake.formats import format_named, format_names
 from lutgen.bake.manifest import JOURNAL, MANIFEST, FileRecord, sha256
 from lutgen.bake.plan import Plan, direction_of
+from lutgen.bake.source_profile import source_profile_of
 from lutgen.display import hour_name
 from lutgen.errors import LutgenError, reason_of
 from lutgen.files import PARTIAL
@@ -86,6 +87,7 @@ def plan_of(manifest: Manifest) -> Plan:
             direction=direction_of(manifest),
             unreachable=options.get("unreachable", "clip"),
             gpu=options.get("gpu", False),
+            source=source_profile_of(options["source_profile"]) if "source_profile" in options else None,
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         if isinstance(error, LutgenError):

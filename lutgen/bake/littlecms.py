@@ -40,7 +40,11 @@ def through_profile(path: Path, code: Array, *, intent: int = RELATIVE) -> Array
         The binding is missing, or LittleCMS refuses the file.
 
     """
-    data = _read(path)
+    return screen_code(_read(path), code, path, intent=intent)
+
+
+def screen_code(data: bytes, code: Array, file: object, *, intent: int = RELATIVE) -> Array:
+    """As :func:`through_profile`, for a profile in memory; ``file`` is named in errors."""
     lib = littlecms()
     screen = _nothing_more() if data[12:16] == b"link" else _srgb()
     pixels = np.ascontiguousarray(code, dtype=np.float64).reshape(1, -1, 3)
@@ -48,7 +52,7 @@ def through_profile(path: Path, code: Array, *, intent: int = RELATIVE) -> Array
     try:
         shown = lib.cms_transform(pixels, data, screen, intent=intent, **colours)
     except (lib.CmsError, ValueError) as error:
-        raise LutgenError(f"{path}: LittleCMS cannot use it: {' '.join(str(error).split())}.") from None
+        raise LutgenError(f"{file}: LittleCMS cannot use it: {' '.join(str(error).split())}.") from None
     return np.asarray(shown[0], dtype=np.float64)
 
 
@@ -68,17 +72,20 @@ def table_of_profile(path: Path) -> tuple[str, int]:
 
 
 def _read(path: Path) -> bytes:
-    """Read a profile of an RGB device whose header does not lie."""
     data = path.read_bytes()
+    sound_profile(data, path)
+    return data
+
+
+def sound_profile(data: bytes, file: object) -> None:
+    """Refuse what is no profile of an RGB device, or has a header that lies. Raises LutgenError."""
     size = int.from_bytes(data[:4], "big")
     if is_profile(data) and size != len(data):
-        raise LutgenError(f"{path}: says that it has {size} bytes, and has {len(data)}. Was it cut off? Copy it anew.")
-    tag_table(data, path)
+        raise LutgenError(f"{file}: says that it has {size} bytes, and has {len(data)}. Was it cut off? Copy it anew.")
+    tag_table(data, file)
     if data[16:20] != b"RGB ":
-        raise LutgenError(
-            f"{path}: is for a device of {data[16:20].decode('latin-1').strip()!r}, and displays are RGB."
-        )
-    return data
+        device = data[16:20].decode("latin-1").strip()
+        raise LutgenError(f"{file}: is for a device of {device!r}, and displays are RGB.")
 
 
 @cache

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.bake.beside_clip import fitted_beside_clip
 from lutgen.bake.spaces import SPACES
-from lutgen.colorimetry import XYZ_TO_LINEAR, code_to_linear, linear_to_code, transform, xyz_to_linear
+from lutgen.colorimetry import CHUNK, XYZ_TO_LINEAR, code_to_linear, linear_to_code, transform, xyz_to_linear
 from lutgen.display.effect_chain import without_steps
 from lutgen.display.inverse import compensation_of
 from lutgen.display.paper import paper_links
@@ -75,10 +76,14 @@ class Lut:
 
     def mix_in_space(self, nodes: NDArray[np.intp], weights: Array) -> Array:
         """As :meth:`mix`, in the table's own space."""
-        table, values = self.table.reshape(-1, 3), np.zeros((len(nodes), 3))
-        for node, weight in zip(nodes.T, weights.T, strict=True):
-            values += table[node] * weight[:, np.newaxis]
-        return values
+        # Channel by channel in chunks: what is looked up then stays near the processor.
+        planes, values = np.ascontiguousarray(self.table.reshape(-1, 3).T), np.zeros((3, len(nodes)))
+        for start in range(0, len(nodes), CHUNK):
+            part = slice(start, start + CHUNK)
+            for plane, out in zip(planes, values[:, part], strict=True):
+                for node, weight in zip(nodes[part].T, weights[part].T, strict=True):
+                    np.add(out, plane.take(node) * weight, out=out)
+        return values.T
 
 
 @dataclass(frozen=True)
@@ -125,7 +130,8 @@ def tetrahedra(code: Array, space: str, size: int) -> tuple[NDArray[np.intp], Ar
     ends = np.ones((len(place), 1)), np.zeros((len(place), 1))
     weights = -np.diff(np.hstack([ends[0], ordered, ends[1]]), axis=1)
     stride = np.array([1, size, size * size])
-    return np.cumsum(np.column_stack([corner @ stride, stride[order]]), axis=1), weights
+    nodes = np.cumsum(np.column_stack([corner @ stride, stride[order]]), axis=1)
+    return np.asfortranarray(nodes), np.asfortranarray(weights)
 
 
 @dataclass
@@ -160,29 +166,34 @@ class Sampler:
             self._signals[key] = aged.head_signal(code())
         return xyz_to_linear(aged.xyz(self._signals[key]))
 
-    def lut(self, aged: AgedDisplay, size: int, space: str, *, clip: bool) -> Lut:
-        """Bake a table; ``clip`` to the viewer's sRGB gamut, or leave aged colours outside it as they are."""
-        linear = self.linear(aged, size, space)
-        values = SPACES[space].held(np.clip(linear, 0.0, 1.0) if clip else linear)
+    def lut(self, aged: AgedDisplay, size: int, space: str, *, clip: bool, whole: bool = False) -> Lut:
+        """Bake a table; ``clip`` to the viewer's sRGB gamut, or leave aged colours outside it as they are.
+
+        Beside the clip nodes are fitted; not where the file holds ``whole`` numbers, which cannot exceed white.
+        """
+        values = SPACES[space].held(self.linear(aged, size, space)).reshape(size, size, size, 3)
+        if clip:
+            return Lut(space, np.clip(values, 0.0, 1.0) if whole else fitted_beside_clip(values))
         if np.abs(values).max() > BRIGHTEST:
             message = (
                 f"{aged.mode} at {aged.hours:g} h: colours reach {np.abs(values).max():.3g} times what a viewer shows, "
                 f"more than a table holds. Check the model's effects and the conditions (--at)."
             )
             raise LutgenError(message)
-        return Lut(space, values.reshape(size, size, size, 3))
+        return Lut(space, values)
 
     def candidates(
         self, aged: AgedDisplay, size: int, *spaces: str, clip: bool, largest: int | None = None
     ) -> list[Lut | MatrixLut]:
-        """Bake the tables that the most faithful is chosen from: one in each space; as :meth:`lut`.
+        """Bake the tables that the most faithful is chosen from: one in each space; ``clip`` to what viewers show.
 
         A display with stairs in its curves is baked without them too: a coarse table of stairs can err more than none.
         ``largest`` is for files that hold whole numbers, 0..``largest``.
         """
         smooth = without_steps(aged)
         displays = [aged, smooth] if smooth else [aged]
-        luts = [self.lut(each, size, space, clip=clip) for each in displays for space in spaces]
+        whole = largest is not None
+        luts = [self.lut(each, size, space, clip=clip, whole=whole) for each in displays for space in spaces]
         return [lut.in_steps(largest) if largest else lut for lut in luts]
 
 

@@ -19,7 +19,7 @@ from lutgen import __version__
 from lutgen.display import AppliedEffect, DisplayModel, LatentTips, default_display
 from lutgen.display.carried import what_luts_carry
 from lutgen.display.conditions import REFERENCE, conditions_of
-from lutgen.display.modes import law_of_table, luminance_law
+from lutgen.display.modes import LAWS, law_of_table, luminance_law
 from lutgen.display.native import NativeDisplay
 from lutgen.display.origin import found_by, record_of
 from lutgen.documents import from_json
@@ -169,6 +169,11 @@ def without_ways(model: Mapping[str, Any]) -> dict[str, Any]:
     return content
 
 
+def _check_law(name: str, table: tuple[tuple[float, float], ...], where: str) -> None:
+    if name in LAWS and table != luminance_law(name).table:
+        raise LutgenError(f"{where}: the luminance law {name!r} has another table. Build again.")
+
+
 def model_from_json(content: Mapping[str, Any], *, where: str) -> DisplayModel:
     """Rebuild the model of a manifest, whose path is ``where``. Raises LutgenError when it is not one."""
     from lutgen.colorimetry import xyY_to_xyz
@@ -189,6 +194,7 @@ def model_from_json(content: Mapping[str, Any], *, where: str) -> DisplayModel:
             sha256=display["sha256"],
         )
         table = tuple((float(hour), float(factor)) for hour, factor in law["table"])
+        _check_law(law["law"], table, where)
         return DisplayModel(
             measurements,
             reference=content["reference"],

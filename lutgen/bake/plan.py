@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from lutgen.bake.manifest import Manifest
+    from lutgen.bake.source_profile import SourceProfile
     from lutgen.display import AgedDisplay, DisplayModel
 
 
@@ -34,6 +35,8 @@ class Plan:
         One of ``DIRECTIONS``.
     unreachable
         For ``compensate``: one of ``UNREACHABLE``.
+    source
+        The picture's own profile, which becomes one with the display: for formats that hold a profile's table.
     gpu
         Run each config's shaders too, and record how far they are from the CPU.
     certify
@@ -51,6 +54,7 @@ class Plan:
     direction: str = "simulate"
     unreachable: str = "clip"
     gpu: bool = False
+    source: SourceProfile | None = None
 
     def __post_init__(self) -> None:
         """Refuse what cannot be baked."""
@@ -73,12 +77,15 @@ class Plan:
 
     def _check_formats(self) -> None:
         for name in self.formats:
+            if self.source and not format_named(name).takes_source:
+                able = ", ".join(each for each in format_names() if format_named(each).takes_source)
+                raise LutgenError(f"--source-profile and --format {name} do not go together. Pick from: {able}.")
             if not format_named(name).corrects and self.direction == "compensate":
                 able = ", ".join(each for each in format_names() if format_named(each).corrects)
                 raise LutgenError(f"--format {name}: describes a display and cannot correct one. Pick from: {able}.")
 
     def as_json(self) -> dict[str, Any]:
-        """Return the options as the manifest has them; direction and ``gpu`` only where they are not the default."""
+        """Return the options as the manifest has them; direction, ``gpu`` and ``source`` only where they are given."""
         content = {
             "hours": list(self.hours),
             "modes": list(self.modes),
@@ -89,7 +96,8 @@ class Plan:
         }
         if self.direction != "simulate":
             content |= {"direction": self.direction, "unreachable": self.unreachable}
-        return content | ({"gpu": True} if self.gpu else {})
+        content |= {"gpu": True} if self.gpu else {}
+        return content | ({"source_profile": self.source.as_json()} if self.source else {})
 
     def folders(self) -> Iterator[tuple[str, float, str]]:
         """Give mode, hour and the folder of each display, relative to the output folder."""
@@ -99,7 +107,8 @@ class Plan:
 
     def display(self, model: DisplayModel, mode: str, hours: float) -> AgedDisplay:
         """Return what is baked: the aged display, or the correction for it in the form of one."""
-        return display_to_bake(model, mode, hours, direction=self.direction, unreachable=self.unreachable)
+        aged = display_to_bake(model, mode, hours, direction=self.direction, unreachable=self.unreachable)
+        return self.source.before(aged) if self.source else aged
 
 
 def display_to_bake(

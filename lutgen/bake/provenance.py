@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 from lutgen import __version__
 from lutgen.bake.config import CORRECTION, SIMULATION, AgedConfig
 from lutgen.bake.formats import Provenance
+from lutgen.bake.manifest import sha256
+from lutgen.bake.source_profile import source_profile_in
 from lutgen.display import MODES, compensation_of, hour_name
 
 if TYPE_CHECKING:
@@ -33,6 +35,7 @@ def provenance_of(model: DisplayModel, aged: AgedDisplay, lut: Lut | MatrixLut, 
         *_refinements(model),
         f"mode: {aged.mode}",
         f"hours: {aged.hours:g}",
+        *_source(aged),
         *_unreachable(link),
         f"grid: {grid}",
         f"fidelity: {figures} over {error.colours} colours, borders included; certificate in manifest.json",
@@ -55,6 +58,12 @@ def _refinements(model: DisplayModel) -> list[str]:
         lines.append(f"effect: {each.effect.name}{f' ({values})' if values else ''}")
     stated = ", ".join(f"{name} = {value:g}" for name, value in model.conditions.stated().items())
     return lines + ([f"at: {stated}"] if stated else [])
+
+
+def _source(aged: AgedDisplay) -> list[str]:
+    """The picture's own profile, where the file begins with it."""
+    source = source_profile_in(aged)
+    return [f"source profile: {source.name}, SHA-256 {sha256(source.data)}"] if source else []
 
 
 def _unreachable(link: Compensation | None) -> list[str]:

@@ -8,8 +8,8 @@ What the white adds to its primaries, D = XYZ_w − XYZ_r − XYZ_g − XYZ_b, i
 white, and + ⅓D·(the two smaller channels) near a primary. So ``nearest`` bends, but does not jump, between primaries;
 at white's border it jumps by ⅓D·(the largest channel).
 
-Both selections are linear in the matrices, so they are split in two links: ``Selection`` spreads a colour over
-twelve coordinates (which matrix, which channel) and does not age; ``Matrices`` multiplies by what does.
+Both selections are linear in the matrices, so they are split in two links: ``Selection`` gives a colour's channels and
+the light of the primaries whose matrices it uses, and does not age; ``Matrices`` multiplies by what does.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def _shares(sizes: list[Array]) -> Array:
 
 @dataclass(frozen=True)
 class Selection:
-    """Linear light → the colour's coordinates in each of the four matrices; the same at every hour."""
+    """Linear light → the colour's channels, and how it uses the primaries' matrices; the same at every hour."""
 
     name: str
     stage: str = "emission"
@@ -87,14 +87,19 @@ class Selection:
         return nearest_weights(linear) if self.name == "nearest" else continuous_weights(linear)
 
     def __call__(self, signal: Array) -> Array:
-        """(n, 3) linear light → (n, 12): share of matrix i times channel c, i major."""
-        weights = self.weights(signal).T
-        return (weights[:, np.newaxis] * signal.T).reshape(12, -1).T
+        """(n, 3) linear light → (n, 4): the channels, and their sum, each times the share of its primary's matrix."""
+        _, *shares = self.weights(signal).T
+        used = sum(share * channel for share, channel in zip(shares, signal.T, strict=True))
+        return np.stack([*signal.T, np.asarray(used)]).T
 
 
 @dataclass(frozen=True)
 class Matrices:
-    """The aged emission of one mode and hour: (n, 12) coordinates of ``Selection`` → XYZ (n, 3)."""
+    """The aged emission of one mode and hour: (n, 4) coordinates of ``Selection`` → XYZ (n, 3).
+
+    A primary's matrix differs from white's in the primary's own column alone, and by the same vector for all three: by
+    -⅓D in T_i, by D in T'_i.
+    """
 
     #: T_i (``nearest``) or T'_i (``continuous``) as nested tuples, so that equal means the same: 4 × 3 × 3.
     values: tuple[tuple[tuple[float, ...], ...], ...]
@@ -106,8 +111,9 @@ class Matrices:
         return np.array(self.values)
 
     def __call__(self, signal: Array) -> Array:
-        """(n, 12) → XYZ (n, 3)."""
-        return transform(np.hstack(list(self.array)), signal)
+        """(n, 4) → XYZ (n, 3)."""
+        white, red, *_ = self.array
+        return transform(np.column_stack([white, red[:, 0] - white[:, 0]]), signal)
 
 
 def matrices_of(xyY: Array, selection: str) -> Matrices:

@@ -7,8 +7,13 @@ import io
 import numpy as np
 from numpy.typing import NDArray
 
+from lutgen.errors import LutgenError
+
 #: Pixels, uint8 of shape (height, width, 3).
 Pixels = NDArray[np.uint8]
+
+#: What 16 bits number, 0 aside.
+MOST_LABELS = 65_535
 
 #: How hard zlib tries: pictures of a page are sent by mail.
 SMALLEST = 9
@@ -23,6 +28,25 @@ def plain_png(pixels: Pixels) -> bytes:
 
     file = io.BytesIO()
     Image.fromarray(pixels).save(file, "png", compress_level=0)
+    return file.getvalue()
+
+
+def labels_png(labels: NDArray[np.int32]) -> bytes:
+    """Return the PNG of labels (h, w) as grey levels of 16 bit, which masks are read from; below 0 is ground.
+
+    Raises
+    ------
+    LutgenError
+        There are more labels than such a file can tell apart.
+
+    """
+    from PIL import Image
+
+    if labels.max() > MOST_LABELS:
+        message = f"{labels.max()} nuclei are more than a PNG of 16 bit can number ({MOST_LABELS}). Cut the image."
+        raise LutgenError(message)
+    file = io.BytesIO()
+    Image.fromarray(np.maximum(labels, 0).astype(np.uint16)).save(file, "png")
     return file.getvalue()
 
 

@@ -28,7 +28,7 @@ HEAD = ("consumer", "version", "file", "interpolates", "selection", "mode", "hou
 
 def main() -> int:
     """Print both tables. Returns 1 when a gate does not hold, or a program does otherwise than lutgen says."""
-    with tempfile.TemporaryDirectory(prefix="lutgen-consumers-") as folder:
+    with tempfile.TemporaryDirectory(prefix="consumers-") as folder:
         gallery = Gallery(Path(folder))
         print(COLUMNS.format(*HEAD))
         held = [row(gallery, consumer, case) for consumer in consumers() for case in CASES]
@@ -59,7 +59,7 @@ def row(gallery: Gallery, consumer: Consumer, case: Case) -> bool:
 
 def holds(claim: Claim) -> bool:
     """Print one claim, and where the program does otherwise; what cannot be had differs from nothing."""
-    with tempfile.TemporaryDirectory(prefix="lutgen-claim-") as folder:
+    with tempfile.TemporaryDirectory(prefix="claim-") as folder:
         try:
             version = claim.version()
             differences = [*claim.differences(Path(folder))]

@@ -102,7 +102,7 @@ def cubes(program: Program) -> Claim:
 def tried() -> dict[str, Linted]:
     """Each form of ``.cube``, and those of 60 mutations that lint calls clean: all readers were given them."""
     found = {}
-    with tempfile.TemporaryDirectory(prefix="lutgen-cubes-") as folder:
+    with tempfile.TemporaryDirectory(prefix="cubes-") as folder:
         path = Path(folder, "lut.cube")
         for name, data in [*GOOD.items(), *((name, data) for name, (_, data) in BAD.items())]:
             path.write_bytes(data)

@@ -1,4 +1,4 @@
-"""A real image, the builds that consumers read, and what the direct model says that they should show."""
+"""A picture of two real tissues, the builds that consumers read, and what the direct model says they should show."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
+import tifffile
 from skimage.data import immunohistochemistry
 
+from configs.displays.table1 import SLIDE
 from lutgen.bake.build import Plan, build
 from lutgen.bake.formats import format_names
 from lutgen.display import DisplayModel, default_display
@@ -68,7 +70,7 @@ class Gallery:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.image: NDArray[np.uint8] = immunohistochemistry()
+        self.image = tissue()
         for selection in dict.fromkeys(case.selection for case in CASES):
             # Certificates have tests of their own.
             formats = ("clf", *(name for name in format_names() if name != "clf"))
@@ -95,6 +97,17 @@ class Gallery:
 
 
 @cache
+def tissue() -> NDArray[np.uint8]:
+    """Immunohistochemistry, and beside it pale H&E, whose white and rose lie where aged colours are clipped."""
+    stained: NDArray[np.uint8] = immunohistochemistry()
+    if not SLIDE.is_file():
+        return stained
+    height, width, _ = stained.shape
+    pale = tifffile.imread(SLIDE)[600 : 600 + height, 600 : 600 + width]
+    return np.ascontiguousarray(np.concatenate([stained, pale], axis=1))
+
+
+@cache
 def model(selection: str) -> DisplayModel:
     return DisplayModel(read_measurements(default_display()), selection=selection)
 
@@ -106,7 +119,7 @@ def aged(case: Case) -> AgedDisplay:
 @cache
 def expected(case: Case) -> Array:
     """The direct model's code values, in double precision, not rounded."""
-    return aged(case).code_to_code(immunohistochemistry() / 255)
+    return aged(case).code_to_code(tissue() / 255)
 
 
 def errors(picture: Picture, reference: Array) -> Errors:

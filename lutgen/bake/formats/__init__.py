@@ -89,6 +89,8 @@ class Format:
         Name of the file in its display's folder, without the suffix: formats that share a suffix need their own.
     corrects
         Whether it can hold the correction for a display; a profile, which describes one, cannot.
+    takes_source
+        Whether it can begin with the picture's own profile.
     follows
         Whether a finer table follows any display; one that is too simple for that is held to its certificate alone.
 
@@ -104,6 +106,7 @@ class Format:
     stem: str = "aged"
     corrects: bool = True
     follows: bool = True
+    takes_source: bool = False
 
     @property
     def file(self) -> str:

@@ -77,4 +77,5 @@ FORMAT = Format(
     write=write,
     reader=Reader(through_profile, table_of_profile),
     corrects=False,
+    takes_source=True,
 )

@@ -42,4 +42,5 @@ FORMAT = Format(
     reader=Reader(through_profile, table_of_profile),
     stem="aged-v2",
     corrects=False,
+    takes_source=True,
 )

@@ -6,12 +6,10 @@ same inputs give the same bytes and OpenColorIO 2.1 can write what it cannot rea
 
 from __future__ import annotations
 
-import tempfile
 import zipfile
 import zlib
 from contextlib import contextmanager
 from io import BytesIO
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,14 +19,19 @@ from lutgen.bake.formats import Format, Provenance, Reader, clf
 from lutgen.bake.readback import table_of_ocio
 from lutgen.bindings import LARGEST_LUT, ocio, ocio_errors
 from lutgen.errors import LutgenError
+from lutgen.scratch import scratch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     from lutgen.bake.lut import Lut, MatrixLut
     from lutgen.colorimetry import Array
 
 CONFIG, TABLE = "config.ocio", "lut.clf"
+
+#: What a file that is no archive, or is broken, raises.
+_BROKEN = (zipfile.BadZipFile, zlib.error, KeyError, EOFError, NotImplementedError, RuntimeError, OSError)
 
 #: The first moment that a ZIP can name.
 _DATE = (1980, 1, 1, 0, 0, 0)
@@ -46,6 +49,17 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
             entry.create_system, entry.external_attr = 3, 0o644 << 16
             opened.writestr(entry, data)
     return archive.getvalue()
+
+
+def files_of(data: bytes) -> dict[str, bytes]:
+    """Return the files of an archive of ours by their names. Raises LutgenError where it is none."""
+    try:
+        with zipfile.ZipFile(BytesIO(data)) as archive:
+            if sum(entry.file_size for entry in archive.infolist()) > LARGEST_LUT:
+                raise LutgenError("the archive unpacks to more than any LUT. Build it again.")
+            return {name: archive.read(name) for name in archive.namelist()}
+    except _BROKEN as error:
+        raise LutgenError(f"the archive cannot be unpacked: {error}. Build it again.") from None
 
 
 def _apply(path: Path, code: Array) -> Array:
@@ -86,7 +100,7 @@ def _or_refuse(path: Path, call: Any) -> Any:
 @contextmanager
 def _unpacked(path: Path) -> Iterator[Path]:
     """Unpack the two files of an archive of ours; nothing else in it is touched."""
-    with tempfile.TemporaryDirectory(prefix="lutgen-") as folder:
+    with scratch() as folder:
         try:
             with zipfile.ZipFile(path) as archive:
                 size = sum(archive.getinfo(name).file_size for name in (CONFIG, TABLE))
@@ -96,18 +110,10 @@ def _unpacked(path: Path) -> Iterator[Path]:
                     )
                 for name in (CONFIG, TABLE):
                     archive.extract(name, folder)
-        except (
-            zipfile.BadZipFile,
-            zlib.error,
-            KeyError,
-            EOFError,
-            NotImplementedError,
-            RuntimeError,
-            OSError,
-        ) as error:
+        except _BROKEN as error:
             message = f"{path}: is no archive with {CONFIG} and {TABLE}: {error}."
             raise LutgenError(message) from None
-        yield Path(folder)
+        yield folder
 
 
 FORMAT = Format(

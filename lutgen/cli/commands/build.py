@@ -50,6 +50,13 @@ def _modes(context: click.Context, option: click.Parameter, text: str) -> tuple[
     metavar="LIST",
     help=f"LUT formats, separated by commas: {', '.join(format_names())}.",
 )
+@click.option(
+    "--source-profile",
+    cls=Advanced,
+    type=click.Path(),
+    metavar="FILE",
+    help="With --format icc: the scanner's own ICC profile, which becomes one with the aged display.",
+)
 @click.option("-o", "--output", default="aged", show_default=True, metavar="DIR", help="Folder to build into.")
 @click.option("--force", is_flag=True, help="Replace another build of lutgen's in the folder.")
 @click.option(
@@ -94,6 +101,7 @@ def command(
     hours: str,
     modes: tuple[str, ...],
     formats: tuple[str, ...],
+    source_profile: str | None,
     direction: str,
     unreachable: str | None,
     cubesize: int,
@@ -120,9 +128,11 @@ def command(
       lutgen build --direction compensate --unreachable scale --hours 10000,18000 -o dimmed/
       lutgen build --hours 10000 --mode chroma --format clf --selection continuous -o aged-10000/
       lutgen build --hours 10000 --format icc,hald,resolve -o aged-icc/
+      lutgen build --hours 10000 --format icc --source-profile scanner.icc -o aged-slides/
     """
     from lutgen.bake.build import build
     from lutgen.bake.plan import Plan
+    from lutgen.bake.source_profile import read_source_profile
     from lutgen.display import what_luts_carry
     from lutgen.display.hours import parse_hours
 
@@ -139,6 +149,7 @@ def command(
         direction=direction,
         unreachable=unreachable or "clip",
         gpu=gpu,
+        source=read_source_profile(source_profile) if source_profile else None,
     )
     with progress_bar("building", quiet=as_json) as progress:
         built = build(model, plan, output, jobs=jobs, force=force, progress=progress)

@@ -8,9 +8,10 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.number_types import NUMBER, WHOLE
-from lutgen.cli.outputs import Outputs
+from lutgen.cli.outputs import Outputs, check_new_file
 from lutgen.cli.picture_options import hours_option, json_option, source_option
 from lutgen.cli.shared import model_from, model_options, progress_bar
+from lutgen.files import write_atomically
 from lutgen.names import STAINS
 
 
@@ -41,6 +42,9 @@ from lutgen.names import STAINS
 @click.option(
     "--csv", "csv_to", metavar="FILE", help="Write a line for each nucleus: place, size, ΔE2000 at each hour."
 )
+@click.option(
+    "--labels", metavar="FILE", help="Write the nuclei as PNG, 16 bit: 0 for the ground, 1, 2, … as in the table."
+)
 @click.option("--plots", metavar="DIR", help="Draw ΔE2000 against hours, and the outlines, into this folder.")
 @click.option("--force", is_flag=True, help="Replace files that exist.")
 @model_options
@@ -55,6 +59,7 @@ def command(
     source: str,
     json_to: str | None,
     csv_to: str | None,
+    labels: str | None,
     plots: str | None,
     force: bool,
     **options: Any,
@@ -62,21 +67,26 @@ def command(
     """Show how clearly nuclei stand out, and how much of that contrast an aged display leaves.
 
     Finds the nuclei of an H&E or H-DAB field by their haematoxylin (with lutgen[nuclei]), or takes a mask. For each
-    nucleus lutgen computes ΔE2000 between the mean colour of the nucleus and the mean colour of a ring around the
-    nucleus, on the un-aged and on the aged display, for every hour, with the luminance of white held (chroma) and not
-    held (chroma-luma). This is a contrast of mean colours, without texture and without a reader: look at the outlines
-    (--plots) before you trust it. At most 4096 × 4096 pixels. Ends with 0 whatever the result is.
+    nucleus lutgen computes ΔE2000 between the mean Lab of the nucleus and the mean Lab of a ring around the nucleus, on
+    the un-aged and on the aged display, for every hour, with the luminance of white held (chroma) and not held
+    (chroma-luma). The ring begins a tenth of a typical nucleus's width away (at least 1 pixel) and is a third of that
+    width wide (at least 2). Lab is relative to the white of the un-aged display, also for the aged one. This is a
+    contrast of mean colours, without texture and without a reader: look at the outlines (--plots) before you trust it.
+    At most 4096 × 4096 pixels. Ends with 0 whatever the result is.
 
     \b
     Example:
       lutgen nuclei slide.png
       lutgen nuclei slide.png --stain hdab --hours 0,10000,18000 --csv each.csv --plots plots/nuclei
+      lutgen nuclei slide.png --labels nuclei.png
     """
     from lutgen.display.hours import parse_hours
     from lutgen.pictures.conspicuity import nuclei
+    from lutgen.pictures.png import labels_png
     from lutgen.report.pictures.nuclei import nuclei_page, picture_names, plot_nuclei
 
     outputs = Outputs(json_to, csv_to, plots, lambda: picture_names(image), force=force)
+    labels_to = check_new_file(labels, force=force, suffixes=(".png",)) if labels else None
     model = model_from(**options)
     chosen = parse_hours(hours, model.tips) if hours else None
     with progress_bar("aging nuclei", quiet=outputs.alone) as progress:
@@ -91,6 +101,8 @@ def command(
             source=source,
             progress=progress,
         )
+    if labels_to:
+        write_atomically(labels_to, labels_png(conspicuity.nuclei.labels))
     outputs.write(
         nuclei_page(conspicuity),
         conspicuity.as_json,

@@ -34,6 +34,10 @@ MAX_TEXT = 100
 #: Characters of plain rows of numbers; a block with other characters is read line by line.
 _PLAIN = b"0123456789.+-eE \t\n"
 
+#: An exponent with which a number may be nearer to 0 than doubles are, which numpy reads as 0.
+_TINY = re.compile(rb"[eE]-\d{3}")
+_NOT_ZERO, _SMALLEST = re.compile(rb"[-+]?[0.]*[1-9]"), 5e-324
+
 #: A 1D part counts as an identity up to this distance from its input: rounding to five decimals.
 IDENTITY = 1e-5
 
@@ -327,7 +331,7 @@ def _plain_rows(data: bytes) -> Array | None:
     starts[1:] &= space[:-1]
     ends = np.flatnonzero(np.frombuffer(data, dtype=np.uint8) == 10)
     words = np.add.reduceat(starts, np.concatenate([[0], ends[:-1] + 1]), dtype=np.intp)
-    if (words != 3).any():
+    if (words != 3).any() or _TINY.search(data):
         return None
     with warnings.catch_warnings():
         warnings.simplefilter("error", DeprecationWarning)
@@ -340,7 +344,12 @@ def _plain_rows(data: bytes) -> Array | None:
 
 def _numbers(words: list[bytes]) -> list[float] | None:
     numbers = [number(word.decode("ascii", errors="replace"), non_finite=True) for word in words]
-    read = [each for each in numbers if each is not None]
+    read = [
+        # Nearer to 0 than doubles are: still no 0.
+        _SMALLEST if each == 0 and _NOT_ZERO.match(word) else each
+        for each, word in zip(numbers, words, strict=True)
+        if each is not None
+    ]
     return read if len(read) == len(words) else None
 
 

@@ -73,13 +73,13 @@ def scan_archive(path: Path) -> Iterator[tuple[ArchiveScan, Path]]:
         try:
             size = path.stat().st_size
             broken = _too_much(path, size)
-            scan = ArchiveScan(path, size, broken, (), ()) if broken else _unpack(path, size, Path(folder))
+            scan = ArchiveScan(path, size, broken, (), ()) if broken else _unpack(path, size, folder)
         except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, ValueError, RuntimeError) as error:
             scan = ArchiveScan(path, size, f"cannot be unpacked: {error}", (), ())
         except OSError as error:
             message = f"{path}: cannot be read: {(error.strerror or str(error)).lower()}. Give the name of an archive."
             raise LutgenError(message) from None
-        yield scan, Path(folder)
+        yield scan, folder
 
 
 def _too_much(path: Path, size: int) -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.bake.beside_clip import HEADROOM
 from lutgen.lint.cube.scan import scan_cube
 from lutgen.lint.finding import COLOUR, FFMPEG, OCIO, OCIO_21, OCIO_26, PILLOW, Fate, Finding, Linted, refused, wrong
 from lutgen.lint.formats import Format, findings
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from lutgen.lint.cube.scan import CubeScan, Entry
+from lutgen.lint.cube.scan import CubeScan, Entry
 
 EVERYONE = (*OCIO, FFMPEG, PILLOW, COLOUR)
 
@@ -370,7 +371,7 @@ def value_range(scan: CubeScan) -> Iterator[Finding]:
         what = f"has values up to {high:g}: integers, not 0..1"
         fates = wrong(*EVERYONE, how="shows almost everything as white")
         yield Finding(what, "Divide by the largest code.", 0, fates, in_the_file=True)
-    elif low < 0 or high > 1:
+    elif low < 0 or high > HEADROOM:
         what = f"has values from {low:g} to {high:g}; readers clip them where they write integers"
         yield Finding(what, "Keep float pictures.")
     greys = table.greys

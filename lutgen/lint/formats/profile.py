@@ -355,9 +355,10 @@ def profile_white(scan: ProfileScan) -> Iterator[Finding]:
     shown = " ".join(f"{255 * value:.0f}" for value in np.clip(scan.white, 0, 1))
     table = scan.has("A2B0")
     fates = wrong(*([LCMS_8] if table else []), LCMS_16, how="shows code 255 as 255, except with the absolute intent")
-    remedy = "Take a profile without a table for 8-bit pictures (icc-matrix), or the absolute intent."
+    remedy = "Take a profile without a table for 8-bit pictures (icc-matrix), or the absolute intent"
     if not table:
-        remedy = "Convert 16-bit pictures by the absolute intent."
+        remedy = "Convert 16-bit pictures, and in Ghostscript all, by the absolute intent"
+    remedy += " (vips --intent absolute, gs -dRenderIntent=3, tificc -t3)."
     yield Finding(f"shows pure white as {shown}, where the screen's is 255 255 255", remedy, 0, fates)
 
 

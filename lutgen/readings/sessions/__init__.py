@@ -18,7 +18,7 @@ from pkgutil import iter_modules
 from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError
-from lutgen.files import read_at_most
+from lutgen.files import is_folder, read_at_most
 from lutgen.icc_tags import is_profile
 from lutgen.readings.sessions._profile import readings_in
 from lutgen.readings.sessions._source import Source
@@ -59,7 +59,7 @@ def read_session(path: str | Path) -> Session:
 
     """
     path = Path(path)
-    if path.is_dir():
+    if is_folder(path):
         raise LutgenError(f"{path}: is a folder. Name the files in it, such as {path}/*.ti3.")
     data = read_at_most(path, MAX_BYTES, what="the session", none="session")
     sha256 = hashlib.sha256(data).hexdigest()

@@ -1,0 +1,56 @@
+"""libvips, which converts by LittleCMS with 8 bit: by the absolute intent, as the guide says, and by the relative."""
+
+from __future__ import annotations
+
+from functools import cache
+from io import BytesIO
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tests.consumers import Claim, Consumer, Job, module, program, run
+from tests.consumers._claims import aged, profile
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from tests.consumers import Picture
+
+
+@cache
+def version() -> str:
+    return run(program("vips", "libvips-tools"), "--version").strip().removeprefix("vips-")
+
+
+def converted(pixels: NDArray[np.uint8], data: bytes, folder: Path, intent: str) -> NDArray[np.uint8]:
+    images, file = module("PIL.Image", "pillow"), BytesIO()
+    images.fromarray(pixels).save(file, "PNG", icc_profile=data)
+    source, result = folder / "vips-in.png", folder / "vips-out.png"
+    source.write_bytes(file.getvalue())
+    how = ("--embedded", "--intent", intent)
+    run(program("vips", "libvips-tools"), "icc_transform", source, result, "srgb", *how)
+    return np.asarray(images.open(result).convert("RGB"))
+
+
+def picture(job: Job) -> Picture:
+    return converted(job.image, job.lut("icc").read_bytes(), job.scratch, "absolute")
+
+
+def white(folder: Path) -> Iterator[str]:
+    """By the relative intent white stays un-aged; by the absolute it ages, and by a matrix in both."""
+    pixels = np.full((8, 8, 3), 255, np.uint8)
+    meant = aged().code_to_code(np.ones((1, 3)))[0] * 255
+    for name, intent, ages in (
+        ("icc", "relative", False), ("icc", "absolute", True), ("icc-matrix", "relative", True),
+    ):  # fmt: skip
+        seen = converted(pixels, profile(name), folder, intent)[0, 0]
+        if (np.abs(seen - meant).max() <= 2) != ages:
+            yield f"{name}, {intent}: white is {seen}, and {meant.round()} is meant"
+
+
+CONSUMERS = [Consumer("vips icc_transform, absolute", version, "aged.icc", "tetrahedral", picture)]
+
+CLAIMS = [Claim("libvips", version, "ages white by the absolute intent, and by the relative with a matrix", white)]

@@ -1,0 +1,43 @@
+"""Mutations of every reader, planted faults and kills: a seeded run, and what the run itself must be able to see."""
+
+from __future__ import annotations
+
+import random
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests import fuzz
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@pytest.mark.slow
+def test_two_thousand_mutations_find_nothing() -> None:
+    words: list[str] = []
+    assert fuzz.fuzz(2000, 15, say=words.append) == 0, "\n".join(words)
+
+
+def test_no_letter_of_a_cube_can_be_wrong_unseen(tmp_path: Path) -> None:
+    """Ten thousand are in `make fuzz ARGS="--only rows --count 20000"`; the bound is the last decimal."""
+    found = [fuzz.one("rows", 7, case, tmp_path) for case in range(300)]
+    assert not any(found)
+
+
+def test_a_reader_that_raises_and_a_fault_that_is_not_told_are_failures(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fuzz, "checked_table", lambda _path, lut: lut)
+    lenient = [found for case in range(40) if (found := fuzz.one("rows", 7, case, tmp_path))]
+    assert any("off" in failure.what or "cannot read" in failure.what for failure in lenient)
+    monkeypatch.setitem(fuzz.KINDS, "rows", lambda *_: 1 // 0)
+    failure = fuzz.one("rows", 7, 1, tmp_path)
+    assert failure is not None
+    assert failure.what.startswith("ZeroDivisionError")
+
+
+def test_the_same_case_is_the_same_mutation() -> None:
+    data = b"LUT_3D_SIZE 2\n" + b"0.5 0.25 1\n" * 8
+    one, other = (fuzz.mutated(data, random.Random("1 rows 3")) for _ in range(2))  # noqa: S311 - a case, no key
+    assert one == other != data
