@@ -21,7 +21,7 @@ from lutgen.history import Inspection, inspect_session
 from lutgen.history.calibration import native_gamma, native_ramp
 from lutgen.history.primaries import GAMUTS, _covered
 from lutgen.history.schema import NAMES, as_json, schema
-from lutgen.readings.sessions import read_session
+from lutgen.readings import read_session
 from lutgen.report.history.inspection import inspect_page
 from lutgen.report.history.inspection_plot import headline, picture_names, plot_inspection
 from tests.session_files import DRIVE, GAMMA, LEAK, WHITE_CD_M2, curves, light, ti3

@@ -21,9 +21,9 @@ from lutgen.history.five import COLOURS, PARAMETERS, Five, changed
 from lutgen.history.lines import line_shift
 from lutgen.history.separate import explanations, separate
 from lutgen.history.verdicts import KINDS, Verdict
-from lutgen.readings.campaign import Campaign, Entry, read_campaign
+from lutgen.readings import read_campaign, read_session
+from lutgen.readings.campaign import Campaign, Entry
 from lutgen.readings.session import Session
-from lutgen.readings.sessions import read_session
 from tests.virtual_sessions import __main__ as scoring
 from tests.virtual_sessions.campaigns import life, write
 from tests.virtual_sessions.causes import SIZES, case
@@ -387,7 +387,7 @@ def _entry(folder: Path, start: str) -> Entry:
     (path,) = Path(folder, "real").rglob(f"{start}*")
     session = read_session(path)
     when = session.created.date() if session.created else _named_date(path.name)
-    return Entry(session, 1, when, None, session.instrument, "", "", {})
+    return Entry(session, session.file, when, None, session.instrument, "", "", {})
 
 
 def _named_date(name: str) -> date:

@@ -13,7 +13,7 @@ from lutgen.history.decay import LAWS, fit_laws
 from lutgen.history.limits import SETS, Limit, limits_of, parse_limit
 from lutgen.history.trend import FEWEST, trend
 from lutgen.names import LIMIT_SETS
-from lutgen.readings.campaign import read_campaign
+from lutgen.readings import read_campaign
 from lutgen.report.history.trend import headline
 from tests.virtual_sessions.campaigns import life, write
 from tests.virtual_sessions.display import State

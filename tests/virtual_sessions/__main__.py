@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from scipy.stats import binomtest
 
 from lutgen.history.separate import separate
-from lutgen.readings.campaign import read_campaign
+from lutgen.readings import read_campaign
 from tests.virtual_sessions.campaigns import write
 from tests.virtual_sessions.causes import SIZES, case
 

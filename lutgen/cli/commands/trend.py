@@ -12,7 +12,7 @@ from lutgen.names import DRIFT, LIMIT_SETS, TG18_SECONDARY
 
 
 @click.command(cls=Command, section=Section.REAL_DISPLAYS, place=3)
-@click.argument("campaign", metavar="CAMPAIGN")
+@click.argument("files", nargs=-1, required=True, metavar="DATA...")
 @click.option(
     "--limits",
     "sets",
@@ -29,7 +29,7 @@ from lutgen.names import DRIFT, LIMIT_SETS, TG18_SECONDARY
 @click.option("--force", is_flag=True, help="Replace files that exist.")
 def command(
     *,
-    campaign: str,
+    files: tuple[str, ...],
     sets: tuple[str, ...],
     own: tuple[str, ...],
     all_sessions: bool,
@@ -39,7 +39,8 @@ def command(
 ) -> None:
     """Follow a display over its sessions, and say when it will pass each limit.
 
-    CAMPAIGN is a campaign file (lutgen sessions init). The report follows white, black, contrast, primaries and γ, and
+    DATA is a campaign file (lutgen sessions init), sessions of any format with their dates, a folder of them, or a
+    table of readings (.csv) with hours. The report follows white, black, contrast, primaries and γ, and
     chooses the law of decay by evidence (AICc). A time after the last session is an extrapolation and marked as one;
     intervals are 90 %. Sessions in which a setting or the instrument changed are left out. Ends with 0 whatever the
     result is.
@@ -52,7 +53,7 @@ def command(
     from lutgen.history.limits import limits_of, parse_limit
     from lutgen.history.trend import trend
     from lutgen.history.trend_json import trend_as_json
-    from lutgen.readings.campaign import read_campaign
+    from lutgen.readings import read_campaign
     from lutgen.report.history.trend import trend_page
 
     alone = check_json(json_to, force=force)
@@ -60,7 +61,7 @@ def command(
     chosen = sets or (() if own else (TG18_SECONDARY, DRIFT))
     limits = [*(limit for name in chosen for limit in limits_of(name)), *(parse_limit(text) for text in own)]
     with progress_bar("following", quiet=alone) as progress:
-        found = trend(read_campaign(campaign), limits, all_sessions=all_sessions, progress=progress)
+        found = trend(read_campaign(*files), limits, all_sessions=all_sessions, progress=progress)
     if path:
         from lutgen.report.history.trend_plot import plot_trend
 

@@ -13,15 +13,14 @@ from dataclasses import dataclass, field
 from io import StringIO
 from typing import TYPE_CHECKING
 
-from lutgen.cells import SPREADSHEET_ERROR, whole
+from lutgen.cells import SPREADSHEET_ERROR, first_doubled, whole
 from lutgen.errors import LutgenError
 from lutgen.readings.session import MOST_READINGS
-from lutgen.readings.sessions._source import first_doubled
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from lutgen.readings.sessions._source import Source
+    from lutgen.readings.formats._source import Source
 
 #: A quoted string with doubled quotes inside, a comment, or a bare word; a spreadsheet's error value is a word.
 _TOKEN = re.compile(rf'"([^"]*(?:""[^"]*)*)"|((?!{SPREADSHEET_ERROR}(?:\s|$))#.*)|([^\s"#]+|#\S+)')

@@ -15,19 +15,21 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from lutgen.cells import number
 from lutgen.colorimetry import D65, xyY_to_xyz
 from lutgen.errors import LutgenError
+from lutgen.readings.formats._cgats_tables import Table, tables
+from lutgen.readings.formats._source import date_of, full_drive, whites
 from lutgen.readings.session import Session
-from lutgen.readings.sessions._source import date_of, full_drive, number, whites
-from lutgen.readings.sessions._tables import Table, tables
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
-    from lutgen.readings.sessions._source import Source
+    from lutgen.readings.formats._source import Source
 
 NAME = "CGATS"
+SUFFIXES = (".ti3", ".cgats", ".cgt", ".txt")
 
 _RGB = ("RGB_R", "RGB_G", "RGB_B")
 _CAL = ("RGB_I", *_RGB)
@@ -59,14 +61,17 @@ class _Light(NamedTuple):
     remarks: tuple[str, ...] = ()
 
 
-def claims(text: str) -> bool:
+def claims(source: Source) -> bool:
     """Whether this is CGATS: its identifiers, or a data format."""
-    head = text.lstrip()[:8].upper()
-    return head.startswith(("CTI", "CGATS", "CAL", "IT8", "NCLR")) or "BEGIN_DATA" in text
+    head = source.text.lstrip()[:8].upper()
+    return head.startswith(("CTI", "CGATS", "CAL", "IT8", "NCLR")) or "BEGIN_DATA" in source.text
 
 
 def read(source: Source) -> Session:
     """Read a CGATS file. Raises LutgenError naming file, line and column."""
+    if not claims(source):
+        message = f"{source.file}: is no CGATS: no table in it begins with BEGIN_DATA: {source.text.lstrip()[:24]!r}."
+        raise LutgenError(f"{message} Readings are .ti3, CGATS or CSV.")
     found = tables(source)
     readings = _readings(source, found)
     argyll = readings.kind.upper() == "CTI3"
@@ -86,6 +91,7 @@ def read(source: Source) -> Session:
         names=tuple(row[readings.fields.index(names)] for row in readings.rows) if names else ("",) * len(drive),
         lines=np.array(readings.lines, dtype=np.int64),
         form="ArgyllCMS .ti3" if argyll else "CGATS",
+        order=np.arange(len(drive), dtype=np.float64),
         spectra=spectra,
         wavelengths=wavelengths,
         calibration=_columns(source, calibration, _CAL) if calibration else None,
@@ -138,7 +144,7 @@ def _columns(source: Source, table: Table, names: tuple[str, ...]) -> Array:
     rows = np.empty((len(table.rows), len(names)))
     for n, (row, line) in enumerate(zip(table.rows, table.lines, strict=True)):
         for k, (place, name) in enumerate(zip(places, names, strict=True)):
-            rows[n, k] = number(row[place], source.at(line), name)
+            rows[n, k] = source.number(row[place], line, name)
     return rows
 
 
@@ -261,7 +267,11 @@ def _luminance(source: Source, text: str) -> Array:
             f"{source.file}: LUMINANCE_XYZ_CDM2 is {text[:40]!r}; it is three numbers, X, Y and Z of white in cd/m²."
         )
         raise LutgenError(message)
-    xyz = np.array([number(word, source.file, "LUMINANCE_XYZ_CDM2") for word in words])
+    values = [number(word) for word in words]
+    if None in values:
+        message = f"{source.file}: LUMINANCE_XYZ_CDM2 is {text[:40]!r}: not a finite number. Correct it."
+        raise LutgenError(message)
+    xyz = np.array(values, dtype=np.float64)
     low, high = _WHITE_CD_M2
     if not low <= xyz[1] <= high or xyz.min() <= 0:
         message = (
