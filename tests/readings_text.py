@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lutgen.readings.formats import csv
-from lutgen.readings.formats._source import Source
+from lutgen.readings.formats._source import FileText
 
 if TYPE_CHECKING:
     from lutgen.readings import Measurements
@@ -13,4 +13,4 @@ if TYPE_CHECKING:
 
 def read(text: str, *, file: str, sha256: str) -> Measurements:
     """The table of readings that CSV ``text`` holds; ``file`` is named in errors."""
-    return csv.read(Source(text, file, sha256)).measurements()
+    return csv.read(FileText(text, file, sha256)).measurements()

@@ -19,7 +19,7 @@ from examples.make_session import FILE, alike, session_text
 from lutgen import LutgenError
 from lutgen.readings import read_session
 from lutgen.readings.formats import readers
-from lutgen.readings.formats._source import Source
+from lutgen.readings.formats._source import FileText
 from tests.session_files import DRIVE, LEAK, WHITE_CD_M2, curves, light, ti3
 
 if TYPE_CHECKING:
@@ -346,7 +346,7 @@ def test_files_made_to_be_slow_or_large_end_soon(tmp_path: Path, content: Callab
 def test_no_two_formats_claim_the_same_file() -> None:
     texts = [text for text, _ in SCALES.values()] + ["position,row,col,level_index,X,Y,Z\n"]
     for text in texts:
-        assert sum(module.claims(Source(text, "any", "")) for module in readers().values()) == 1
+        assert sum(module.claims(FileText(text, "any", "")) for module in readers().values()) == 1
 
 
 def test_the_example_is_what_its_script_writes_and_says_that_it_is_simulated() -> None:

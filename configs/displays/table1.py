@@ -34,7 +34,7 @@ from lutgen.display import DisplayModel
 from lutgen.pictures.published import TABLE_1
 from lutgen.readings import read_measurements
 from lutgen.readings.formats import csv
-from lutgen.readings.formats._source import Source
+from lutgen.readings.formats._source import FileText
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -140,7 +140,7 @@ def slide() -> NDArray[np.uint8]:
 
 def model_of(drift: Drift) -> DisplayModel:
     """Return the reconstructed display with another drift, its readings not rounded as the file's are."""
-    return DisplayModel(csv.read(Source(table(drift, further=9), "fit.csv", "")).measurements())
+    return DisplayModel(csv.read(FileText(table(drift, further=9), "fit.csv", "")).measurements())
 
 
 def fit(colours: Colours) -> Drift:

@@ -1,6 +1,6 @@
 """The trend of a display: which law its figures follow, and when each limit will be passed.
 
-Sessions in which something else than the display changed (see ``separate``) are left out: a step of a setting would
+Sessions in which something else than the display changed (see ``explain``) are left out: a step of a setting would
 pass for aging. Intervals are a parametric bootstrap (Efron & Tibshirani 1993, ch. 6) in which every draw chooses its
 law anew, so that not knowing the law is part of the uncertainty.
 """
@@ -9,14 +9,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lutgen.errors import LutgenError
+from lutgen.history.causes import causes
 from lutgen.history.decay import fit_laws
+from lutgen.history.explain import explain
 from lutgen.history.history import QUANTITIES, History, history
-from lutgen.history.separate import separate
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -155,12 +156,14 @@ def trend(
 
 def _left_out(seen: History, progress: Callable[[int, int], None] | None) -> dict[int, str]:
     """Say which sessions differ by something else than the display's own aging, and by what."""
-    found = separate(seen.campaign, progress=progress)
-    verdict_of = {id(pair.after): verdict for pair, verdict in zip(found.pairs, found.verdicts, strict=True)}
+    found = explain(seen.campaign, progress=progress)
+    others = [place for place in range(len(seen.places)) if place != found.reference]
+    verdict_of = dict(zip(others, found.verdicts, strict=True))
+    telling = {name for name, cause in causes().items() if not cause.spoils}
     why = {}
     for here, place in enumerate(seen.places):
-        verdict = verdict_of.get(id(seen.campaign.entries[place]))
-        if verdict and verdict.names and ("aging" not in verdict.names or {*verdict.sure} - {"aging"}):
+        verdict = verdict_of.get(place)
+        if verdict and verdict.names and (not telling & {*verdict.names} or {*verdict.sure} - telling):
             why[here] = " and ".join(verdict.sure) or (" and " if verdict.kind == "several" else " or ").join(
                 verdict.names
             )
@@ -168,7 +171,7 @@ def _left_out(seen: History, progress: Callable[[int, int], None] | None) -> dic
 
 
 def _course(seen: History, name: str, kept: Array, ahead: Array) -> tuple[Followed, Array]:
-    """Fit the laws; return the course and the curve of every draw, (draws, m)."""
+    """ColourFit the laws; return the course and the curve of every draw, (draws, m)."""
     values, errors = seen.values[name], seen.errors[name]
     used = kept & np.isfinite(values)
     none = np.full(ahead.size, np.nan)
@@ -224,3 +227,48 @@ def _first(curves: Array, bound: float, ahead: Array, *, above: bool) -> Array:
 def name_of(seen: History, here: int) -> str:
     """Name of a session's file by its place in the history."""
     return Path(seen.campaign.entries[seen.places[here]].session.file).name
+
+
+def trend_as_json(found: Trend) -> dict[str, Any]:
+    """Return the content of the file."""
+    seen = found.history
+    campaign = seen.campaign
+    return {
+        "schema": 1,
+        "campaign": {"file": campaign.file, "sha256": campaign.sha256, "display": campaign.display or None},
+        "unit": seen.unit,
+        "interval": {"percentiles": list(INTERVAL), "draws": DRAWS, "seed": SEED},
+        "sessions": [
+            {
+                "file": campaign.entries[place].session.file,
+                "time": float(seen.time[here]),
+                "left_out": found.why.get(here),
+                "figures": {name: float(values[here]) for name, values in seen.values.items()},
+            }
+            for here, place in enumerate(seen.places)
+        ],
+        "courses": {name: _course_json(course) for name, course in found.courses.items()},
+        "limits": [_passing_json(each) for each in found.passings],
+    }
+
+
+def _course_json(course: Followed) -> dict[str, Any]:
+    return {
+        "law": course.fits[0].law.name if course.fits else None,
+        "as_good": list(course.as_good),
+        "aicc": {each.law.name: each.aicc for each in course.fits},
+    }
+
+
+def _passing_json(each: Passing) -> dict[str, Any]:
+    return {
+        "limit": each.limit.text,
+        "quantity": each.limit.quantity,
+        "bound": each.bound,
+        "source": each.limit.source,
+        "status": each.status,
+        "time": each.time,
+        "low": each.low,
+        "high": each.high,
+        "extrapolated": each.extrapolated,
+    }

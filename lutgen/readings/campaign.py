@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Entry:
+class CampaignEntry:
     """One session of a campaign.
 
     Attributes
@@ -74,7 +74,7 @@ class Campaign:
 
     display: str
     hours_per_day: float | None
-    entries: tuple[Entry, ...]
+    entries: tuple[CampaignEntry, ...]
     file: str
     sha256: str
 
@@ -157,13 +157,13 @@ class Campaign:
         return self
 
 
-def entry_of(session: Session) -> Entry:
+def entry_of(session: Session) -> CampaignEntry:
     """Return the entry of a session that no campaign file lists: its date is the one that it holds."""
     day = session.created.date() if session.created else None
-    return Entry(session, session.file, day, None, session.instrument, "", "", {})
+    return CampaignEntry(session, session.file, day, None, session.instrument, "", "", {})
 
 
-def campaign_of(entries: Sequence[Entry], *, file: str) -> Campaign:
+def campaign_of(entries: Sequence[CampaignEntry], *, file: str) -> Campaign:
     """Return the campaign of sessions that no campaign file lists.
 
     Raises
@@ -194,7 +194,7 @@ def sessions_of(readings: Measurements) -> Campaign:
     )  # fmt: skip
 
 
-def _entry_at_rest(readings: Measurements, rows: NDArray[np.intp]) -> Entry:
+def _entry_at_rest(readings: Measurements, rows: NDArray[np.intp]) -> CampaignEntry:
     """Return one session of a table."""
     hour, name = float(readings.hours[rows[0]]), readings.session[rows[0]] if readings.session else ""
     file = f"{readings.file}, hour {hour:g}{f', session {name}' if name else ''}"
@@ -219,12 +219,12 @@ def _entry_at_rest(readings: Measurements, rows: NDArray[np.intp]) -> Entry:
     )
     logged = {each: float(values[rows[0]]) for each, values in readings.rest.values.items() if each not in {"u", "v"}}
     conditions = {each: value for each, value in logged.items() if np.isfinite(value)}
-    return Entry(session, file, None, hour, instrument, "", "", conditions)
+    return CampaignEntry(session, file, None, hour, instrument, "", "", conditions)
 
 
-def check_once(entries: Sequence[Entry]) -> None:
+def check_once(entries: Sequence[CampaignEntry]) -> None:
     """Refuse a session that is listed twice."""
-    seen: dict[str, Entry] = {}
+    seen: dict[str, CampaignEntry] = {}
     for entry in entries:
         first = seen.setdefault(entry.session.sha256, entry)
         if first is not entry:
@@ -249,17 +249,17 @@ def _order(sessions: Sequence[Session]) -> Array | None:
     return np.concatenate(found)
 
 
-def _notes(entry: Entry) -> list[str]:
+def _notes(entry: CampaignEntry) -> list[str]:
     notes = entry.session.notes or ("",) * len(entry.session.drive)
     return ["; ".join(filter(None, (entry.settings, note))) for note in notes]
 
 
-def _conditions(entry: Entry) -> set[str]:
+def _conditions(entry: CampaignEntry) -> set[str]:
     placed = {"u", "v"} if entry.session.positions is not None else set()
     return {*entry.conditions, *entry.session.conditions, *placed}
 
 
-def _condition(entry: Entry, name: str) -> Array:
+def _condition(entry: CampaignEntry, name: str) -> Array:
     """Values of a column, (n,): what the campaign file says counts, else the session's own."""
     session = entry.session
     if name in entry.conditions:

@@ -6,9 +6,9 @@ may be relative, and may lack white, black or primaries. What it lacks is said b
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -125,6 +125,16 @@ class Session:
         if rows.any():
             message = f"{self.file}, line {int(self.lines[np.argmax(rows)])}: {why}. Correct the row, or delete it."
             raise LutgenError(message)
+
+    def without(self, rows: NDArray[np.int64]) -> Session:
+        """Return the session without some of its readings."""
+        kept = np.setdiff1d(np.arange(len(self.drive)), rows)
+        arrays = {name: getattr(self, name) for name in ("drive", "xyz", "lines", "positions", "spectra", "order")}
+        fields: dict[str, Any] = {name: values[kept] for name, values in arrays.items() if values is not None}
+        fields["conditions"] = {name: values[kept] for name, values in self.conditions.items()}
+        for name, texts in (("names", self.names), ("notes", self.notes)):
+            fields[name] = tuple(texts[row] for row in kept) if texts else ()
+        return replace(self, **fields)
 
     def campaign(self) -> Campaign:
         """Return the campaign of this session alone."""

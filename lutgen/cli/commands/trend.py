@@ -51,8 +51,7 @@ def command(
       lutgen trend examples/campaign/campaign.toml --limit 'white>=80%' --plot trend.png --json trend.json
     """
     from lutgen.history.limits import limits_of, parse_limit
-    from lutgen.history.trend import trend
-    from lutgen.history.trend_json import trend_as_json
+    from lutgen.history.trend import trend, trend_as_json
     from lutgen.readings import read_campaign
     from lutgen.report.history.trend import trend_page
 

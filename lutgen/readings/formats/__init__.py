@@ -22,14 +22,14 @@ from lutgen.errors import LutgenError, reason_of
 from lutgen.files import read_at_most
 from lutgen.icc_tags import is_profile
 from lutgen.readings.campaign import campaign_of
-from lutgen.readings.formats._source import Source, decoded
+from lutgen.readings.formats._source import FileText, decoded
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from types import ModuleType
 
-    from lutgen.readings.campaign import Campaign, Entry
-    from lutgen.readings.formats._source import Readings
+    from lutgen.readings.campaign import Campaign, CampaignEntry
+    from lutgen.readings.formats._source import Readable
     from lutgen.readings.session import Session
     from lutgen.readings.table import Measurements
 
@@ -82,7 +82,7 @@ def read_campaign(path: str | Path, *more: str | Path) -> Campaign:
     """
     if not more and not Path(path).is_dir():
         return read_readings(path).campaign()
-    entries: list[Entry] = []
+    entries: list[CampaignEntry] = []
     for each in (path, *more):
         files = _files(Path(each)) if Path(each).is_dir() else [Path(each)]
         entries += [entry for file in files for entry in read_readings(file).campaign().entries]
@@ -106,22 +106,22 @@ def read_session(path: str | Path) -> Session:
     return entries[0].session
 
 
-def read_readings(path: str | Path) -> Readings:
+def read_readings(path: str | Path) -> Readable:
     """Read a file by the reader that claims its content, else by the one whose suffix it has."""
     source = open_source(path)
-    readings: Readings = reader_of(source).read(source)
+    readings: Readable = reader_of(source).read(source)
     return readings
 
 
-def open_source(path: str | Path) -> Source:
+def open_source(path: str | Path) -> FileText:
     """Read and decode a file. Raises LutgenError where it is unreadable, too large, empty or binary."""
     path = Path(path)
     data = read_at_most(path, MAX_BYTES, what="the readings", none="file of readings")
     text = "" if is_profile(data) else decoded(data, str(path))
-    return Source(text, str(path), hashlib.sha256(data).hexdigest(), data)
+    return FileText(text, str(path), hashlib.sha256(data).hexdigest(), data)
 
 
-def reader_of(source: Source) -> ModuleType:
+def reader_of(source: FileText) -> ModuleType:
     """Return the reader of a file. Raises LutgenError where neither its content nor its suffix is known."""
     suffix = Path(source.file).suffix.lower()
     claiming = [module for module in readers().values() if module.claims(source)]

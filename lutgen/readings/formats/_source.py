@@ -54,7 +54,7 @@ _SLASHED = re.compile(
 )
 
 
-class Readings(Protocol):
+class Readable(Protocol):
     """What a reader gives: readings that can be had as one checked table, or session by session."""
 
     def measurements(self) -> Measurements:
@@ -65,7 +65,7 @@ class Readings(Protocol):
 
 
 @dataclass(frozen=True)
-class Source:
+class FileText:
     """A file: its text ("" of an ICC profile), the name that the user gave it, the hash of its bytes, and these.
 
     The bytes are for readers of binary formats; b"" where a text came from elsewhere.
@@ -113,7 +113,7 @@ def decoded(data: bytes, file: str) -> str:
     except UnicodeDecodeError:
         text = data.decode("latin-1")
     if "\0" in text:
-        raise LutgenError(f"{file}: holds NUL bytes: a binary file? Readings are text: .ti3, CGATS or CSV.")
+        raise LutgenError(f"{file}: holds NUL bytes: a binary file? Readable are text: .ti3, CGATS or CSV.")
     if not text.strip():
         raise LutgenError(f"{file}: the file is empty. It needs a header line and one row a reading.")
     return text

@@ -26,14 +26,14 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.documents import from_toml
 from lutgen.errors import LutgenError
-from lutgen.readings.campaign import Campaign, Entry, check_once
+from lutgen.readings.campaign import Campaign, CampaignEntry, check_once
 from lutgen.readings.conditions import COLUMNS
 from lutgen.readings.formats import open_source, reader_of
 from lutgen.readings.formats._source import YEARS
 from lutgen.readings.table import RANGES
 
 if TYPE_CHECKING:
-    from lutgen.readings.formats._source import Source
+    from lutgen.readings.formats._source import FileText
     from lutgen.readings.session import Session
 
 NAME = "campaign file"
@@ -54,12 +54,12 @@ MOST_SESSIONS = 2000
 _SESSIONS = re.compile(r"^[ \t]*\[\[[ \t]*sessions[ \t]*\]\]", re.MULTILINE)
 
 
-def claims(source: Source) -> bool:
+def claims(source: FileText) -> bool:
     """Whether the text lists sessions as TOML tables."""
     return bool(_SESSIONS.search(source.text))
 
 
-def read(source: Source) -> Campaign:
+def read(source: FileText) -> Campaign:
     """Read a campaign file and all sessions that it names, which lie beside it.
 
     Raises
@@ -99,7 +99,7 @@ def read(source: Source) -> Campaign:
     return Campaign(_text(display, "name", f"{file}, [display]"), per_day, entries, file, sha256.hexdigest())
 
 
-def _entry(said: Any, file: str, line: int) -> Entry:
+def _entry(said: Any, file: str, line: int) -> CampaignEntry:
     where = f"{file}, line {line}"
     if not isinstance(said, dict):
         raise LutgenError(f"{where}: a session is a [[sessions]] block.")
@@ -115,7 +115,7 @@ def _entry(said: Any, file: str, line: int) -> Entry:
         low, high, meaning = RANGES[each]
         if not low <= value <= high:
             raise LutgenError(f"{where}: {'hours' if each == 'hour' else each} = {value:g} must be {meaning}.")
-    return Entry(
+    return CampaignEntry(
         session=session,
         where=where,
         date=_date(said, session, where),

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.readings.campaign import Campaign
-    from lutgen.readings.formats._source import Source
+    from lutgen.readings.formats._source import FileText
 
 NAME = "CSV of readings"
 SUFFIXES = (".csv", ".tsv")
@@ -53,14 +53,14 @@ MIN_Y = 1e-4
 _LEAST_WHITE, _RELATIVE_WHITES = 2.0, (1.0, 100.0)
 
 
-def claims(source: Source) -> bool:
+def claims(source: FileText) -> bool:
     """Whether the first line that is no comment is a header with drive and five more fields."""
     head = next((line for line in source.text.splitlines() if line.strip() and not is_comment(line)), "")
     cells = [_plain(cell) for cell in head.split(separator_of(head))]
     return len(cells) > 5 and {"R", "G", "B"} <= {*cells} and "BEGIN_DATA" not in source.text
 
 
-def read(source: Source) -> CsvTable:
+def read(source: FileText) -> CsvTable:
     """Read such a table. Raises LutgenError naming file, line and column."""
     comments: dict[str, str] = {}
     header: tuple[str, ...] = ()
@@ -107,7 +107,7 @@ class CsvTable:
 
     """
 
-    source: Source
+    source: FileText
     metadata: Mapping[str, str]
     header: tuple[str, ...]
     columns: tuple[str, ...]
@@ -294,7 +294,7 @@ def _plain(cell: str) -> str:
     return _DRIVE.get(name.upper(), name)
 
 
-def _checked_row(source: Source, fields: list[str], width: int, at: int, separator: str) -> list[str]:
+def _checked_row(source: FileText, fields: list[str], width: int, at: int, separator: str) -> list[str]:
     if separator == ";" and any(has_decimal_comma(field) for field in fields):
         message = f"{source.at(at)}: decimal commas. Write 0.3127 with a point, whatever stands between fields."
         raise LutgenError(message)

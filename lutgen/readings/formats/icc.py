@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from lutgen.errors import LutgenError
 from lutgen.icc_tags import is_profile, tag_table
 from lutgen.readings.formats import cgats
-from lutgen.readings.formats._source import Source, decoded
+from lutgen.readings.formats._source import FileText, decoded
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -30,12 +30,12 @@ TAGS = ("targ", "CIED", "DevD")
 _NEEDED = ((b"RGB_R",), (b"XYZ_X", b"XYY_X", b"LAB_L"))
 
 
-def claims(source: Source) -> bool:
+def claims(source: FileText) -> bool:
     """Whether this is an ICC profile, with readings or without."""
     return is_profile(source.data)
 
 
-def read(source: Source) -> Session:
+def read(source: FileText) -> Session:
     """Read the session in a profile.
 
     Raises
@@ -45,7 +45,7 @@ def read(source: Source) -> Session:
 
     """
     tag, text = _readings_in(source.data, source.file)
-    session = cgats.read(Source(decoded(text, source.file), f"{source.file}, tag {tag}", source.sha256))
+    session = cgats.read(FileText(decoded(text, source.file), f"{source.file}, tag {tag}", source.sha256))
     remark = f"Read from the tag {tag} of an ICC profile: the readings that it was made from."
     return replace(session, file=source.file, remarks=(remark, *session.remarks))
 

@@ -14,7 +14,7 @@ from lutgen.errors import LutgenError
 from lutgen.readings.session import Session
 
 if TYPE_CHECKING:
-    from lutgen.readings.formats._source import Source
+    from lutgen.readings.formats._source import FileText
 
 NAME = "DisplayCAL uniformity table"
 SUFFIXES: tuple[str, ...] = ()
@@ -27,14 +27,14 @@ _COLUMNS = ("row", "col", "level_index", "X", "Y", "Z")
 _MOST = 64
 
 
-def claims(source: Source) -> bool:
+def claims(source: FileText) -> bool:
     """Whether the first line names a grid's columns."""
     return {"row", "col", "level_index"} <= {
         cell.strip() for cell in source.text.lstrip().partition("\n")[0].split(",")
     }
 
 
-def read(source: Source) -> Session:
+def read(source: FileText) -> Session:
     """Read such a table. Raises LutgenError naming file, line and column."""
     first, *rest = source.text.lstrip().splitlines()
     names = source.row(first, 1)

@@ -10,12 +10,12 @@ from lutgen.report.parts import Headline, Table
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lutgen.history.separate import Separation
+    from lutgen.history.explain import Explanations
     from lutgen.readings.campaign import Campaign
     from lutgen.report.parts import Part
 
 
-def separate_page(separation: Separation) -> Iterator[Part]:
+def explanation_page(separation: Explanations) -> Iterator[Part]:
     """Yield what ``lutgen sessions explain`` prints."""
     reference = separation.campaign.entries[separation.reference].session
     yield from simulated(separation.campaign)

@@ -23,9 +23,9 @@ def command(*, files: tuple[str, ...], reference: str | None, json_to: str | Non
     DATA is a campaign file (.toml), which knows dates, instruments and settings, or sessions of any format, a folder of
     them, or a table of readings (.csv) with hours.
 
-    Each session is compared with a reference session. The possible causes are brightness or preset, calibration, HDR or
-    dynamic contrast, room light, the instrument or its correction, drift during the readings, another display, and true
-    aging. Where several causes fit equally well, the report names all of them, and the measurement that would separate
+    Each session is compared with a reference session. The possible causes are brightness or preset, gamut mode,
+    calibration, HDR or dynamic contrast, room light, the instrument or its correction, drift during the readings, another display, and true
+    aging. Where several causes fit equally well, the report names all of them, and the measurement that would explain
     them. Ends with 0 whatever the result is.
 
     \b
@@ -34,16 +34,15 @@ def command(*, files: tuple[str, ...], reference: str | None, json_to: str | Non
       lutgen sessions explain examples/campaign/2021-01.ti3 examples/campaign/2022-01.ti3
       lutgen sessions explain examples/campaign/campaign.toml --reference 2021-06.ti3 --json explain.json
     """
-    from lutgen.history.separate import separate
-    from lutgen.history.separate_json import separation_as_json
+    from lutgen.history.explain import explain, explanations_as_json
     from lutgen.readings import read_campaign
-    from lutgen.report.history.explanation import separate_page
+    from lutgen.report.history.explanation import explanation_page
 
     alone = check_json(json_to, force=force)
     campaign = read_campaign(*files)
     with progress_bar("explaining", quiet=alone) as progress:
-        found = separate(campaign, reference=reference, progress=progress)
+        found = explain(campaign, reference=reference, progress=progress)
     if json_to:
-        write_json(separation_as_json(found), json_to)
+        write_json(explanations_as_json(found), json_to)
     if not alone:
-        print_page(separate_page(found))
+        print_page(explanation_page(found))
