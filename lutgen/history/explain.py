@@ -112,7 +112,7 @@ def explanations(pair: SessionPair) -> tuple[Hypothesis, ...]:
     if pair.seen is None:
         return ()
     before, after = pair.seen
-    known = [cause for cause in causes().values() if cause.ways]
+    known = [cause for cause in causes().values() if cause.ways and cause.prior(pair) > -np.inf]
     # Give "no change" the largest tolerance of any cause, so that no cause wins by tolerance alone.
     loosest = max(cause.loose for cause in known)
     found: list[Hypothesis] = []

@@ -61,7 +61,7 @@ class Cause:
     ways
         Sets of parameters of ``colour_points.PARAMETERS`` by which it changes white, primaries and black.
     prior
-        Natural logarithm of how much likelier than usual the records of a pair make it.
+        Natural logarithm of how much likelier than usual the records of a pair make it; -inf: they rule it out.
     sound
         Whether fitted parameters are ones that this cause can have.
     loose

@@ -46,7 +46,7 @@ def _prior(pair: SessionPair) -> float:
     if pair.days is None:
         return -1.0
     if abs(pair.days) < _TOO_SHORT:
-        return -20.0
+        return -np.inf
     return 3.0 if abs(pair.days) >= LONG else -3.0
 
 

@@ -16,13 +16,15 @@ if TYPE_CHECKING:
 _TWO_MOVE = 0.006
 
 
-def _prior(pair: SessionPair) -> float:
-    return 2.0 if pair.other_settings else -2.0
-
-
 def _sound(_values: Values, pair: SessionPair) -> bool:
     size = np.sort(np.hypot(*pair.shift[:3].T))
     return bool({"blue", "colour"} & pair.moved and size[1] >= _TWO_MOVE and "sum" not in pair.moved)
+
+
+def _prior(pair: SessionPair) -> float:
+    if not _sound({}, pair):
+        return -np.inf
+    return 2.0 if pair.other_settings else -2.0
 
 
 def _possible(pair: SessionPair) -> bool:

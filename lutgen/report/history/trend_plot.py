@@ -22,21 +22,30 @@ if TYPE_CHECKING:
 _ROOM = 0.12
 
 
+#: Deviations from DICOM's contrast response that TG18 allows a primary and another display.
+_PRIMARY, _SECONDARY = 0.1, 0.2
+
+
 def plot_trend(trend: Trend, path: Path, *, force: bool = False) -> None:
     """Draw a trend: the same bytes on every run. Raises LutgenError where it cannot be written."""
     foot = (
-        "Dots: sessions; crosses: left out, since something else than the display changed. Line: the law that AICc "
-        "chose; dashed and pale: extrapolated; band: 90 %, from a bootstrap that chooses the law anew. Orange: limits."
+        "Dots: sessions; crosses: left out, as something else changed. Line: median of all laws, "
+        "weighed by evidence; dashed and pale: extrapolated; band: 90 %. Orange: limits."
     )
     title = headline(trend)
     second = " ".join(simulated(trend.history.campaign))
-    with picture(path, title, second=second, foot=foot, height=8.6, force=force) as (figure, low, high):
+    drawn = [name for name in QUANTITIES if name != "ambient" and np.isfinite(trend.history.values[name]).any()]
+    panels = len(drawn) + any(trend.history.responses)
+    rows = -(-panels // 3)
+    with picture(path, title, second=second, foot=foot, height=2.6 + 3.0 * rows, force=force) as (figure, low, high):
         grid = figure.add_gridspec(
-            2, 3, left=0.05, right=0.985, bottom=low + 0.07, top=high - 0.05, wspace=0.2, hspace=0.36
+            rows, 3, left=0.05, right=0.985, bottom=low + 0.14 / rows, top=high - 0.1 / rows, wspace=0.2, hspace=0.36
         )
         end = _until(trend)
-        for place, name in enumerate(QUANTITIES):
+        for place, name in enumerate(drawn):
             _draw(figure.add_subplot(grid[place // 3, place % 3]), trend, name, end)
+        if panels > len(drawn):
+            _draw_responses(figure.add_subplot(grid[len(drawn) // 3, len(drawn) % 3]), trend)
 
 
 def _until(trend: Trend) -> float:
@@ -50,11 +59,13 @@ def _draw(axes: Axes, trend: Trend, name: str, end: float) -> None:
     seen, course = trend.history, trend.courses[name]
     last = float(seen.time[-1])
     values = seen.values[name]
-    law = f": {course.fits[0].law.name}" if course.fits else ""
-    axes.set_title(f"{QUANTITIES[name]}{law}", fontsize=12, loc="left")
+    axes.set_title(QUANTITIES[name], fontsize=12, loc="left")
+    if course.decay:
+        law = f"{course.decay.law.name}, {course.decay.weights[course.decay.law.name]:.0%}"
+        axes.text(0.02, 0.03, law, transform=axes.transAxes, color=BLUE, fontsize=9)
     axes.axvspan(last, end, color="#f4f4f4", linewidth=0, zorder=0)
     drawn = trend.ahead <= end
-    if course.fits:
+    if course.decay:
         time = trend.ahead[drawn]
         axes.fill_between(time, course.low[drawn], course.high[drawn], color=BAND, linewidth=0, alpha=0.8)
         inside = time <= last
@@ -86,6 +97,25 @@ def _draw(axes: Axes, trend: Trend, name: str, end: float) -> None:
     tidy(axes)
 
 
+def _draw_responses(axes: Axes, trend: Trend) -> None:
+    """Draw the contrast of the greys of the first and the last session over DICOM's, in percent of it."""
+    axes.set_title("contrast response of greys against DICOM's", fontsize=12, loc="left")
+    told = [(here, each) for here, each in enumerate(trend.history.responses) if each is not None]
+    for share, alpha in ((_SECONDARY, 0.35), (_PRIMARY, 0.8)):
+        axes.axhspan(-100 * share, 100 * share, color=BAND, alpha=alpha, linewidth=0, zorder=0)
+    reach = 150.0 * _SECONDARY
+    for (here, each), colour in zip(dict((told[0], told[-1])).items(), (GREY, BLUE), strict=False):
+        label = f"{trend.history.time[here]:.0f} {trend.history.unit}"
+        axes.plot(each.drive, 100.0 * each.deviation, ".-", color=colour, linewidth=1.5, label=label)
+        reach = max(reach, 110.0 * each.worst)
+    axes.annotate(
+        "±10 % and ±20 %", (0.02, 100 * _SECONDARY), (0, 3), textcoords="offset points", fontsize=9, color=GREY
+    )
+    axes.set(xlim=(0, 1), ylim=(-reach, reach), xlabel="code value", ylabel="deviation, %")
+    axes.legend(loc="lower right", fontsize=10, frameon=False)
+    tidy(axes)
+
+
 def _reach(trend: Trend, name: str, drawn: np.ndarray) -> tuple[float, float]:
     """Return the lowest and the highest value of the axis: at least ± 3 σ, so that noise does not look like a fault."""
     values, errors = trend.history.values[name], trend.history.errors[name]
@@ -95,7 +125,7 @@ def _reach(trend: Trend, name: str, drawn: np.ndarray) -> tuple[float, float]:
     course = trend.courses[name]
     spread = 3.0 * float(np.nanmax(errors))
     bounds = [each.bound for each in trend.passings if each.limit.quantity == name and np.isfinite(each.bound)]
-    shown = [*finite, finite[0] - spread, finite[0] + spread, *bounds, *(course.curve[drawn] if course.fits else ())]
+    shown = [*finite, finite[0] - spread, finite[0] + spread, *bounds, *(course.curve[drawn] if course.decay else ())]
     low, high = float(np.min(shown)), float(np.max(shown))
     room = _ROOM * (high - low)
     return (max(low - room, -0.0) if name.endswith("shift") else low - room), high + room
