@@ -1,4 +1,4 @@
-"""True aging: light falls over months, and short wavelengths most; black falls with it."""
+"""True aging: light falls over months, short wavelengths most; black falls with it, or leaks, and curves may drift."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ CAUSE = Cause(
     meaning="the display itself has aged",
     test="read again in some months with settings, calibration and instrument untouched: aging goes on",
     display="changed",
-    moves=frozenset({"blue", "contrast"}),
+    moves=frozenset({"blue", "curve", "contrast"}),
     possible=_long,
     ways=(("aged",), ("aged", "yellowed")),
     prior=_prior,
