@@ -111,4 +111,4 @@ def test_bad_input_ends_with_2_and_leaves_nothing(
 def test_a_table_of_readings_with_hours_is_followed_session_by_session(lutgen: Callable[..., Done]) -> None:
     done = lutgen("trend", str(Path(CAMPAIGN).parent.parent / "display-a.csv"), "--limit", "white>=60%")
     assert done.code == 0
-    assert "hour 1700" in done.out
+    assert "white will fall below its 60 % limit" in done.out

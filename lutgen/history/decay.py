@@ -22,7 +22,7 @@ _SCATTER = np.geomspace(0.3, 5.0, 15)
 _SCATTER_CENTRE, _SCATTER_SPREAD = 1.15, 0.4
 
 #: Prior of a level at the first session and of a change over the span, as shares of the level, 1 σ; and of a settling.
-_LEVEL, _CHANGE, _SETTLING = 1.0, 0.5, 0.05
+_LEVEL, _CHANGE, _SETTLING = 1.0, 0.5, 0.025
 
 
 @dataclass(frozen=True)
