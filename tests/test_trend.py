@@ -15,7 +15,7 @@ from lutgen.history.limits import SETS, Limit, limits_of, parse_limit
 from lutgen.history.trend import ENOUGH, FEWEST, trend
 from lutgen.names import LIMIT_SETS
 from lutgen.readings import read_campaign, read_session
-from lutgen.report.history.trend import headline, trend_page
+from lutgen.report.history.campaign import trend_headline, trend_page
 from tests import trend_coverage
 from tests.virtual_sessions.campaigns import life, write
 from tests.virtual_sessions.display import State
@@ -140,14 +140,14 @@ def test_a_limit_passed_is_passed_at_the_session_that_shows_it(tmp_path: Path) -
     found = trend(fading(tmp_path, 3000.0), [parse_limit("white>=80%"), parse_limit("contrast>=10")])
     # exp(-800 / 3000) is 0.77, exp(-500 / 3000) 0.85.
     assert (found.passings[0].status, found.passings[0].time) == ("passed", 800.0)
-    assert "white has been below its 80 % limit since 500 to 800 days" in headline(found)
+    assert "white has been below its 80 % limit since 500 to 800 days" in trend_headline(found)
     assert (found.passings[1].status, found.passings[1].extrapolated) == ("kept", False)
 
 
 def test_too_few_sessions_promise_nothing(tmp_path: Path) -> None:
     found = trend(fading(tmp_path, 3000.0, days=[0, 250]), [parse_limit("white>=50%")])
     assert found.passings[0].status == "cannot-tell"
-    assert headline(found).endswith("when one will be cannot be told from these sessions.")
+    assert trend_headline(found).endswith("when one will be cannot be told from these sessions.")
 
 
 def test_a_session_of_another_setting_is_left_out_unless_asked_for(tmp_path: Path) -> None:

@@ -66,7 +66,7 @@ def command(
     from lutgen.history.limits import limits_of, parse_limit
     from lutgen.history.trend import trend, trend_as_json
     from lutgen.readings import read_campaign
-    from lutgen.report.history.trend import trend_page
+    from lutgen.report.history.campaign import trend_page
 
     if not 0 <= ambient <= MOST_AMBIENT:
         raise LutgenError(
@@ -77,14 +77,14 @@ def command(
     chosen = sets or (() if own else (TG18_SECONDARY, DRIFT))
     limits = [*(limit for name in chosen for limit in limits_of(name)), *(parse_limit(text) for text in own)]
     with progress_bar("following", quiet=alone) as progress:
-        found = trend(
+        result = trend(
             read_campaign(*files), limits, all_sessions=all_sessions, ambient_cd_m2=ambient, progress=progress
         )
     if path:
-        from lutgen.report.history.trend_plot import plot_trend
+        from lutgen.report.history.campaign import plot_trend
 
-        plot_trend(found, path, force=force)
+        plot_trend(result, path, force=force)
     if json_to:
-        write_json(trend_as_json(found), json_to)
+        write_json(trend_as_json(result), json_to)
     if not alone:
-        print_page([*trend_page(found), *([f"Picture: {path}"] if path else [])])
+        print_page([*trend_page(result), *([f"Picture: {path}"] if path else [])])
