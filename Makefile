@@ -67,6 +67,9 @@ hidden: setup ## score the diagnosis on data with hidden effects, three generato
 sessions: setup ## score the verdicts on simulated sessions: ARGS="--seed 1"
 	@$(ALONE) $(PYTHON) -m tests.virtual_sessions $(ARGS)
 
+trend-coverage: setup ## score the intervals of lutgen trend on known decays: ARGS="--seed 1"
+	@$(ALONE) $(PYTHON) -m tests.trend_coverage $(ARGS)
+
 reference: setup ## docs/reference anew: commands, Python API, effects, JSON
 	@$(ALONE) $(PYTHON) -m docs.generate
 

@@ -40,7 +40,7 @@ _HOME = {
     "diagnose": "lutgen.criticism.diagnose",
     "refine": "lutgen.criticism.refine",
     "plan": "lutgen.criticism.plan",
-    "read_session": "lutgen.readings.sessions",
+    "read_session": "lutgen.readings",
     "inspect_session": "lutgen.history.inspect",
     "lint": "lutgen.lint",
     "merge": "lutgen.merge",
@@ -98,8 +98,7 @@ if TYPE_CHECKING:
     from lutgen.pictures.cohort import cohort
     from lutgen.pictures.conspicuity import nuclei
     from lutgen.pictures.lifetime import lifetime
-    from lutgen.readings import Measurements, read_measurements
-    from lutgen.readings.sessions import read_session
+    from lutgen.readings import Measurements, read_measurements, read_session
     from lutgen.study.analysis import analyse_answers
     from lutgen.study.answers import read_answers
     from lutgen.study.plan import plan_study

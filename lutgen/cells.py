@@ -1,4 +1,4 @@
-"""Numbers as text, read strictly: what a file's cell or an option may hold, for every reader of the project.
+"""Numbers, metadata and rows as text, read strictly: what a file's cell or an option may hold, for every reader.
 
 Python's ``float`` and ``int`` also take ``1_000``, full-width and Arabic digits, ``nan`` and ``infinity``, and ``int``
 raises its own error for more than 4300 digits. Here a number is ASCII digits, with one decimal point and an exponent
@@ -7,8 +7,14 @@ where it has them; anything else is None, and the caller says where it stands an
 
 from __future__ import annotations
 
+import csv
 import re
+from collections import Counter
 from math import isfinite
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
 #: A decimal number, for patterns that hold one: ``-1``, ``.5``, ``2.``, ``1e-3``. Digits match in one way only, so that
 #: a megabyte of them is refused in linear time.
@@ -29,6 +35,10 @@ BLANKS = " \t\r\n"
 #: What spreadsheets write for a value that they do not have.
 SPREADSHEET_ERROR = r"#(?:N/A|NV|DIV/0!|(?:VALUE|WERT|VALEUR|REF|BEZUG|NUM|ZAHL|NOMBRE|NULL)!|(?:NAME|NOM)\?)"
 
+_DECIMAL_COMMA = re.compile(r"[-+]?[0-9]+,[0-9]+")
+
+_METADATA = re.compile(r"#\s*([A-Za-z][\w -]*?)\s*:\s*(.*)")
+
 _ERROR_CELL = re.compile(rf"\s*{SPREADSHEET_ERROR}\s*(?:[,;\t]|$)")
 
 
@@ -47,6 +57,32 @@ def number(text: str, *, non_finite: bool = False) -> float | None:
         return None
     value = float(word)
     return value if non_finite or isfinite(value) else None
+
+
+def has_decimal_comma(text: str) -> bool:
+    """Whether a cell is a number written with a decimal comma, of which nothing else is wrong."""
+    return bool(_DECIMAL_COMMA.fullmatch(text[: LONGEST + 1].strip(BLANKS)))
+
+
+def metadata(line: str) -> tuple[str, str] | None:
+    """Return key, in small letters, and value of a comment ``# key: value``; None where it is none."""
+    match = _METADATA.match(line[:LONGEST])
+    return (match[1].strip().lower(), match[2].strip()) if match else None
+
+
+def separator_of(header: str) -> str:
+    """Return what stands between a table's fields: that of comma, semicolon and tab which its header has most of."""
+    return max((",", ";", "\t"), key=header.count)
+
+
+def split_row(line: str, separator: str = ",") -> list[str]:
+    """Cut a line of a CSV into its cells, without the blanks around them. Raises ``csv.Error`` where it is none."""
+    return [cell.strip(BLANKS) for cell in next(csv.reader([line], delimiter=separator))]
+
+
+def first_doubled(names: Iterable[str]) -> str | None:
+    """Return the first name of a header that stands there twice, if any."""
+    return next((name for name, count in Counter(names).items() if count > 1), None)
 
 
 def number_list(text: str) -> tuple[float, ...] | None:

@@ -70,10 +70,14 @@ FIGURES = {
 }
 
 #: Published sets of limits that a display must keep.
-LIMIT_SETS = TG18_PRIMARY, TG18_SECONDARY, ACR_DIAGNOSTIC, DRIFT = (
+LIMIT_SETS = TG18_PRIMARY, TG18_SECONDARY, ACR_DIAGNOSTIC, MAMMOGRAPHY, TG270_DIAGNOSTIC, DIN_6868, RANZCR, DRIFT = (
     "tg18-primary",
     "tg18-secondary",
     "acr-diagnostic",
+    "mammography",
+    "tg270-diagnostic",
+    "din-6868-157",
+    "ranzcr",
     "drift",
 )
 

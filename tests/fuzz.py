@@ -47,9 +47,7 @@ from lutgen.errors import LutgenError
 from lutgen.lint import lint, trial
 from lutgen.lint.finding import READS
 from lutgen.lint.programs import opencolorio
-from lutgen.readings import read_measurements
-from lutgen.readings.campaign import read_campaign
-from lutgen.readings.sessions import read_session
+from lutgen.readings import read_campaign, read_measurements, read_session
 
 if TYPE_CHECKING:
     from collections.abc import Callable

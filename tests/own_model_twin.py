@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import code_to_linear, delta_e_2000, xyz_to_lab
-from lutgen.readings.sessions import read_session
+from lutgen.readings import read_session
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

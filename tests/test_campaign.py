@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lutgen import LutgenError, read_measurements
-from lutgen.readings.campaign import read_campaign
+from lutgen.readings import read_campaign
 from tests.command import Done, in_process
 from tests.session_files import DRIVE, WHITE_CD_M2, light, ti3
 
@@ -25,6 +25,9 @@ pytestmark = pytest.mark.numbers
 
 HEAD = 'schema = 1\n[display]\nname = "invented"\n'
 RELATIVE = ti3(keywords=())
+
+#: Line of a session's first reading.
+DATA_LINE = ti3().splitlines().index("BEGIN_DATA") + 2
 
 
 def session(date: str, share: float = 1.0, name: str = "invented") -> str:
@@ -59,7 +62,10 @@ def test_dates_become_hours_by_the_hours_of_a_day(folder: Path) -> None:
     np.testing.assert_allclose(readings.drive[: len(DRIVE)], DRIVE, atol=1e-6)
     np.testing.assert_allclose(readings.xyz_cd_m2[-len(DRIVE) :], 0.7 * WHITE_CD_M2 * light(), atol=1e-3)
     assert readings.session[0] == "a.ti3"
-    assert readings.lines[0] == 7
+    assert (readings.files[0], readings.lines[0]) == (str(folder / "a.ti3"), DATA_LINE)
+    assert readings.places([0, len(DRIVE), 2]) == f"a.ti3, lines {DATA_LINE}, {DATA_LINE + 2}; b.ti3, line {DATA_LINE}"
+    assert readings.order is not None
+    assert (np.diff(readings.order) > 0).all()
     assert readings.metadata["display"] == "invented"
 
 
@@ -109,11 +115,14 @@ BAD = {
     "an unknown key of the display": (f"hours = 3\n{A}", "unknown key 'hours'"),
     "no sessions": ("", "needs .* one .*sessions"),
     "no file": ("[[sessions]]\nhours = 1\n", "names no file"),
-    "a file that is missing": ('[[sessions]]\nfile = "z.ti3"\n', "cannot read the session"),
-    "a name that is too long": (f'[[sessions]]\nfile = "{"9" * 5000}"\n', "cannot read the session"),
+    "a file that is missing": ('[[sessions]]\nfile = "z.ti3"\n', "cannot read the readings"),
+    "a name that is too long": (f'[[sessions]]\nfile = "{"9" * 5000}"\n', "cannot read the readings"),
     "a number for a file": ("[[sessions]]\nfile = 3\n", "must be text"),
-    "the same session twice": (f"{A}hours = 0\n{A}hours = 9\n", "the same bytes as the session of line 4"),
-    "no hours": (A, "dates, which are no operating hours"),
+    "the same session twice": (
+        f"{A}hours = 0\n{A}hours = 9\n",
+        r"line 7: .* the same bytes as the session of .*line 4",
+    ),
+    "no hours": (f'{A}[[sessions]]\nfile = "b.ti3"\n', "dates, which are no operating hours"),
     "some hours": (f'{A}[[sessions]]\nfile = "b.ti3"\nhours = 9\n', "hours where others only have a date"),
     "a quoted date": (f'{A}date = "2020-05-26"\n', "without quotes"),
     "an absurd date": (f"{A}date = 1904-01-01\n", "displays are not older"),
@@ -143,8 +152,11 @@ def test_a_campaign_of_another_schema_is_refused(folder: Path) -> None:
     with pytest.raises(LutgenError, match="cannot read"):
         read_campaign(folder / "none.toml")
     (folder / "latin.toml").write_bytes(b"# \xff\n")
-    with pytest.raises(LutgenError, match="UTF-8"):
+    with pytest.raises(LutgenError, match="schema"):
         read_campaign(folder / "latin.toml")
+    (folder / "round.toml").write_text(f'{HEAD}[[sessions]]\nfile = "round.toml"\n')
+    with pytest.raises(LutgenError, match=r"round\.toml, line 4: .* is a campaign file itself"):
+        read_campaign(folder / "round.toml")
 
 
 @given(text=st.text(max_size=200))
@@ -245,5 +257,5 @@ def test_nothing_is_replaced_unasked_nor_written_for_bad_input(folder: Path, ini
 def test_a_file_too_large_for_a_campaign_is_refused_before_it_is_read(tmp_path: Path) -> None:
     with (tmp_path / "huge.toml").open("wb") as file:
         file.truncate(2_000_000_000)
-    with pytest.raises(LutgenError, match=r"huge\.toml: larger than 4 MB, which no campaign is\."):
+    with pytest.raises(LutgenError, match=r"huge\.toml: larger than 64 MB, which no file of readings is\."):
         read_campaign(tmp_path / "huge.toml")

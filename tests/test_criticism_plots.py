@@ -22,7 +22,6 @@ from lutgen.criticism.problem import Problem
 from lutgen.criticism.refine import refine
 from lutgen.criticism.search import family
 from lutgen.effects import catalogue
-from lutgen.readings import csv
 from lutgen.report.criticism.fit_plot import plot_fit
 from lutgen.report.criticism.plots import (
     OF_COMPARE,
@@ -34,6 +33,7 @@ from lutgen.report.criticism.plots import (
 )
 from tests.campaigns import CAMPAIGNS, text_of
 from tests.quick import mostly_slow
+from tests.readings_text import read
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -102,7 +102,7 @@ def check_legible(canvases: list[Canvas]) -> None:
 
 
 def readings(name: str) -> Measurements:
-    found: Measurements = csv.read(text_of(name), file=f"{name}.csv", sha256="0" * 64)
+    found: Measurements = read(text_of(name), file=f"{name}.csv", sha256="0" * 64)
     return found
 
 

@@ -14,7 +14,6 @@ from lutgen.criticism.linear import State, Term, predict
 from lutgen.criticism.problem import Problem
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError
-from lutgen.readings.csv import read
 from tests.criticism_twin import (
     FAULTS,
     FRESH,
@@ -31,6 +30,7 @@ from tests.criticism_twin import (
     solve,
     table,
 )  # fmt: skip
+from tests.readings_text import read
 from tests.virtual_display.campaign import Campaign, csv_text
 from tests.virtual_display.spectra import CLASSES
 

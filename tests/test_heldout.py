@@ -12,8 +12,8 @@ from lutgen.criticism.heldout import HeldOut, cells, held_out
 from lutgen.criticism.linear import Term, whiten
 from lutgen.criticism.problem import Problem
 from lutgen.effects import catalogue
-from lutgen.readings.csv import read
 from tests.criticism_twin import FAULTS, HOURS, TIPS, TRUTHS, Fault, display, measured, noisy, session, table
+from tests.readings_text import read
 from tests.virtual_display.campaign import Campaign, csv_text
 
 pytestmark = pytest.mark.numbers

@@ -17,9 +17,9 @@ from lutgen.criticism.problem import Problem
 from lutgen.criticism.search import PureError, contenders, family
 from lutgen.criticism.separate import separation
 from lutgen.effects import catalogue
-from lutgen.readings.csv import read
 from tests.campaigns import single, text_of
 from tests.command import Done, in_process
+from tests.readings_text import read
 
 if TYPE_CHECKING:
     from collections.abc import Callable

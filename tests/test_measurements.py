@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
-from lutgen.readings import formats, read_measurements
+from lutgen.readings import read_measurements
 from tests.command import here
 
 if TYPE_CHECKING:
@@ -104,6 +104,9 @@ def test_the_default_display_is_read_as_31_times_4_tips() -> None:
 GOOD = {
     "as written": SMALL.encode(),
     "XYZ": xyz_text(SMALL).encode(),
+    "UTF-16": SMALL.encode("utf-16"),
+    "tabs": SMALL.replace(",", "\t").encode(),
+    "units in the header": SMALL.replace("y,Y", "y,Y_cdm2").encode(),
     "byte order mark": b"\xef\xbb\xbf" + SMALL.encode(),
     "CRLF": SMALL.replace("\n", "\r\n").encode(),
     "CR": SMALL.replace("\n", "\r").encode(),
@@ -245,7 +248,6 @@ BAD = {
     "no header": bad(SMALL.split("\n", 1)[1], "line 1", "header"),
     "binary": bad(b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR", "binary"),
     "NUL bytes": bad(SMALL.replace("0.3127", "0.31\x0027"), "binary"),
-    "UTF-16": bad(SMALL.encode("utf-16"), "binary"),
     "UTF-16 without a mark": bad(SMALL.encode("utf-16-le"), "binary"),
     "truncated in a row": bad(DEFAULT[:1500].rsplit(b",", 2)[0], "line", "cut off"),
     "truncated in its last number": bad(DEFAULT.rstrip()[:-2], f"line {len(LINES)}", "Y = '9.9'", "cut off"),
@@ -264,7 +266,6 @@ BAD = {
     "decimal commas and semicolons": bad(
         SMALL.replace(",", ";").replace(".", ","), "decimal comma", "point"
     ),
-    "tabs": bad(SMALL.replace(",", "\t"), "line 1", "unknown column"),
     "x + y > 1": bad(with_line(RED, "0.63648", "0.73648"), f"line {RED}", "column x", "x + y"),
     "y = 0": bad(with_line(BLUE, "0.03965", "0"), f"line {BLUE}", "column y", "above 0"),
     "y < 0": bad(with_line(BLUE, "0.03965", "-0.03965"), f"line {BLUE}", "column y", "above 0"),
@@ -377,10 +378,9 @@ def test_the_command_line_prints_that_sentence_exits_with_2_and_writes_nothing(n
     ("make", "says"),
     [
         (lambda folder: folder / "none.csv", "no such file"),
-        (lambda folder: folder, "suffix"),
-        (lambda folder: file_with(folder, SMALL).rename(folder / "display.xlsx"), "Pick one of"),
-        (lambda folder: file_with(folder, SMALL).rename(folder / "display"), "Pick one of"),
-        (lambda folder: (folder / "folder.csv").mkdir() or folder / "folder.csv", "directory"),
+        (lambda folder: folder, "holds no readings"),
+        (lambda folder: file_with(folder, "prose, and more").rename(folder / "display.xlsx"), "Pick one of"),
+        (lambda folder: (folder / "folder.csv").mkdir() or folder / "folder.csv", "holds no readings"),
     ],
 )
 def test_what_is_no_table_is_refused(make: Callable[[Path], Path], says: str, tmp_path: Path) -> None:
@@ -398,9 +398,21 @@ def test_a_file_that_is_larger_than_any_table_is_refused_without_reading_it(tmp_
         read_measurements(path)
 
 
-def test_every_module_of_a_format_can_be_named_by_a_suffix() -> None:
-    assert "csv" in formats()
-    assert "table" not in formats()
+def test_a_table_is_known_by_its_content_whatever_its_name(tmp_path: Path) -> None:
+    path = file_with(tmp_path, SMALL).rename(tmp_path / "display")
+    assert read_measurements(path).hours[-1] == 1000
+
+
+@pytest.mark.parametrize("name", ["ambient_lux", "hours", "temperature", "warmup", "Window"])
+def test_a_column_whose_name_is_nearly_known_is_refused(name: str, tmp_path: Path) -> None:
+    with pytest.raises(LutgenError, match=rf"unknown column '{name}' in the header; is \w+ meant\?"):
+        read_measurements(file_with(tmp_path, plus(name, "1")))
+
+
+def test_another_column_is_left_alone_with_a_remark(tmp_path: Path) -> None:
+    readings = read_measurements(file_with(tmp_path, plus("operator", "hm", plus("CCT", "6500"))))
+    assert readings.remarks == ("Columns CCT, operator: not known to lutgen, and left alone.",)
+    assert set(readings.constants) == set(readings.conditions) == set()
 
 
 # Fuzz: whatever happens to the bytes, a table is read or refused

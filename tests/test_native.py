@@ -29,8 +29,8 @@ from lutgen.display.ramp import rising_light
 from lutgen.display.transfer_curve import TransferCurve
 from lutgen.errors import LutgenError
 from lutgen.readings import Measurements, read_measurements
-from lutgen.readings.csv import read
 from tests.native_displays import BLACK, GREYS, LEVELS, MIXTURES, RAMPS, TIPS, Panel, from_8_bit, session, write
+from tests.readings_text import read
 from tests.virtual_display.campaign import Campaign, csv_text
 
 if TYPE_CHECKING:

@@ -19,8 +19,8 @@ from lutgen.criticism.separate import POOL, separation, with_patches
 from lutgen.criticism.visibility import visibility
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError
-from lutgen.readings.csv import read
 from tests.criticism_twin import FRESH, TIPS, Fault, Reading, shown
+from tests.readings_text import read
 from tests.virtual_display.campaign import Campaign, csv_text
 
 if TYPE_CHECKING:

@@ -16,8 +16,7 @@ from lutgen.display.own_model import OwnModel, Sample, fit_own_model
 from lutgen.display.own_model.ladder import mixtures_error
 from lutgen.display.own_model.native_curves import added_up, best_source, held_out_of_all, straight
 from lutgen.errors import LutgenError
-from lutgen.readings import Measurements
-from lutgen.readings.sessions import read_session
+from lutgen.readings import Measurements, read_session
 from tests.own_model_twin import on_mixtures
 
 if TYPE_CHECKING:

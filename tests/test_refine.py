@@ -18,8 +18,8 @@ from lutgen.criticism.refine import Refinement, refine, terms_of
 from lutgen.display import DisplayModel, load_model, save_model
 from lutgen.display.modes import luminance_law
 from lutgen.errors import LutgenError
-from lutgen.readings.csv import read
 from tests.criticism_twin import TIPS, Fault, Reading, display, noisy, table
+from tests.readings_text import read
 from tests.virtual_display.campaign import Campaign, csv_text, truth
 
 if TYPE_CHECKING:

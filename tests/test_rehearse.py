@@ -12,8 +12,8 @@ import pytest
 from lutgen.criticism.rehearse import Rehearsal, rehearse
 from lutgen.effects import catalogue
 from lutgen.effects.expression import parse
-from lutgen.readings.csv import read
 from tests.quick import mostly_slow
+from tests.readings_text import read
 from tests.virtual_display.campaign import Campaign, csv_text
 
 if TYPE_CHECKING:

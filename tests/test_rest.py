@@ -9,7 +9,7 @@ import pytest
 
 from lutgen import LutgenError
 from lutgen.readings.conditions import COLUMNS, CONDITIONS
-from lutgen.readings.csv import read
+from tests.readings_text import read
 
 if TYPE_CHECKING:
     from lutgen.readings import Measurements

@@ -15,10 +15,10 @@ from lutgen.criticism.diagnose import VERDICTS, diagnose
 from lutgen.criticism.plan import plan
 from lutgen.criticism.refine import refine
 from lutgen.names import BASELINES
-from lutgen.readings import csv
 from tests.altered import altered
 from tests.campaigns import single, text_of
 from tests.quick import mostly_slow
+from tests.readings_text import read
 from tests.schemas import schemas, validator
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ SETS = ("leak", "healthy", "tips only", "one hour")
 
 
 def readings(name: str, text: str = "") -> Measurements:
-    found: Measurements = csv.read(text or text_of(name), file=f"{name}.csv", sha256="0" * 64)
+    found: Measurements = read(text or text_of(name), file=f"{name}.csv", sha256="0" * 64)
     return found
 
 

@@ -15,8 +15,8 @@ from lutgen.criticism.problem import Problem
 from lutgen.criticism.search import STRONG, PureError, Score, bic, contenders, families, family, forms_of
 from lutgen.effects import Effect, catalogue
 from lutgen.errors import LutgenError
-from lutgen.readings.csv import read
 from tests.criticism_twin import FAULTS, TRUTHS, display, measured, noisy, session, table
+from tests.readings_text import read
 from tests.virtual_display.campaign import Campaign, csv_text
 from tests.virtual_display.spectra import CLASSES
 

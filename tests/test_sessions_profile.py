@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from lutgen import LutgenError
 from lutgen.bake import icc_profile as icc
-from lutgen.readings.sessions import read_session
+from lutgen.readings import read_session
 from tests.command import in_process
 from tests.session_files import DRIVE, curves, ti3
 

@@ -17,7 +17,9 @@ from hypothesis import strategies as st
 
 from examples.make_session import FILE, alike, session_text
 from lutgen import LutgenError
-from lutgen.readings.sessions import read_session, session_formats
+from lutgen.readings import read_session
+from lutgen.readings.formats import readers
+from lutgen.readings.formats._source import FileText
 from tests.session_files import DRIVE, LEAK, WHITE_CD_M2, curves, light, ti3
 
 if TYPE_CHECKING:
@@ -252,10 +254,14 @@ BAD: dict[str, tuple[str | bytes, str]] = {
     "wavelengths that fall": (
         ti3(xyz=np.hstack([100 * light(), light()[:, :2]]), names=(*XYZ, "SPEC_390", "SPEC_380")), "must rise"
     ),
-    "a CSV with commas for points": ("R;G;B;X;Y;Z\n0;0;0;0,1;0,1;0,1\n1;1;1;95,1;100,0;108,1\n", "a decimal comma"),
+    "a CSV with commas for points": ("R;G;B;X;Y;Z\n0;0;0;0,1;0,1;0,1\n1;1;1;95,1;100,0;108,1\n", "decimal commas"),
     "a CSV row cut off": ("R,G,B,X,Y,Z\n1,1,1,190,200,218\n0,0,0,0.1,0.1", "5 fields for 6 columns"),
-    "a CSV without light": ("R,G,B,a,b,c\n1,1,1,190,200,218\n", "neither X, Y, Z nor x, y, Y"),
-    "a CSV of hours": ("hour,R,G,B,X,Y,Z\n0,1,1,1,190,200,218\n9,1,1,1,190,200,218\n", "readings of several hours"),
+    "a CSV without light": ("R,G,B,a,b,c\n1,1,1,190,200,218\n", "the header lacks X,Y,Z or x,y,Y"),
+    "a CSV of hours": (
+        "hour,R,G,B,X,Y,Z\n"
+        + "".join(f"{h},1,1,1,95,100,108\n{h},1,0,0,41,21,2\n{h},0,1,0,36,71,12\n{h},0,0,1,18,7,95\n" for h in (0, 9)),
+        "holds 2 sessions",
+    ),
     "a CSV of fractions called percent": (
         "# drive: percent\nR,G,B,X_cdm2,Y_cdm2,Z_cdm2\n1,1,1,190,200,218\n0,0,0,0.1,0.1,0.1\n", "reaches only 1"
     ),
@@ -263,12 +269,12 @@ BAD: dict[str, tuple[str | bytes, str]] = {
         "R,G,B,X_cdm2,Y_cdm2,Z_cdm2\n255,255,255,0,0,0\n255,0,0,41,21,2\n", "white has Y = 0: no light"
     ),
     "XYZ called Lab": (ti3(names=LAB), "no light has this Lab"),
-    "a CSV without rows": ("R,G,B,X,Y,Z\n", "holds no readings"),
+    "a CSV without rows": ("R,G,B,X,Y,Z\n", "no readings"),
     "a level that is none": ("position,row,col,level_index,X,Y,Z\n0,0,0,7,1,1,1\n", "level_index is 0"),
     "empty": ("  \n", "the file is empty"),
     "a picture": (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "NUL bytes"),
     "a spreadsheet": (b"PK\x03\x04" + bytes(40), "a spreadsheet"),
-    "prose": ("Dear colleague, the display is fine.\n", "no format of sessions that is known"),
+    "prose": ("Dear colleague, the display is fine.\n", "is no CGATS"),
 }  # fmt: skip
 
 
@@ -340,7 +346,7 @@ def test_files_made_to_be_slow_or_large_end_soon(tmp_path: Path, content: Callab
 def test_no_two_formats_claim_the_same_file() -> None:
     texts = [text for text, _ in SCALES.values()] + ["position,row,col,level_index,X,Y,Z\n"]
     for text in texts:
-        assert sum(module.claims(text) for module in session_formats().values()) == 1
+        assert sum(module.claims(FileText(text, "any", "")) for module in readers().values()) == 1
 
 
 def test_the_example_is_what_its_script_writes_and_says_that_it_is_simulated() -> None:

@@ -12,8 +12,8 @@ import pytest
 
 from lutgen.criticism.diagnose import VERDICTS, Diagnosis, diagnose
 from lutgen.errors import LutgenError
-from lutgen.readings.csv import read
 from tests.quick import mostly_slow
+from tests.readings_text import read
 from tests.virtual_display import broken
 from tests.virtual_display.campaign import Campaign, csv_text
 from tests.virtual_display.strength import DETECTABLE, sized

@@ -15,7 +15,7 @@ from lutgen.criticism.search import STRONG
 from lutgen.criticism.visibility import Visibility, threshold, visibility
 from lutgen.effects import Effect, catalogue
 from lutgen.effects.expression import parse
-from lutgen.readings.csv import read
+from tests.readings_text import read
 from tests.virtual_display.campaign import Campaign, csv_text
 from tests.virtual_display.designs import DESIGNS
 from tests.virtual_display.strength import strength

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 from lutgen.criticism.diagnose import diagnose
-from lutgen.readings.csv import read
 from tests.campaigns import text_of
 from tests.generators.rewritings import NOTHING_LOST, SOMETHING_LOST, CannotRewrite
+from tests.readings_text import read
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

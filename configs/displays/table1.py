@@ -33,7 +33,8 @@ from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab, xyz_
 from lutgen.display import DisplayModel
 from lutgen.pictures.published import TABLE_1
 from lutgen.readings import read_measurements
-from lutgen.readings.csv import read
+from lutgen.readings.formats import csv
+from lutgen.readings.formats._source import FileText
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -139,7 +140,7 @@ def slide() -> NDArray[np.uint8]:
 
 def model_of(drift: Drift) -> DisplayModel:
     """Return the reconstructed display with another drift, its readings not rounded as the file's are."""
-    return DisplayModel(read(table(drift, further=9), file="fit.csv", sha256=""))
+    return DisplayModel(csv.read(FileText(table(drift, further=9), "fit.csv", "")).measurements())
 
 
 def fit(colours: Colours) -> Drift:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from lutgen.bake.config import config_text
 from lutgen.bake.fidelity import Certificate, Judge
 from lutgen.bake.folder import claim
+from lutgen.bake.folder_lock import locked_folder
 from lutgen.bake.formats import format_named
 from lutgen.bake.gpu import check_renderer, gpu_run
 from lutgen.bake.lut import SIZES, Lut
@@ -18,7 +19,6 @@ from lutgen.bake.parallel import in_parallel
 from lutgen.bake.plan import Plan
 from lutgen.bake.provenance import config_of_all, config_of_display, provenance_of
 from lutgen.bake.readback import TableKind, apply_lut
-from lutgen.bake.sole import sole_builder
 from lutgen.bindings import ocio
 from lutgen.display.inverse import compensation_of
 from lutgen.errors import LutgenError
@@ -85,7 +85,7 @@ def build(
     output = Path(output)
     for mode, hours, _ in plan.folders():
         plan.display(model, mode, hours)
-    with sole_builder(output):
+    with locked_folder(output):
         return _build(model, plan, output, jobs=jobs, force=force, progress=progress)
 
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import shlex
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from lutgen.errors import LutgenError
+from lutgen.cli.shared import say_remarks
 from lutgen.names import BASELINES, SELECTIONS
 
 if TYPE_CHECKING:
@@ -123,10 +122,8 @@ def question_from(
     from lutgen.effects.own import everything
     from lutgen.readings import read_measurements
 
-    if Path(data).is_dir():
-        message = f"{data}: is a folder. Put all sessions into one table of readings (.csv), told apart by hour."
-        raise LutgenError(message)
     readings = read_measurements(data)
+    say_remarks(readings)
     effects = everything(files, expressions)
     refuse_unsound(files, expressions)
     saved = _saved(model, effects) if model else None

@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Advanced
+from lutgen.cli.words import say
 from lutgen.names import AGING_BASELINES, REFERENCES, SELECTIONS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from lutgen.display import DisplayModel
+    from lutgen.readings import Measurements
 
 
 def model_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -91,14 +93,22 @@ def model_from(
             raise click.UsageError(message)
         saved = load_model(model)
         return replace(saved, conditions=parse_at(at, saved.conditions))
+    readings = read_measurements(display or default_display())
+    say_remarks(readings)
     return DisplayModel(
-        read_measurements(display or default_display()),
+        readings,
         baseline=baseline or "colour-points",
         selection=selection or "nearest",
         reference=reference or "relative",
         luminance=luminance_law(luminance or "paper"),
         conditions=parse_at(at),
     )
+
+
+def say_remarks(readings: Measurements) -> None:
+    """Print to standard error what reading the file had to decide, or left alone."""
+    for remark in readings.remarks:
+        say(f"{readings.file}: {remark}", err=True)
 
 
 def split_list(_context: click.Context, _option: click.Parameter, text: str) -> tuple[str, ...]:

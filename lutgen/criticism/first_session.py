@@ -95,7 +95,7 @@ def _own_model(problem: Problem) -> OwnModel | None:
             readings.drive[rows],
             readings.xyz_cd_m2[rows],
             lines=readings.lines[rows].astype(np.int64),
-            file=readings.file,
+            file=readings.file_of(int(rows[0])) if rows.size else readings.file,
             calibration=readings.calibration,
         )
         return fit_own_model(sample)

@@ -158,6 +158,7 @@ def with_patches(problem: Problem, patches: tuple[Patch, ...]) -> Problem:
         session=tuple(session),
         note=tuple(note),
         order=None,
+        files=(),
     )
     shifted = np.where(problem.rows >= place, problem.rows + count, problem.rows)
     weights = None if problem.weights is None else np.insert(problem.weights, place, np.ones(count))

@@ -147,15 +147,13 @@ def _weighed_down(explanation: Explanation) -> str:
     problem = explanation.base.problem
     if problem.weights is None:
         return ""
-    lines = sorted(int(problem.readings.lines[row]) for row in problem.rows if problem.weights[row] < SLIP)
-    more = f" and {len(lines) - NAMED_LINES} more" if len(lines) > NAMED_LINES else ""
-    return f"lines {', '.join(map(str, lines[:NAMED_LINES]))}{more}" if lines else ""
+    rows = [int(row) for row in problem.rows if problem.weights[row] < SLIP]
+    more = f" and {len(rows) - NAMED_LINES} more" if len(rows) > NAMED_LINES else ""
+    return f"{problem.readings.places(rows[:NAMED_LINES])}{more}" if rows else ""
 
 
 def _lines(explanation: Explanation, suspicion: Suspicion) -> str:
-    lines = explanation.base.problem.readings.lines
-    numbers = ", ".join(f"{int(lines[row])}" for row in suspicion.rows)
-    return f"{'lines' if len(suspicion.rows) > 1 else 'line'} {numbers}"
+    return explanation.base.problem.readings.places(suspicion.rows)
 
 
 def _nothing_named(
@@ -163,7 +161,7 @@ def _nothing_named(
 ) -> Verdict:
     if suspicion.rows:
         sentence = (
-            f"The measurement, not the display, moved: {_lines(explanation, suspicion)} of the file cannot be right. "
+            f"The measurement, not the display, moved: {_lines(explanation, suspicion)} cannot be right. "
             f"Nothing else is above the noise."
         )
         return Verdict("measurement-problem", sentence, remarks=remarks)

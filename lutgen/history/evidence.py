@@ -1,8 +1,8 @@
-"""How well a change explains the five colours of a session: fit, misfit and Bayesian evidence.
+"""How well a change explains white, primaries and black of a session: fit, misfit and Bayesian evidence.
 
-Parameters have Gaussian priors (widths in ``five.PARAMETERS``); the evidence is Laplace's approximation about the best
-fit (MacKay 2003, Information Theory, Inference, and Learning Algorithms, ch. 27), which pays for every number that a
-cause needs, so that a matrix of nine does not beat a factor because it can bend.
+Parameters have Gaussian priors (widths in ``colour_points.PARAMETERS``); the evidence is Laplace's approximation about
+the best fit (MacKay 2003, Information Theory, Inference, and Learning Algorithms, ch. 27), which pays for every number
+that a cause needs, so that a matrix of nine does not beat a factor because it can bend.
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.history.five import PARAMETERS, changed
+from lutgen.history.colour_points import PARAMETERS, changed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from lutgen.colorimetry import Array
-    from lutgen.history.five import Five
+    from lutgen.history.colour_points import ColourPoints
 
 #: What two sessions of an unchanged display differ by, 1 σ: all light alike (warmth, where the meter sat), each
 #: channel's light, each number of a reading, as shares; and cd/m² of any reading. The Dell and the LG of the shared
-#: data, and five pairs read on one day, repeat so.
+#: data, and colour_points pairs read on one day, repeat so.
 ALIKE, CHANNEL, READING, FLOOR_CD_M2 = 0.010, 0.006, 0.0025, 0.03
 
 #: A display whose white is not the sum of its primaries by this much chooses its brightness by content: its light is
@@ -36,7 +36,7 @@ _STEPS = 12
 
 
 @dataclass(frozen=True)
-class Fit:
+class ColourFit:
     """A change, fitted.
 
     Attributes
@@ -58,7 +58,7 @@ class Fit:
     residual: Array
 
 
-def covariance(before: Five, after: Array, *, noise: float, loose: float = 0.0) -> Array:
+def covariance(before: ColourPoints, after: Array, *, noise: float, loose: float = 0.0) -> Array:
     """Covariance of the fifteen numbers of ``after``, (5, 3), when the display did not change.
 
     ``noise`` is the sessions' own, as a share; ``loose`` the share by which a primary's colour may move besides.
@@ -82,15 +82,15 @@ def covariance(before: Five, after: Array, *, noise: float, loose: float = 0.0) 
     return np.asarray(made)
 
 
-def _by_content(before: Five, after: Array) -> float:
+def _by_content(before: ColourPoints, after: Array) -> float:
     """Share that is missing from both sums of the primaries, or in excess; 0 unless both are off."""
     light = after[:4, 1] - after[4, 1]
     off = abs(float(light[3] / light[:3].sum()) - 1.0), abs(float(before.extra[1] / before.channels[:, 1].sum()))
     return max(off) if min(off) >= BY_CONTENT else 0.0
 
 
-def fit(before: Five, after: Array, free: Sequence[str], *, noise: float, loose: float = 0.0) -> Fit:
-    """Fit the parameters ``free`` by Gauss and Newton's steps, damped where one overshoots."""
+def fit(before: ColourPoints, after: Array, free: Sequence[str], *, noise: float, loose: float = 0.0) -> ColourFit:
+    """ColourFit the parameters ``free`` by Gauss and Newton's steps, damped where one overshoots."""
     counts = [PARAMETERS[name][0] for name in free]
     width = np.repeat([PARAMETERS[name][1] for name in free], counts).astype(np.float64)
     spread = covariance(before, after, noise=noise, loose=loose)
@@ -124,7 +124,7 @@ def fit(before: Five, after: Array, free: Sequence[str], *, noise: float, loose:
     # The covariance's own size, against that without looseness: what lets more happen explains less.
     plain = np.linalg.slogdet(covariance(before, after, noise=noise))[1]
     evidence = -0.5 * (float(here @ here) + occam + float(np.linalg.slogdet(spread)[1] - plain))
-    return Fit(split(theta), chi2, evidence, after - changed(before, split(theta)))
+    return ColourFit(split(theta), chi2, evidence, after - changed(before, split(theta)))
 
 
 def _slope(residual: Callable[[Array], Array], theta: Array, here: Array) -> Array:

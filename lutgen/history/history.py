@@ -10,10 +10,12 @@ import numpy as np
 from lutgen.colorimetry import xy_to_uv, xyz_to_xyY
 from lutgen.errors import LutgenError
 from lutgen.history.evidence import ALIKE, BLACK, FLOOR_CD_M2
+from lutgen.history.gsdf import contrast_response
 from lutgen.history.inspect import inspect_session
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
+    from lutgen.history.gsdf import ContrastResponse
     from lutgen.history.inspect import Inspection
     from lutgen.readings.campaign import Campaign
 
@@ -21,14 +23,17 @@ if TYPE_CHECKING:
 QUANTITIES = {
     "white": "luminance of white, cd/m²",
     "black": "luminance of black, cd/m²",
-    "contrast": "white over black",
+    "contrast": "contrast: white over black",
     "white-shift": "Δu'v' of white since the first session",
     "primaries-shift": "largest Δu'v' of a primary since then",
     "gamma": "γ of the greys",
+    "non-uniformity": "non-uniformity over the screen",
+    "gsdf": "largest deviation from DICOM's",
+    "ambient": "the room's light over that of black",
 }
 
-#: What the colour of white or a primary repeats to between sessions, Δu'v', and γ: 1 σ.
-COLOUR_NOISE, GAMMA_NOISE = 0.0010, 0.02
+#: What the colour of white or a primary repeats to between sessions, Δu'v', γ, evenness and contrast response, 1 σ.
+COLOUR_NOISE, GAMMA_NOISE, EVEN_NOISE, GSDF_NOISE = 0.0010, 0.02, 0.01, 0.03
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,8 @@ class History:
         Since the earliest session, (n,): "hours" of operation, or "days" where only dates are known.
     values, errors
         Quantity → figures, (n,), NaN where a session does not tell; and what they repeat to, 1 σ, (n,).
+    responses
+        Contrast response of each session's greys, (n,); None where they do not tell.
 
     """
 
@@ -54,10 +61,11 @@ class History:
     unit: str
     values: dict[str, Array]
     errors: dict[str, Array]
+    responses: tuple[ContrastResponse | None, ...] = ()
 
 
-def history(campaign: Campaign) -> History:
-    """Collect the figures of all sessions.
+def history(campaign: Campaign, ambient_cd_m2: float = 0.0) -> History:
+    """Collect the figures of all sessions; ``ambient_cd_m2`` is what the room adds to readings taken without its light.
 
     Raises
     ------
@@ -70,8 +78,9 @@ def history(campaign: Campaign) -> History:
     for entry in campaign.entries:
         _ = entry.session.xyz_cd_m2
     found = [inspect_session(campaign.entries[place].session) for place in order]
-    values, errors = _figures(found)
-    return History(campaign, tuple(order.tolist()), time[order], unit, values, errors)
+    responses = tuple(contrast_response(each.session, ambient_cd_m2) for each in found)
+    values, errors = _figures(found, responses, ambient_cd_m2)
+    return History(campaign, tuple(order.tolist()), time[order], unit, values, errors, responses)
 
 
 def times(campaign: Campaign) -> tuple[Array, str]:
@@ -84,10 +93,15 @@ def times(campaign: Campaign) -> tuple[Array, str]:
     return campaign.hours(), "hours"
 
 
-def _figures(found: list[Inspection]) -> tuple[dict[str, Array], dict[str, Array]]:
+def _figures(
+    found: list[Inspection], responses: tuple[ContrastResponse | None, ...], ambient: float
+) -> tuple[dict[str, Array], dict[str, Array]]:
     white, black = (_luminance(found, kind) for kind in ("white", "black"))
     with np.errstate(divide="ignore", invalid="ignore"):
-        contrast = np.where(black > 0, white / black, np.nan)
+        contrast = np.where(black + ambient > 0, (white + ambient) / (black + ambient), np.nan)
+        share = np.where(black > 0, ambient / black, np.nan) if ambient else np.full(len(found), np.nan)
+    ends = [each.uniformity or (np.nan, np.nan) for each in found]
+    even = [2.0 * (high - low) / (high + low) for low, high in ends]
     dark = np.hypot(BLACK * black, FLOOR_CD_M2)
     values = {
         "white": white,
@@ -99,14 +113,20 @@ def _figures(found: list[Inspection]) -> tuple[dict[str, Array], dict[str, Array
              for each in found]
         ),
         "gamma": np.array([np.nan if each.gamma is None else each.gamma for each in found]),
+        "non-uniformity": np.array(even),
+        "gsdf": np.array([np.nan if each is None else each.worst for each in responses]),
+        "ambient": share,
     }  # fmt: skip
     errors = {
         "white": ALIKE * white,
         "black": dark,
-        "contrast": contrast * np.hypot(ALIKE, dark / np.maximum(black, 1e-9)),
+        "contrast": contrast * np.hypot(ALIKE, dark / np.maximum(black + ambient, 1e-9)),
         "white-shift": np.full(len(found), COLOUR_NOISE),
         "primaries-shift": np.full(len(found), COLOUR_NOISE),
         "gamma": np.full(len(found), GAMMA_NOISE),
+        "non-uniformity": np.full(len(found), EVEN_NOISE),
+        "gsdf": np.full(len(found), GSDF_NOISE),
+        "ambient": share * np.hypot(BLACK, FLOOR_CD_M2 / np.maximum(black, 1e-9)),
     }
     if not np.isfinite(white).any():
         raise LutgenError(f"{found[0].session.file}: no session of the campaign read white; nothing can be followed.")

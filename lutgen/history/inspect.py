@@ -10,13 +10,13 @@ import numpy as np
 
 from lutgen.colorimetry import xyz_to_xyY
 from lutgen.history.calibration import Calibration, calibration, native_gamma
+from lutgen.history.drift import Steadiness, steadiness
 from lutgen.history.grey_tracking import GreyTracking, grey_tracking
+from lutgen.history.misreading import left_out
 from lutgen.history.patches import CHANNELS, mean_xyz, ramp
 from lutgen.history.primaries import Primaries, additivity, primaries
-from lutgen.history.remarks import remarks
-from lutgen.history.steadiness import Steadiness, steadiness
+from lutgen.history.remarks import missing_patches, remarks
 from lutgen.history.transfer import Transfer, transfer
-from lutgen.history.wanting import wanting
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -30,7 +30,7 @@ class Inspection:
     Attributes
     ----------
     session
-        The readings.
+        The readings, without those that contradict their ramp or their repeats.
     white, black
         Mean XYZ, (3,), in cd/m² or relative to white as the session; None: not read.
     primaries, steadiness, calibration, greys
@@ -41,6 +41,8 @@ class Inspection:
         Y of white over the sum of the primaries', after black; None: a tip is missing.
     uniformity
         Smallest and largest luminance of white over the screen, over that of the middle; None: one place.
+    misread
+        Sentences on the readings that were left out.
 
     """
 
@@ -54,6 +56,7 @@ class Inspection:
     steadiness: Steadiness | None
     calibration: Calibration | None
     uniformity: tuple[float, float] | None
+    misread: tuple[str, ...] = ()
 
     @cached_property
     def remarks(self) -> tuple[str, ...]:
@@ -63,7 +66,7 @@ class Inspection:
     @cached_property
     def wanting(self) -> tuple[str, ...]:
         """What is missing for which diagnosis."""
-        return wanting(self.session)
+        return missing_patches(self.session)
 
     @property
     def contrast(self) -> float | None:
@@ -128,6 +131,7 @@ class Inspection:
 
 def inspect_session(session: Session) -> Inspection:
     """Say of a session what can be said without a model; what it lacks is None, and named in ``wanting``."""
+    session, misread = left_out(session)
     white, black = mean_xyz(session, "white"), mean_xyz(session, "black")
     ramps = {name: ramp(session, name) for name in ("grey", *CHANNELS)}
     curves = {name: curve for name, each in ramps.items() if (curve := transfer(each, black)) is not None}
@@ -142,6 +146,7 @@ def inspect_session(session: Session) -> Inspection:
         steadiness=steadiness(session),
         calibration=calibration(session),
         uniformity=_uniformity(session),
+        misread=misread,
     )
 
 

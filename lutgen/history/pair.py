@@ -10,18 +10,16 @@ import numpy as np
 
 from lutgen.colorimetry import xy_to_uv, xyz_to_xyY
 from lutgen.errors import LutgenError
-from lutgen.history.bend import bend
-from lutgen.history.calibration import full_light_ratio
-from lutgen.history.course import FEWEST, Course, course, course_beside, shared
-from lutgen.history.five import five
+from lutgen.history.calibration import bend, full_light_ratio
+from lutgen.history.colour_points import colour_points
+from lutgen.history.drift import FEWEST_SHARED, Course, course, course_beside, shared, steadiness
 from lutgen.history.lines import line_shift
 from lutgen.history.patches import mean_xyz
-from lutgen.history.steadiness import steadiness
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
-    from lutgen.history.five import Five
-    from lutgen.readings.campaign import Entry
+    from lutgen.history.colour_points import ColourPoints
+    from lutgen.readings.campaign import CampaignEntry
 
 #: Words that a file's or a campaign's name of an instrument or display may hold and still say nothing.
 UNKNOWN = ("", "unknown", "color lcd", "generic pnp monitor", "default monitor", "display")
@@ -30,8 +28,22 @@ UNKNOWN = ("", "unknown", "color lcd", "generic pnp monitor", "default monitor",
 _SETTINGS = ("DISPLAY_TYPE_REFRESH", "DISPLAY_TYPE_BASE_ID", "CCMX_NAME", "CCSS_NAME")
 
 
+#: Facts of a pair that a cause moves or leaves, beside light and black, which the evidence weighs: colour of blue, of
+#: red or green, transfer curve, white over the sum of the primaries, and white over black.
+FACTS = ("blue", "colour", "curve", "sum", "contrast")
+
+#: From where on they have moved: Δu'v', ΔL*, a share, and a factor.
+COLOUR_MOVED, CURVE_MOVED, SUM_MOVED, CONTRAST_MOVED = 0.012, 3.0, 0.04, 1.8
+
+#: ΔL* of a curve at equal drive that is a change and not a chart's noise or its few levels, and one as strong as HDR's.
+BENT, STRONGLY_BENT = 2.5, 6.0
+
+#: What a calibration made anew may move and be no news: a channel's light, as a share.
+RECALIBRATED = 0.04
+
+
 @dataclass(frozen=True)
-class Pair:
+class SessionPair:
     """A session beside its reference.
 
     Attributes
@@ -40,22 +52,25 @@ class Pair:
         The reference and the session, with what the campaign says of them.
     days
         From the reference to the session; None: a date is missing.
+    misread
+        Sentences on readings that were left out of both, one each.
 
     """
 
-    before: Entry
-    after: Entry
+    before: CampaignEntry
+    after: CampaignEntry
     days: float | None
+    misread: tuple[str, ...] = ()
 
     @cached_property
-    def seen(self) -> tuple[Five, Five] | None:
-        """The five colours of both, the reference's as the session's calibration would show them.
+    def seen(self) -> tuple[ColourPoints, ColourPoints] | None:
+        """The colour points of both, the reference's as the session's calibration would show them.
 
         None: one is relative, or lacks white or a primary. Black is left out of both where one lacks it.
         """
         sessions = self.before.session, self.after.session
         black_too = all(mean_xyz(each, "black") is not None for each in sessions)
-        one, other = (five(each, black_too=black_too) for each in sessions)
+        one, other = (colour_points(each, black_too=black_too) for each in sessions)
         if one is None or other is None or not all(each.absolute for each in sessions):
             return None
         return one.with_gains(self.held_back), other
@@ -83,7 +98,10 @@ class Pair:
     @cached_property
     def drifts(self) -> tuple[Course, Course]:
         """Drift within the reference, and within the session."""
-        own = [course(each.session) for each in (self.before, self.after)]
+        steady = [steadiness(each.session) for each in (self.before, self.after)]
+        # One meter repeats alike in both sessions: what the other session's repeats differ by bounds its scatter.
+        known = [other.noise if other and not self.other_instrument else None for other in reversed(steady)]
+        own = [course(each, scatter) for each, scatter in zip(steady, known, strict=True)]
         if not own[1].ran_away and not own[0].ran_away:
             beside = course_beside(self.after.session, self.before.session)
             own[1] = beside or own[1]
@@ -93,7 +111,7 @@ class Pair:
     def unwatched(self) -> bool:
         """Whether light may have run away unseen: a session read no bright patch twice, and they share few."""
         sessions = self.before.session, self.after.session
-        few = shared(sessions[1], sessions[0])[0].size < FEWEST
+        few = shared(sessions[1], sessions[0])[0].size < FEWEST_SHARED
         return few and any(steadiness(each) is None for each in sessions)
 
     @cached_property
@@ -122,6 +140,70 @@ class Pair:
             return None
         one, other = (float(each.xyz()[3, 1] / each.leak[1]) for each in pair)
         return one, other
+
+    @cached_property
+    def moved(self) -> frozenset[str]:
+        """Those of ``FACTS`` that moved; none where white and primaries were not read in both."""
+        if self.seen is None:
+            return frozenset()
+        red, green, blue, _ = np.hypot(*self.shift.T)
+        before, after = self.additivity
+        ratio = np.log(self.contrast[1] / self.contrast[0]) if self.contrast else 0.0
+        moved = {
+            "blue": blue >= COLOUR_MOVED,
+            "colour": max(red, green) >= COLOUR_MOVED,
+            "curve": self.bend is not None and abs(self.bend) >= CURVE_MOVED,
+            "sum": abs(after - before) >= SUM_MOVED <= max(abs(after - 1.0), abs(before - 1.0)),
+            "contrast": abs(ratio) >= np.log(CONTRAST_MOVED),
+        }
+        return frozenset(fact for fact in FACTS if moved[fact])
+
+    def told(self, fact: str) -> str:
+        """Say by how much one of the facts in ``moved`` did."""
+        if fact == "sum":
+            return "white over red + green + blue went from {:.3f} to {:.3f}".format(*self.additivity)
+        if fact == "curve":
+            return f"the transfer curve moved by ΔL* {self.bend:+.1f}"
+        if fact == "contrast" and self.contrast:
+            return "contrast went from {:.0f} to {:.0f}".format(*self.contrast)
+        red, green, blue, _ = np.hypot(*self.shift.T)
+        return (
+            f"blue moved by Δu'v' {blue:.3f}" if fact == "blue" else f"a primary moved by Δu'v' {max(red, green):.3f}"
+        )
+
+    @cached_property
+    def largest_shift(self) -> float:
+        """Largest Δu'v' of a primary. Only where ``seen``."""
+        return float(np.hypot(*self.shift[:3].T).max())
+
+    @property
+    def named_alike(self) -> bool:
+        """Whether both files name the same display."""
+        one, other = self.before.session.display, self.after.session.display
+        return one == other and one.lower() not in UNKNOWN
+
+    @property
+    def bent(self) -> bool:
+        """Whether the display's own curves moved, as far as calibrations are known."""
+        return self.bend is not None and abs(self.bend) >= BENT
+
+    @property
+    def strongly_bent(self) -> bool:
+        """Whether they moved as HDR moves them."""
+        return self.bend is not None and abs(self.bend) >= STRONGLY_BENT
+
+    @property
+    def curves_of_files(self) -> bool:
+        """Whether curves moved as they are seen, and the display's own, behind the files' calibrations, did not."""
+        if not self.curves_known or self.bend is None or self.bend_as_seen is None:
+            return False
+        return abs(self.bend_as_seen) >= BENT > abs(self.bend)
+
+    @property
+    def recalibrated(self) -> bool:
+        """Whether the files' calibrations differ by more than one made anew, or say why curves moved."""
+        gains = self.curves_known and float(np.abs(self.held_back - 1.0).max()) >= RECALIBRATED
+        return gains or self.curves_of_files
 
     @cached_property
     def lines(self) -> float | None:
@@ -161,12 +243,12 @@ class Pair:
         return None if one is None or other is None else other - one
 
 
-def _both(pair: Pair) -> tuple[Five, Five]:
+def _both(pair: SessionPair) -> tuple[ColourPoints, ColourPoints]:
     if pair.seen is None:
         raise LutgenError(f"{pair.after.session.file}: white and primaries in cd/m² were not read in both sessions.")
     return pair.seen
 
 
-def _uv(colours: Five) -> Array:
+def _uv(colours: ColourPoints) -> Array:
     light = np.vstack([colours.channels, colours.channels.sum(axis=0) + colours.extra])
     return xy_to_uv(xyz_to_xyY(light)[:, :2])

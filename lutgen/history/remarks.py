@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import SRGB_XY, xy_to_uv, xyz_to_xyY
-from lutgen.history.clipping import clipping
-from lutgen.history.patches import CHANNELS
+from lutgen.history.patches import CHANNELS, mean_xyz, ramp, repeats, tip
+from lutgen.history.transfer import clipping
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from lutgen.colorimetry import Array
     from lutgen.history.calibration import Calibration
+    from lutgen.history.drift import Steadiness
     from lutgen.history.grey_tracking import GreyTracking
     from lutgen.history.inspect import Inspection
     from lutgen.history.primaries import Primaries
-    from lutgen.history.steadiness import Steadiness
     from lutgen.history.transfer import Transfer
     from lutgen.readings.session import Session
 
@@ -53,6 +53,7 @@ def remarks(found: Inspection) -> tuple[str, ...]:
     session = found.session
     return (
         *session.remarks,
+        *(f"Misread: {each}." for each in found.misread),
         *_steadiness(found.steadiness),
         *_black(session, found.white, found.black),
         *_additivity(found.additivity, found.black),
@@ -188,3 +189,60 @@ def _uniformity(found: tuple[float, float] | None) -> Iterator[str]:
         low, high = found
         word = "Uneven" if max(1.0 - low, high - 1.0) >= UNEVEN else "Even"
         yield f"{word}: over the screen white has {low:.0%} to {high:.0%} of the middle's luminance."
+
+
+#: Levels between black and full drive that a curve takes.
+FEWEST_LEVELS = 5
+
+#: Mixtures of the channels that crosstalk and loading take.
+FEWEST_MIXTURES = 8
+
+
+def missing_patches(session: Session) -> tuple[str, ...]:
+    """Say what is missing for which diagnosis, a sentence each, the gravest first."""
+    return tuple(sentence for missing, sentence in (*_patches(session), *_circumstances(session)) if missing)
+
+
+def _patches(session: Session) -> list[tuple[bool, str]]:
+    tips = [name for name in CHANNELS if tip(session, name) is None]
+    if mean_xyz(session, "white") is None:
+        tips.insert(0, "white")
+    short = [name for name in CHANNELS if ramp(session, name).drive.size <= FEWEST_LEVELS]
+    once = not any(rows.size > 1 for rows in repeats(session))
+    return [
+        (bool(tips), f"No {' or '.join(tips)} at full drive: no model of the display, no gamut, no additivity."),
+        (
+            mean_xyz(session, "black") is None,
+            "No black: no contrast, no black-level or ambient light, and γ is fitted without taking black off.",
+        ),
+        (once, "No patch was read twice: no noise, no drift within the session (warm-up, automatic brightness)."),
+        (
+            ramp(session, "grey").drive.size <= FEWEST_LEVELS,
+            f"Fewer than {FEWEST_LEVELS} greys below white: a coarse transfer curve, no drift of γ.",
+        ),
+        (bool(short), f"No ramp of {', '.join(short)}: a channel's own γ cannot be told from that of all."),
+        (
+            session.kinds.count("mixture") < FEWEST_MIXTURES,
+            "Hardly any mixtures: no crosstalk, no loading, and no check of the model where it is used.",
+        ),
+    ]
+
+
+def _circumstances(session: Session) -> list[tuple[bool, str]]:
+    return [
+        (
+            not session.absolute,
+            "No cd/m²: no fading of the backlight, no black level, no luminance to compare with other dates.",
+        ),
+        (
+            session.calibration is None,
+            "No calibration curves: what the panel did and what the calibration did cannot be told apart.",
+        ),
+        (
+            session.positions is None or not np.ptp(session.positions, axis=0).any(),
+            "One place on the screen: no edge fall-off, no uniformity.",
+        ),
+        (session.spectra is None, "No spectra: yellowing, phosphor wear and backlight decay are told by colour alone."),
+        (session.created is None, "No date: say it in the campaign file."),
+        (not session.instrument, "No instrument named: a change of meter could pass for aging."),
+    ]

@@ -10,14 +10,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.history.causes import causes
 from lutgen.history.verdicts import only, without
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lutgen.colorimetry import Array
-    from lutgen.history.pair import Pair
-    from lutgen.history.verdicts import Verdict
+    from lutgen.history.pair import SessionPair
+    from lutgen.history.verdicts import SessionVerdict
 
 #: A later session with this much more light shows that an earlier one's loss was no aging, natural logarithm.
 CAME_BACK = 0.05
@@ -30,25 +31,33 @@ LATE = 0.25
 FEWEST, STEADY, LEAST = 3, 0.02, 0.05
 
 
-def in_succession(pairs: Sequence[Pair], verdicts: Sequence[Verdict]) -> tuple[Verdict, ...]:
+def in_succession(pairs: Sequence[SessionPair], verdicts: Sequence[SessionVerdict]) -> tuple[SessionVerdict, ...]:
     """Return the verdicts, those that name aging revised by what came after, and by how steadily light was lost."""
-    said = list(verdicts)
+    revised = list(verdicts)
     still = [pair for pair, each in zip(pairs, verdicts, strict=True) if each.kind == "same"]
     for place, pair in enumerate(pairs):
-        if "aging" in said[place].names and len(said[place].names) > 1 and (later := _brighter_later(pair, pairs)):
-            said[place] = without(said[place], "aging", f"light came back by {later:+.0%} in a later session")
-        if {"aging", "brightness"} <= {*said[place].names} and (days := _lost_within(pair, still)):
-            said[place] = without(said[place], "aging", f"hardly any of that was lost until {days:.0f} days before")
-    steady = [place for place, each in enumerate(said) if "aging" in each.names and each.sure in {(), ("aging",)}]
-    calm = [place for place, each in enumerate(said) if each.kind == "same" and pairs[place].days is not None]
+        for name in _going("steady", revised[place]):
+            if len(revised[place].names) > 1 and (later := _brighter_later(pair, pairs)):
+                revised[place] = without(revised[place], name, f"light came back by {later:+.0%} in a later session")
+            elif _going("step", revised[place]) and (days := _lost_within(pair, still)):
+                revised[place] = without(
+                    revised[place], name, f"hardly any of that was lost until {days:.0f} days before"
+                )
+    steady = [place for place, each in enumerate(revised) if {*each.sure} <= {*_going("steady", each)} != set()]
+    calm = [place for place, each in enumerate(revised) if each.kind == "same" and pairs[place].days is not None]
     if len(steady) + len(calm) >= FEWEST and len(steady) > 1 and _is_steady([pairs[place] for place in steady + calm]):
         why = f"light was lost steadily over {len(steady) + len(calm) + 1} sessions, as no turned setting does"
         for place in steady:
-            said[place] = only(said[place], "aging", why)
-    return tuple(said)
+            revised[place] = only(revised[place], _going("steady", revised[place])[0], why)
+    return tuple(revised)
 
 
-def _light(pair: Pair) -> Array | None:
+def _going(way: str, verdict: SessionVerdict) -> tuple[str, ...]:
+    """Causes that a verdict names with which light goes so over many sessions."""
+    return tuple(name for name in verdict.names if causes()[name].over_time == way)
+
+
+def _light(pair: SessionPair) -> Array | None:
     """Logarithm of each channel's light over the reference's, (3,)."""
     if pair.seen is None:
         return None
@@ -56,7 +65,7 @@ def _light(pair: Pair) -> Array | None:
     return np.asarray(np.log(after.channels[:, 1] / before.channels[:, 1]))
 
 
-def _brighter_later(pair: Pair, pairs: Sequence[Pair]) -> float:
+def _brighter_later(pair: SessionPair, pairs: Sequence[SessionPair]) -> float:
     """By how much light came back after a session, as a share; 0 where it did not, or time is not known."""
     mine = _light(pair)
     if mine is None or pair.days is None:
@@ -68,7 +77,7 @@ def _brighter_later(pair: Pair, pairs: Sequence[Pair]) -> float:
     return float(np.expm1(gain)) if gain >= CAME_BACK else 0.0
 
 
-def _lost_within(pair: Pair, still: Sequence[Pair]) -> float:
+def _lost_within(pair: SessionPair, still: Sequence[SessionPair]) -> float:
     """Days in which most of a session's loss came, where one without change is nearer to it than the reference is."""
     mine = _light(pair)
     if mine is None or pair.days is None or pair.days <= 0:
@@ -82,7 +91,7 @@ def _lost_within(pair: Pair, still: Sequence[Pair]) -> float:
     return 0.0
 
 
-def _is_steady(pairs: Sequence[Pair]) -> bool:
+def _is_steady(pairs: Sequence[SessionPair]) -> bool:
     """Whether every channel's light follows a straight line through the reference, falling, in the logarithm."""
     days = np.array([pair.days if pair.days is not None else np.nan for pair in pairs])
     light = [_light(pair) for pair in pairs]

@@ -1,23 +1,24 @@
-"""What the evidence on two sessions allows to say: one cause, rivals that nothing tells apart, two at once, or none."""
+"""What the evidence on two sessions allows to say: one cause, rivals that nothing tells apart, two at once, or none.
+
+All that is known of a cause is what its file in ``causes`` declares; this module names none.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.history.bend import DARKEST
 from lutgen.history.causes import causes
-from lutgen.history.causes.aging import LONG, may_have_dimmed
-from lutgen.history.causes.hdr import NOT_ADDITIVE, hdr_signs
 from lutgen.history.patches import CHANNELS
+from lutgen.history.transfer import DARKEST
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
-    from lutgen.history.pair import Pair
-    from lutgen.history.separate import Explained
+    from lutgen.history.explain import Hypothesis
+    from lutgen.history.pair import SessionPair
 
 #: Verdict → what it means.
 KINDS = {
@@ -34,27 +35,14 @@ RIVAL = 3.0
 #: χ² of the best explanation from which it explains nothing: fifteen numbers, less what is fitted.
 MISFIT = 45.0
 
-#: ΔL* of a curve at equal drive that is a change and not a chart's noise or its few levels.
-BENT = 2.5
-
-#: ... and one as strong as HDR's.
-STRONGLY_BENT = 6.0
-
-#: Change of all light, in natural logarithms, that a wrong correction alone hardly makes.
-LEAP = 0.15
-
-#: Δu'v' by which aging moves a primary at most: twice that of the paper's display.
-AGING_COLOUR = 0.01
-
 #: Change of white over the sum of the primaries that is worth telling.
-SUM_MOVED = 0.02
+SUM_TOLD = 0.02
 
-#: What a calibration made anew may move and be no news: a channel's light, as a share.
-RECALIBRATED = 0.04
+_NOT_READ = "white or a primary at full drive was not read in both, or not in cd/m²"
 
 
 @dataclass(frozen=True)
-class Verdict:
+class SessionVerdict:
     """A verdict on one session.
 
     Attributes
@@ -85,149 +73,124 @@ class Verdict:
     sure: tuple[str, ...] = ()
 
 
-def without(said: Verdict, name: str, why: str) -> Verdict:
+def without(verdict: SessionVerdict, name: str, why: str) -> SessionVerdict:
     """Return the verdict without a cause that something else refutes."""
-    left = tuple(each for each in said.names if each != name)
-    return _made("one-of" if len(left) > 1 else "named", left, (*said.evidence, why), said.sure)
+    left = tuple(each for each in verdict.names if each != name)
+    return _verdict("one-of" if len(left) > 1 else "named", left, (*verdict.evidence, why), verdict.sure)
 
 
-def only(said: Verdict, name: str, why: str) -> Verdict:
+def only(verdict: SessionVerdict, name: str, why: str) -> SessionVerdict:
     """Return the verdict with one cause alone, which something else proves."""
-    return _made("named", (name,), (*said.evidence, why))
+    return _verdict("named", (name,), (*verdict.evidence, why))
 
 
-def pronounce(pair: Pair, found: Sequence[Explained]) -> Verdict:
-    """Weigh what was seen beside the five colours, and then the explanations of these, the best first."""
-    seen = {name: said for name, cause in causes().items() if (said := cause.seen(pair))}
-    if not found:
-        grounds = tuple(seen.values()) or ("white or a primary at full drive was not read in both, or not in cd/m²",)
-        return _made("named" if len(seen) == 1 else "unclear", tuple(seen), grounds)
-    return _seen_beside(pair, seen) or _weighed(pair, found, seen)
+def pronounce(pair: SessionPair, found: Sequence[Hypothesis]) -> SessionVerdict:
+    """Weigh proofs first, then the explanations of white, primaries and black, the best first."""
+    verdict = _proven(pair) or (_weighed(pair, found) if found else _by_signs(pair))
+    for name, cause in causes().items():
+        if happened := cause.beside(pair):
+            verdict = _with(verdict, name, happened)
+    return verdict
 
 
-def _seen_beside(pair: Pair, seen: Mapping[str, str]) -> Verdict | None:
-    """Return the verdict where something beside the five colours says it all: the gravest first."""
-    if "drift" in seen:
-        return _made("named", ("drift",), (seen["drift"], "levels of this pair are uncertain by as much"))
-    if pair.other_display:
-        return _made("named", ("another-display",), (seen["another-display"], *_facts(pair)))
-    if "hdr" in seen:
-        additive = abs(pair.additivity[1] - pair.additivity[0]) < NOT_ADDITIVE
-        other = "another-display" in seen and additive and not _named_alike(pair)
-        names = ("hdr", *(["another-display"] if other else []), *(["drift"] if _may_have_drifted(pair) else []))
-        return _made("one-of" if len(names) > 1 else "named", names, (seen["hdr"], *_records(pair)))
-    if "instrument" in seen:
-        return _made("named", ("instrument",), (seen["instrument"], *_facts(pair)))
-    return None
+def _proven(pair: SessionPair) -> SessionVerdict | None:
+    """Return the verdict where something proves a cause, with the causes that could have moved as much."""
+    proofs = {name: proof for name, cause in causes().items() if (proof := cause.proof(pair))}
+    if not proofs:
+        return None
+    first = min(proofs, key=lambda name: causes()[name].rank)
+    rivals = () if causes()[first].alone else tuple(name for name in _able(pair) if name != first)
+    return _one_of((first, *rivals), (proofs[first], *_facts(pair), *_records(pair)))
 
 
-def _weighed(pair: Pair, found: Sequence[Explained], seen: Mapping[str, str]) -> Verdict:
-    best = found[0]
-    near = [each for each in found if best.weight - each.weight < RIVAL]
+def _able(pair: SessionPair) -> list[str]:
+    """Causes that may move all facts that moved, and that the records leave open."""
+    known = causes().items() if pair.moved else ()
+    return [name for name, cause in known if cause.moves >= pair.moved and cause.possible(pair)]
+
+
+def _by_signs(pair: SessionPair) -> SessionVerdict:
+    """Return the verdict where white and primaries were not read: whatever speaks for a cause names it."""
+    signs = _signs(pair)
+    return _verdict("named" if len(signs) == 1 else "unclear", tuple(signs), tuple(signs.values()) or (_NOT_READ,))
+
+
+def _signs(pair: SessionPair) -> dict[str, str]:
+    return {name: sign for name, cause in causes().items() if (sign := cause.sign(pair))}
+
+
+def _weighed(pair: SessionPair, found: Sequence[Hypothesis]) -> SessionVerdict:
+    near = [each for each in found if found[0].weight - each.weight < RIVAL]
     simplest = min(len(each.names) for each in near)
     rivals = [each for each in near if len(each.names) == simplest]
-    names = tuple(dict.fromkeys(name for each in rivals for name in each.names))
-    if _dimmed_or_aged(pair, rivals):
-        names = (*names, "aging")
-    curves, facts = _curves(pair), (*_facts(pair), *_records(pair))
+    signs = _signs(pair)
+    facts = (*signs.values(), *_facts(pair), *_records(pair))
     if simplest and rivals[0].fit.chi2 > MISFIT:
-        names = ("another-display", "instrument") if "another-display" in seen else ()
-        return _made("one-of" if names else "unclear", names, (*seen.values(), *facts))
-    if "instrument" in names and "another-display" in seen:
-        facts = (seen["another-display"], *facts)
-        names = (*names, "another-display") if simplest == 1 else ("another-display", *names)
-        return _made("one-of", names, facts)
+        names = tuple(dict.fromkeys((*signs, *_able(pair)))) if signs else ()
+        return _one_of(names, facts) if names else _verdict("unclear", (), facts)
+    names = tuple(dict.fromkeys(name for each in rivals for name in each.names))
+    mistaken = _mistaken(pair, rivals, names)
+    bends = tuple(name for name, cause in causes().items() if cause.bends(pair))
+    if simplest < 2 and set(mistaken) & set(signs):
+        return _one_of((*names, *mistaken), facts)
     if simplest < 2:
-        likely = (*names, *(name for name in _beside_instrument(pair, rivals) if name not in names))
-        return _joined(likely, curves, facts)
-    return _at_once(pair, rivals, (*names, *(name for name in curves if name not in names)), facts)
-
-
-def _beside_instrument(pair: Pair, rivals: Sequence[Explained]) -> tuple[str, ...]:
-    """Name what else may be where an instrument would have changed all light: a setting; aging; another panel."""
-    values = {name: float(value[0]) for each in rivals for name, value in each.fit.values.items()}
-    if pair.other_instrument or not {"gauge", "step"} & {*values}:
-        return ()
-    if abs(values.get("step", 0.0)) >= LEAP:
-        return ("brightness",) if _named_alike(pair) else ("brightness", "another-display")
-    change = values.get("gauge")
-    if change is None:
-        return ()
-    lost = change < 0 if pair.days is None or pair.days > 0 else change > 0
-    return ("brightness", "aging") if lost and (pair.days is None or abs(pair.days) >= LONG) else ("brightness",)
-
-
-def _at_once(pair: Pair, rivals: Sequence[Explained], names: tuple[str, ...], facts: tuple[str, ...]) -> Verdict:
-    """Name two causes at once; where several pairs of causes do, those that are in all of them for certain."""
-    if "instrument" in names and _may_age(pair):
-        return _made("one-of", (*names, *({"aging"} - {*names})), facts)
-    if "instrument" in names and not _named_alike(pair):
-        return _made("one-of", (*names, "another-display"), facts)
-    doubtful = {"brightness"} if _dimmed_or_aged(pair, rivals) else set()
-    if len(rivals) == 1 and not doubtful:
-        return _made("several", names, facts)
+        return _joined((*names, *mistaken), bends, facts)
+    doubtful = {name for parameter in mistaken.values() for name in names if parameter in _parameters(name)}
     sure = tuple(name for name in names if name not in doubtful and all(name in each.names for each in rivals))
-    return _made("one-of", (*sure, *(name for name in names if name not in sure)), facts, sure)
+    names = (*names, *(name for name in (*mistaken, *bends) if name not in names))
+    if len(rivals) == 1 and not mistaken:
+        return _verdict("several", names, facts)
+    return _verdict("one-of", (*sure, *(name for name in names if name not in sure)), facts, sure)
 
 
-def _dimmed_or_aged(pair: Pair, rivals: Sequence[Explained]) -> bool:
-    """Whether all light fell by one factor as a turned setting makes it, and as a backlight's age does as well."""
-    dimmed = [each.fit.values for each in rivals if "brightness" in each.names]
-    if not dimmed or pair.other_settings or any("aging" in each.names for each in rivals):
-        return False
-    return all("gains" not in values and may_have_dimmed(float(values["scale"][0]), pair) for values in dimmed)
+def _mistaken(pair: SessionPair, rivals: Sequence[Hypothesis], names: tuple[str, ...]) -> dict[str, str]:
+    """Causes that may be mistaken for those of a hypothesis → the parameter whose change they may have made."""
+    found = {}
+    for name, cause in causes().items():
+        parameters = [cause.rival(each.names, each.fit.values, pair) for each in rivals]
+        if name not in names and any(parameters):
+            found[name] = next(filter(None, parameters))
+    return found
 
 
-def _may_have_drifted(pair: Pair) -> bool:
-    """Whether a sum of the primaries that is off may come of light that ran away unseen between their readings."""
-    return len(hdr_signs(pair)) == 1 and pair.unwatched
+def _parameters(name: str) -> set[str]:
+    return {parameter for way in causes()[name].ways for parameter in way}
 
 
-def _joined(names: tuple[str, ...], curves: tuple[str, ...], facts: tuple[str, ...]) -> Verdict:
-    """Put together what the five colours and what the curves name."""
+def _one_of(names: tuple[str, ...], evidence: tuple[str, ...]) -> SessionVerdict:
+    return _verdict("one-of" if len(names) > 1 else "named", names, evidence)
+
+
+def _with(verdict: SessionVerdict, name: str, happened: str) -> SessionVerdict:
+    """Return the verdict with a cause that happened for certain beside what it names."""
+    evidence = (happened, *verdict.evidence)
+    if verdict.kind == "same":
+        return _verdict("named", (name,), evidence)
+    if not verdict.names:
+        return replace(verdict, evidence=evidence)
+    certain = verdict.names if verdict.kind in {"named", "several"} else verdict.sure
+    sure = (name, *certain)
+    names = (*sure, *(each for each in verdict.names if each not in sure))
+    return _verdict("several", names, evidence) if names == sure else _verdict("one-of", names, evidence, sure)
+
+
+def _joined(names: tuple[str, ...], curves: tuple[str, ...], facts: tuple[str, ...]) -> SessionVerdict:
+    """Put together what white, primaries and black name, and what the curves do."""
     if not names and not curves:
-        return _made("same", (), facts)
+        return _verdict("same", (), facts)
     if not names or not curves:
         names = names or curves
-        return _made("one-of" if len(names) > 1 else "named", names, facts)
+        return _verdict("one-of" if len(names) > 1 else "named", names, facts)
     if set(names) & set(curves):
         names = tuple(name for name in names if name in curves)
-        return _made("one-of" if len(names) > 1 else "named", names, facts)
-    return _made("several" if len(names) == len(curves) == 1 else "one-of", (*names, *curves), facts)
+        return _verdict("one-of" if len(names) > 1 else "named", names, facts)
+    return _verdict("several" if len(names) == len(curves) == 1 else "one-of", (*names, *curves), facts)
 
 
-def _curves(pair: Pair) -> tuple[str, ...]:
-    """Name what bends curves, or loads other ones, without touching the five colours more than they show."""
-    if pair.curves_known and float(np.abs(pair.held_back - 1.0).max()) >= RECALIBRATED:
-        return ("calibration",)
-    if _curves_of_files(pair):
-        return ("calibration",)
-    if pair.bend is None or abs(pair.bend) < BENT:
-        return ()
-    other = ("hdr",) if abs(pair.bend) >= STRONGLY_BENT else ()
-    return ("brightness", *other) if pair.curves_known else ("calibration", "brightness", *other)
-
-
-def _curves_of_files(pair: Pair) -> bool:
-    """Whether curves moved as they are seen, and the display's own, behind the files' calibrations, did not."""
-    if not pair.curves_known or pair.bend is None or pair.bend_as_seen is None:
-        return False
-    return abs(pair.bend_as_seen) >= BENT > abs(pair.bend)
-
-
-def _may_age(pair: Pair) -> bool:
-    """Whether primaries moved over so long a time, and by so little, that the panel's own aging may have done it."""
-    small = float(np.hypot(*pair.shift[:3].T).max()) < AGING_COLOUR
-    return small and (pair.days is None or abs(pair.days) >= LONG)
-
-
-def _named_alike(pair: Pair) -> bool:
-    return bool(pair.before.session.display) and pair.before.session.display == pair.after.session.display
-
-
-def _made(kind: str, names: tuple[str, ...], evidence: tuple[str, ...], sure: tuple[str, ...] = ()) -> Verdict:
+def _verdict(
+    kind: str, names: tuple[str, ...], evidence: tuple[str, ...], sure: tuple[str, ...] = ()
+) -> SessionVerdict:
     known = causes()
-    whose = {known[name].whose for name in names}
     meanings = [known[name].meaning for name in names]
     if kind == "same":
         sentence = "Nothing changed beyond what two sessions of an unchanged display differ by."
@@ -240,18 +203,14 @@ def _made(kind: str, names: tuple[str, ...], evidence: tuple[str, ...], sure: tu
         sentence = f"It looks as if {' and '.join(certain)}; and besides, {' or '.join(rest)}."
     else:
         sentence = f"It looks as if {' or '.join(meanings)}."
-    if kind == "same" or (names and not whose & {"display", "campaign"} and "hdr" not in names):
-        display = "unchanged"
-    elif kind == "named" and names == ("aging",):
-        display = "changed"
-    else:
-        display = "cannot tell"
+    displays = {known[name].display for name in names} or {"unchanged"}
+    told = kind != "unclear" and len(displays) == 1 and (displays == {"unchanged"} or kind == "named")
     tests = tuple(known[name].test for name in names) if kind in {"one-of", "several"} or len(names) == 1 else ()
-    return Verdict(kind, names, sentence, evidence, tests, display, sure)
+    return SessionVerdict(kind, names, sentence, evidence, tests, displays.pop() if told else "cannot tell", sure)
 
 
-def _facts(pair: Pair) -> tuple[str, ...]:
-    """Say by how much the five colours and the curves moved."""
+def _facts(pair: SessionPair) -> tuple[str, ...]:
+    """Say by how much white, primaries and the curves moved."""
     if pair.seen is None:
         return ()
     before, after = pair.seen
@@ -267,9 +226,9 @@ def _facts(pair: Pair) -> tuple[str, ...]:
     if pair.bend is not None:
         whose = "the display's own curves" if pair.curves_known else "curves"
         facts.append(f"{whose} within ΔL* {abs(pair.bend):.1f} above L* {DARKEST:g}")
-    if _curves_of_files(pair):
+    if pair.curves_of_files:
         facts.append(f"with the calibrations in the files, which differ, curves moved by ΔL* {pair.bend_as_seen:+.1f}")
-    if abs(pair.additivity[1] - pair.additivity[0]) >= SUM_MOVED:
+    if abs(pair.additivity[1] - pair.additivity[0]) >= SUM_TOLD:
         facts.append(f"white over red + green + blue {pair.additivity[0]:.3f} → {pair.additivity[1]:.3f}")
     if pair.curves_known and np.abs(pair.held_back - 1.0).max() >= 0.002:
         held = ", ".join(f"{name} ×{value:.3f}" for name, value in zip(CHANNELS, pair.held_back, strict=True))
@@ -277,7 +236,7 @@ def _facts(pair: Pair) -> tuple[str, ...]:
     return tuple(facts)
 
 
-def _records(pair: Pair) -> tuple[str, ...]:
+def _records(pair: SessionPair) -> tuple[str, ...]:
     light = pair.more_room_light
     said = f"the campaign says {light:+g} lx" if light else ""
     return tuple(part for part in (pair.other_instrument, pair.other_settings, said) if part)

@@ -6,9 +6,9 @@ may be relative, and may lack white, black or primaries. What it lacks is said b
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
+    from lutgen.readings.campaign import Campaign
+    from lutgen.readings.table import Measurements
 
 #: Kinds of patches, by their drive: the tips, the middle of the cube, and mixtures.
 KINDS = ("white", "black", "grey", "red", "green", "blue", "mixture")
@@ -37,7 +39,7 @@ LOWEST, HIGHEST_CD_M2, HIGHEST_RELATIVE = -1.0, 1e5, 10.0
 
 @dataclass(frozen=True)
 class Session:
-    """The readings of one session, in the order of the file, which is taken for that of reading.
+    """The readings of one session, in the order of the file.
 
     Attributes
     ----------
@@ -55,6 +57,12 @@ class Session:
         Name of the file's format, for people.
     positions
         Where on the screen, (n, 2) as shares from the left and the top; None: nobody said.
+    conditions
+        Other columns of conditions (``ambient_lx``, …) that the file has, each of shape (n,).
+    order
+        Numbers that grow with the time of reading, (n,); None: nobody wrote it down, and rows may be sorted.
+    notes
+        A note on each reading, "lens cap" for one; empty where the file has none.
     spectra, wavelengths
         Spectral radiance as the file gives it, (n, k), and nanometres, (k,); or None.
     calibration
@@ -80,6 +88,9 @@ class Session:
     lines: NDArray[np.int64]
     form: str
     positions: Array | None = None
+    conditions: Mapping[str, Array] = field(default_factory=dict)
+    order: Array | None = None
+    notes: tuple[str, ...] = ()
     spectra: Array | None = None
     wavelengths: Array | None = None
     calibration: Array | None = None
@@ -114,6 +125,26 @@ class Session:
         if rows.any():
             message = f"{self.file}, line {int(self.lines[np.argmax(rows)])}: {why}. Correct the row, or delete it."
             raise LutgenError(message)
+
+    def without(self, rows: NDArray[np.int64]) -> Session:
+        """Return the session without some of its readings."""
+        kept = np.setdiff1d(np.arange(len(self.drive)), rows)
+        arrays = {name: getattr(self, name) for name in ("drive", "xyz", "lines", "positions", "spectra", "order")}
+        fields: dict[str, Any] = {name: values[kept] for name, values in arrays.items() if values is not None}
+        fields["conditions"] = {name: values[kept] for name, values in self.conditions.items()}
+        for name, texts in (("names", self.names), ("notes", self.notes)):
+            fields[name] = tuple(texts[row] for row in kept) if texts else ()
+        return replace(self, **fields)
+
+    def campaign(self) -> Campaign:
+        """Return the campaign of this session alone."""
+        from lutgen.readings.campaign import campaign_of, entry_of
+
+        return campaign_of([entry_of(self)], file=self.file)
+
+    def measurements(self) -> Measurements:
+        """Return the readings as those of a display at hour 0. Raises LutgenError as :meth:`Campaign.measurements`."""
+        return self.campaign().measurements()
 
     @property
     def xyz_cd_m2(self) -> Array:

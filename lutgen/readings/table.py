@@ -17,7 +17,7 @@ from lutgen.readings.conditions import COLUMNS, CONDITIONS
 from lutgen.readings.rest import Rest, is_tip, middle, rest_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from numpy.typing import ArrayLike, NDArray
 
@@ -66,8 +66,12 @@ class Measurements:
         The line of the file that each reading came from, shape (n,).
     metadata
         The ``# key: value`` lines.
+    remarks
+        What reading the file had to decide or left alone, in sentences.
     file, sha256
         Where the readings came from, as the user named it, and the hash of those bytes.
+    files
+        The file of each reading, where ``file`` lists or holds several; else empty.
 
     """
 
@@ -84,6 +88,8 @@ class Measurements:
     order: Array | None = None
     constants: Mapping[str, float] = field(default_factory=dict)
     calibration: Array | None = None
+    remarks: tuple[str, ...] = ()
+    files: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse what no display does: values out of range, unsorted hours, tips that are missing or swapped."""
@@ -103,6 +109,19 @@ class Measurements:
         constants = {name: value for name, value in self.constants.items() if name not in self.conditions}
         object.__setattr__(self, "conditions", varying)
         object.__setattr__(self, "constants", constants | said)
+
+    def file_of(self, row: int) -> str:
+        """Name the file that a reading came from."""
+        return self.files[row] if self.files else self.file
+
+    def places(self, rows: Iterable[int]) -> str:
+        """Name readings by their lines: "lines 3, 4"; of several files, "a.ti3, line 3; b.ti3, line 4"."""
+        lines: dict[str, list[int]] = {}
+        for row in rows:
+            lines.setdefault(self.file_of(row), []).append(int(self.lines[row]))
+        numbers = {file: ", ".join(map(str, sorted(each))) for file, each in lines.items()}
+        listed = {file: f"line{'s' if len(lines[file]) > 1 else ''} {text}" for file, text in numbers.items()}
+        return "; ".join(f"{Path(file).name}, {text}" if self.files else text for file, text in listed.items())
 
     def with_light(self, xyz_cd_m2: Array) -> Measurements:
         """Return the same readings of other light, (n, 3), cd/m², unchecked: as a simulation has them."""
@@ -197,7 +216,7 @@ def in_any_order(**columns: Any) -> Measurements:
 
 
 #: Fields of ``Measurements`` that have one entry a reading.
-_BY_READING = {"hours", "drive", "xyz_cd_m2", "lines", "conditions", "session", "note", "order"}
+_BY_READING = {"hours", "drive", "xyz_cd_m2", "lines", "conditions", "session", "note", "order", "files"}
 
 
 def _placed(values: Any, place: NDArray[np.intp]) -> Any:
@@ -316,10 +335,10 @@ def _check_repeated_hour(readings: Measurements, counts: dict[float, tuple[int, 
 def _refuse(readings: Measurements, bad: ArrayLike, why: str) -> None:
     if np.any(bad):
         wrong = np.flatnonzero(bad)
-        first = int(wrong[np.argmin(readings.lines[wrong])])
+        first = int(wrong[0] if readings.files else wrong[np.argmin(readings.lines[wrong])])
         message = f"{_where(readings, first)}: {why}."
         raise LutgenError(message)
 
 
 def _where(readings: Measurements, row: int) -> str:
-    return f"{readings.file}, line {int(readings.lines[row])}"
+    return f"{readings.file_of(row)}, line {int(readings.lines[row])}"

@@ -14,7 +14,7 @@ from lutgen.bake.formats import format_named
 from lutgen.bake.lut import MatrixLut, Sampler
 from lutgen.colorimetry import D65, code_to_linear, linear_to_xyz
 from lutgen.lint.finding import ARGYLL, REFUSES
-from lutgen.readings.sessions import read_session
+from lutgen.readings import read_session
 from tests.consumers import TIMEOUT, Claim, Consumer, Job, Unavailable, first_line, program, read_image, run
 from tests.consumers._claims import aged, beyond, colours, converted, profile_in, unlike
 from tests.profile_cases import CASES

@@ -15,15 +15,15 @@ from typing import TYPE_CHECKING
 
 from scipy.stats import binomtest
 
-from lutgen.history.separate import separate
-from lutgen.readings.campaign import read_campaign
+from lutgen.history.explain import explain
+from lutgen.readings import read_campaign
 from tests.virtual_sessions.campaigns import write
 from tests.virtual_sessions.causes import SIZES, case
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lutgen.history.verdicts import Verdict
+    from lutgen.history.verdicts import SessionVerdict
 
 OUTCOMES = ("alone", "among rivals", "unclear", "wrong")
 
@@ -33,11 +33,11 @@ def outcome(cause: str, size: float, seed: int) -> str:
     made = case(cause, size, seed)
     with TemporaryDirectory() as folder:
         path = write(Path(folder), [made.before, made.after], [0, made.days])
-        (found,) = separate(read_campaign(path), reference="0.txt").verdicts
+        (found,) = explain(read_campaign(path), reference="0.txt").verdicts
     return judged(found, made.label)
 
 
-def judged(found: Verdict, label: str) -> str:
+def judged(found: SessionVerdict, label: str) -> str:
     """Hold a verdict against what was simulated."""
     names = found.names if found.kind != "same" else ("same",)
     if not names:

@@ -26,6 +26,7 @@ SIZES: dict[str, tuple[float, ...]] = {
     "drift": (0.03, 0.06, 0.15),
     "aging": (0.1, 0.25, 0.5),
     "another-display": (0.0,),
+    "gamut-mode": (0.1, 0.2),
 }
 
 #: What a verdict calls them.
@@ -51,7 +52,7 @@ def case(cause: str, size: float, seed: int) -> Case:
     usual = State(brightness=float(np.exp(rng.normal(0.0, 0.005))))
     state = _state(cause, size, made, rng)
     again = replace(state, brightness=state.brightness * float(np.exp(rng.normal(0.0, 0.005))))
-    other = panel(rng) if cause == "another-display" else made
+    other = panel(rng) if cause == "another-display" else _mixed(made, size) if cause == "gamut-mode" else made
     one = read(made, usual, code, rng, noise=noise, floor=floor)
     two = read(other, again, code, rng, noise=noise, floor=floor)
     days = int(rng.integers(200, 2000)) if cause in {"aging", "another-display"} or rng.random() < 0.5 else 0
@@ -83,6 +84,12 @@ def _state(cause: str, size: float, made: Panel, rng: np.random.Generator) -> St
         "aging": State(aged=fallen, yellowed=1.0 - 0.02 * size * np.array([0.0, 0.2, 1.0])),
     }
     return states.get(cause, State())
+
+
+def _mixed(made: Panel, size: float) -> Panel:
+    """A panel whose preset mixes each primary from all three, as sRGB is shown on a wider gamut; white stays."""
+    share = size * np.array([[0.0, 0.7, 0.3], [0.5, 0.0, 0.2], [0.05, 0.3, 0.0]])
+    return replace(made, channels=(np.eye(3) + share - np.diag(share.sum(axis=0))).astype(float) @ made.channels)
 
 
 def _correction(size: float, made: Panel, rng: np.random.Generator) -> Array:

@@ -18,17 +18,17 @@ if TYPE_CHECKING:
 
 
 @click.command(name="inspect", cls=Command, section=Section.REAL_DISPLAYS, place=1)
-@click.argument("files", metavar="SESSION...", nargs=-1, required=True)
+@click.argument("files", metavar="DATA...", nargs=-1, required=True)
 @json_option
 @click.option("--plots", metavar="DIR", help="Draw one page for each session into this folder.")
 @click.option("--force", is_flag=True, help="Replace files that exist.")
 def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, force: bool) -> None:
     """Show what sessions of real displays contain: white, black, curves, drift, calibration, and what is missing.
 
-    SESSION is the output of a measuring program: ArgyllCMS or DisplayCAL .ti3, an ICC profile that carries a .ti3,
-    other CGATS, a CSV of patches, DisplayCAL's uniformity table; or a campaign file (.toml), for all its sessions. No
-    model is needed. γ is the least-squares slope of log luminance, with black subtracted, between 10 and 90 % of code.
-    Ends with 0 whatever the result is.
+    DATA is the output of a measuring program: ArgyllCMS or DisplayCAL .ti3, an ICC profile that carries a .ti3, other
+    CGATS, a CSV of patches, DisplayCAL's uniformity table; or what holds several sessions: a campaign file (.toml), a
+    table of readings (.csv) with hours, a folder. No model is needed. γ is the least-squares slope of log luminance,
+    with black subtracted, between 10 and 90 % of code. Ends with 0 whatever the result is.
 
     \b
     Example:
@@ -62,12 +62,8 @@ def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, f
 
 
 def _sessions(files: tuple[str, ...]) -> Iterator[Session]:
-    """Read the files, one after the other; a campaign gives all its sessions."""
-    from lutgen.readings.campaign import read_campaign
-    from lutgen.readings.sessions import read_session
+    """Read the files, one after the other; a campaign, a folder and a table with hours give all their sessions."""
+    from lutgen.readings import read_campaign
 
     for file in files:
-        if file.lower().endswith(".toml"):
-            yield from (entry.session for entry in read_campaign(file).entries)
-        else:
-            yield read_session(file)
+        yield from (entry.session for entry in read_campaign(file).entries)

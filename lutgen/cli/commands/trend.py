@@ -8,11 +8,15 @@ from lutgen.cli.command import Command, Section
 from lutgen.cli.outputs import check_json, check_new_file, print_page, write_json
 from lutgen.cli.picture_options import json_option
 from lutgen.cli.shared import progress_bar
+from lutgen.errors import LutgenError
 from lutgen.names import DRIFT, LIMIT_SETS, TG18_SECONDARY
+
+#: A screen that reflects more shows no image.
+MOST_AMBIENT = 1000.0
 
 
 @click.command(cls=Command, section=Section.REAL_DISPLAYS, place=3)
-@click.argument("campaign", metavar="CAMPAIGN")
+@click.argument("files", nargs=-1, required=True, metavar="DATA...")
 @click.option(
     "--limits",
     "sets",
@@ -23,15 +27,24 @@ from lutgen.names import DRIFT, LIMIT_SETS, TG18_SECONDARY
 @click.option(
     "--limit", "own", metavar="TEXT", multiple=True, help="Your own, such as white>=200, white>=80%, contrast>=300."
 )
+@click.option(
+    "--ambient",
+    type=float,
+    default=0.0,
+    metavar="CD_M2",
+    help="Luminance that the room adds to the screen, where sessions were read without it: for contrast, the DICOM "
+    "curve, and the room's light over black [default: 0].",
+)
 @click.option("--all-sessions", is_flag=True, help="Use all sessions, also those in which a setting changed.")
 @click.option("--plot", metavar="FILE", help="Draw figures, laws and limits (.png).")
 @json_option
 @click.option("--force", is_flag=True, help="Replace files that exist.")
 def command(
     *,
-    campaign: str,
+    files: tuple[str, ...],
     sets: tuple[str, ...],
     own: tuple[str, ...],
+    ambient: float,
     all_sessions: bool,
     plot: str | None,
     json_to: str | None,
@@ -39,8 +52,9 @@ def command(
 ) -> None:
     """Follow a display over its sessions, and say when it will pass each limit.
 
-    CAMPAIGN is a campaign file (lutgen sessions init). The report follows white, black, contrast, primaries and γ, and
-    chooses the law of decay by evidence (AICc). A time after the last session is an extrapolation and marked as one;
+    DATA is a campaign file (lutgen sessions init), sessions of any format with their dates, a folder of them, or a
+    table of readings (.csv) with hours. The report follows white, black, contrast, primaries and γ, and
+    weighs all laws of decay by their evidence. A time after the last session is an extrapolation and marked as one;
     intervals are 90 %. Sessions in which a setting or the instrument changed are left out. Ends with 0 whatever the
     result is.
 
@@ -50,17 +64,22 @@ def command(
       lutgen trend examples/campaign/campaign.toml --limit 'white>=80%' --plot trend.png --json trend.json
     """
     from lutgen.history.limits import limits_of, parse_limit
-    from lutgen.history.trend import trend
-    from lutgen.history.trend_json import trend_as_json
-    from lutgen.readings.campaign import read_campaign
+    from lutgen.history.trend import trend, trend_as_json
+    from lutgen.readings import read_campaign
     from lutgen.report.history.campaign import trend_page
 
+    if not 0 <= ambient <= MOST_AMBIENT:
+        raise LutgenError(
+            f"--ambient {ambient:g}: luminance of the dark screen in the lit room, 0 to {MOST_AMBIENT:g} cd/m²."
+        )
     alone = check_json(json_to, force=force)
     path = check_new_file(plot, force=force, suffixes=(".png",)) if plot else None
     chosen = sets or (() if own else (TG18_SECONDARY, DRIFT))
     limits = [*(limit for name in chosen for limit in limits_of(name)), *(parse_limit(text) for text in own)]
     with progress_bar("following", quiet=alone) as progress:
-        result = trend(read_campaign(campaign), limits, all_sessions=all_sessions, progress=progress)
+        result = trend(
+            read_campaign(*files), limits, all_sessions=all_sessions, ambient_cd_m2=ambient, progress=progress
+        )
     if path:
         from lutgen.report.history.campaign import plot_trend
 

@@ -1,6 +1,8 @@
 """Causes of a difference between two sessions, one a file in this folder; adding a cause is adding a file.
 
-A module has ``CAUSE``; one whose name begins with an underscore is none.
+A module has one ``CAUSE``, which declares what the cause moves and what it leaves, how it changes white, primaries and
+black, what proves it, and with which changes it may be confused; a module whose name begins with an underscore is no
+cause. Verdicts are weighed from these declarations alone: no other file names a cause.
 """
 
 from __future__ import annotations

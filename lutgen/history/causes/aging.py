@@ -1,16 +1,16 @@
-"""True aging: light falls over months, blue first, black along with it; primaries keep nearly their colour."""
+"""True aging: light falls over months, short wavelengths most; black falls with it, or leaks, and curves may drift."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lutgen.history.causes._cause import Cause
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from lutgen.colorimetry import Array
-    from lutgen.history.pair import Pair
+    from lutgen.history.causes._cause import Values
+    from lutgen.history.pair import SessionPair
 
 #: Days in which no display ages so that a colorimeter sees it, and from which it may.
 _TOO_SHORT, LONG = 7.0, 60.0
@@ -22,13 +22,19 @@ _SUDDEN, _FASTEST = 0.1, 1.2
 #: emitter of organic red or green lasts some times as long as blue, not for ever.
 _TOGETHER = 0.15
 
-
 #: Loss per year, in nepers, up to which a display that dims without changing colour is as likely to age as to be turned
 #: down: half in 10 000 hours, on day and night.
 _USUAL = 0.6
 
+#: Δu'v' by which aging moves red or green at most: twice that of the paper's display.
+_COLOUR = 0.01
 
-def may_have_dimmed(change: float, pair: Pair) -> bool:
+
+def _long(pair: SessionPair) -> bool:
+    return pair.days is None or abs(pair.days) >= LONG
+
+
+def _may_have_dimmed(change: float, pair: SessionPair) -> bool:
     """Whether a change of all light by one factor, its natural logarithm, may be age: slow, and over months."""
     if pair.days is None:
         return change < 0
@@ -36,30 +42,49 @@ def may_have_dimmed(change: float, pair: Pair) -> bool:
     return abs(pair.days) >= LONG and 0 < lost <= _USUAL * abs(pair.days) / 365.25
 
 
-def _prior(pair: Pair) -> float:
+def _prior(pair: SessionPair) -> float:
     if pair.days is None:
         return -1.0
     if abs(pair.days) < _TOO_SHORT:
-        return -20.0
+        return -np.inf
     return 3.0 if abs(pair.days) >= LONG else -3.0
 
 
-def _sound(values: Mapping[str, Array], pair: Pair) -> bool:
-    aged = values["aged"]
-    if pair.days is not None and pair.days < 0:
-        aged = -aged
+def _sound(values: Values, pair: SessionPair) -> bool:
+    way = -1.0 if pair.days is not None and pair.days < 0 else 1.0
+    aged, yellowed = way * values["aged"], way * float(values.get("yellowed", np.zeros(1))[0])
     slow = pair.days is None or -float(aged.mean()) <= _SUDDEN + _FASTEST * abs(pair.days) / 365.25
     together = aged.max() <= 0.02 + _TOGETHER * aged.min()
-    return bool(slow and together and aged[2] <= min(aged[0], aged[1]) + 0.02)
+    return bool(slow and together and aged[2] <= min(aged[0], aged[1]) + 0.02 and yellowed <= 0.01)
+
+
+def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
+    """Light that one factor explains, or a meter's, or another matrix beside something else, may have aged."""
+    if "aged" in values:
+        return ""
+    if "scale" in values and "gains" not in values:
+        dimmed = not pair.other_settings and _may_have_dimmed(float(values["scale"][0]), pair)
+        return "scale" if dimmed else ""
+    if "gauge" in values and len(names) == 1 and not pair.other_instrument:
+        change = float(values["gauge"][0])
+        lost = change < 0 if pair.days is None or pair.days > 0 else change > 0
+        return "gauge" if lost and _long(pair) else ""
+    small = float(np.hypot(*pair.shift[:3].T).max()) < _COLOUR
+    return "matrix" if "matrix" in values and len(names) > 1 and small and _long(pair) else ""
 
 
 CAUSE = Cause(
     name="aging",
     meaning="the display itself has aged",
-    whose="display",
     test="read again in some months with settings, calibration and instrument untouched: aging goes on",
-    ways=(("aged",),),
+    display="changed",
+    moves=frozenset({"blue", "curve", "contrast"}),
+    possible=_long,
+    ways=(("aged",), ("aged", "yellowed")),
     prior=_prior,
     sound=_sound,
     loose=0.006,
+    rival=_rival,
+    over_time="steady",
+    spoils=False,
 )

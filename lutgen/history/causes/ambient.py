@@ -7,10 +7,8 @@ from typing import TYPE_CHECKING
 from lutgen.history.causes._cause import Cause
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from lutgen.colorimetry import Array
-    from lutgen.history.pair import Pair
+    from lutgen.history.causes._cause import Values
+    from lutgen.history.pair import SessionPair
 
 #: Lux from which another room light is news.
 _LUX = 5.0
@@ -19,14 +17,14 @@ _LUX = 5.0
 _LEAST = 0.05
 
 
-def _prior(pair: Pair) -> float:
+def _prior(pair: SessionPair) -> float:
     change = pair.more_room_light
     if change is None:
         return 0.0
     return 2.0 if abs(change) >= _LUX else -2.0
 
 
-def _sound(values: Mapping[str, Array], _pair: Pair) -> bool:
+def _sound(values: Values, _pair: SessionPair) -> bool:
     tint = values.get("tint", (0.0, 0.0))
     added = abs(float(values["added"][0]))
     return bool(added >= _LEAST and abs(tint[0]) < 0.35 * added and abs(tint[1]) < 0.6 * added)
@@ -35,8 +33,9 @@ def _sound(values: Mapping[str, Array], _pair: Pair) -> bool:
 CAUSE = Cause(
     name="ambient",
     meaning="the room's light on the screen was different",
-    whose="room",
     test="read black with the lights off, and once with the instrument's lens capped",
+    display="unchanged",
+    moves=frozenset({"contrast"}),
     ways=(("added",), ("added", "tint")),
     prior=_prior,
     sound=_sound,

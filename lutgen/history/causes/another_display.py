@@ -1,41 +1,61 @@
-"""A session of another display in the campaign."""
+"""A session of another display in the campaign: its primaries differ, red and green too."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from lutgen.history.causes._cause import Cause
-from lutgen.history.pair import UNKNOWN
 
 if TYPE_CHECKING:
-    from lutgen.history.pair import Pair
-
-#: Δu'v' of a primary that neither aging nor a setting explains: only HDR, a wrong correction, or another panel does.
-_MOVED = 0.012
+    from lutgen.history.causes._cause import Values
+    from lutgen.history.pair import SessionPair
 
 #: ΔL* between native curves of two panels.
 _BEND = 2.0
 
+#: Change of all light, in natural logarithms, that a wrong correction alone hardly makes.
+_LEAP = 0.15
 
-def _seen(pair: Pair) -> str:
-    moved = float(np.hypot(*pair.shift[:3].T).max()) if pair.seen is not None else 0.0
-    colour = f"a primary moved by Δu'v' {moved:.3f}" if moved >= _MOVED else ""
-    if pair.other_display:
-        return ", and ".join(part for part in (pair.other_display, colour) if part)
-    same_name = pair.after.session.display.lower() not in UNKNOWN and not pair.other_display
-    same_name = same_name and pair.before.session.display.lower() not in UNKNOWN
+
+def _colour(pair: SessionPair) -> str:
+    return f"a primary moved by Δu'v' {pair.largest_shift:.3f}" if {"blue", "colour"} & pair.moved else ""
+
+
+def _proof(pair: SessionPair) -> str:
+    return ", and ".join(part for part in (pair.other_display, _colour(pair)) if part) if pair.other_display else ""
+
+
+def _sign(pair: SessionPair) -> str:
+    """Red or green moved, as no aging moves them, or blue and the curve, and the records do not name one display."""
     other_curve = pair.bend is not None and abs(pair.bend) >= _BEND
-    if not colour or ((same_name or pair.other_instrument) and not other_curve):
+    moved = "colour" in pair.moved or ("blue" in pair.moved and other_curve)
+    if not moved or pair.named_alike or (pair.other_instrument and not other_curve):
         return ""
-    return f"{colour}, and the transfer curve by ΔL* {pair.bend:+.1f}" if other_curve else colour
+    return f"{_colour(pair)}, and the transfer curve by ΔL* {pair.bend:+.1f}" if other_curve else _colour(pair)
+
+
+def _possible(pair: SessionPair) -> bool:
+    return bool(_sign(pair))
+
+
+def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
+    """Another matrix, of the instrument's or the channels', may be another panel's primaries."""
+    changed = next((name for name in ("matrix", "gamut") if name in values), "")
+    if changed and (_sign(pair) or (len(names) > 1 and not pair.named_alike)):
+        return changed
+    leapt = abs(float(values["step"][0])) >= _LEAP if "step" in values and len(names) == 1 else False
+    return "step" if leapt and not pair.other_instrument and not pair.named_alike else ""
 
 
 CAUSE = Cause(
     name="another-display",
     meaning="the session is of another display",
-    whose="campaign",
     test="look at the serial number, and read both displays on one day with one instrument",
-    seen=_seen,
+    display="cannot tell",
+    moves=frozenset({"blue", "colour", "curve", "contrast"}),
+    possible=_possible,
+    proof=_proof,
+    rank=3,
+    sign=_sign,
+    rival=_rival,
 )

@@ -1,4 +1,4 @@
-"""Brightness or preset: all light by one factor, black too; a preset may set the channels' gains besides."""
+"""Brightness: all light by one factor, black too; a preset may set the channels' gains and the curve besides."""
 
 from __future__ import annotations
 
@@ -7,19 +7,40 @@ from typing import TYPE_CHECKING
 from lutgen.history.causes._cause import Cause
 
 if TYPE_CHECKING:
-    from lutgen.history.pair import Pair
+    from lutgen.history.causes._cause import Values
+    from lutgen.history.pair import SessionPair
+
+#: Change of all light, in natural logarithms, that a wrong correction alone hardly makes.
+_LEAP = 0.15
 
 
-def _prior(pair: Pair) -> float:
+def _prior(pair: SessionPair) -> float:
     return 2.0 if pair.other_settings else 0.0
+
+
+def _bends(pair: SessionPair) -> bool:
+    return pair.bent and not pair.recalibrated
+
+
+def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
+    """A change of all light that is laid to the instrument may be a setting."""
+    if pair.other_instrument or len(names) > 1:
+        return ""
+    if "step" in values:
+        return "step" if abs(float(values["step"][0])) >= _LEAP else ""
+    return "gauge" if "gauge" in values else ""
 
 
 CAUSE = Cause(
     name="brightness",
     meaning="the display's brightness or preset was changed",
-    whose="settings",
     test="put brightness and preset back as they were and read white and black again",
+    display="unchanged",
+    moves=frozenset({"curve"}),
     ways=(("scale",), ("gains",), ("scale", "gains")),
     prior=_prior,
     loose=0.006,
+    bends=_bends,
+    rival=_rival,
+    over_time="step",
 )

@@ -7,27 +7,34 @@ from typing import TYPE_CHECKING
 from lutgen.history.causes._cause import Cause
 
 if TYPE_CHECKING:
-    from lutgen.history.pair import Pair
+    from lutgen.history.pair import SessionPair
+
+_HOW = {
+    "repeats": "as patches that were read again show",
+    "order": "as patches of both sessions show by the order in which they were read",
+}
 
 
-def _seen(pair: Pair) -> str:
-    said = [
-        f"within {whose} luminance changed by {each.change:+.1%}, as "
-        + (
-            "patches that were read again show"
-            if each.by == "repeats"
-            else "patches of both sessions show by their order"
-        )
+def _proof(pair: SessionPair) -> str:
+    changes = [
+        f"within {whose} luminance changed by {each.change:+.1%}, {_HOW[each.by]}"
         for each, whose in zip(pair.drifts, ("the reference", "the session"), strict=True)
         if each.ran_away
     ]
-    return " and ".join(said)
+    return f"{' and '.join(changes)}; levels of this pair are uncertain by as much" if changes else ""
+
+
+def _possible(pair: SessionPair) -> bool:
+    return pair.unwatched
 
 
 CAUSE = Cause(
     name="drift",
     meaning="the display warmed up or dimmed itself while it was read",
-    whose="display",
     test="switch automatic brightness off, let it warm up for half an hour, and read white every ten patches",
-    seen=_seen,
+    display="cannot tell",
+    moves=frozenset({"sum"}),
+    possible=_possible,
+    proof=_proof,
+    rank=1,
 )

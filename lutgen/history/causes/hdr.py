@@ -4,51 +4,49 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from lutgen.history.causes._cause import Cause
 
 if TYPE_CHECKING:
-    from lutgen.history.pair import Pair
+    from lutgen.history.pair import SessionPair
 
-#: Change of a curve in L*, of white over the sum of the primaries, of a primary's u'v', and of contrast as a factor,
-#: from which each is a sign. Two make the cause, for each alone has a harmless one ...
-_BEND, _ADDITIVITY, _COLOUR, _CONTRAST = 3.0, 0.04, 0.01, 1.8
-
-#: ... but for a sum of the primaries that changed by this much.
-NOT_ADDITIVE = 0.06
+#: Change of white over the sum of the primaries that shows it without another sign.
+_NOT_ADDITIVE = 0.06
 
 
-def hdr_signs(pair: Pair) -> list[str]:
-    """Say what changed of the sum of the primaries or the curve, and what else did where one of them has."""
-    before, after = pair.additivity
-    signs = []
-    if abs(after - before) >= _ADDITIVITY and max(abs(after - 1.0), abs(before - 1.0)) >= _ADDITIVITY:
-        signs.append(f"white over red + green + blue went from {before:.3f} to {after:.3f}")
-    if pair.bend is not None and abs(pair.bend) >= _BEND:
-        signs.append(f"the transfer curve moved by ΔL* {pair.bend:+.1f}")
-    if not signs:
-        return []
-    moved = float(np.hypot(*pair.shift[:3].T).max())
-    if moved >= _COLOUR:
-        signs.append(f"a primary moved by Δu'v' {moved:.3f}")
-    if pair.contrast and abs(np.log(pair.contrast[1] / pair.contrast[0])) >= np.log(_CONTRAST):
-        signs.append(f"contrast went from {pair.contrast[0]:.0f} to {pair.contrast[1]:.0f}")
-    return signs
-
-
-def _seen(pair: Pair) -> str:
-    if pair.seen is None:
+def _proof(pair: SessionPair) -> str:
+    """Another sum of the primaries beside another fact, or a large one alone; or curve and contrast at once."""
+    moved = pair.moved
+    if pair.seen is None or not {"sum", "curve"} & moved:
         return ""
-    signs = hdr_signs(pair)
     before, after = pair.additivity
-    return ", ".join(signs) if len(signs) > 1 or abs(after - before) >= NOT_ADDITIVE else ""
+    shown = ("sum" in moved and (len(moved) > 1 or abs(after - before) >= _NOT_ADDITIVE)) or {
+        "curve",
+        "contrast",
+    } <= moved
+    return (
+        ", ".join(pair.told(fact) for fact in ("sum", "curve", "colour", "blue", "contrast") if fact in moved)
+        if shown
+        else ""
+    )
+
+
+def _bends(pair: SessionPair) -> bool:
+    return pair.strongly_bent and not pair.recalibrated
+
+
+def _possible(pair: SessionPair) -> bool:
+    return bool({"sum", "contrast"} & pair.moved)
 
 
 CAUSE = Cause(
     name="hdr",
     meaning="HDR or dynamic contrast was on in one of the two",
-    whose="settings",
     test="switch HDR and dynamic contrast off in system and display, and read the same chart again",
-    seen=_seen,
+    display="cannot tell",
+    moves=frozenset({"blue", "colour", "curve", "sum", "contrast"}),
+    possible=_possible,
+    proof=_proof,
+    rank=4,
+    alone=False,
+    bends=_bends,
 )

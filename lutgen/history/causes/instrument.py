@@ -8,40 +8,46 @@ from lutgen.history.causes._cause import Cause
 from lutgen.history.lines import CLEAR
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from lutgen.colorimetry import Array
-    from lutgen.history.pair import Pair
+    from lutgen.history.causes._cause import Values
+    from lutgen.history.pair import SessionPair
 
 #: By how much two meters in good order disagree about luminance, at most, in natural logarithms.
 _GAUGE = 0.06
 
+#: Δu'v' by which a wrong correction of one instrument moves a primary, at most: the shared U2718Q's moved red by 0.030.
+_COLOUR = 0.04
 
-def _prior(pair: Pair) -> float:
+
+def _prior(pair: SessionPair) -> float:
     if pair.other_instrument:
         return 2.0
     same = pair.before.instrument and pair.before.instrument == pair.after.instrument
     return -1.0 if same else 0.0
 
 
-def _seen(pair: Pair) -> str:
+def _proof(pair: SessionPair) -> str:
     shift = pair.lines
     if shift is None or abs(shift) < CLEAR:
         return ""
     return f"the spectra of red, green and blue are all shifted by {shift:+.1f} nm, which no display does"
 
 
-def _sound(values: Mapping[str, Array], _pair: Pair) -> bool:
-    return "gauge" not in values or bool(abs(values["gauge"][0]) <= _GAUGE)
+def _sound(values: Values, pair: SessionPair) -> bool:
+    if "gauge" in values:
+        return bool(abs(values["gauge"][0]) <= _GAUGE)
+    known = pair.before.instrument and not pair.other_instrument
+    return not known or pair.largest_shift <= _COLOUR
 
 
 CAUSE = Cause(
     name="instrument",
     meaning="the instrument or its correction was another",
-    whose="instrument",
     test="read white, the primaries and black once more with a second instrument, or without a correction matrix",
+    display="unchanged",
+    moves=frozenset({"blue", "colour", "contrast"}),
     ways=(("gauge",), ("step", "matrix")),
     prior=_prior,
     sound=_sound,
-    seen=_seen,
+    proof=_proof,
+    rank=2,
 )

@@ -1,4 +1,4 @@
-"""The pages of ``lutgen sessions explain`` and ``lutgen trend``: why sessions differ, and when a limit is passed."""
+"""The pages of ``lutgen sessions explain`` and ``lutgen trend``, and the picture of a trend."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.history.history import QUANTITIES
-from lutgen.history.trend import FEWEST, HORIZON, name_of
+from lutgen.history.trend import ENOUGH, FEWEST, HORIZON, name_of
 from lutgen.numerals import spaced
 from lutgen.report.drawing import BAND, BLACK, BLUE, GREY, RED, picture, tidy
 from lutgen.report.parts import Headline, Table
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
+    from lutgen.history.explain import Explanations
     from lutgen.history.limits import Limit
-    from lutgen.history.separate import Separation
     from lutgen.history.trend import Passing, Trend
     from lutgen.readings.campaign import Campaign
     from lutgen.report.parts import Part
 
 
-def separate_page(separation: Separation) -> Iterator[Part]:
+def explanation_page(separation: Explanations) -> Iterator[Part]:
     """Yield what ``lutgen sessions explain`` prints."""
     reference = separation.campaign.entries[separation.reference].session
     yield from simulated(separation.campaign)
@@ -68,7 +68,28 @@ _DIGITS = {
     "white-shift": ".4f",
     "primaries-shift": ".4f",
     "gamma": ".2f",
+    "non-uniformity": ".0%",
+    "gsdf": ".0%",
+    "ambient": ".2f",
 }
+
+
+#: Limits that the headline names.
+SAID = 2
+
+#: Quantity → how a sentence calls it; and the unit of its limits.
+_NAMES = {
+    "white": "white",
+    "black": "black",
+    "contrast": "contrast",
+    "white-shift": "white's colour",
+    "primaries-shift": "a primary's colour",
+    "gamma": "γ",
+    "non-uniformity": "non-uniformity",
+    "gsdf": "the deviation from DICOM's contrast response",
+    "ambient": "the room's light over black",
+}
+_UNITS = {"white": " cd/m²", "black": " cd/m²", "contrast": ":1"}
 
 
 def trend_page(trend: Trend) -> Iterator[Part]:
@@ -81,14 +102,20 @@ def trend_page(trend: Trend) -> Iterator[Part]:
     yield laws(trend)
     kept = int(trend.kept.sum())
     if kept < FEWEST:
-        yield f"{kept} sessions: a law of decay cannot be told from fewer than {FEWEST}."
+        yield f"{kept} sessions: a time cannot be told from fewer than {FEWEST}."
+    elif kept < ENOUGH and any(each.status == "ahead" for each in trend.passings):
+        yield f"Fewer than eight sessions ({kept}): the intervals rest as much on which laws of decay are usual."
     yield limits(trend)
-    yield from (f"{each.limit.text}: {source(each.limit)}." for each in trend.passings)
+    yield from (f"{each.limit.text}: {source(each.limit)}." for each in trend.passings if _is_read(trend, each))
+    if unread := [each.limit.text for each in trend.passings if not _is_read(trend, each)]:
+        yield f"No session tells: {', '.join(unread)} (greys and black, several places, --ambient)."
 
 
 def source(limit: Limit) -> str:
-    """Name the source of a limit."""
-    return "as given by --limit" if limit.source == "user" else limit.source
+    """Name the source of a limit, and say so where its number was not read there."""
+    if limit.source == "user":
+        return "as given by --limit"
+    return limit.source if limit.verified else f"{limit.source}; not verified: the number was not read in the source"
 
 
 def trend_headline(trend: Trend) -> str:
@@ -97,21 +124,35 @@ def trend_headline(trend: Trend) -> str:
     name = seen.campaign.display or seen.campaign.file
     passed = [each for each in trend.passings if each.status == "passed"]
     if passed:
-        return f"{name}: passed {' and '.join(each.limit.text for each in passed)} already."
+        more = f"; limits not kept in all: {len(passed)}" if len(passed) > SAID else ""
+        return f"{name}: {'; '.join(_beyond(each, seen.unit) for each in passed[:SAID])}{more}."
     ahead = [each for each in trend.passings if each.status == "ahead" and each.time is not None]
     if not ahead and any(each.status == "cannot-tell" for each in trend.passings):
         return f"{name}: no limit is seen passed, and when one will be cannot be told from these sessions."
     if not ahead:
         return f"{name}: no limit is passed, and none is in sight."
     soonest = min(ahead, key=lambda each: each.time or np.inf)
-    return f"{name}: {soonest.limit.text} will be passed {when(soonest, seen.unit)}."
+    limit, side = soonest.limit, "fall below" if soonest.limit.above else "rise above"
+    return f"{name}: {_NAMES[limit.quantity]} will {side} its {_value(limit)} limit {when(soonest, seen.unit)}."
+
+
+def _beyond(each: Passing, unit: str) -> str:
+    """Say of a limit that is not kept since when: between two sessions, or since the first."""
+    side = "below" if each.limit.above else "above"
+    return f"{_NAMES[each.limit.quantity]} has been {side} its {_value(each.limit)} limit {when(each, unit)}"
+
+
+def _value(limit: Limit) -> str:
+    text = limit.text.partition(">=" if limit.above else "<=")[2]
+    return text.replace("%", " %") + _UNITS.get(limit.quantity, "") * (not limit.relative)
 
 
 def when(each: Passing, unit: str) -> str:
     """Say when a limit is passed, with its interval."""
     if each.status == "passed":
-        since = f"between {spaced(each.low)} and " if each.low is not None else "by "
-        return f"{since}{spaced(each.time or 0.0)} {unit}, as read"
+        if each.low is None:
+            return "since the first session that tells" if each.time else "since the first session"
+        return f"since {spaced(each.low)} to {spaced(each.time or 0.0)} {unit}"
     if each.status == "cannot-tell":
         return "cannot be told from these sessions"
     if each.status == "kept":
@@ -129,27 +170,35 @@ def _round(time: float | None) -> str:
 def sessions(trend: Trend) -> Table:
     """Tabulate the quantities by session; a dash: not measured, a time in brackets: the session is left out."""
     seen = trend.history
+    shown = [name for name in QUANTITIES if np.isfinite(seen.values[name]).any()]
     rows = []
     for here, time in enumerate(seen.time):
-        figures = [seen.values[name][here] for name in QUANTITIES]
-        cells = [f"{v:{_DIGITS[name]}}" if np.isfinite(v) else "–" for name, v in zip(QUANTITIES, figures, strict=True)]
-        shown = spaced(float(time))
-        rows.append((name_of(seen, here), shown if trend.kept[here] else f"({shown})", *cells))
-    return Table(("session", seen.unit, *QUANTITIES), rows)
+        figures = [seen.values[name][here] for name in shown]
+        cells = [f"{v:{_DIGITS[name]}}" if np.isfinite(v) else "–" for name, v in zip(shown, figures, strict=True)]
+        hour = spaced(float(time))
+        rows.append((name_of(seen, here), hour if trend.kept[here] else f"({hour})", *cells))
+    return Table(("session", seen.unit, *shown), rows)
 
 
 def laws(trend: Trend) -> Table:
-    """Tabulate for each quantity the chosen law and the laws that fit as well."""
+    """Tabulate for each quantity the likeliest law, its share of the evidence, and the laws beside it."""
+    followed = [(name, course.as_good, course.decay) for name, course in trend.courses.items()]
     rows = [
-        (name, course.fits[0].law.name, course.fits[0].law.formula, ", ".join(course.as_good) or "–")
-        for name, course in trend.courses.items()
-        if course.fits
+        (
+            name,
+            decay.law.name,
+            f"{decay.weights[decay.law.name]:.0%}",
+            ", ".join(also) or "–",
+            f"{decay.scatter:.1f}",
+        )
+        for name, also, decay in followed
+        if decay
     ]
-    return Table(("quantity", "law", "formula", "as good"), rows)
+    return Table(("quantity", "likeliest law", "share", "also", "scatter"), rows)
 
 
 def limits(trend: Trend) -> Table:
-    """Tabulate the limits, their bounds, and when each is passed."""
+    """Tabulate the limits of quantities that were read, their bounds, and since or from when each is not kept."""
     rows = [
         (
             each.limit.text,
@@ -157,29 +206,44 @@ def limits(trend: Trend) -> Table:
             when(each, trend.history.unit),
         )
         for each in trend.passings
+        if _is_read(trend, each)
     ]
-    return Table(("limit", "bound", "passed"), rows)
+    return Table(("limit", "bound", "when"), rows)
+
+
+def _is_read(trend: Trend, each: Passing) -> bool:
+    """Whether any session tells the quantity of a limit."""
+    return bool(np.isfinite(trend.history.values[each.limit.quantity]).any())
 
 
 #: Headroom above and below what is drawn, as a share of its reach.
 _ROOM = 0.12
 
 
+#: Deviations from DICOM's contrast response that TG18 allows a primary and another display.
+_PRIMARY, _SECONDARY = 0.1, 0.2
+
+
 def plot_trend(trend: Trend, path: Path, *, force: bool = False) -> None:
     """Draw a trend: the same bytes on every run. Raises LutgenError where it cannot be written."""
     foot = (
-        "Dots: sessions; crosses: left out, since something else than the display changed. Line: the law that AICc "
-        "chose; dashed and pale: extrapolated; band: 90 %, from a bootstrap that chooses the law anew. Orange: limits."
+        "Dots: sessions; crosses: left out, as something else changed. Line: median of all laws, "
+        "weighed by evidence; dashed and pale: extrapolated; band: 90 %. Orange: limits."
     )
     title = trend_headline(trend)
     second = " ".join(simulated(trend.history.campaign))
-    with picture(path, title, second=second, foot=foot, height=8.6, force=force) as (figure, low, high):
+    drawn = [name for name in QUANTITIES if name != "ambient" and np.isfinite(trend.history.values[name]).any()]
+    panels = len(drawn) + any(trend.history.responses)
+    rows = -(-panels // 3)
+    with picture(path, title, second=second, foot=foot, height=2.6 + 3.0 * rows, force=force) as (figure, low, high):
         grid = figure.add_gridspec(
-            2, 3, left=0.05, right=0.985, bottom=low + 0.07, top=high - 0.05, wspace=0.2, hspace=0.36
+            rows, 3, left=0.05, right=0.985, bottom=low + 0.14 / rows, top=high - 0.1 / rows, wspace=0.2, hspace=0.36
         )
         end = _until(trend)
-        for place, name in enumerate(QUANTITIES):
+        for place, name in enumerate(drawn):
             _draw(figure.add_subplot(grid[place // 3, place % 3]), trend, name, end)
+        if panels > len(drawn):
+            _draw_responses(figure.add_subplot(grid[len(drawn) // 3, len(drawn) % 3]), trend)
 
 
 def _until(trend: Trend) -> float:
@@ -193,11 +257,13 @@ def _draw(axes: Axes, trend: Trend, name: str, end: float) -> None:
     seen, course = trend.history, trend.courses[name]
     last = float(seen.time[-1])
     values = seen.values[name]
-    law = f": {course.fits[0].law.name}" if course.fits else ""
-    axes.set_title(f"{QUANTITIES[name]}{law}", fontsize=12, loc="left")
+    axes.set_title(QUANTITIES[name], fontsize=12, loc="left")
+    if course.decay:
+        law = f"{course.decay.law.name}, {course.decay.weights[course.decay.law.name]:.0%}"
+        axes.text(0.02, 0.03, law, transform=axes.transAxes, color=BLUE, fontsize=9)
     axes.axvspan(last, end, color="#f4f4f4", linewidth=0, zorder=0)
     drawn = trend.ahead <= end
-    if course.fits:
+    if course.decay:
         time = trend.ahead[drawn]
         axes.fill_between(time, course.low[drawn], course.high[drawn], color=BAND, linewidth=0, alpha=0.8)
         inside = time <= last
@@ -229,6 +295,25 @@ def _draw(axes: Axes, trend: Trend, name: str, end: float) -> None:
     tidy(axes)
 
 
+def _draw_responses(axes: Axes, trend: Trend) -> None:
+    """Draw the contrast of the greys of the first and the last session over DICOM's, in percent of it."""
+    axes.set_title("contrast response of greys against DICOM's", fontsize=12, loc="left")
+    told = [(here, each) for here, each in enumerate(trend.history.responses) if each is not None]
+    for share, alpha in ((_SECONDARY, 0.35), (_PRIMARY, 0.8)):
+        axes.axhspan(-100 * share, 100 * share, color=BAND, alpha=alpha, linewidth=0, zorder=0)
+    reach = 150.0 * _SECONDARY
+    for (here, each), colour in zip(dict((told[0], told[-1])).items(), (GREY, BLUE), strict=False):
+        label = f"{trend.history.time[here]:.0f} {trend.history.unit}"
+        axes.plot(each.drive, 100.0 * each.deviation, ".-", color=colour, linewidth=1.5, label=label)
+        reach = max(reach, 110.0 * each.worst)
+    axes.annotate(
+        "±10 % and ±20 %", (0.02, 100 * _SECONDARY), (0, 3), textcoords="offset points", fontsize=9, color=GREY
+    )
+    axes.set(xlim=(0, 1), ylim=(-reach, reach), xlabel="code value", ylabel="deviation, %")
+    axes.legend(loc="lower right", fontsize=10, frameon=False)
+    tidy(axes)
+
+
 def _reach(trend: Trend, name: str, drawn: np.ndarray) -> tuple[float, float]:
     """Return the lowest and the highest value of the axis: at least ± 3 σ, so that noise does not look like a fault."""
     values, errors = trend.history.values[name], trend.history.errors[name]
@@ -238,7 +323,7 @@ def _reach(trend: Trend, name: str, drawn: np.ndarray) -> tuple[float, float]:
     course = trend.courses[name]
     spread = 3.0 * float(np.nanmax(errors))
     bounds = [each.bound for each in trend.passings if each.limit.quantity == name and np.isfinite(each.bound)]
-    shown = [*finite, finite[0] - spread, finite[0] + spread, *bounds, *(course.curve[drawn] if course.fits else ())]
+    shown = [*finite, finite[0] - spread, finite[0] + spread, *bounds, *(course.curve[drawn] if course.decay else ())]
     low, high = float(np.min(shown)), float(np.max(shown))
-    margin = _ROOM * (high - low)
-    return (max(low - margin, -0.0) if name.endswith("shift") else low - margin), high + margin
+    room = _ROOM * (high - low)
+    return (max(low - room, -0.0) if name.endswith("shift") else low - room), high + room

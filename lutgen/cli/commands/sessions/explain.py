@@ -11,7 +11,7 @@ from lutgen.cli.shared import progress_bar
 
 
 @click.command(cls=Command)
-@click.argument("files", nargs=-1, required=True, metavar="CAMPAIGN|SESSION...")
+@click.argument("files", nargs=-1, required=True, metavar="DATA...")
 @click.option(
     "--reference", metavar="FILE", help="The session to compare the others with [default: the first without a fault]."
 )
@@ -20,12 +20,13 @@ from lutgen.cli.shared import progress_bar
 def command(*, files: tuple[str, ...], reference: str | None, json_to: str | None, force: bool) -> None:
     """Explain why sessions of one display differ: display, settings, room, or instrument.
 
-    Give a campaign file (.toml), which knows dates, instruments and settings, or the sessions themselves.
+    DATA is a campaign file (.toml), which knows dates, instruments and settings, or sessions of any format, a folder of
+    them, or a table of readings (.csv) with hours.
 
-    Each session is compared with a reference session. The possible causes are brightness or preset, calibration, HDR or
-    dynamic contrast, room light, the instrument or its correction, drift during the readings, another display, and true
-    aging. Where several causes fit equally well, the report names all of them, and the measurement that would separate
-    them. Ends with 0 whatever the result is.
+    Each session is compared with a reference session. The possible causes are brightness or preset, gamut mode,
+    calibration, HDR or dynamic contrast, room light, the instrument or its correction, drift during the readings, a
+    misread patch, another display, and true aging. Where several causes fit equally well, the report names all of them,
+    and the measurement that would separate them. Ends with 0 whatever the result is.
 
     \b
     Example:
@@ -33,17 +34,15 @@ def command(*, files: tuple[str, ...], reference: str | None, json_to: str | Non
       lutgen sessions explain examples/campaign/2021-01.ti3 examples/campaign/2022-01.ti3
       lutgen sessions explain examples/campaign/campaign.toml --reference 2021-06.ti3 --json explain.json
     """
-    from lutgen.history.separate import separate
-    from lutgen.history.separate_json import separation_as_json
-    from lutgen.readings.campaign import campaign_of, read_campaign
-    from lutgen.report.history.campaign import separate_page
+    from lutgen.history.explain import explain, explanations_as_json
+    from lutgen.readings import read_campaign
+    from lutgen.report.history.campaign import explanation_page
 
     alone = check_json(json_to, force=force)
-    listed = len(files) == 1 and files[0].lower().endswith(".toml")
-    campaign = read_campaign(files[0]) if listed else campaign_of(files)
+    campaign = read_campaign(*files)
     with progress_bar("explaining", quiet=alone) as progress:
-        separation = separate(campaign, reference=reference, progress=progress)
+        found = explain(campaign, reference=reference, progress=progress)
     if json_to:
-        write_json(separation_as_json(separation), json_to)
+        write_json(explanations_as_json(found), json_to)
     if not alone:
-        print_page(separate_page(separation))
+        print_page(explanation_page(found))

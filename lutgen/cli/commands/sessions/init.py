@@ -40,7 +40,7 @@ def command(*, files: tuple[str, ...], output: str, same_display: bool, force: b
       lutgen sessions init examples/session.ti3 -o campaign.toml
     """
     from lutgen.history.draft import check_one_display, displays_of, draft
-    from lutgen.readings.sessions import read_session
+    from lutgen.readings import read_session
 
     path = check_new_file(output, force=force, suffixes=(".toml",))
     sessions = []

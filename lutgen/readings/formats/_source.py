@@ -1,4 +1,4 @@
-"""What a reader of sessions is given, and what all of them decide alike: the range of drive, the date, white."""
+"""What a reader is given and what it gives, and what all readers decide alike: the range of drive, the date, white."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import csv
 import re
 from dataclasses import dataclass
 from datetime import datetime
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -15,17 +16,24 @@ from lutgen.errors import LutgenError
 from lutgen.readings.session import DRIVE_TOLERANCE
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
+    from lutgen.readings.campaign import Campaign
+    from lutgen.readings.table import Measurements
 
 #: Full drive as programs write it, and what it is called.
 FULL_DRIVE = {1.0: "0..1", 100.0: "percent", 255.0: "8-bit", 1023.0: "10-bit"}
 
 #: Sessions of displays were not measured before, nor will be soon after.
 YEARS = range(1990, 2100)
+
+#: Files that people have beside the readings, and what to take instead: by how their bytes begin.
+_BINARY = (
+    (b"PK\x03\x04", "a zipped file (a spreadsheet?). Save the table as CSV, or unpack it"),
+    (b"%PDF", "a PDF report. Take the table of readings itself: .ti3, CGATS or CSV"),
+    (b"\x1f\x8b", "a gzip file. Unpack it first"),
+)
 
 #: Characters of a date, at most.
 _LONGEST = 60
@@ -46,45 +54,69 @@ _SLASHED = re.compile(
 )
 
 
+class Readable(Protocol):
+    """What a reader gives: readings that can be had as one checked table, or session by session."""
+
+    def measurements(self) -> Measurements:
+        """Return one table by operating hours. Raises LutgenError where it cannot be."""
+
+    def campaign(self) -> Campaign:
+        """Return the sessions. Raises LutgenError where there are none."""
+
+
 @dataclass(frozen=True)
-class Source:
-    """The text of a file, the name that the user gave it, and the hash of its bytes."""
+class FileText:
+    """A file: its text ("" of an ICC profile), the name that the user gave it, the hash of its bytes, and these.
+
+    The bytes are for readers of binary formats; b"" where a text came from elsewhere.
+    """
 
     text: str
     file: str
     sha256: str
+    data: bytes = b""
 
     def at(self, line: int) -> str:
         """Name a line, for errors."""
         return f"{self.file}, line {line}"
 
+    def number(self, cell: str, line: int, column: str) -> float:
+        """Read a finite number. Raises LutgenError for anything else, with a hint where it is a decimal comma."""
+        value = cells.number(cell)
+        if value is None:
+            hint = "; a decimal comma? Write 0.3127 with a point" if cells.has_decimal_comma(cell) else ""
+            raise LutgenError(f"{self.at(line)}, {column}: {cell[:40]!r} is not a finite number{hint}.")
+        return value
 
-def number(cell: str, where: str, column: str) -> float:
-    """Read a finite number. Raises LutgenError for anything else, with a hint where it is a decimal comma."""
-    value = cells.number(cell)
-    if value is None:
-        hint = "; a decimal comma? Write 0.3127 with a point" if re.fullmatch(r"[+-]?\d+,\d+", cell) else ""
-        message = f"{where}, {column}: {cell[:40]!r} is not a finite number{hint}."
+    def row(self, text: str, line: int, separator: str = ",") -> list[str]:
+        """Cut a line of a CSV into its cells. Raises LutgenError where it is none."""
+        try:
+            return cells.split_row(text, separator)
+        except csv.Error as error:
+            # As of a cell of more than 128 kB.
+            message = (
+                f"{self.at(line)}: is no row of a CSV: {error}. Write a number in each cell, and the note shorter."
+            )
+            raise LutgenError(message) from None
+
+
+def decoded(data: bytes, file: str) -> str:
+    """Decode what programs write: UTF-8, UTF-16 with its mark, or Latin-1, whose every byte is a letter."""
+    for head, what in _BINARY:
+        if data.startswith(head):
+            raise LutgenError(f"{file}: is {what}.")
+    if Path(file).suffix.lower() == ".chc":
+        message = f"{file}: is HCFR's own binary file. Export the measures from HCFR, and name columns R,G,B,X,Y,Z."
         raise LutgenError(message)
-    return value
-
-
-def first_doubled(names: Sequence[str]) -> str | None:
-    """Return the first name that stands there twice, if any."""
-    seen: set[str] = set()
-    for name in names:
-        if name in seen:
-            return name
-        seen.add(name)
-    return None
-
-
-def separated(line: str, separator: str, where: str) -> list[str]:
-    """Cut a line of a CSV into its cells. Raises LutgenError where it is none."""
     try:
-        return [cell.strip(cells.BLANKS) for cell in next(csv.reader([line], delimiter=separator))]
-    except csv.Error as error:
-        raise LutgenError(f"{where}: is no line of a CSV: {error}.") from None
+        text = data.decode("utf-16" if data[:2] in {b"\xff\xfe", b"\xfe\xff"} else "utf-8-sig")
+    except UnicodeDecodeError:
+        text = data.decode("latin-1")
+    if "\0" in text:
+        raise LutgenError(f"{file}: holds NUL bytes: a binary file? Readable are text: .ti3, CGATS or CSV.")
+    if not text.strip():
+        raise LutgenError(f"{file}: the file is empty. It needs a header line and one row a reading.")
+    return text
 
 
 def full_drive(drive: Array, file: str) -> float:

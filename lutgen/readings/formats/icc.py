@@ -6,15 +6,22 @@ into the private tags ``CIED`` and ``DevD``, which are other programs' for colou
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError
-from lutgen.icc_tags import tag_table
+from lutgen.icc_tags import is_profile, tag_table
+from lutgen.readings.formats import cgats
+from lutgen.readings.formats._source import FileText, decoded
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from lutgen.icc_tags import Tag
+    from lutgen.readings.session import Session
+
+NAME = "ICC profile with readings"
+SUFFIXES = (".icc", ".icm")
 
 #: Tags that may hold readings, the standard's first.
 TAGS = ("targ", "CIED", "DevD")
@@ -23,15 +30,28 @@ TAGS = ("targ", "CIED", "DevD")
 _NEEDED = ((b"RGB_R",), (b"XYZ_X", b"XYY_X", b"LAB_L"))
 
 
-def readings_in(data: bytes, file: str) -> tuple[str, bytes]:
-    """Return the first tag of a profile that holds readings, and its text.
+def claims(source: FileText) -> bool:
+    """Whether this is an ICC profile, with readings or without."""
+    return is_profile(source.data)
+
+
+def read(source: FileText) -> Session:
+    """Read the session in a profile.
 
     Raises
     ------
     LutgenError
-        No such tag, or the profile's table lies.
+        No tag holds readings, the profile's table lies, or the readings are refused.
 
     """
+    tag, text = _readings_in(source.data, source.file)
+    session = cgats.read(FileText(decoded(text, source.file), f"{source.file}, tag {tag}", source.sha256))
+    remark = f"Read from the tag {tag} of an ICC profile: the readings that it was made from."
+    return replace(session, file=source.file, remarks=(remark, *session.remarks))
+
+
+def _readings_in(data: bytes, file: str) -> tuple[str, bytes]:
+    """Return the first tag of a profile that holds readings, and its text."""
     tags = tag_table(data, file)
     for name, text in _texts(data, tags):
         if all(any(column in text.upper() for column in columns) for columns in _NEEDED):

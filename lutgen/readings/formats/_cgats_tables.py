@@ -13,15 +13,14 @@ from dataclasses import dataclass, field
 from io import StringIO
 from typing import TYPE_CHECKING
 
-from lutgen.cells import SPREADSHEET_ERROR, whole
+from lutgen.cells import SPREADSHEET_ERROR, first_doubled, whole
 from lutgen.errors import LutgenError
 from lutgen.readings.session import MOST_READINGS
-from lutgen.readings.sessions._source import first_doubled
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from lutgen.readings.sessions._source import Source
+    from lutgen.readings.formats._source import FileText
 
 #: A quoted string with doubled quotes inside, a comment, or a bare word; a spreadsheet's error value is a word.
 _TOKEN = re.compile(rf'"([^"]*(?:""[^"]*)*)"|((?!{SPREADSHEET_ERROR}(?:\s|$))#.*)|([^\s"#]+|#\S+)')
@@ -32,7 +31,7 @@ _FIELDS, _SETS = "NUMBER_OF_FIELDS", "NUMBER_OF_SETS"
 
 
 @dataclass(frozen=True)
-class Table:
+class CgatsTable:
     """One table.
 
     Attributes
@@ -68,7 +67,7 @@ class _Open:
     fields: tuple[str, ...] = ()
 
 
-def tables(source: Source) -> list[Table]:
+def tables(source: FileText) -> list[CgatsTable]:
     """Read all tables of a CGATS file.
 
     Raises
@@ -77,7 +76,7 @@ def tables(source: Source) -> list[Table]:
         Cut off, a wrong number of fields or sets, a doubled column, a string without end: names the line.
 
     """
-    found: list[Table] = []
+    found: list[CgatsTable] = []
     lines = _lines(source)
     current: _Open | None = None
     for at, words in lines:
@@ -104,7 +103,7 @@ def tables(source: Source) -> list[Table]:
     return found
 
 
-def _lines(source: Source) -> Iterator[tuple[int, list[str]]]:
+def _lines(source: FileText) -> Iterator[tuple[int, list[str]]]:
     """Yield number and words of each line that has any; comments are left out."""
     for at, line in enumerate(StringIO(source.text, newline=None), start=1):
         words, place = [], 0
@@ -127,7 +126,7 @@ def _lines(source: Source) -> Iterator[tuple[int, list[str]]]:
 
 
 def _fields(
-    source: Source, table: _Open, first: list[str], begun: int, lines: Iterator[tuple[int, list[str]]]
+    source: FileText, table: _Open, first: list[str], begun: int, lines: Iterator[tuple[int, list[str]]]
 ) -> tuple[str, ...]:
     names = [*first, *(word for _, words in _until(source, _FORMAT, begun, lines) for word in words)]
     fields = tuple(name.upper() for name in names)
@@ -140,7 +139,9 @@ def _fields(
     return fields
 
 
-def _close(source: Source, table: _Open, first: list[str], begun: int, lines: Iterator[tuple[int, list[str]]]) -> Table:
+def _close(
+    source: FileText, table: _Open, first: list[str], begun: int, lines: Iterator[tuple[int, list[str]]]
+) -> CgatsTable:
     if not table.fields:
         message = f"{source.at(begun)}: data without a data format (BEGIN_DATA_FORMAT … END_DATA_FORMAT) above it."
         raise LutgenError(message)
@@ -171,7 +172,7 @@ def _close(source: Source, table: _Open, first: list[str], begun: int, lines: It
         message = f"{source.at(start)}: {len(row)} fields where the data format names {width}: is a value missing?"
         raise LutgenError(message)
     _check_count(source, table, _SETS, len(rows), f"{len(rows)} rows follow: cut off, or edited by hand")
-    return Table(table.kind, table.line, table.keywords, table.fields, tuple(rows), tuple(places))
+    return CgatsTable(table.kind, table.line, table.keywords, table.fields, tuple(rows), tuple(places))
 
 
 def _before_data(
@@ -184,7 +185,7 @@ def _before_data(
 
 
 def _until(
-    source: Source, pair: tuple[str, str], begun: int, lines: Iterator[tuple[int, list[str]]]
+    source: FileText, pair: tuple[str, str], begun: int, lines: Iterator[tuple[int, list[str]]]
 ) -> Iterator[tuple[int, list[str]]]:
     begin, end = pair
     for at, words in lines:
@@ -201,7 +202,7 @@ def _until(
     raise LutgenError(message)
 
 
-def _free_text(source: Source, head: str, begun: int, lines: Iterator[tuple[int, list[str]]]) -> str:
+def _free_text(source: FileText, head: str, begun: int, lines: Iterator[tuple[int, list[str]]]) -> str:
     end = f"END_{head.removeprefix('BEGIN_')}"
     parts: list[str] = []
     for _, words in lines:
@@ -212,7 +213,7 @@ def _free_text(source: Source, head: str, begun: int, lines: Iterator[tuple[int,
     raise LutgenError(message)
 
 
-def _check_count(source: Source, table: _Open, name: str, count: int, held: str) -> None:
+def _check_count(source: FileText, table: _Open, name: str, count: int, held: str) -> None:
     stated = table.keywords.get(name)
     if stated is None:
         return

@@ -12,12 +12,12 @@ import numpy as np
 
 from lutgen.errors import LutgenError
 from lutgen.readings.session import Session
-from lutgen.readings.sessions._source import number, separated
 
 if TYPE_CHECKING:
-    from lutgen.readings.sessions._source import Source
+    from lutgen.readings.formats._source import FileText
 
 NAME = "DisplayCAL uniformity table"
+SUFFIXES: tuple[str, ...] = ()
 
 #: Drive of level_index 0, 1, 2 and 3.
 _LEVELS = (1.0, 0.75, 0.5, 0.25)
@@ -27,15 +27,17 @@ _COLUMNS = ("row", "col", "level_index", "X", "Y", "Z")
 _MOST = 64
 
 
-def claims(text: str) -> bool:
+def claims(source: FileText) -> bool:
     """Whether the first line names a grid's columns."""
-    return {"row", "col", "level_index"} <= {cell.strip() for cell in text.lstrip().partition("\n")[0].split(",")}
+    return {"row", "col", "level_index"} <= {
+        cell.strip() for cell in source.text.lstrip().partition("\n")[0].split(",")
+    }
 
 
-def read(source: Source) -> Session:
+def read(source: FileText) -> Session:
     """Read such a table. Raises LutgenError naming file, line and column."""
     first, *rest = source.text.lstrip().splitlines()
-    names = separated(first, ",", source.at(1))
+    names = source.row(first, 1)
     missing = [name for name in _COLUMNS if name not in names]
     if missing:
         message = f"{source.at(1)}: the header lacks {', '.join(missing)}. Required: {', '.join(_COLUMNS)}."
@@ -44,11 +46,11 @@ def read(source: Source) -> Session:
     for at, line in enumerate(rest, start=2):
         if not line.strip():
             continue
-        row = separated(line, ",", source.at(at))
+        row = source.row(line, at)
         if len(row) != len(names):
             message = f"{source.at(at)}: {len(row)} fields for {len(names)} columns: is the file cut off?"
             raise LutgenError(message)
-        values.append([number(row[names.index(name)], source.at(at), f"column {name}") for name in _COLUMNS])
+        values.append([source.number(row[names.index(name)], at, f"column {name}") for name in _COLUMNS])
         lines.append(at)
     table = np.array(values).reshape(-1, len(_COLUMNS))
     grid, levels = table[:, :2], table[:, 2]

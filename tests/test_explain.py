@@ -14,20 +14,22 @@ import pytest
 
 from lutgen import LutgenError
 from lutgen.history.calibration import full_light_ratio
-from lutgen.history.causes import causes
-from lutgen.history.course import course
+from lutgen.history.causes import Cause, causes
+from lutgen.history.causes._cause import ON_THE_DISPLAY
+from lutgen.history.colour_points import COLOURS, PARAMETERS, ColourPoints, changed
+from lutgen.history.drift import course, steadiness
 from lutgen.history.evidence import covariance, fit
-from lutgen.history.five import COLOURS, PARAMETERS, Five, changed
+from lutgen.history.explain import explain, explanations
 from lutgen.history.lines import line_shift
-from lutgen.history.separate import explanations, separate
-from lutgen.history.verdicts import KINDS, Verdict
-from lutgen.readings.campaign import Campaign, Entry, read_campaign
+from lutgen.history.pair import FACTS
+from lutgen.history.verdicts import KINDS, SessionVerdict
+from lutgen.readings import read_campaign, read_session
+from lutgen.readings.campaign import Campaign, CampaignEntry
 from lutgen.readings.session import Session
-from lutgen.readings.sessions import read_session
 from tests.virtual_sessions import __main__ as scoring
 from tests.virtual_sessions.campaigns import life, write
 from tests.virtual_sessions.causes import SIZES, case
-from tests.virtual_sessions.display import State, chart, csv_text, panel, read
+from tests.virtual_sessions.display import State, chart, csv_text, panel, read, ti3_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -37,7 +39,7 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.numbers
 
 #: An additive display: sRGB's primaries for 100 cd/m² of white (IEC 61966-2-1), and 0.1 cd/m² of black.
-FIVE = Five(
+FIVE = ColourPoints(
     np.array([[41.24, 21.26, 1.93], [35.76, 71.52, 11.92], [18.05, 7.22, 95.05]]),
     np.zeros(3),
     np.array([0.095, 0.1, 0.13]),
@@ -48,10 +50,10 @@ FIVE = Five(
 LEVELS = np.linspace(0.0, 1.0, 33)[1:]
 
 
-def verdict(folder: Path, cause: str, size: float, seed: int) -> tuple[Verdict, str]:
+def verdict(folder: Path, cause: str, size: float, seed: int) -> tuple[SessionVerdict, str]:
     made = case(cause, size, seed)
     path = write(folder, [made.before, made.after], [0, made.days])
-    return separate(read_campaign(path), reference="0.txt").verdicts[0], made.label
+    return explain(read_campaign(path), reference="0.txt").verdicts[0], made.label
 
 
 @pytest.mark.parametrize("size", [(cause, size) for cause, sizes in SIZES.items() for size in sizes], ids=str)
@@ -125,13 +127,13 @@ def test_the_evidence_is_the_integral_that_it_approximates() -> None:
     ],
 )
 def test_a_verdict_is_judged_by_what_was_simulated(kind: str, names: tuple[str, ...], label: str, says: str) -> None:
-    assert scoring.judged(Verdict(kind, names, "", (), (), "cannot tell"), label) == says
+    assert scoring.judged(SessionVerdict(kind, names, "", (), (), "cannot tell"), label) == says
 
 
 def test_scoring_counts_what_is_wrong(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr(scoring, "outcome", lambda cause, _size, _seed: "wrong" if cause == "hdr" else "alone")
     assert scoring.main(["--seed", "1", "--repeats", "1"]) == 1
-    assert "Wrong: 2 of 28" in capsys.readouterr().out
+    assert "Wrong: 2 of 30" in capsys.readouterr().out
 
 
 def test_no_file_of_causes_is_left_out() -> None:
@@ -140,17 +142,18 @@ def test_no_file_of_causes_is_left_out() -> None:
     assert {*causes()} == files
     for cause in causes().values():
         assert {name for way in cause.ways for name in way} <= {*PARAMETERS}
-        assert cause.whose in {"display", "settings", "room", "instrument", "campaign"}
+        assert cause.display in ON_THE_DISPLAY
+        assert cause.moves <= {*FACTS}
 
 
 def test_a_loss_over_many_sessions_is_aging_and_light_that_comes_back_is_not(tmp_path: Path) -> None:
     days = [0, 300, 600, 900, 1200]
     states = [State(aged=np.exp(-np.array([0.06, 0.07, 0.10]) * day / 300.0)) for day in days]
-    steady = separate(read_campaign(write(tmp_path, life(states), days)))
+    steady = explain(read_campaign(write(tmp_path, life(states), days)))
     assert {each.names for each in steady.verdicts} == {("aging",)}
     assert {each.display for each in steady.verdicts} == {"changed"}
     states[2] = replace(states[2], brightness=0.6)
-    found = separate(read_campaign(write(tmp_path, life(states), days))).verdicts
+    found = explain(read_campaign(write(tmp_path, life(states), days))).verdicts
     assert found[1].names == ("brightness",)
     assert any("came back" in each for each in found[1].evidence)
     assert [found[place].names for place in (0, 2, 3)] == [("aging",)] * 3
@@ -164,23 +167,23 @@ def test_light_that_fell_alike_is_a_setting_or_age_unless_it_fell_too_fast(
         folder = tmp_path / str(number)
         folder.mkdir()
         campaign = read_campaign(write(folder, life([State(), state]), [0, days]))
-        (found,) = separate(campaign).verdicts
+        (found,) = explain(campaign).verdicts
         assert found.names == (("brightness", "aging") if rival else ("brightness",))
         assert found.display == ("cannot tell" if rival else "unchanged")
         one, other = (replace(entry, settings=said) for entry, said in zip(campaign.entries, ("50", "40"), strict=True))
-        (told,) = separate(replace(campaign, entries=(one, other))).verdicts
+        (told,) = explain(replace(campaign, entries=(one, other))).verdicts
         assert told.names == ("brightness",)
 
 
 def test_room_light_is_certain_where_the_rest_is_a_setting_or_age(tmp_path: Path) -> None:
     state = State(brightness=0.8, ambient=np.array([1.1, 1.0, 0.4]))
-    (found,) = separate(read_campaign(write(tmp_path, life([State(), state]), [0, 400]))).verdicts
+    (found,) = explain(read_campaign(write(tmp_path, life([State(), state]), [0, 400]))).verdicts
     assert (found.kind, found.names, found.sure) == ("one-of", ("ambient", "brightness", "aging"), ("ambient",))
 
 
 def test_light_that_fell_after_years_without_loss_was_turned_down(tmp_path: Path) -> None:
     states = [State(), State(), State(), State(brightness=0.75)]
-    found = separate(read_campaign(write(tmp_path, life(states), [0, 500, 1000, 1300]))).verdicts
+    found = explain(read_campaign(write(tmp_path, life(states), [0, 500, 1000, 1300]))).verdicts
     assert [each.names for each in found] == [(), (), ("brightness",)]
     assert any("until 300 days before" in each for each in found[2].evidence)
 
@@ -188,7 +191,7 @@ def test_light_that_fell_after_years_without_loss_was_turned_down(tmp_path: Path
 def test_light_lost_alike_and_steadily_over_many_sessions_is_aging(tmp_path: Path) -> None:
     days = [0, 300, 600, 900, 1200]
     states = [State(aged=np.full(3, np.exp(-0.06 * day / 300.0))) for day in days]
-    steady = separate(read_campaign(write(tmp_path, life(states), days)))
+    steady = explain(read_campaign(write(tmp_path, life(states), days)))
     assert {each.names for each in steady.verdicts} == {("aging",)}
 
 
@@ -198,7 +201,7 @@ def test_a_noisy_instrument_and_no_repeats_are_no_cause(seed: int, tmp_path: Pat
     made = panel(rng)
     code = np.vstack([np.ones(3), np.zeros(3), np.eye(3), np.repeat(np.linspace(0.1, 0.9, 9)[:, np.newaxis], 3, 1)])
     texts = [csv_text(code, read(made, State(), code, rng, noise=0.005, floor=0.002)) for _ in range(2)]
-    (found,) = separate(read_campaign(write(tmp_path, texts, [0, 10]))).verdicts
+    (found,) = explain(read_campaign(write(tmp_path, texts, [0, 10]))).verdicts
     assert (found.kind, found.names) == ("same", ())
 
 
@@ -223,7 +226,7 @@ def test_what_scatters_is_told_from_what_drifts(
     (tmp_path / "s.csv").write_text(csv_text(np.ones((readings, 3)), np.tile(white, (readings, 1))))
     session = read_session(tmp_path / "s.csv")
     light = (1.0 + moved(np.linspace(0.0, 1.0, readings))) * (1.0 + noise * random.standard_normal((300, readings)))
-    drifts = [course(replace(session, xyz=np.outer(each, white))) for each in light]
+    drifts = [course(steadiness(replace(session, xyz=np.outer(each, white)))) for each in light]
     low, high = share
     assert low <= sum(each.ran_away for each in drifts) / 300 <= high
 
@@ -234,7 +237,7 @@ def test_dimming_between_five_patches_is_a_rival_of_hdr(tmp_path: Path) -> None:
     still, dimmed = (read(made, State(), code, rng, noise=0.001, floor=0.002) for _ in range(2))
     dimmed[2:] *= 0.88
     texts = [csv_text(code, xyz) for xyz in (still, dimmed)]
-    (found,) = separate(read_campaign(write(tmp_path, texts, [0, 10]))).verdicts
+    (found,) = explain(read_campaign(write(tmp_path, texts, [0, 10]))).verdicts
     assert (found.kind, found.names) == ("one-of", ("hdr", "drift"))
 
 
@@ -254,7 +257,7 @@ def test_curves_that_only_the_files_bend_are_a_calibration(tmp_path: Path) -> No
         )
         for entry, curve in zip(campaign.entries, (1.0, 1.1), strict=True)
     ]
-    (found,) = separate(replace(campaign, entries=tuple(entries))).verdicts
+    (found,) = explain(replace(campaign, entries=tuple(entries))).verdicts
     assert (found.kind, found.names, found.display) == ("named", ("calibration",), "unchanged")
     assert any("with the calibrations in the files" in each for each in found.evidence)
 
@@ -283,14 +286,14 @@ def test_what_a_calibration_takes_is_read_off_a_curve_that_is_no_power(ends: tup
 
 def test_sessions_of_one_day_are_never_called_aging(tmp_path: Path) -> None:
     aged = State(aged=np.array([0.9, 0.88, 0.8]))
-    (found,) = separate(read_campaign(write(tmp_path, life([State(), aged]), [0, 0]))).verdicts
+    (found,) = explain(read_campaign(write(tmp_path, life([State(), aged]), [0, 0]))).verdicts
     assert "aging" not in found.names
 
 
 def test_another_display_is_noticed_by_name_and_by_colour(tmp_path: Path) -> None:
     other = panel(np.random.default_rng(77))
     path = write(tmp_path, life([State(), State(), State()], other=other), [0, 10, 20])
-    found = separate(read_campaign(path)).verdicts
+    found = explain(read_campaign(path)).verdicts
     assert found[0].kind == "same"
     assert "another-display" in found[1].names
     campaign = read_campaign(path)
@@ -298,7 +301,7 @@ def test_another_display_is_noticed_by_name_and_by_colour(tmp_path: Path) -> Non
         replace(entry, session=replace(entry.session, display=name))
         for entry, name in zip(campaign.entries, ("A", "A", "B"), strict=True)
     )
-    assert separate(replace(campaign, entries=named)).verdicts[1].names == ("another-display",)
+    assert explain(replace(campaign, entries=named)).verdicts[1].names == ("another-display",)
 
 
 def test_what_the_campaign_says_of_the_instrument_counts(tmp_path: Path) -> None:
@@ -306,7 +309,7 @@ def test_what_the_campaign_says_of_the_instrument_counts(tmp_path: Path) -> None
     path = write(tmp_path, life([State(), turned]), [0, 0], said='instrument = "another meter"')
     campaign = read_campaign(path)
     entries = (replace(campaign.entries[0], instrument="one meter"), campaign.entries[1])
-    (found,) = separate(replace(campaign, entries=entries)).verdicts
+    (found,) = explain(replace(campaign, entries=entries)).verdicts
     assert found.names == ("instrument",)
     assert "the instrument is 'another meter', it was 'one meter'" in found.evidence
 
@@ -322,17 +325,20 @@ def test_spectral_lines_that_all_shift_are_the_instruments(tmp_path: Path) -> No
     ]
     assert line_shift(entries[0].session, entries[1].session) == pytest.approx(1.0, abs=0.15)
     assert line_shift(entries[0].session, entries[0].session) == pytest.approx(0.0, abs=0.05)
-    (found,) = separate(replace(campaign, entries=tuple(entries))).verdicts
-    assert (found.kind, found.names) == ("named", ("instrument",))
+    moved_colours = entries[1].session.xyz @ np.array([[1.1, 0.0, -0.1], [-0.05, 1.0, 0.1], [0.0, 0.05, 0.8]])
+    moved = replace(entries[1], session=replace(entries[1].session, xyz=np.maximum(moved_colours, 0.0)))
+    for later in (entries[1], moved):
+        (found,) = explain(replace(campaign, entries=(entries[0], later))).verdicts
+        assert (found.kind, found.names) == ("named", ("instrument",))
 
 
 def test_sessions_without_primaries_are_unclear_and_say_why(tmp_path: Path) -> None:
     greys = "R,G,B,X_cdm2,Y_cdm2,Z_cdm2\n255,255,255,95,100,108\n128,128,128,20,21,23\n"
     path = write(tmp_path, [greys, greys.replace("100", "101")], [0, 5])
-    (found,) = separate(read_campaign(path)).verdicts
+    (found,) = explain(read_campaign(path)).verdicts
     assert (found.kind, found.names) == ("unclear", ())
     assert "white or a primary" in found.evidence[0]
-    pair = separate(read_campaign(path)).pairs[0]
+    pair = explain(read_campaign(path)).pairs[0]
     assert explanations(pair) == ()
 
 
@@ -341,7 +347,7 @@ def test_a_session_without_black_is_compared_without(tmp_path: Path) -> None:
     head, *rows = texts[1].splitlines()
     lit = [row for row in rows if not row.startswith("0.0000,0.0000,0.0000,")]
     assert len(lit) < len(rows)
-    found = separate(read_campaign(write(tmp_path, [texts[0], "\n".join([head, *lit])], [0, 0])))
+    found = explain(read_campaign(write(tmp_path, [texts[0], "\n".join([head, *lit])], [0, 0])))
     # Light after black is needed to tell a factor on all light from gains of the channels.
     assert "brightness" in found.verdicts[0].names
     assert found.pairs[0].contrast is None
@@ -350,10 +356,94 @@ def test_a_session_without_black_is_compared_without(tmp_path: Path) -> None:
 def test_a_campaign_of_one_session_and_an_unknown_reference_are_refused(tmp_path: Path) -> None:
     texts = life([State(), State()])
     with pytest.raises(LutgenError, match="causes are told from two or more"):
-        separate(read_campaign(write(tmp_path, texts[:1], [0])))
+        explain(read_campaign(write(tmp_path, texts[:1], [0])))
     with pytest.raises(LutgenError, match=r"'x' names 0 of its sessions. Pick one of: 0.txt, 1.txt"):
-        separate(read_campaign(write(tmp_path, texts, [0, 1])), reference="x")
+        explain(read_campaign(write(tmp_path, texts, [0, 1])), reference="x")
 
+
+def _two(folder: Path, texts: list[str], days: int = 10) -> SessionVerdict:
+    return explain(read_campaign(write(folder, texts, [0, days])), reference="0.txt").verdicts[0]
+
+
+@pytest.mark.parametrize("order", ["", "sorted", "shuffled"])
+def test_sessions_sorted_by_code_do_not_drift(order: str, tmp_path: Path) -> None:
+    """What a brightness change looks like when a spreadsheet sorted the rows, with the order written down or not."""
+    rng = np.random.default_rng(8)
+    made, code = panel(rng), np.unique(chart(9, 4), axis=0)
+    texts = []
+    for brightness in (1.0, 0.7):
+        head, *rows = csv_text(
+            code, read(made, State(brightness=brightness), code, rng, noise=0.001, floor=0.002)
+        ).splitlines()
+        if order == "shuffled":
+            rows = [rows[place] for place in rng.permutation(len(rows))]
+        if order == "sorted":
+            head, rows = f"{head},order", [f"{row},{place}" for place, row in enumerate(rows)]
+        texts.append("\n".join([head, *rows]) + "\n")
+    assert _two(tmp_path, texts).names == ("brightness",)
+
+
+def test_a_drift_shows_in_the_order_of_reading_where_that_is_not_the_codes(tmp_path: Path) -> None:
+    rng = np.random.default_rng(9)
+    made, code = panel(rng), rng.permutation(np.unique(chart(9, 4), axis=0))
+    still, ran = (read(made, State(drift=d), code, rng, noise=0.001, floor=0.002) for d in (0.0, 0.15))
+    assert _two(tmp_path, [ti3_text(code, xyz, "Tue Mar 04 10:12:00 2025") for xyz in (still, ran)]).names == ("drift",)
+
+
+def test_blue_that_fades_over_a_year_is_aging(tmp_path: Path) -> None:
+    """Light of short wavelengths is lost, as behind a yellowing sheet: red and green hardly move."""
+    rng = np.random.default_rng(3)
+    made, code = panel(rng), chart(9, 3)
+    short = 0.1 * made.channels[:, 2]
+    faded = replace(made, channels=made.channels - np.column_stack([0.195 * short, 0.0 * short, short]))
+    states = ((made, State()), (faded, State(aged=np.array([0.95, 0.95, 0.93]))))
+    texts = [csv_text(code, read(each, state, code, rng, noise=0.001, floor=0.002)) for each, state in states]
+    found = _two(tmp_path, texts, 400)
+    assert (found.names, found.display) == (("aging",), "changed")
+
+
+@pytest.mark.parametrize("curve", [1.0, 1.08])
+def test_another_gamut_mode_is_a_preset_and_no_hdr(curve: float, tmp_path: Path) -> None:
+    rng = np.random.default_rng(4)
+    made, code = panel(rng), chart(9, 3)
+    mixed = np.array([[0.94, 0.045, 0.015], [0.03, 0.96, 0.01], [0.005, 0.02, 0.975]])
+    states = ((made, State()), (replace(made, channels=mixed @ made.channels), State(curve=curve)))
+    head = "# display: one\n# instrument: one meter\n"
+    texts = [head + csv_text(code, read(each, state, code, rng, noise=0.001, floor=0.002)) for each, state in states]
+    found = _two(tmp_path, texts, 0)
+    assert found.names[0] == "gamut-mode"
+    assert not {"hdr", "instrument", "another-display", "aging"} & {*found.names}
+    assert found.display == "unchanged"
+
+
+@pytest.mark.parametrize("beside", ["", "brightness"])
+def test_one_patch_misread_is_named_and_left_out(beside: str, tmp_path: Path) -> None:
+    texts = life([State(), State(brightness=0.5 if beside else 1.0)])
+    head, *rows = texts[1].splitlines()
+    place = next(
+        n for n, row in enumerate(rows) if len({*row.split(",")[:3]}) == 1 and 120 < float(row.split(",")[0]) < 150
+    )
+    rows[place] = ",".join([*rows[place].split(",")[:3], "190", "200", "218"])
+    found = _two(tmp_path, [texts[0], "\n".join([head, *rows])])
+    assert found.names == (("misreading", beside) if beside else ("misreading",))
+    assert f"1.txt, line {place + 2}: code 0.5" in found.evidence[0]
+    assert found.display == "unchanged"
+
+
+@pytest.mark.parametrize("declares", ["proof", "sign", "beside", "bends"])
+def test_a_cause_is_one_file(declares: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever an invented cause declares names it: nothing else has to know it."""
+    says: dict[str, object] = {declares: lambda _pair: True if declares == "bends" else "a cat sat on the screen"}
+    invented = Cause("cat", "a cat sat on the screen", "look", "unchanged", frozenset({"sum"}), **says)  # type: ignore[arg-type]
+    known = {**causes(), "cat": invented}
+    for module in ("verdicts", "explain", "succession"):
+        monkeypatch.setattr(f"lutgen.history.{module}.causes", lambda: known)
+    greys = "R,G,B,X_cdm2,Y_cdm2,Z_cdm2\n255,255,255,95,100,108\n128,128,128,20,21,23\n"
+    texts = [greys, greys.replace("100", "101")] if declares == "sign" else life([State(), State()])
+    assert "cat" in _two(tmp_path, texts).names
+
+
+X61_2020 = "ThinkPad_X61__N121X5-L06__1_2020-05-26"
 
 #: Real pairs by how their files begin, and names that a verdict may hold: "" means nothing at all.
 REAL = {
@@ -366,6 +456,8 @@ REAL = {
     "wrong matrix": ("U2718Q__1_2020-05-26_13", "U2718Q__1_2020-05-26_12-58", {"instrument", "calibration"}),
     "drift, June": ("MacBook_Pro_13_2013_Late___1_2018-06-21", "MacBook_Pro_13_2013_Late___1_2018-06-03", {"drift"}),
     "drift, October": ("MacBook_Pro_13_2013_Late___1_2018-06-21", "MacBook_Pro_13_2013_Late___1_2018-10", {"drift"}),
+    "X61, three years": ("ThinkPad_X61__N121X5-L06__1_2017-04-19_15", f"{X61_2020}_13", {"aging"}),
+    "X61, one day": (f"{X61_2020}_13", f"{X61_2020}_15", {""}),
     "two models": ("U2718Q__1_2020-05-26_13", "K2721UG__1_2022-08-20_17", {"another-display"}),
 }  # fmt: skip
 
@@ -378,16 +470,16 @@ def test_real_sessions_are_explained_as_their_authors_noted(name: str) -> None:
     before, after, expected = REAL[name]
     entries = tuple(_entry(Path(folder), start) for start in (before, after))
     campaign = Campaign("real", None, entries, "<memory>", "")
-    (found,) = separate(campaign, reference=entries[0].session.file).verdicts
+    (found,) = explain(campaign, reference=entries[0].session.file).verdicts
     assert {*found.names} == expected - {""}
-    assert found.display != "changed"
+    assert (found.display == "changed") == (expected == {"aging"})
 
 
-def _entry(folder: Path, start: str) -> Entry:
+def _entry(folder: Path, start: str) -> CampaignEntry:
     (path,) = Path(folder, "real").rglob(f"{start}*")
     session = read_session(path)
     when = session.created.date() if session.created else _named_date(path.name)
-    return Entry(session, 1, when, None, session.instrument, "", "", {})
+    return CampaignEntry(session, session.file, when, None, session.instrument, "", "", {})
 
 
 def _named_date(name: str) -> date:

@@ -15,19 +15,21 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from lutgen.cells import number
 from lutgen.colorimetry import D65, xyY_to_xyz
 from lutgen.errors import LutgenError
+from lutgen.readings.formats._cgats_tables import CgatsTable, tables
+from lutgen.readings.formats._source import date_of, full_drive, whites
 from lutgen.readings.session import Session
-from lutgen.readings.sessions._source import date_of, full_drive, number, whites
-from lutgen.readings.sessions._tables import Table, tables
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
-    from lutgen.readings.sessions._source import Source
+    from lutgen.readings.formats._source import FileText
 
 NAME = "CGATS"
+SUFFIXES = (".ti3", ".cgats", ".cgt", ".txt")
 
 _RGB = ("RGB_R", "RGB_G", "RGB_B")
 _CAL = ("RGB_I", *_RGB)
@@ -59,14 +61,17 @@ class _Light(NamedTuple):
     remarks: tuple[str, ...] = ()
 
 
-def claims(text: str) -> bool:
+def claims(source: FileText) -> bool:
     """Whether this is CGATS: its identifiers, or a data format."""
-    head = text.lstrip()[:8].upper()
-    return head.startswith(("CTI", "CGATS", "CAL", "IT8", "NCLR")) or "BEGIN_DATA" in text
+    head = source.text.lstrip()[:8].upper()
+    return head.startswith(("CTI", "CGATS", "CAL", "IT8", "NCLR")) or "BEGIN_DATA" in source.text
 
 
-def read(source: Source) -> Session:
+def read(source: FileText) -> Session:
     """Read a CGATS file. Raises LutgenError naming file, line and column."""
+    if not claims(source):
+        message = f"{source.file}: is no CGATS: no table in it begins with BEGIN_DATA: {source.text.lstrip()[:24]!r}."
+        raise LutgenError(f"{message} Readable are .ti3, CGATS or CSV.")
     found = tables(source)
     readings = _readings(source, found)
     argyll = readings.kind.upper() == "CTI3"
@@ -86,6 +91,7 @@ def read(source: Source) -> Session:
         names=tuple(row[readings.fields.index(names)] for row in readings.rows) if names else ("",) * len(drive),
         lines=np.array(readings.lines, dtype=np.int64),
         form="ArgyllCMS .ti3" if argyll else "CGATS",
+        order=np.arange(len(drive), dtype=np.float64),
         spectra=spectra,
         wavelengths=wavelengths,
         calibration=_columns(source, calibration, _CAL) if calibration else None,
@@ -108,7 +114,7 @@ def _named(arguments: str) -> str:
     return next((value for word, value in itertools.pairwise(words) if word == "-M"), "")
 
 
-def _readings(source: Source, found: list[Table]) -> Table:
+def _readings(source: FileText, found: list[CgatsTable]) -> CgatsTable:
     """Return the one table that holds drive and colours."""
     for table in found:
         if any(name.startswith(("CMYK_", "CMY_")) for name in table.fields):
@@ -133,16 +139,16 @@ def _readings(source: Source, found: list[Table]) -> Table:
     raise LutgenError(message)
 
 
-def _columns(source: Source, table: Table, names: tuple[str, ...]) -> Array:
+def _columns(source: FileText, table: CgatsTable, names: tuple[str, ...]) -> Array:
     places = [table.fields.index(name) for name in names]
     rows = np.empty((len(table.rows), len(names)))
     for n, (row, line) in enumerate(zip(table.rows, table.lines, strict=True)):
         for k, (place, name) in enumerate(zip(places, names, strict=True)):
-            rows[n, k] = number(row[place], source.at(line), name)
+            rows[n, k] = source.number(row[place], line, name)
     return rows
 
 
-def _drive(source: Source, table: Table, *, argyll: bool) -> Array:
+def _drive(source: FileText, table: CgatsTable, *, argyll: bool) -> Array:
     values = _columns(source, table, _RGB)
     if not argyll:
         return values / full_drive(values, source.file)
@@ -156,7 +162,7 @@ def _drive(source: Source, table: Table, *, argyll: bool) -> Array:
     return np.minimum(values, 100.0) / 100.0
 
 
-def _light(source: Source, table: Table, drive: Array, *, argyll: bool) -> _Light:
+def _light(source: FileText, table: CgatsTable, drive: Array, *, argyll: bool) -> _Light:
     if set(_XYZ) <= set(table.fields):
         return _scaled(source, table, _columns(source, table, _XYZ), drive, argyll=argyll)
     for names in _XYY:
@@ -171,7 +177,7 @@ def _light(source: Source, table: Table, drive: Array, *, argyll: bool) -> _Ligh
     return _from_lab(source, table, argyll=argyll)
 
 
-def _from_lab(source: Source, table: Table, *, argyll: bool) -> _Light:
+def _from_lab(source: FileText, table: CgatsTable, *, argyll: bool) -> _Light:
     """Lab to XYZ relative to the white that it was given under (CIE 15:2018, 8.2.1)."""
     said = " ".join(
         table.keywords.get(name, "")
@@ -204,7 +210,7 @@ def _from_lab(source: Source, table: Table, *, argyll: bool) -> _Light:
     return _Light(ratio * _LAB_WHITES[name], absolute=False, remarks=(remark,))
 
 
-def _scaled(source: Source, table: Table, xyz: Array, drive: Array, *, argyll: bool) -> _Light:
+def _scaled(source: FileText, table: CgatsTable, xyz: Array, drive: Array, *, argyll: bool) -> _Light:
     """Bring XYZ to cd/m², or to Y = 1 for white where nothing tells what white was."""
     keywords = table.keywords
     luminance = _luminance(source, keywords["LUMINANCE_XYZ_CDM2"]) if "LUMINANCE_XYZ_CDM2" in keywords else None
@@ -237,7 +243,7 @@ def _scaled(source: Source, table: Table, xyz: Array, drive: Array, *, argyll: b
 _RELATIVE = "XYZ are relative to white; how many cd/m² white has, the file does not say: good for ratios alone."
 
 
-def _undeclared(source: Source, xyz: Array, white: float | None, *, argyll: bool) -> _Light:
+def _undeclared(source: FileText, xyz: Array, white: float | None, *, argyll: bool) -> _Light:
     """XYZ of a file that does not say what they are: relative, for that is true of cd/m² too once divided by white."""
     if white is None:
         message = f"{source.file}: does not say whether XYZ are in cd/m², and has no white to tell by. Add its reading."
@@ -254,14 +260,18 @@ def _undeclared(source: Source, xyz: Array, white: float | None, *, argyll: bool
     return _Light(xyz / white, absolute=False, remarks=(doubt,))
 
 
-def _luminance(source: Source, text: str) -> Array:
+def _luminance(source: FileText, text: str) -> Array:
     words = text.split()
     if len(words) != 3:
         message = (
             f"{source.file}: LUMINANCE_XYZ_CDM2 is {text[:40]!r}; it is three numbers, X, Y and Z of white in cd/m²."
         )
         raise LutgenError(message)
-    xyz = np.array([number(word, source.file, "LUMINANCE_XYZ_CDM2") for word in words])
+    values = [number(word) for word in words]
+    if None in values:
+        message = f"{source.file}: LUMINANCE_XYZ_CDM2 is {text[:40]!r}: not a finite number. Correct it."
+        raise LutgenError(message)
+    xyz = np.array(values, dtype=np.float64)
     low, high = _WHITE_CD_M2
     if not low <= xyz[1] <= high or xyz.min() <= 0:
         message = (
@@ -282,7 +292,7 @@ def _contradiction(luminance: Array, xyz: Array, places: NDArray[np.intp]) -> tu
     return (f"LUMINANCE_XYZ_CDM2 and the first white differ in colour by {off:.0%}: one of them was edited.",)
 
 
-def _spectra(source: Source, table: Table) -> tuple[Array | None, Array | None]:
+def _spectra(source: FileText, table: CgatsTable) -> tuple[Array | None, Array | None]:
     matches = [(name, match) for name in table.fields if (match := _SPECTRUM.fullmatch(name))]
     if not matches:
         return None, None

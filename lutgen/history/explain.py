@@ -1,40 +1,43 @@
 """Display, instrument, room or settings: why the sessions of a campaign differ from a reference session.
 
-Each session is held against the reference: first what the five colours do not hold (drift while reading, HDR, another
-display, shifted spectral lines, bent curves), then every cause and every two of them by the evidence of the five
-colours. A verdict names one cause, or those that cannot be told apart and the measurement that would tell.
+Each session is held against the reference, without readings that contradict their own ramp: first what proves a cause
+by itself (drift while reading, HDR, another display's name, shifted spectral lines), then every cause and every two of
+them by the evidence of white, primaries and black. A verdict names one cause, or those that cannot be told apart and
+the measurement that would tell.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lutgen.errors import LutgenError
 from lutgen.history.causes import causes
-from lutgen.history.course import course
+from lutgen.history.colour_points import colour_points
+from lutgen.history.drift import course, steadiness
 from lutgen.history.evidence import BY_CONTENT, fit
-from lutgen.history.five import five
-from lutgen.history.pair import Pair
+from lutgen.history.misreading import left_out
+from lutgen.history.pair import SessionPair
+from lutgen.history.patches import CHANNELS
 from lutgen.history.succession import in_succession
-from lutgen.history.verdicts import Verdict, pronounce
+from lutgen.history.verdicts import SessionVerdict, pronounce
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lutgen.history.evidence import Fit
-    from lutgen.readings.campaign import Campaign, Entry
+    from lutgen.history.evidence import ColourFit
+    from lutgen.readings.campaign import Campaign, CampaignEntry
 
 #: What a second cause costs before it explains anything, in natural logarithms: two changes at once are rarer.
 SECOND = 3.0
 
 
 @dataclass(frozen=True)
-class Explained:
-    """A set of causes and how well it explains the five colours.
+class Hypothesis:
+    """A set of causes and how well it explains white, primaries and black.
 
     Attributes
     ----------
@@ -48,12 +51,12 @@ class Explained:
     """
 
     names: tuple[str, ...]
-    fit: Fit
+    fit: ColourFit
     weight: float
 
 
 @dataclass(frozen=True)
-class Separation:
+class Explanations:
     """Verdicts on a campaign.
 
     Attributes
@@ -69,13 +72,13 @@ class Separation:
 
     campaign: Campaign
     reference: int
-    pairs: tuple[Pair, ...]
-    verdicts: tuple[Verdict, ...]
+    pairs: tuple[SessionPair, ...]
+    verdicts: tuple[SessionVerdict, ...]
 
 
-def separate(
+def explain(
     campaign: Campaign, *, reference: str | None = None, progress: Callable[[int, int], None] | None = None
-) -> Separation:
+) -> Explanations:
     """Say of every session of a campaign why it differs from the reference.
 
     ``reference`` names its file; without it, the earliest session that is whole and steady is taken.
@@ -90,29 +93,31 @@ def separate(
         message = f"{campaign.file}: one session; causes are told from two or more. Add another [[sessions]]."
         raise LutgenError(message)
     place = _reference(campaign, reference)
-    before = campaign.entries[place]
-    others = [entry for entry in campaign.entries if entry is not before]
+    cleaned = [left_out(entry.session) for entry in campaign.entries]
+    entries = [replace(entry, session=each) for entry, (each, _) in zip(campaign.entries, cleaned, strict=True)]
+    others = [number for number in range(len(entries)) if number != place]
     pairs, verdicts = [], []
-    for number, after in enumerate(others):
+    for number, other in enumerate(others):
         if progress:
             progress(number, len(others))
-        pair = Pair(before, after, _days(campaign, before, after))
+        days = _days(campaign, entries[place], entries[other])
+        pair = SessionPair(entries[place], entries[other], days, (*cleaned[place][1], *cleaned[other][1]))
         pairs.append(pair)
         verdicts.append(pronounce(pair, explanations(pair)))
-    return Separation(campaign, place, tuple(pairs), in_succession(pairs, verdicts))
+    return Explanations(campaign, place, tuple(pairs), in_succession(pairs, verdicts))
 
 
-def explanations(pair: Pair) -> tuple[Explained, ...]:
-    """Weigh nothing, every cause and every two, the best first; empty where the five colours were not read."""
+def explanations(pair: SessionPair) -> tuple[Hypothesis, ...]:
+    """Weigh nothing, every cause and every two, the best first; empty where white or a primary was not read."""
     if pair.seen is None:
         return ()
     before, after = pair.seen
-    known = [cause for cause in causes().values() if cause.ways]
-    # Nothing may be as loose as any cause, lest one be named for its looseness alone.
+    known = [cause for cause in causes().values() if cause.ways and cause.prior(pair) > -np.inf]
+    # Give "no change" the largest tolerance of any cause, so that no cause wins by tolerance alone.
     loosest = max(cause.loose for cause in known)
-    found: list[Explained] = []
+    found: list[Hypothesis] = []
     for together in ((), *combinations(known, 1), *combinations(known, 2)):
-        best: Explained | None = None
+        best: Hypothesis | None = None
         prior = sum(cause.prior(pair) for cause in together) - SECOND * max(len(together) - 1, 0)
         looseness = (max(cause.loose for cause in together),) if together else (0.0, loosest)
         for ways, loose in product(product(*(cause.ways for cause in together)), looseness):
@@ -125,7 +130,7 @@ def explanations(pair: Pair) -> tuple[Explained, ...]:
                 for cause, way in zip(together, ways, strict=True)
             ):
                 continue
-            here = Explained(tuple(cause.name for cause in together), found_fit, found_fit.evidence + prior)
+            here = Hypothesis(tuple(cause.name for cause in together), found_fit, found_fit.evidence + prior)
             best = here if best is None or here.weight > best.weight else best
         if best is not None:
             found.append(best)
@@ -144,16 +149,16 @@ def _reference(campaign: Campaign, named: str | None) -> int:
     return min(range(len(files)), key=lambda place: (_doubt(campaign.entries[place]), _age(campaign.entries[place])))
 
 
-def _doubt(entry: Entry) -> float:
+def _doubt(entry: CampaignEntry) -> float:
     """What speaks against a session as the reference: that it lacks patches, ran away, or is not additive."""
-    found = five(entry.session)
+    found = colour_points(entry.session)
     if found is None:
         return np.inf
     off = abs(float(found.extra[1] / found.channels[:, 1].sum()))
-    return (10.0 if course(entry.session).ran_away else 0.0) + (off if off >= BY_CONTENT else 0.0)
+    return (10.0 if course(steadiness(entry.session)).ran_away else 0.0) + (off if off >= BY_CONTENT else 0.0)
 
 
-def _age(entry: Entry) -> tuple[float, str]:
+def _age(entry: CampaignEntry) -> tuple[float, str]:
     """Sort key: hours where said, else the date, to the minute where the file says it."""
     if entry.hours is not None:
         return entry.hours, ""
@@ -162,10 +167,52 @@ def _age(entry: Entry) -> tuple[float, str]:
     return (float(entry.date.toordinal()) if entry.date else np.inf), minute
 
 
-def _days(campaign: Campaign, before: Entry, after: Entry) -> float | None:
+def _days(campaign: Campaign, before: CampaignEntry, after: CampaignEntry) -> float | None:
     """Days from one to the other: by operating hours where said (24 a day, or as the campaign says), or dates."""
     if before.hours is not None and after.hours is not None:
         return (after.hours - before.hours) / (campaign.hours_per_day or 24.0)
     if before.date and after.date:
         return float((after.date - before.date).days)
     return None
+
+
+def explanations_as_json(found: Explanations) -> dict[str, Any]:
+    """Return the content of the file."""
+    campaign = found.campaign
+    return {
+        "schema": 1,
+        "campaign": {"file": campaign.file, "sha256": campaign.sha256, "display": campaign.display or None},
+        "reference": campaign.entries[found.reference].session.file,
+        "sessions": [_session(pair, said) for pair, said in zip(found.pairs, found.verdicts, strict=True)],
+    }
+
+
+def _session(pair: SessionPair, said: SessionVerdict) -> dict[str, Any]:
+    return {
+        "file": pair.after.session.file,
+        "days": pair.days,
+        "verdict": said.kind,
+        "causes": list(said.names),
+        "certain": list(said.sure),
+        "display": said.display,
+        "sentence": said.sentence,
+        "evidence": list(said.evidence),
+        "tests": list(said.tests),
+        "figures": _figures(pair),
+    }
+
+
+def _figures(pair: SessionPair) -> dict[str, Any] | None:
+    if pair.seen is None:
+        return None
+    before, after = pair.seen
+    ratio = after.channels[:, 1] / before.channels[:, 1]
+    return {
+        "light": dict(zip(CHANNELS, ratio.tolist(), strict=True)),
+        "calibration": dict(zip(CHANNELS, pair.held_back.tolist(), strict=True)),
+        "shift_uv": dict(zip((*CHANNELS, "white"), (pair.shift**2).sum(axis=1) ** 0.5, strict=True)),
+        "black": [float(each.leak[1]) if each.has_black else None for each in (before, after)],
+        "additivity": list(pair.additivity),
+        "curve_lightness": pair.bend,
+        "drift": [each.change for each in pair.drifts],
+    }

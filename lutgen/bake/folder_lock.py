@@ -1,4 +1,4 @@
-"""One build at a time in a folder, which is made first and taken away again when nothing comes of it."""
+"""Lock the output folder for one build; create it first, and remove it if the build fails."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ PATIENCE = 5.0
 
 
 @contextmanager
-def sole_builder(path: Path) -> Iterator[None]:
+def locked_folder(path: Path) -> Iterator[None]:
     """Make the folder ``path`` and hold it for one build; after an error, folders that it made and are empty go again.
 
     Raises

@@ -1,0 +1,44 @@
+"""Another gamut mode (sRGB, Adobe RGB, native): each primary is mixed from the panel's; black and the sum stay."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.history.causes._cause import Cause
+
+if TYPE_CHECKING:
+    from lutgen.history.causes._cause import Values
+    from lutgen.history.pair import SessionPair
+
+#: Δu'v' by which two primaries move at least: modes of one gamut differ by less, and aging moves blue alone.
+_TWO_MOVE = 0.006
+
+
+def _sound(_values: Values, pair: SessionPair) -> bool:
+    size = np.sort(np.hypot(*pair.shift[:3].T))
+    return bool({"blue", "colour"} & pair.moved and size[1] >= _TWO_MOVE and "sum" not in pair.moved)
+
+
+def _prior(pair: SessionPair) -> float:
+    if not _sound({}, pair):
+        return -np.inf
+    return 2.0 if pair.other_settings else -2.0
+
+
+def _possible(pair: SessionPair) -> bool:
+    return _sound({}, pair)
+
+
+CAUSE = Cause(
+    name="gamut-mode",
+    meaning="another preset (gamut mode) of the display was chosen",
+    test="put the display's preset or colour space back as it was and read the primaries again",
+    display="unchanged",
+    moves=frozenset({"blue", "colour", "curve"}),
+    possible=_possible,
+    ways=(("gamut",), ("scale", "gamut")),
+    prior=_prior,
+    sound=_sound,
+)

@@ -1,0 +1,185 @@
+"""Campaign files (TOML): the sessions of one display over its life.
+
+::
+
+    schema = 1
+    [display]
+    name = "KOIOS K2418U"
+    hours_per_day = 8.0             # turns dates into operating hours; only its owner knows
+    [[sessions]]
+    file = "2019-04-01.ti3"         # beside the campaign file
+    date = 2019-04-01               # or hours = 0.0
+    instrument = "i1 DisplayPro"
+    ambient_lx = 0.0
+    settings = "brightness 30 %"
+    position = [0.5, 0.5]           # from the left and the top, 0..1
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from datetime import date, datetime
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lutgen.documents import from_toml
+from lutgen.errors import LutgenError
+from lutgen.readings.campaign import Campaign, CampaignEntry, check_once
+from lutgen.readings.conditions import COLUMNS
+from lutgen.readings.formats import open_source, reader_of
+from lutgen.readings.formats._source import YEARS
+from lutgen.readings.table import RANGES
+
+if TYPE_CHECKING:
+    from lutgen.readings.formats._source import FileText
+    from lutgen.readings.session import Session
+
+NAME = "campaign file"
+SUFFIXES = (".toml",)
+
+SCHEMA = 1
+
+#: What an entry may say, beside its file: text, and conditions with the ranges of a table of readings.
+TEXTS = ("instrument", "settings", "note")
+CONDITIONS = tuple(name for name in COLUMNS if name not in {"u", "v"})
+_KEYS = ("file", "date", "hours", *TEXTS, *CONDITIONS, "position")
+_TOP = {"schema", "display", "sessions"}
+_DISPLAY = ("name", "hours_per_day", "note")
+
+#: A campaign of more sessions than a day's worth for years is a slip.
+MOST_SESSIONS = 2000
+
+_SESSIONS = re.compile(r"^[ \t]*\[\[[ \t]*sessions[ \t]*\]\]", re.MULTILINE)
+
+
+def claims(source: FileText) -> bool:
+    """Whether the text lists sessions as TOML tables."""
+    return bool(_SESSIONS.search(source.text))
+
+
+def read(source: FileText) -> Campaign:
+    """Read a campaign file and all sessions that it names, which lie beside it.
+
+    Raises
+    ------
+    LutgenError
+        No TOML, a key that is unknown or wrong, or a session that is: names file and line.
+
+    """
+    text, file = source.text, source.file
+    try:
+        content = from_toml(text)
+    except ValueError as error:
+        message = f"{file}: is no TOML: {error}. Draft a campaign of session files with lutgen sessions init."
+        raise LutgenError(message) from None
+    _check_keys(content, tuple(_TOP), file)
+    if content.get("schema") != SCHEMA:
+        said = f"schema = {content.get('schema')!r}"
+        message = f"{file}: {said}; a campaign has schema = {SCHEMA}. lutgen sessions init drafts one."
+        raise LutgenError(message)
+    display, listed = content.get("display", {}), content.get("sessions", [])
+    if not isinstance(display, dict) or not isinstance(listed, list) or not listed:
+        raise LutgenError(f"{file}: needs [display] and one [[sessions]] for every session.")
+    if len(listed) > MOST_SESSIONS:
+        raise LutgenError(f"{file}: {len(listed)} sessions; at most {MOST_SESSIONS}. Split the campaign.")
+    _check_keys(display, _DISPLAY, f"{file}, [display]")
+    lines = [n for n, line in enumerate(text.splitlines(), start=1) if _SESSIONS.match(line)]
+    if len(lines) != len(listed):
+        raise LutgenError(f"{file}: write every session as a [[sessions]] block of its own.")
+    entries = tuple(_entry(each, file, line) for each, line in zip(listed, lines, strict=True))
+    check_once(entries)
+    sha256 = hashlib.sha256(text.encode())
+    for entry in entries:
+        sha256.update(bytes.fromhex(entry.session.sha256))
+    per_day = _number(display, "hours_per_day", f"{file}, [display]")
+    if per_day is not None and not 0 < per_day <= 24:
+        raise LutgenError(f"{file}, [display]: hours_per_day = {per_day:g}; a day has above 0 and at most 24.")
+    return Campaign(_text(display, "name", f"{file}, [display]"), per_day, entries, file, sha256.hexdigest())
+
+
+def _entry(said: Any, file: str, line: int) -> CampaignEntry:
+    where = f"{file}, line {line}"
+    if not isinstance(said, dict):
+        raise LutgenError(f"{where}: a session is a [[sessions]] block.")
+    _check_keys(said, _KEYS, where)
+    name = _text(said, "file", where)
+    if not name:
+        raise LutgenError(f'{where}: the session names no file. Add file = "….ti3".')
+    session = _session(Path(file).parent / name, where)
+    hours = _number(said, "hours", where)
+    conditions = {each: value for each in CONDITIONS if (value := _number(said, each, where)) is not None}
+    conditions |= _position(said, where)
+    for each, value in (*conditions.items(), *([("hour", hours)] if hours is not None else [])):
+        low, high, meaning = RANGES[each]
+        if not low <= value <= high:
+            raise LutgenError(f"{where}: {'hours' if each == 'hour' else each} = {value:g} must be {meaning}.")
+    return CampaignEntry(
+        session=session,
+        where=where,
+        date=_date(said, session, where),
+        hours=hours,
+        instrument=_text(said, "instrument", where) or session.instrument,
+        settings=_text(said, "settings", where),
+        note=_text(said, "note", where),
+        conditions=conditions,
+    )
+
+
+def _session(path: Path, where: str) -> Session:
+    source = open_source(path)
+    reader = reader_of(source)
+    if reader.NAME == NAME:
+        raise LutgenError(f"{where}: {path} is a campaign file itself. Name the session files that it lists.")
+    entries = reader.read(source).campaign().entries
+    if len(entries) > 1:
+        raise LutgenError(f"{where}: {path} holds {len(entries)} sessions. Make a file of each.")
+    session: Session = entries[0].session
+    return session
+
+
+def _check_keys(said: dict[str, Any], known: tuple[str, ...], where: str) -> None:
+    unknown = next((key for key in said if key not in known), None)
+    if unknown is not None:
+        raise LutgenError(f"{where}: unknown key {unknown!r}. Pick one of: {', '.join(sorted(known))}.")
+
+
+def _text(said: dict[str, Any], key: str, where: str) -> str:
+    value = said.get(key, "")
+    if not isinstance(value, str):
+        raise LutgenError(f"{where}: {key} must be text in quotes, not {value!r}.")
+    return value
+
+
+def _number(said: dict[str, Any], key: str, where: str) -> float | None:
+    value = said.get(key)
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
+        raise LutgenError(f"{where}: {key} must be a number, not {value!r}.")
+    return float(value)
+
+
+def _position(said: dict[str, Any], where: str) -> dict[str, float]:
+    value = said.get("position")
+    if value is None:
+        return {}
+    numbers = isinstance(value, list) and len(value) == 2 and all(type(each) in (int, float) for each in value)
+    if not numbers:
+        raise LutgenError(f"{where}: position must be two numbers, such as [0.5, 0.5] for the centre, not {value!r}.")
+    return {"u": float(value[0]), "v": float(value[1])}
+
+
+def _date(said: dict[str, Any], session: Session, where: str) -> date | None:
+    value = said.get("date")
+    if value is None:
+        return session.created.date() if session.created else None
+    found = value.date() if isinstance(value, datetime) else value
+    if not isinstance(found, date):
+        raise LutgenError(f"{where}: date must be a TOML date without quotes, such as 2020-05-26, not {value!r}.")
+    if found.year not in YEARS:
+        raise LutgenError(
+            f"{where}: date = {found}: between {YEARS[0]} and {YEARS[-1]}, please: displays are not older."
+        )
+    return found

@@ -1,0 +1,343 @@
+"""Tables of readings (CSV): a header, then one row a reading, as people, scripts and spreadsheets write them.
+
+Required columns: ``R,G,B`` and ``X,Y,Z`` in cd/m² or ``x,y,Y``. With ``hour`` the table is that of a display's life:
+code values are 0..1 and light is absolute. Without it the table is one session: full drive is told by its largest
+value (1, 100, 255 or 1023) or by ``# drive: percent``, and light may be relative to white. Optional: the columns of
+conditions (``u,v,ambient_lx,…``), ``session``, ``order`` (a number that grows with the time of reading), ``note`` and
+the name of a patch. The order of rows means nothing. Lines that begin with ``#`` are comments, ``# key: value`` is
+metadata; ``# start_hour: 2400`` is taken from every hour. Fields are separated by commas, semicolons or tabs.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.cells import first_doubled, has_decimal_comma, is_comment, metadata, number, separator_of
+from lutgen.colorimetry import xyY_to_xyz
+from lutgen.errors import LutgenError, pick_one
+from lutgen.readings.campaign import sessions_of
+from lutgen.readings.formats._source import FULL_DRIVE, date_of, full_drive, whites
+from lutgen.readings.session import MOST_READINGS, Session
+from lutgen.readings.table import OPTIONAL, RANGES, Measurements, in_any_order
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from lutgen.colorimetry import Array
+    from lutgen.readings.campaign import Campaign
+    from lutgen.readings.formats._source import FileText
+
+NAME = "CSV of readings"
+SUFFIXES = (".csv", ".tsv")
+
+_TEXT = ("session", "note")
+_KNOWN = ("hour", "R", "G", "B", "X", "Y", "Z", "x", "y", *OPTIONAL, "order", *_TEXT)
+_NAMES = ("set", "name", "patch", "sample", "sample_id", "note")
+
+#: "X_cdm2", "Y (cd/m²)", "Z nits": a column of light that names its unit; and other names of drive.
+_UNIT = re.compile(r"[_ ]?[(\[]?(?:cd[_ /]?m2|cd/m²|nits?)[)\]]?$", re.IGNORECASE)
+_DRIVE = {"RED": "R", "GREEN": "G", "BLUE": "B", "RGB_R": "R", "RGB_G": "G", "RGB_B": "B"}
+
+#: How alike (0..1) two names are of which one is a slip for the other: "ambient_lux" or "hours", not "gamma".
+_NEAR = 0.7
+
+#: No colour has a smaller y than the violet end of the spectrum, 0.005; far below, xY/y overflows.
+MIN_Y = 1e-4
+
+#: White below this, or just at 1 or 100, is no luminance in cd/m² where the header does not say so.
+_LEAST_WHITE, _RELATIVE_WHITES = 2.0, (1.0, 100.0)
+
+
+def claims(source: FileText) -> bool:
+    """Whether the first line that is no comment is a header with drive and five more fields."""
+    head = next((line for line in source.text.splitlines() if line.strip() and not is_comment(line)), "")
+    cells = [_plain(cell) for cell in head.split(separator_of(head))]
+    return len(cells) > 5 and {"R", "G", "B"} <= {*cells} and "BEGIN_DATA" not in source.text
+
+
+def read(source: FileText) -> CsvTable:
+    """Read such a table. Raises LutgenError naming file, line and column."""
+    comments: dict[str, str] = {}
+    header: tuple[str, ...] = ()
+    separator = ","
+    cells: list[list[str]] = []
+    lines: list[int] = []
+    for at, line in enumerate(source.text.splitlines(), start=1):
+        if is_comment(line):
+            comments |= dict(filter(None, [metadata(line)]))
+        elif line.strip() and not header:
+            separator = separator_of(line)
+            header, first = tuple(source.row(line, at, separator)), at
+        elif line.strip() and len(cells) == MOST_READINGS:
+            raise LutgenError(f"{source.at(at)}: more than {MOST_READINGS} rows, which no table has. Split the file.")
+        elif line.strip():
+            cells.append(_checked_row(source, source.row(line, at, separator), len(header), at, separator))
+            lines.append(at)
+    if header:
+        remarks = _check_header(header, source.at(first))
+    if not cells:
+        message = f"{source.file}: no readings. It needs a header such as hour,R,G,B,x,y,Y and one row a reading."
+        raise LutgenError(message)
+    table = CsvTable(source, comments, header, tuple(map(_plain, header)), cells, lines, remarks)
+    table.check_end()
+    return table
+
+
+@dataclass(frozen=True)
+class CsvTable:
+    """A table whose header and widths of rows are in order; its values are read when they are asked for.
+
+    Attributes
+    ----------
+    source
+        The file.
+    metadata
+        The ``# key: value`` lines.
+    header, columns
+        Names of the columns as written, and without their units.
+    cells, lines
+        Of each reading its fields, and its line in the file.
+    remarks
+        What is not heeded, in sentences.
+
+    """
+
+    source: FileText
+    metadata: Mapping[str, str]
+    header: tuple[str, ...]
+    columns: tuple[str, ...]
+    cells: list[list[str]]
+    lines: list[int]
+    remarks: tuple[str, ...]
+
+    def measurements(self) -> Measurements:
+        """Return the table of a display's life; without hours, of a display at hour 0."""
+        if "hour" not in self.columns:
+            return self._session().measurements()
+        values = {name: self._numbers(name) for name in _KNOWN if name in self.columns and name not in _TEXT}
+        return in_any_order(
+            hours=self._since_start(values["hour"]),
+            drive=np.column_stack([values["R"], values["G"], values["B"]]),
+            xyz_cd_m2=self._xyz(values),
+            lines=np.array(self.lines, dtype=np.float64),
+            conditions={name: values[name] for name in OPTIONAL if name in values},
+            session=self._texts("session"),
+            note=self._texts("note"),
+            order=self._order(values),
+            metadata=self.metadata,
+            remarks=self.remarks,
+            file=self.source.file,
+            sha256=self.source.sha256,
+        )
+
+    def campaign(self) -> Campaign:
+        """Return the sessions: readings of one hour and one name of a session."""
+        hours = self._numbers("hour") if "hour" in self.columns else np.zeros(len(self.cells))
+        if len({*zip(hours.tolist(), self._texts("session"), strict=True)}) > 1 and "hour" in self.columns:
+            return sessions_of(self.measurements())
+        return self._session().campaign()
+
+    def _session(self) -> Session:
+        values = {name: self._numbers(name) for name in _KNOWN if name in self.columns and name not in _TEXT}
+        self._check_ranges(values)
+        drive = np.column_stack([values["R"], values["G"], values["B"]])
+        drive = drive / self._full_drive(drive)
+        xyz = self._xyz(values)
+        white, unit_remark = self._white(drive, xyz)
+        created, doubt = date_of(self.metadata.get("date", ""))
+        label = next((name for name in self.header if name.lower() in _NAMES), "")
+        places = [values.get(name, np.full(len(drive), OPTIONAL[name])) for name in "uv"]
+        return Session(
+            drive=drive,
+            xyz=xyz if white is None else xyz / white,
+            absolute=white is None,
+            names=self._texts(label, self.header),
+            lines=np.array(self.lines, dtype=np.int64),
+            form=NAME,
+            positions=np.column_stack(places) if {"u", "v"} & {*self.columns} else None,
+            conditions={name: values[name] for name in OPTIONAL if name in values and name not in {"u", "v"}},
+            order=self._order(values),
+            notes=self._texts("note"),
+            created=created,
+            instrument=self.metadata.get("instrument", ""),
+            display=self.metadata.get("display", ""),
+            remarks=tuple(filter(None, (doubt, unit_remark, *self.remarks))),
+            metadata=self.metadata,
+            file=self.source.file,
+            sha256=self.source.sha256,
+        )
+
+    def _white(self, drive: Array, xyz: Array) -> tuple[float | None, str]:
+        """Return Y of white where light is relative to it, else None; and a remark."""
+        absolute = any(_plain(name) == "Y" and name.strip(' "') != "Y" for name in self.header)
+        places = whites(drive)
+        white = float(np.median(xyz[places, 1])) if places.size else float(xyz[:, 1].max())
+        relative = not absolute and (white < _LEAST_WHITE or white in _RELATIVE_WHITES)
+        if (relative or places.size) and white <= 0:
+            message = (
+                f"{self.source.file}: white has Y = {white:g}: no light. Correct the row of R = G = B = full drive."
+            )
+            raise LutgenError(message)
+        if relative:
+            return white, f"White has Y = {white:g}: taken as relative, not as cd/m². Good for ratios alone."
+        if absolute:
+            return None, ""
+        return None, "X, Y and Z are taken as cd/m²; the header does not name a unit (X_cdm2)."
+
+    def _full_drive(self, drive: Array) -> float:
+        declared = self.metadata.get("drive")
+        if declared is None:
+            return full_drive(drive, self.source.file)
+        known = {name: full for full, name in FULL_DRIVE.items()}
+        if declared not in known:
+            raise pick_one(f"{self.source.file}: drive", declared, known)
+        top = float(drive.max(initial=0.0))
+        if 0.0 < top <= 1.0 < known[declared]:
+            message = (
+                f"{self.source.file}: drive is said to be {declared}, but reaches only {top:g}. Write # drive: 0..1."
+            )
+            raise LutgenError(message)
+        return known[declared]
+
+    def _since_start(self, hours: Array) -> Array:
+        """Hours since the un-aged display: less the counter's ``# start_hour``, where the file states one."""
+        text = self.metadata.get("start_hour")
+        if text is None:
+            return hours
+        start, file = number(text), self.source.file
+        if start is None:
+            message = (
+                f"{file}: start_hour is {text[:40]!r}; it is the counter's hour at the first session, such as 2400."
+            )
+            raise LutgenError(message)
+        if hours.min() != start:
+            message = (
+                f"{file}: start_hour is {start:g}, and the smallest hour is {hours.min():g}. They must be the same: "
+                f"aging is told from the first session."
+            )
+            raise LutgenError(message)
+        return hours - start
+
+    def _xyz(self, values: Mapping[str, Array]) -> Array:
+        if {"X", "Y", "Z"} <= values.keys():
+            return np.column_stack([values["X"], values["Y"], values["Z"]])
+        x, y, luminance = values["x"], values["y"], values["Y"]
+        for bad, column, why in (
+            (y < MIN_Y, "y", "y must be above 0: XYZ = xY/y would be infinite"),
+            (x < 0, "x", "x must not be negative"),
+            (x + y > 1, "x", "x + y must not be above 1: that is no colour"),
+            (luminance > RANGES["XYZ"][1], "Y", "Y is more than a million cd/m², which no display gives"),
+            (luminance <= 0, "Y", "Y must be above 0 cd/m²; a dark reading has no chromaticity, give it as X,Y,Z"),
+        ):
+            if bad.any():
+                row = int(np.argmax(bad))
+                given = f"x = {x[row]:g}, y = {y[row]:g}, Y = {luminance[row]:g}"
+                raise LutgenError(f"{self.source.at(self.lines[row])}, column {column}: {why} ({given}).")
+        return xyY_to_xyz(np.column_stack([x, y, luminance]))
+
+    def _order(self, values: Mapping[str, Array]) -> Array | None:
+        """The order of reading; None where one reading lacks its place."""
+        self._check_ranges({"order": values["order"]} if "order" in values else {})
+        order = values.get("order")
+        return None if order is None or np.isnan(order).any() else order
+
+    def _check_ranges(self, values: Mapping[str, Array]) -> None:
+        for name in (*OPTIONAL, "order"):
+            low, high, meaning = RANGES[name]
+            outside = (values[name] < low) | (values[name] > high) if name in values else np.zeros(1, dtype=bool)
+            if outside.any():
+                line = self.lines[int(np.argmax(outside))]
+                message = f"{self.source.at(line)}, column {name}: must be {meaning}, {low:g}..{high:g}."
+                raise LutgenError(message)
+
+    def _numbers(self, name: str) -> Array:
+        place = self.columns.index(name)
+        blank = OPTIONAL.get(name, np.nan) if name in {*OPTIONAL, "order"} else None
+        return np.array(
+            [
+                blank
+                if row[place] == "" and blank is not None
+                else self.source.number(row[place], at, f"column {name}")
+                for row, at in zip(self.cells, self.lines, strict=True)
+            ],
+            dtype=np.float64,
+        )
+
+    def _texts(self, name: str, columns: tuple[str, ...] | None = None) -> tuple[str, ...]:
+        columns = columns or self.columns
+        if name not in columns:
+            return ("",) * len(self.cells)
+        place = columns.index(name)
+        return tuple(row[place] for row in self.cells)
+
+    def check_end(self) -> None:
+        """Refuse a file that ends inside its last number: no line end, and fewer decimals than all rows before."""
+        if self.source.text.endswith(("\n", "\r")) or len(self.cells) < 3:
+            return
+        *before, last = [len(row[-1].rpartition(".")[2]) if "." in row[-1] else 0 for row in self.cells]
+        if len(set(before)) == 1 and last < before[0]:
+            message = (
+                f"{self.source.at(self.lines[-1])}: the file ends inside {self.header[-1]} = {self.cells[-1][-1]!r} "
+                f"({before[0]} decimals everywhere else, no line end): is it cut off? Copy it again."
+            )
+            raise LutgenError(message)
+
+
+def _plain(cell: str) -> str:
+    """Name of a column without its unit; drive as R, G and B."""
+    name = _UNIT.sub("", cell.strip().strip('"'))
+    return _DRIVE.get(name.upper(), name)
+
+
+def _checked_row(source: FileText, fields: list[str], width: int, at: int, separator: str) -> list[str]:
+    if separator == ";" and any(has_decimal_comma(field) for field in fields):
+        message = f"{source.at(at)}: decimal commas. Write 0.3127 with a point, whatever stands between fields."
+        raise LutgenError(message)
+    if len(fields) != width:
+        hint = "a decimal comma? Write 0.3127" if len(fields) > width else "is the file cut off, or a value missing?"
+        raise LutgenError(f"{source.at(at)}: {len(fields)} fields for {width} columns; {hint}")
+    return fields
+
+
+def _check_header(header: tuple[str, ...], where: str) -> tuple[str, ...]:
+    """Refuse a header that lacks a column, or has one twice or nearly known; return remarks on columns unknown."""
+    columns = [_plain(name) for name in header]
+    unknown = [name for name in columns if name not in _KNOWN and name.lower() not in _NAMES and name]
+    for name in unknown:
+        if near := _known_name(name):
+            message = (
+                f"{where}: unknown column {name!r} in the header; is {near} meant? Pick one of: {', '.join(_KNOWN)}."
+            )
+            raise LutgenError(message)
+    if doubled := first_doubled(name for name in columns if name):
+        raise LutgenError(f"{where}: column {doubled!r} appears twice in the header. Name each column once.")
+    missing = [name for name in "RGB" if name not in columns]
+    if not missing and not {"X", "Y", "Z"} <= {*columns} and not {"x", "y", "Y"} <= {*columns}:
+        missing = ["X,Y,Z or x,y,Y"]
+    if missing:
+        message = (
+            f"{where}: the header lacks {', '.join(missing)}. Required: R,G,B and X,Y,Z in cd/m² or x,y,Y; and hour, "
+            "where readings are of several times."
+        )
+        raise LutgenError(message)
+    if {"hour", "X", "Z"} <= {*columns} and {"x", "y"} & {*columns}:
+        message = f"{where}: the header has both X,Y,Z and x,y. Keep one of them: they could contradict each other."
+        raise LutgenError(message)
+    if not unknown:
+        return ()
+    listed = ", ".join(name[:40] for name in unknown[:12])
+    return (f"{'Columns' if len(unknown) > 1 else 'Column'} {listed}: not known to lutgen, and left alone.",)
+
+
+def _known_name(name: str) -> str:
+    """The known column that a name is a slip for, or begins; "" where there is none."""
+    known = [each for each in _KNOWN if len(each) > 1]
+    written = name.casefold()[:40]
+    begun = [each for each in known if len(written) >= 4 and each.startswith(written)]
+    near = begun or get_close_matches(written, known, n=1, cutoff=_NEAR)
+    return near[0] if near else ""
