@@ -161,7 +161,10 @@ class Campaign:
             conditions={name: np.concatenate([_condition(entry, name) for entry in entries]) for name in names},
             session=tuple(name for entry, n in zip(entries, counts, strict=True) for name in [_title(entry)] * n),
             note=tuple(text for entry, n in zip(entries, counts, strict=True) for text in [entry.settings] * n),
-            metadata={"display": self.display, "source": f"campaign of {len(entries)} sessions, {self.file}"},
+            metadata={
+                "display": self.display,
+                "source": f"campaign of {len(entries)} sessions, {Path(self.file).name}",
+            },
             file=self.file,
             sha256=self.sha256,
             calibration=entries[0].session.calibration,

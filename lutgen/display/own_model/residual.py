@@ -97,7 +97,7 @@ def fit(sample: Sample, below: Callable[[Array], Array], drive: Drive, length: f
     """Fit what ``below`` leaves of the readings; a reading that contradicts all others has more noise."""
     left = (sample.share - below(sample.drive)) * sample.slope
     driven = drive(sample.drive)
-    noises = noise / np.maximum(trust(left), 1e-6)
+    noises = noise / np.maximum(sample.certainty * trust(left), 1e-6)
     own = likeness(driven, driven, length) + np.diag(noises)
     weights = np.asarray(cho_solve(cho_factor(own, lower=True), left))
     size = np.sqrt(np.maximum((left * weights).mean(axis=0), 0.0))
