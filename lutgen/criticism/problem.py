@@ -372,11 +372,12 @@ class Problem:
     @cached_property
     def _own_gain(self) -> Array | None:
         """Gain of the display's own model at each reading, (n, 3); None without one."""
-        if self.native is None or self.native.own is None:
-            return None
-        codes, place = self._codes
-        gain = self.native.own_gain(codes)
-        return None if gain is None else gain[place]
+        gain = self._gain_of_codes
+        return None if gain is None else gain[self._codes[1]]
+
+    @cached_property
+    def _gain_of_codes(self) -> Array | None:
+        return self.native.own_gain(self._codes[0]) if self.native else None
 
     @cached_property
     def _held_out_gain(self) -> Array | None:
@@ -416,7 +417,8 @@ class Problem:
         if key not in self._factors:
             self._factors.clear()
             first, tips = self._first_scene, self.measured_tips[:1]
-            plain, changed = (panel(each, first, self.selection, native=self.native) for each in ((), applied))
+            asked = {"native": self.native, "gain": self._gain_of_codes}
+            plain, changed = (panel(each, first, self.selection, **asked) for each in ((), applied))
             factor, offset = since_first_session(applied, changed, plain, tips, first)
             self._factors[key] = factor[self._codes[1]], offset[self._codes[1]]
         return before.begun(*self._factors[key])

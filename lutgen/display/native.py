@@ -19,6 +19,7 @@ session has many mixtures, and these are foretold better so, curves are fitted o
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -200,13 +201,18 @@ class NativeDisplay:
         if self.own is None:
             return None
         if share is None:
-            share = self.own(code.reshape(-1, 3)).reshape(code.shape)
+            share = self.own.near(code.reshape(-1, 3)).reshape(code.shape)
         lit = tip_shares(self.linear(code), code, "continuous")
         dark = 1.0 - lit.sum(axis=-1, keepdims=True)
-        ends = self.own(np.array([(0.0, 0.0, 0.0), *TIP_DRIVES]))
+        ends = self._ends
         plain = lit @ self.own.tips + dark * np.array(self.black)
         off = share - plain - lit @ (ends[1:] - self.own.tips) - dark * (ends[0] - np.array(self.black))
         return np.asarray(np.clip(1.0 + off / np.maximum(plain, LEAST_SHARE), *GAINS))
+
+    @cached_property
+    def _ends(self) -> Array:
+        """Shares of white of black and the colour points by the own model, (5, 3)."""
+        return self.own.near(np.array([(0.0, 0.0, 0.0), *TIP_DRIVES])) if self.own else np.zeros((5, 3))
 
     def as_record(self) -> dict[str, Any]:
         """Return what files hold of it: texts, numbers and lists of these."""

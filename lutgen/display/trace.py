@@ -156,7 +156,7 @@ def panel(
         asked = fresh if drive is scene.code and not native else code_to_linear(scene.code)
         weights = nearest_weights(asked)
     linear = through(applied, ("transfer", "mixing"), fresh, scene)
-    if native and (gain is None or drive is not scene.code):
+    if native and (gain is None or not (drive is scene.code or np.array_equal(drive, scene.code))):
         gain = native.own_gain(drive)
     return Panel(tip_shares(linear, scene.code, selection, weights), native.black if native else None, gain)
 
