@@ -48,6 +48,12 @@ def written(folder: Path, text: str) -> Path:
     return path
 
 
+def test_a_single_session_needs_no_hours(folder: Path) -> None:
+    path = written(folder, f'{HEAD}[[sessions]]\nfile = "a.ti3"\n')
+    assert read_campaign(path).hours().tolist() == [0.0]
+    assert read_measurements(path).hours.tolist() == [0.0] * len(DRIVE)
+
+
 def test_dates_become_hours_by_the_hours_of_a_day(folder: Path) -> None:
     blocks = "".join(f'[[sessions]]\nfile = "{name}.ti3"\n' for name in "cab")
     path = written(folder, f"{HEAD}hours_per_day = 6.0\n{blocks}")
@@ -112,7 +118,7 @@ BAD = {
     "a file that is missing": ('[[sessions]]\nfile = "z.ti3"\n', "cannot read the session"),
     "a number for a file": ("[[sessions]]\nfile = 3\n", "must be text"),
     "the same session twice": (f"{A}hours = 0\n{A}hours = 9\n", "the same bytes as the session of line 4"),
-    "no hours": (A, "dates, which are no operating hours"),
+    "no hours": (f'{A}[[sessions]]\nfile = "b.ti3"\n', "dates, which are no operating hours"),
     "some hours": (f'{A}[[sessions]]\nfile = "b.ti3"\nhours = 9\n', "hours where others only have a date"),
     "a quoted date": (f'{A}date = "2020-05-26"\n', "without quotes"),
     "an absurd date": (f"{A}date = 1904-01-01\n", "displays are not older"),

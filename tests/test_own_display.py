@@ -185,3 +185,19 @@ def test_the_discrepancy_is_what_was_put_in_beside_the_noise() -> None:
     np.testing.assert_allclose(found.correlation, truth.correlation, atol=0.05)
     none = discrepancy_of(np.zeros_like(off), light, noise)
     assert none.share < 1e-4
+
+
+def test_one_session_is_a_display_at_hour_0() -> None:
+    model = DisplayModel(campaign((0.0,)), baseline="native")
+    assert model.reference == "absolute"
+    assert error(replace(model, luminance=luminance_law("measured")), 0.0) < 0.2
+    with pytest.raises(LutgenError, match=r"at one time only .* hour 5000 is asked.*or take hour 0"):
+        model.at("chroma", 5000.0)
+    assert DisplayModel(campaign((0.0, LIFE))).reference == "relative"
+
+
+def test_one_session_is_refined() -> None:
+    """Nothing that was there from the first hour on is aging: the error stays, and that is said."""
+    found = refine(campaign((0.0,)), ["crosstalk"], baseline="native")
+    assert found.model.reference == "absolute"
+    assert found.after.error.delta_e_mean == pytest.approx(found.before.error.delta_e_mean, rel=0.05)

@@ -18,6 +18,7 @@ from scipy.optimize import minimize
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.criticism.noise import Noise
+    from lutgen.display.native import NativeDisplay
 
 #: Where the search for share and cd/m² starts, and its bounds.
 START, LOW, HIGH = (0.005, 0.01), (1e-6, 1e-6), (0.3, 10.0)
@@ -92,3 +93,12 @@ def _most_likely(residual: Array, xyz: Array, meter: Array, correlation: Array) 
 
     bounds = list(zip(np.log(LOW), np.log(HIGH), strict=True))
     return at(minimize(loss, np.log(START), method="L-BFGS-B", bounds=bounds).x)
+
+
+def discrepancy_of_own(native: NativeDisplay | None, noise: Noise) -> Discrepancy:
+    """What the display's own model misses of the first session; none where it has no such model."""
+    if native is None or native.own is None or native.ladder is None:
+        return NONE
+    sample, held_out = native.ladder.sample, native.ladder.held_out
+    seen = sample.fold >= 0
+    return discrepancy_of(((sample.share - held_out) * sample.white)[seen], (sample.share * sample.white)[seen], noise)

@@ -15,18 +15,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lutgen.colorimetry import code_to_linear
 from lutgen.criticism.curve_doubt import curve_doubt, drawn_displays, mode_weights
-from lutgen.criticism.discrepancy import NONE, Discrepancy, discrepancy_of
+from lutgen.criticism.discrepancy import NONE, Discrepancy, discrepancy_of_own
+from lutgen.criticism.first_day import FirstDay
 from lutgen.criticism.noise import estimate_noise, replicate_groups
 from lutgen.criticism.shared_columns import shared_columns
+from lutgen.criticism.tip_slack import tip_slack
 from lutgen.display.native import NativeDisplay
 from lutgen.display.paper import nearest_weights
-from lutgen.display.trace import Panel, emitted, panel, reported, since_first_session
+from lutgen.display.trace import Panel, emitted, panel, reported
 from lutgen.effects import Scene
 from lutgen.effects.spectra import SpectralDisplay, class_of
 from lutgen.errors import LutgenError, pick_one
@@ -48,12 +50,6 @@ if TYPE_CHECKING:
 
 #: Readings (three numbers each) that a free parameter needs beside those of the tips.
 READINGS_A_PARAMETER = 2
-
-#: A straight line between three equidistant points of a parabola misses it by ⅛ of the second difference.
-CURVATURE = 1 / 8
-
-#: Latent tips at an hour between are known no better than this share of themselves.
-LEAST_SLACK = 2e-4
 
 
 @dataclass(frozen=True)
@@ -143,7 +139,7 @@ class Problem:
         drawn = drawn_displays(readings, noise, out, native.source) if native and not native.own else ()
         return cls(
             readings, noise, baseline, selection, _is_held(readings), rows, native=native, drawn=drawn,
-            discrepancy=_discrepancy(native, noise),
+            discrepancy=discrepancy_of_own(native, noise),
         )  # fmt: skip
 
     def unlogged(self, columns: Sequence[str]) -> Problem | None:
@@ -317,22 +313,12 @@ class Problem:
     @cached_property
     def slack(self) -> Array:
         """How well interpolation knows the tips of each hour, 1 σ, (H, 4, 3); infinite at hours that have their own."""
-        slack = np.full((self.hours.size, 4, 3), np.inf)
-        knots = np.flatnonzero(self.is_knot)
-        tips, hours = self.measured_tips, self.hours
-        for index in np.flatnonzero(~self.is_knot):
-            after = int(np.clip(np.searchsorted(knots, index), 1, knots.size - 1))
-            span = hours[knots[after]] - hours[knots[after - 1]]
-            bends = []
-            for middle in {after - 1, after} & set(range(1, knots.size - 1)):
-                a, b, c = knots[middle - 1], knots[middle], knots[middle + 1]
-                left = (tips[b] - tips[a]) / (hours[b] - hours[a])
-                right = (tips[c] - tips[b]) / (hours[c] - hours[b])
-                bends.append(np.abs(right - left) * 2 / (hours[c] - hours[a]) * span**2)
-            bend = np.max(bends, axis=0) if bends else np.zeros((4, 3))
-            floor = LEAST_SLACK * np.abs(tips[index]) + 1e-6
-            slack[index] = np.maximum(CURVATURE * bend, floor)
-        return slack
+        return tip_slack(self.hours, self.is_knot, self.measured_tips)
+
+    @cached_property
+    def first_day(self) -> FirstDay:
+        """The display's own model at the readings."""
+        return FirstDay(self)
 
     @cached_property
     def light(self) -> SpectralDisplay:
@@ -364,33 +350,9 @@ class Problem:
 
     def panel(self, applied: Sequence[Applied]) -> Panel:
         """Send the readings' code values through drive, transfer and mixing."""
-        before = panel(
-            applied, self._plain_scene, self.selection, self._weights, native=self.native, gain=self._own_gain
-        )
-        return before.times(self._held_out_gain)
-
-    @cached_property
-    def _own_gain(self) -> Array | None:
-        """Gain of the display's own model at each reading, (n, 3); None without one."""
-        gain = self._gain_of_codes
-        return None if gain is None else gain[self._codes[1]]
-
-    @cached_property
-    def _gain_of_codes(self) -> Array | None:
-        return self.native.own_gain(self._codes[0]) if self.native else None
-
-    @cached_property
-    def _held_out_gain(self) -> Array | None:
-        """Factor (n, 3) that takes the own model from a reading of the first session; None without one."""
-        native, gain = self.native, self._own_gain
-        if native is None or native.ladder is None or gain is None:
-            return None
-        drive, first = self.readings.drive[self.rows], self.hour_of == 0
-        share = native.ladder.held_out_of(drive)
-        seen = first & np.isfinite(share).all(axis=1)
-        factor = np.ones_like(gain)
-        factor[seen] = native.own_gain(drive[seen], share[seen]) / gain[seen]
-        return factor
+        gain = self.first_day.own_gain
+        before = panel(applied, self._plain_scene, self.selection, self._weights, native=self.native, gain=gain)
+        return before.times(self.first_day.held_out_gain)
 
     @cached_property
     def _plain_scene(self) -> Scene:
@@ -403,43 +365,10 @@ class Problem:
 
     def predict(self, applied: Sequence[Applied], before: Panel, tips: Array) -> Array:
         """XYZ that the meter should report, (..., n, 3), of latent tips (..., H, 4, 3)."""
-        before = self.begun(applied, before)
+        before = self.first_day.begun(applied, before)
         if self.holds:
             tips = tips * self._held_gain(applied, tips)[..., np.newaxis, np.newaxis]
         return reported(applied, before, tips[..., self.hour_of, :, :], self.scene(tips))
-
-    def begun(self, applied: Sequence[Applied], before: Panel) -> Panel:
-        """Let effects begin with the first session where the display is native: its readings had them in."""
-        if not (self.native and applied):
-            return before
-        # The same effects are asked for many times.
-        key = tuple((each.effect.name, *each.values.values()) for each in applied)
-        if key not in self._factors:
-            self._factors.clear()
-            first, tips = self._first_scene, self.measured_tips[:1]
-            asked = {"native": self.native, "gain": self._gain_of_codes}
-            plain, changed = (panel(each, first, self.selection, **asked) for each in ((), applied))
-            factor, offset = since_first_session(applied, changed, plain, tips, first)
-            self._factors[key] = factor[self._codes[1]], offset[self._codes[1]]
-        return before.begun(*self._factors[key])
-
-    @cached_property
-    def _factors(self) -> dict[Any, tuple[Array, Array]]:
-        return {}
-
-    @cached_property
-    def _codes(self) -> tuple[Array, NDArray[np.intp]]:
-        """The different code values (m, 3), and each reading's place among them, (n,)."""
-        codes, place = np.unique(self.readings.drive[self.rows], axis=0, return_inverse=True)
-        return codes, place.reshape(-1)
-
-    @cached_property
-    def _first_scene(self) -> Scene:
-        """The different code values at hour 0, at the campaign's rest."""
-        rest = {name: column.usual for name, column in COLUMNS.items()} | self.readings.usual() | dict(self.assumed)
-        white = self.measured_tips[:1, 0]
-        columns = {name: np.full((1, 1), value) for name, value in rest.items()}
-        return Scene(np.zeros((1, 1)), self._codes[0], white, white, light=self.light, **columns)
 
     @property
     def holds(self) -> bool:
@@ -458,15 +387,6 @@ class Problem:
         before = panel(applied, scene, self.selection, native=self.native)
         white = emitted(applied, before, tips, scene)[..., 1]
         return np.asarray(white[..., :1] / white)
-
-
-def _discrepancy(native: NativeDisplay | None, noise: Noise) -> Discrepancy:
-    """What the display's own model misses of the first session; none where it has no such model."""
-    if native is None or native.own is None or native.ladder is None:
-        return NONE
-    sample, held_out = native.ladder.sample, native.ladder.held_out
-    seen = sample.fold >= 0
-    return discrepancy_of(((sample.share - held_out) * sample.white)[seen], (sample.share * sample.white)[seen], noise)
 
 
 def _is_held(readings: Measurements) -> bool:

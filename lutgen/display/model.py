@@ -13,7 +13,7 @@ from lutgen.display.chain import AgedDisplay, SrgbTransfer
 from lutgen.display.conditions import REFERENCE, Conditions
 from lutgen.display.effect_chain import EffectChain, Fresh, Surroundings, four_tips, makes_steps
 from lutgen.display.fitted import AppliedEffect, LatentTips, constant_tips
-from lutgen.display.modes import LuminanceLaw, luminance_law, scale_luminance
+from lutgen.display.modes import UNSAID, LuminanceLaw, law_of, luminance_law, scale_luminance
 from lutgen.display.native import NativeDisplay
 from lutgen.display.paper import Matrices, Selection, matrices_of
 from lutgen.display.tips import Tips
@@ -41,9 +41,11 @@ class DisplayModel:
     measurements
         The readings; their tips drive the model.
     reference, selection
-        One of ``REFERENCES`` and of ``SELECTIONS``.
+        One of ``REFERENCES`` and of ``SELECTIONS``. Reference "": ``relative``, or ``absolute`` where readings of one
+        session alone would make that the identity.
     luminance
-        The law for ``chroma-luma``.
+        The law for ``chroma-luma``; not said: the display's own, or what its readings ask for. The display that lutgen
+        brings asks for the paper's.
     effects
         What was found to act beside the paper's model; kept in the order of the light's way.
     latent
@@ -64,9 +66,9 @@ class DisplayModel:
     """
 
     measurements: Measurements
-    reference: str = "relative"
+    reference: str = ""
     selection: str = "nearest"
-    luminance: LuminanceLaw = field(default_factory=lambda: luminance_law("paper"))
+    luminance: LuminanceLaw = UNSAID
     effects: tuple[AppliedEffect, ...] = ()
     latent: LatentTips | None = None
     baseline: str = "colour-points"
@@ -79,6 +81,12 @@ class DisplayModel:
 
     def __post_init__(self) -> None:
         """Refuse unknown names, tips that make no history, and an effect given twice."""
+        if self.luminance == UNSAID:
+            brought = self.measurements.file == str(default_display())
+            object.__setattr__(self, "luminance", luminance_law("paper") if brought else law_of(self.measurements))
+        if not self.reference:
+            changes = np.unique(self.measurements.hours).size > 1
+            object.__setattr__(self, "reference", "relative" if changes else "absolute")
         if self.reference not in REFERENCES:
             raise pick_one("reference", self.reference, REFERENCES)
         if self.selection not in SELECTIONS:

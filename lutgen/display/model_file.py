@@ -18,7 +18,7 @@ import numpy as np
 from lutgen.display.conditions import REFERENCE, conditions_of
 from lutgen.display.fitted import AppliedEffect, Estimate, LatentTips
 from lutgen.display.model import DisplayModel, default_display
-from lutgen.display.modes import LAWS, law_of_table, luminance_law
+from lutgen.display.modes import LAWS, UNSAID, law_of_table, luminance_law
 from lutgen.display.native import CHANNELS, NativeDisplay
 from lutgen.display.origin import found_by, record_of
 from lutgen.display.own_model.stored import MAX_BYTES as OWN_MAX_BYTES
@@ -193,7 +193,7 @@ def _model_of(content: _Table, path: Path, effects: Mapping[str, Effect]) -> Dis
     native = content.table("native", _NATIVE_KEYS)
     return DisplayModel(
         _readings(content.table("display", ("file", "sha256")), folder),
-        reference=model.text("reference", "relative"),
+        reference=model.text("reference", ""),
         selection=model.text("selection", "nearest"),
         luminance=_law(model, folder),
         effects=tuple(_effect(_Table(each, "[[effects]]"), folder, effects) for each in content.tables("effects")),
@@ -252,7 +252,9 @@ def _own(native: _Table, folder: Path) -> StoredModel | None:
 
 
 def _law(model: _Table, folder: Path) -> LuminanceLaw:
-    name = model.text("luminance", "paper")
+    if not {"luminance", "luminance_table"} & set(model.values):
+        return UNSAID
+    name = model.text("luminance", "table")
     if "luminance_table" in model.values:
         rows = model.numbers("luminance_table")
         if rows.ndim != 2 or rows.shape[1] != 2:

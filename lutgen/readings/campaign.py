@@ -114,12 +114,16 @@ class Campaign:
     def hours(self) -> Array:
         """Operating hours of each entry since the earliest, (n,): by its ``hours``, else by its date and hours a day.
 
+        The hour of a single session is 0.
+
         Raises
         ------
         LutgenError
             An entry has neither, or some count hours and others only have dates.
 
         """
+        if len(self.entries) == 1:
+            return np.zeros(1)
         if all(entry.hours is not None for entry in self.entries):
             hours = np.array([entry.hours for entry in self.entries], dtype=np.float64)
             return np.asarray(hours - hours.min())
