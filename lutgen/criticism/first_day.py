@@ -10,6 +10,7 @@ import numpy as np
 
 from lutgen.display.trace import panel, since_first_session
 from lutgen.effects import Scene
+from lutgen.errors import LutgenError
 from lutgen.readings.conditions import COLUMNS
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.criticism.problem import Problem
     from lutgen.display.trace import Applied, Panel
+    from lutgen.readings import Measurements
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,7 @@ class FirstDay:
         if key not in self._factors:
             self._factors.clear()
             first, tips = self._first_scene, self.problem.measured_tips[:1]
-            asked = {"native": self.problem.native, "gain": self._of_codes}
+            asked: dict[str, Any] = {"native": self.problem.native, "gain": self._of_codes}
             plain, changed = (panel(each, first, self.problem.selection, **asked) for each in ((), applied))
             factor, offset = since_first_session(applied, changed, plain, tips, first)
             self._factors[key] = factor[self._codes[1]], offset[self._codes[1]]
@@ -79,11 +81,20 @@ class FirstDay:
     @cached_property
     def _first_scene(self) -> Scene:
         """The different code values at hour 0, at the campaign's rest."""
-        rest = (
-            {name: column.usual for name, column in COLUMNS.items()}
-            | self.problem.readings.usual()
-            | dict(self.problem.assumed)
-        )
+        usual = {name: column.usual for name, column in COLUMNS.items()}
+        rest = usual | self.problem.readings.usual() | dict(self.problem.assumed)
         white = self.problem.measured_tips[:1, 0]
         columns = {name: np.full((1, 1), value) for name, value in rest.items()}
         return Scene(np.zeros((1, 1)), self._codes[0], white, white, light=self.problem.light, **columns)
+
+
+def is_held(readings: Measurements) -> bool:
+    """Whether a sensor holds white's luminance: as the file says, else when white has not fallen by 3 %."""
+    stated = readings.metadata.get("luminance", "")
+    if stated in {"held", "free"}:
+        return stated == "held"
+    if stated:
+        message = f"{readings.file}: luminance is {stated!r}. Pick one of: held, free."
+        raise LutgenError(message)
+    white = readings.tips()[1][:, 0, 2]
+    return bool(abs(white[-1] / white[0] - 1.0) < 0.03)

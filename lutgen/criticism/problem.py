@@ -22,7 +22,7 @@ import numpy as np
 from lutgen.colorimetry import code_to_linear
 from lutgen.criticism.curve_doubt import curve_doubt, drawn_displays, mode_weights
 from lutgen.criticism.discrepancy import NONE, Discrepancy, discrepancy_of_own
-from lutgen.criticism.first_day import FirstDay
+from lutgen.criticism.first_day import FirstDay, is_held
 from lutgen.criticism.noise import estimate_noise, replicate_groups
 from lutgen.criticism.shared_columns import shared_columns
 from lutgen.criticism.tip_slack import tip_slack
@@ -74,8 +74,7 @@ class Problem:
     native
         The fresh display of native baselines, else None: the paper's.
     drawn
-        Native displays as noise of the first session might have had them; none beside an own model, which its
-        discrepancy doubts.
+        Native displays as noise of the first session might have had them; none beside an own model's discrepancy.
     discrepancy
         How far the display's own model misses what it has not seen, beside the noise.
     offset_cd_m2, wander
@@ -138,7 +137,7 @@ class Problem:
         native = NativeDisplay.of(readings, out) if baseline in NATIVE_BASELINES else None
         drawn = drawn_displays(readings, noise, out, native.source) if native and not native.own else ()
         return cls(
-            readings, noise, baseline, selection, _is_held(readings), rows, native=native, drawn=drawn,
+            readings, noise, baseline, selection, is_held(readings), rows, native=native, drawn=drawn,
             discrepancy=discrepancy_of_own(native, noise),
         )  # fmt: skip
 
@@ -391,15 +390,3 @@ class Problem:
         before = panel(applied, scene, self.selection, native=self.native)
         white = emitted(applied, before, tips, scene)[..., 1]
         return np.asarray(white[..., :1] / white)
-
-
-def _is_held(readings: Measurements) -> bool:
-    """Whether a sensor holds white's luminance: as the file says, else when white has not fallen by 3 %."""
-    stated = readings.metadata.get("luminance", "")
-    if stated in {"held", "free"}:
-        return stated == "held"
-    if stated:
-        message = f"{readings.file}: luminance is {stated!r}. Pick one of: held, free."
-        raise LutgenError(message)
-    white = readings.tips()[1][:, 0, 2]
-    return bool(abs(white[-1] / white[0] - 1.0) < 0.03)
