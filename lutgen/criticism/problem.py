@@ -25,7 +25,6 @@ from lutgen.criticism.discrepancy import NONE, Discrepancy, discrepancy_of_own
 from lutgen.criticism.first_day import FirstDay, is_held
 from lutgen.criticism.noise import estimate_noise, replicate_groups
 from lutgen.criticism.shared_columns import shared_columns
-from lutgen.criticism.tip_slack import tip_slack
 from lutgen.display.native import NativeDisplay
 from lutgen.display.paper import nearest_weights
 from lutgen.display.trace import Panel, emitted, panel, reported
@@ -36,6 +35,7 @@ from lutgen.names import BASELINES, FORETELLING_BASELINES, NATIVE_BASELINES
 from lutgen.readings.conditions import COLUMNS
 from lutgen.readings.rest import TIP_DRIVES, is_tip
 from lutgen.readings.table import is_capped, is_shrouded
+from lutgen.time_law import between, error_between
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -303,20 +303,22 @@ class Problem:
         return self.interpolated(tips)
 
     def interpolated(self, tips: Array) -> Array:
-        """Fill the hours without tips from their neighbours, linearly: (..., H, 4, 3)."""
+        """Fill the hours without tips from their neighbours, by the law of :mod:`lutgen.time_law`: (..., H, 4, 3)."""
         tips = tips.copy()
-        knots = np.flatnonzero(self.is_knot)
+        by_hour = np.moveaxis(tips, -3, 0)
+        times, values = self.hours[self.is_knot], by_hour[self.is_knot]
         for index in np.flatnonzero(~self.is_knot):
-            after = int(np.clip(np.searchsorted(knots, index), 1, knots.size - 1))
-            start, end = knots[after - 1], knots[after]
-            share = (self.hours[index] - self.hours[start]) / (self.hours[end] - self.hours[start])
-            tips[..., index, :, :] = (1 - share) * tips[..., start, :, :] + share * tips[..., end, :, :]
+            by_hour[index] = between(times, values, self.hours[index])
         return tips
 
     @cached_property
     def slack(self) -> Array:
         """How well interpolation knows the tips of each hour, 1 σ, (H, 4, 3); infinite at hours that have their own."""
-        return tip_slack(self.hours, self.is_knot, self.measured_tips)
+        slack = np.full((self.hours.size, 4, 3), np.inf)
+        times, values = self.hours[self.is_knot], self.measured_tips[self.is_knot]
+        for index in np.flatnonzero(~self.is_knot):
+            slack[index] = error_between(times, values, self.hours[index])
+        return slack
 
     @cached_property
     def first_day(self) -> FirstDay:

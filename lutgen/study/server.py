@@ -26,7 +26,7 @@ from lutgen.study.conversation import Conversation, RefusedError
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from lutgen.study.reading import Reading
+    from lutgen.study.reading import ReadingSession
 
 HOST = "127.0.0.1"
 
@@ -200,7 +200,7 @@ def serving(conversation: Conversation, listening: socket | None = None) -> Iter
 
 
 def serve(
-    reading: Reading,
+    reading: ReadingSession,
     *,
     opened: Callable[[str], None],
     say: Callable[[str], None],

@@ -11,7 +11,7 @@ from lutgen.colorimetry import xyz_to_xyY
 from lutgen.display.hours import parse_hours
 from lutgen.errors import LutgenError
 from lutgen.pictures.png import page_png
-from lutgen.report.drawing.png_file import data_address
+from lutgen.report.drawing import data_address
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.display import AgedDisplay, DisplayModel
-    from lutgen.pictures.curve import Curve
+    from lutgen.pictures.difference import DifferenceCurve
     from lutgen.pictures.frame import Frame
     from lutgen.pictures.lifetime import Lifetimes
 
@@ -165,7 +165,7 @@ def scenes_of(
     return Scenes(frame, _picture(frame, frame.shown(unaged)), tuple(hours), modes, reach)
 
 
-def _scene(frame: Frame, unaged: AgedDisplay, aged: AgedDisplay, curve: Curve, reach: float) -> Scene:
+def _scene(frame: Frame, unaged: AgedDisplay, aged: AgedDisplay, curve: DifferenceCurve, reach: float) -> Scene:
     (row,) = np.flatnonzero(curve.hours == aged.hours)
     x, y, luminance = xyz_to_xyY(aged.code_to_xyz(np.ones(3)))
     luminance /= unaged.code_to_xyz(np.ones(3))[1]

@@ -1,16 +1,25 @@
-"""A section of the page: its heading, and the template that its values fill."""
+"""The sections of the page, and the templates that show them.
+
+Templates escape every value that they are given, so that a file name cannot become markup.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from lutgen.numerals import spaced
+from lutgen.report.parts import Headline, Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
 
 @dataclass(frozen=True)
-class Section:
+class PageSection:
     """One section.
 
     Attributes
@@ -20,7 +29,7 @@ class Section:
     title
         Its heading.
     template
-        A file of ``report/templates``, in which ``values`` are called so.
+        A file of ``report/templates``, which uses ``values`` by these names.
     values
         What the template shows.
     kind
@@ -36,3 +45,27 @@ class Section:
     values: Mapping[str, Any]
     kind: str = ""
     label: str = ""
+
+
+@cache
+def environment() -> Environment:
+    """Give the environment of ``report/templates``: autoescape, and an error for a value that was not given."""
+    templates = Environment(
+        loader=PackageLoader("lutgen.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    templates.filters["spaced"] = spaced
+    templates.tests |= {
+        "table": lambda part: isinstance(part, Table),
+        "headline": lambda part: isinstance(part, Headline),
+    }
+    templates.policies["json.dumps_kwargs"] = {"ensure_ascii": False}
+    return templates
+
+
+def render(template: str, **values: Any) -> str:
+    """Fill a template of ``report/templates``."""
+    return environment().get_template(template).render(**values)

@@ -9,8 +9,8 @@ from lutgen.numerals import spaced
 from lutgen.pictures.png import page_png
 from lutgen.report.document.chart import ticks
 from lutgen.report.document.scenes import map_colours
-from lutgen.report.document.section import Section
-from lutgen.report.drawing.png_file import data_address
+from lutgen.report.document.section import PageSection
+from lutgen.report.drawing import data_address
 
 if TYPE_CHECKING:
     from lutgen.report.document.scenes import Numbers, Scenes
@@ -62,9 +62,9 @@ def numbers_in_words(numbers: Numbers) -> dict[str, str]:
     }
 
 
-def viewer_section(scenes: Scenes) -> Section:
+def viewer_section(scenes: Scenes) -> PageSection:
     """Gather what the slider, the wiper and the map show."""
-    return Section(
+    return PageSection(
         "viewer",
         "The picture as the display ages",
         "viewer.html",
@@ -81,7 +81,7 @@ def viewer_section(scenes: Scenes) -> Section:
     )
 
 
-def frames_section(scenes: Scenes) -> Section:
+def frames_section(scenes: Scenes) -> PageSection:
     """Gather every frame and map, and the numbers."""
     modes = [
         (
@@ -102,7 +102,7 @@ def frames_section(scenes: Scenes) -> Section:
         for mode, scenes_of_mode in scenes.modes.items()
     ]
     values = {"unaged": scenes.unaged, "bar": colour_bar(scenes.reach), "modes": modes}
-    return Section("frames", "The picture at each hour", "frames.html", values, kind="still")
+    return PageSection("frames", "The picture at each hour", "frames.html", values, kind="still")
 
 
 def script_data(scenes: Scenes) -> dict[str, Any]:

@@ -41,7 +41,7 @@ def command(*, study: str, reader: str, session: int, override: str | None, port
     import webbrowser
     from contextlib import suppress
 
-    from lutgen.study.begin import begin_reading
+    from lutgen.study.reading import begin_reading
     from lutgen.study.server import port_taken, serve
 
     def opened(address: str) -> None:
