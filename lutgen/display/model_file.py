@@ -280,10 +280,8 @@ def _own(native: _Table, folder: Path) -> StoredModel | None:
     file = folder / name
     if Path(name).name != name:
         raise LutgenError(f"[native]: own is {name!r}; it must be the name of a file beside the model file.")
-    content = read_at_most(
-        file, OWN_MAX_BYTES, what="the display's own model", none="own model",
-        advice="It lies beside the model file: put it back, or make the model again with lutgen refine.",
-    )  # fmt: skip
+    advice = "It lies beside the model file: put it back, or make the model again with lutgen refine."
+    content = read_at_most(file, OWN_MAX_BYTES, what="the display's own model", none="own model", advice=advice)
     try:
         own = StoredModel(content)
     except LutgenError as error:
