@@ -30,11 +30,18 @@ REFERENCES = ("relative", "absolute")
 BASELINES = {
     "colour-points": "white and primaries as measured at each hour",
     "first-hour": "white and primaries of hour 0 alone: the effects do the aging",
-    "native": "white and primaries as measured at each hour, transfer curves and black as in the first session",
+    "native": "white and primaries as measured at each hour, the display's own model as in the first session",
+    "native-first-hour": "the display's own model of the first session alone: the effects do the aging",
 }
 
 #: Baselines that age without effects.
 AGING_BASELINES = ("colour-points", "native")
+
+#: Baselines that know nothing of the display after hour 0.
+FORETELLING_BASELINES = ("first-hour", "native-first-hour")
+
+#: Baselines that start from the display's own first session.
+NATIVE_BASELINES = ("native", "native-first-hour")
 
 #: Direction of a build → meaning.
 DIRECTIONS = {

@@ -51,6 +51,12 @@ def written(folder: Path, text: str) -> Path:
     return path
 
 
+def test_a_single_session_needs_no_hours(folder: Path) -> None:
+    path = written(folder, f'{HEAD}[[sessions]]\nfile = "a.ti3"\n')
+    assert read_campaign(path).hours().tolist() == [0.0]
+    assert read_measurements(path).hours.tolist() == [0.0] * len(DRIVE)
+
+
 def test_dates_become_hours_by_the_hours_of_a_day(folder: Path) -> None:
     blocks = "".join(f'[[sessions]]\nfile = "{name}.ti3"\n' for name in "cab")
     path = written(folder, f"{HEAD}hours_per_day = 6.0\n{blocks}")

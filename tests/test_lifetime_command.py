@@ -84,6 +84,7 @@ def test_the_page_is_table_1(run: Callable[..., Done]) -> None:
     assert (done.code, done.err) == (0, "")
     (image,) = lifetime(["a.png"], DisplayModel(read_measurements(default_display()))).images
     lines = [words(line) for line in done.out.splitlines()]
+    assert lines.pop(0) == "Luminance of chroma-luma: the paper's law, 67 % at 10 000 h and 40 % at 18 000 h."
     assert lines[0] == f"a.png: 2 304 pixels of {hours_or_never(image.colours)} colours.".replace("\xa0", " ")
     assert lines[1] == "hours until Max ΔE2000 3 Avg ΔE2000 3 Max ΔE2000 5 Avg ΔE2000 5"
     for line, mode in zip(lines[2:4], ("chroma", "chroma-luma"), strict=True):

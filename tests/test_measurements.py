@@ -298,7 +298,6 @@ BAD = {
     ),
     "a negative hour": bad(SMALL.replace("\n0,", "\n-10,"), "line 2", "negative"),
     "no hour 0": bad(SMALL.replace("\n0,", "\n10,"), "line 2", "hour 0", "subtract 10"),
-    "only one time": bad("\n".join(SMALL.splitlines()[:5]) + "\n", "one time only", "later hour"),
     "8-bit drive": bad(
         with_columns(lambda c: [c[0], *(str(255 * int(v)) for v in c[1:4]), *c[4:]]), "line 2", "8-bit", "255"
     ),
@@ -358,7 +357,7 @@ def test_a_bad_file_is_refused_in_one_sentence_that_names_it_and_helps(name: str
 
 @pytest.mark.parametrize(
     "name",
-    ["empty", "binary", "NaN", "a decimal comma", "a missing primary", "only one time", "8-bit drive",
+    ["empty", "binary", "NaN", "a decimal comma", "a missing primary", "8-bit drive",
      "white on the line of two primaries"],
 )  # fmt: skip
 def test_the_command_line_prints_that_sentence_exits_with_2_and_writes_nothing(name: str, tmp_path: Path) -> None:

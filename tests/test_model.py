@@ -122,7 +122,7 @@ def test_the_fast_model_does_what_its_literal_twin_does(
     data = readings if display == "default" else aging
     # The default display's tips are read by the twin's own reader.
     data_rows = rows if display == "default" else twin_rows(aging)
-    model = DisplayModel(data, reference=reference, selection=selection)
+    model = DisplayModel(data, reference=reference, selection=selection, luminance=luminance_law("paper"))
     # Off a knot at the twin's full length; elsewhere every fourth colour is enough.
     for hours in HOURS if mode != "stable" else HOURS[:2]:
         some = colours if hours == 2750.5 else colours[::4]
@@ -307,7 +307,7 @@ def test_chroma_holds_the_luminance_of_white_and_chroma_luma_follows_the_law(
     data: Measurements, hours: float, reference: str, selection: str
 ) -> None:
     white = np.ones((1, 3))
-    model = DisplayModel(data, reference=reference, selection=selection)
+    model = DisplayModel(data, reference=reference, selection=selection, luminance=luminance_law("paper"))
     assert model.at("chroma", hours).code_to_xyz(white)[0, 1] == pytest.approx(1.0, abs=1e-12)
     expected = np.interp(hours, [row[0] for row in PAPER_LAW], [row[1] for row in PAPER_LAW])
     assert model.at("chroma-luma", hours).code_to_xyz(white)[0, 1] == pytest.approx(expected, abs=1e-12)
@@ -463,7 +463,7 @@ def test_hours_outside_the_measured_span_are_refused(mode: str, hours: float, re
 
 def test_the_papers_law_is_not_extrapolated(aging: Measurements) -> None:
     longer = measured([0.0, 30_000.0], aging.tips()[1][:2])
-    model = DisplayModel(longer)
+    model = DisplayModel(longer, luminance=luminance_law("paper"))
     model.at("chroma", 25_000.0)
     with pytest.raises(LutgenError, match=r"outside the span 0\.\.18000 h of the luminance law 'paper'"):
         model.at("chroma-luma", 25_000.0)

@@ -227,7 +227,7 @@ def test_a_fresh_model_needs_no_tips_but_those_of_hour_0(readings: Measurements,
     (tmp_path / "mine.csv").write_text("\n".join([*kept, "9000,0.5,0.5,0.5,0.31,0.33,40", ""]))
     mine = read_measurements(tmp_path / "mine.csv")
     with pytest.raises(LutgenError, match="one time only"):
-        DisplayModel(mine)
+        DisplayModel(mine).at("chroma", 9000.0)
     model = a_model(mine, named("yellowing"), baseline="first-hour")
     np.testing.assert_array_equal(model.tips.hours, [0, 9000])
     everything = a_model(readings, named("yellowing"), baseline="first-hour")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from lutgen.colorimetry import linear_to_code, xyz_to_linear
-from lutgen.names import AGING_BASELINES, BASELINES
+from lutgen.names import AGING_BASELINES, BASELINES, FORETELLING_BASELINES, NATIVE_BASELINES
 from tests.command import Done, in_process
 from tests.native_displays import BLACK, GREYS, MIXTURES, RAMPS, TIPS, Panel, session, write
 from tests.schemas import validator
@@ -32,7 +32,8 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
 
 
 def test_the_option_names_what_the_library_has() -> None:
-    assert set(AGING_BASELINES) == set(BASELINES) - {"first-hour"}
+    assert set(AGING_BASELINES) == set(BASELINES) - set(FORETELLING_BASELINES)
+    assert set(NATIVE_BASELINES) < set(BASELINES)
 
 
 @pytest.mark.slow

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+from base64 import b64decode, b64encode
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +23,7 @@ from lutgen.display.conditions import REFERENCE, conditions_of
 from lutgen.display.modes import LAWS, law_of_table, luminance_law
 from lutgen.display.native import NativeDisplay
 from lutgen.display.origin import found_by, record_of
+from lutgen.display.own_model.stored import StoredModel
 from lutgen.documents import from_json
 from lutgen.errors import LutgenError, reason_of
 from lutgen.files import bytes_at_most
@@ -129,7 +131,9 @@ def _refinements_as_json(model: DisplayModel, output: Path) -> dict[str, Any]:
     if model.baseline != "colour-points":
         content |= {"baseline": model.baseline, "held": model.held}
     if model.native:
-        content["native"] = model.native.as_record()
+        own = model.native.own
+        stored = {"own": b64encode(own.content).decode("ascii")} if own else {}
+        content["native"] = model.native.as_record() | stored
     if model.conditions != REFERENCE:
         content["conditions"] = model.conditions.stated()
     if model.latent:
@@ -209,12 +213,17 @@ def model_from_json(content: Mapping[str, Any], *, where: str) -> DisplayModel:
         raise LutgenError(message) from None
 
 
+def _native_from_json(record: Mapping[str, Any]) -> NativeDisplay:
+    own = StoredModel(b64decode(record["own"], validate=True)) if "own" in record else None
+    return NativeDisplay.from_record(record, own)
+
+
 def _refinements_from_json(content: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     latent = content.get("latent")
     return {
         "baseline": content.get("baseline", "colour-points"),
         "held": content.get("held", False),
-        "native": NativeDisplay.from_record(content["native"]) if "native" in content else None,
+        "native": _native_from_json(content["native"]) if "native" in content else None,
         "conditions": conditions_of(content.get("conditions", {})),
         "latent": LatentTips(latent["hours"], latent["xyz_cd_m2"]) if latent else None,
         "effects": tuple(

@@ -51,7 +51,8 @@ def _refinements(model: DisplayModel) -> list[str]:
     lines = {
         "colour-points": [],
         "first-hour": ["baseline: white and primaries of hour 0 alone, the effects do the aging"],
-        "native": ["baseline: native, the first session's own transfer curves and black"],
+        "native": ["baseline: native, the display's own model of the first session"],
+        "native-first-hour": ["baseline: the display's own model of the first session alone, the effects do the aging"],
     }[model.baseline]
     for each in model.baked:
         values = ", ".join(f"{name} {value:.6g}" for name, value in each.values.items())

@@ -76,8 +76,8 @@ _MODEL = (
         "--baseline",
         type=click.Choice(BASELINES),
         help="What the model knows: `colour-points`, white and primaries measured again at each hour; `first-hour`, "
-        "hour 0 alone; `native`, as colour-points, and transfer curves and black of the first session too [default: "
-        "colour-points].",
+        "hour 0 alone; `native`, as colour-points, from the display's own model of the first session; "
+        "`native-first-hour`, that model alone [default: colour-points].",
     ),
     click.option(
         "--selection",

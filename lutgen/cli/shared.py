@@ -43,14 +43,15 @@ def model_options(command: Callable[..., Any]) -> Callable[..., Any]:
                 "--reference",
                 cls=Advanced,
                 type=click.Choice(REFERENCES),
-                help="Change since hour 0 put on sRGB, or the measured colours themselves [default: relative].",
+                help="Change since hour 0 put on sRGB, or the measured colours themselves [default: relative; absolute "
+                "where there is one session].",
             ),
             click.option(
                 "--luminance",
                 cls=Advanced,
                 metavar="LAW",
                 help="Luminance of chroma-luma: paper, measured, or a .csv of hour,factor from 0,1 on "
-                "[default: paper].",
+                "[default: measured, or what the file of readings says under luminance_law].",
             ),
             click.option(
                 "--at",
@@ -81,7 +82,7 @@ def model_from(
     from dataclasses import replace
 
     from lutgen.display import DisplayModel, default_display, load_model, parse_at
-    from lutgen.display.modes import luminance_law
+    from lutgen.display.modes import UNSAID, luminance_law
     from lutgen.readings import read_measurements
 
     if model:
@@ -99,8 +100,8 @@ def model_from(
         readings,
         baseline=baseline or "colour-points",
         selection=selection or "nearest",
-        reference=reference or "relative",
-        luminance=luminance_law(luminance or "paper"),
+        reference=reference or "",
+        luminance=luminance_law(luminance) if luminance else UNSAID,
         conditions=parse_at(at),
     )
 

@@ -32,32 +32,27 @@ DRAWS = 32
 def anchored(problem: Problem, terms: Sequence[Term]) -> Array:
     """XYZ that the model predicts, (n, 3), cd/m², solved from the readings that it is anchored to, effects given.
 
-    Tips are solved at every hour, under ``first-hour`` at hour 0 only. Curves and black of a native display are solved
-    again too: what was measured in the first session had the effects in it already.
+    Tips are solved at every hour, under baselines that foretell at hour 0 only.
     """
     fixed = tuple(replace(term, free=()) for term in terms)
-    first = problem.is_anchor if problem.native and terms else problem.is_tip_anchor
-    part = problem.part(problem.rows[first])
+    part = problem.part(problem.rows[problem.is_tip_anchor])
     solved = fit(part, fixed)
     tips = problem.measured_tips.copy()
-    if problem.baseline == "first-hour":
+    if problem.foretells:
         tips[:] = solved.tips[0]
     else:
         tips[np.isin(problem.hours, part.hours)] = solved.tips
         tips = problem.interpolated(tips)
     state = State(fixed, tips, np.zeros(max(int(problem.gains.max()) + 1, 1)))
-    predicted = predict(problem, state)
-    if problem.native and terms and solved.modes.size:
-        predicted = predicted + np.tensordot(solved.modes, problem.curve_modes, axes=1)
-    return predicted
+    return predict(problem, state)
 
 
 def noise_only(problem: Problem, predicted: Array) -> Iterator[Array]:
     """Residuals (n, 3) in cd/m² of campaigns in which the prediction is true and only noise is added; seeded."""
     rng = np.random.default_rng(SEED)
-    root = np.linalg.cholesky(problem.noise.covariance(predicted))
+    root = np.linalg.cholesky(problem.covariance(predicted))
     anchor, before = problem.is_tip_anchor, problem.panel(())
-    fresh = problem.baseline == "first-hour"
+    fresh = problem.foretells
     for draw in range(DRAWS):
         noise = np.einsum("nij,nj->ni", root, rng.standard_normal(predicted.shape))
         gains = problem.noise.session * rng.standard_normal(max(int(problem.gains.max()) + 1, 1))
@@ -77,6 +72,6 @@ def noise_only(problem: Problem, predicted: Array) -> Iterator[Array]:
         # Between sessions the tips are off by what a straight line misses as well.
         bend = np.where(np.isfinite(problem.slack), problem.slack, 0.0) * rng.standard_normal(shift.shape)
         shift = shift + (0.0 if fresh else bend)
-        if problem.native:
+        if problem.drawn:
             noise = noise - problem.curve_doubt[draw]
         yield noise - before.emit(shift[problem.hour_of])

@@ -19,6 +19,7 @@ from lutgen.criticism.verdict import VERDICTS, Verdict, pronounce
 from lutgen.criticism.visibility import Visibility, visibility
 from lutgen.effects import catalogue
 from lutgen.errors import pick_one
+from lutgen.names import FORETELLING_BASELINES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -206,7 +207,7 @@ def candidates(effects: Mapping[str, Effect] | None, baseline: str, without: Seq
         if name not in known:
             raise pick_one("effect", name, known)
     usable = [each for each in known.values() if each.name not in without]
-    return [each for each in usable if baseline == "first-hour" or each.baseline == "colour-points"]
+    return [each for each in usable if baseline in FORETELLING_BASELINES or each.baseline == "colour-points"]
 
 
 def _suspicion(base: Fit, error: PureError, rows: Sequence[int]) -> Suspicion:

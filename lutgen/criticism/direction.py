@@ -78,7 +78,7 @@ def direction(problem: Problem, predicted: Array, judged: NDArray[np.bool_], whe
 def _kind(problem: Problem, predicted: Array, judged: NDArray[np.bool_]) -> str:
     """Whether the error goes with the light: luminance residuals explained by a constant, or by the luminance."""
     residual, light = (problem.xyz - predicted)[judged, 1], predicted[judged, 1]
-    sigma = np.sqrt(problem.noise.covariance(predicted[judged])[:, 1, 1])
+    sigma = np.sqrt(problem.covariance(predicted)[judged, 1, 1])
     squares = float(((residual / sigma) ** 2).sum())
     if squares < 2.0 * residual.size:
         return ""

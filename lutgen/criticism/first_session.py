@@ -80,7 +80,7 @@ def first_session(problem: Problem) -> FirstSession | None:
         found = delta_e_2000(xyz_to_lab(anchored(asked, ()), white), xyz_to_lab(asked.xyz, white))
         return float(found[judged].mean())
 
-    model = _own_model(problem)
+    model = own.ladder if own else _own_model(problem)
     held_out, said = (model.error, model.sentences()) if model else (None, ())
     return FirstSession(int(judged.sum()), error(paper), error(native) if own else None, held_out, said)
 

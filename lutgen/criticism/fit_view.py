@@ -104,7 +104,7 @@ class View:
     @cached_property
     def sigma(self) -> Array:
         """Noise of each reading, 1 σ, (n, 3), cd/m²."""
-        covariance = self.problem.noise.covariance(self.with_it)
+        covariance = self.problem.covariance(self.with_it)
         return np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
 
     @cached_property
@@ -146,7 +146,7 @@ class View:
                 # A session has one or two temperatures: hours are taken together.
                 return Way(condition.axis, spread(values), (*names, *(("hour",) if condition.cell == "heat" else ())))
         if self.effect.stage in {"drive", "transfer", "mixing"} or (
-            self.effect.stage == "emission" and problem.baseline != "first-hour"
+            self.effect.stage == "emission" and not problem.foretells
         ):
             return Way("code value", problem.readings.drive[problem.rows].max(axis=1), ())
         return Way("operating hours", problem.hours[problem.hour_of], ("hour",))

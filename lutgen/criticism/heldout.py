@@ -95,7 +95,7 @@ def held_out(found: Fit) -> HeldOut:
     for index, here in enumerate(problem.blocks):
         number[here] = index
     limits = system.limits(found.terms)
-    if problem.baseline == "first-hour":
+    if problem.foretells:
         return _sessions_held_out(problem, system, limits)
     withheld = cells(problem)
     squares = []

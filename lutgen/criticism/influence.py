@@ -88,7 +88,7 @@ def wrong_sessions(found: Fit, scale: float) -> tuple[float, ...]:
     ``scale`` is the variance of the noise in the fit's own units.
     """
     problem = found.problem
-    if problem.baseline == "first-hour" or problem.hours.size < 4:
+    if problem.foretells or problem.hours.size < 4:
         return ()
     squares = (found.linear.residual**2).sum(axis=1) / scale
     mean = np.bincount(problem.hour_of, squares) / (3 * np.bincount(problem.hour_of))

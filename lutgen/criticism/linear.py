@@ -106,10 +106,10 @@ def linearise(problem: Problem, state: State) -> Linear:
     free = _by_parameters(problem, state, before, xyz) * gain
     by_tips = _by_tips(problem, state, before, xyz) * gain
     # A fresh display's tips are the same unknowns in every block: global ones.
-    if problem.baseline == "first-hour":
+    if problem.foretells:
         free, by_tips = np.concatenate([free, by_tips]), by_tips[:0]
     # So is what noise of the first session leaves open of a native display; a state holds no sizes of these modes.
-    if problem.native:
+    if problem.drawn:
         free = np.concatenate([free, problem.curve_modes * gain])
     local = np.concatenate([by_tips, _by_gains(problem, xyz, state.gains.size)])
     return Linear(whiten(problem, problem.xyz - xyz * gain), whiten(problem, local), whiten(problem, free))
@@ -132,13 +132,16 @@ def _by_parameters(problem: Problem, state: State, before: Panel, xyz: Array) ->
 def _by_tips(problem: Problem, state: State, before: Panel, xyz: Array) -> Array:
     """Derivatives by the twelve numbers of the tips of a reading's own hour, relative to their size: (12, n, 3)."""
     size = tip_scale(problem)
-    if problem.baseline != "first-hour" and not any(term.effect.stage in BEHIND_PANEL for term in state.terms):
+    if not problem.foretells and not any(term.effect.stage in BEHIND_PANEL for term in state.terms):
+        before = problem.first_day.begun(state.terms, before)
         shares = before.shares * (1.0 - problem.scene(state.tips).capped)
         direct = np.zeros((4, 3, *xyz.shape))
         for k in range(3):
             direct[:, k, :, k] = shares.T * size[:, k, np.newaxis]
         if before.black:
             direct[0, range(3), :, range(3)] += (before.of_white * (1.0 - problem.scene(state.tips).capped) * size[0]).T
+        if before.gain is not None:
+            direct *= before.gain
         return direct.reshape(12, *xyz.shape)
     if problem.holds or any(mixes(term) for term in state.terms):
         moved = state.tips + (np.eye(12).reshape(12, 4, 3) * size * NUDGE)[:, np.newaxis]

@@ -21,6 +21,8 @@ import numpy as np
 
 from lutgen.colorimetry import code_to_linear
 from lutgen.criticism.curve_doubt import curve_doubt, drawn_displays, mode_weights
+from lutgen.criticism.discrepancy import NONE, Discrepancy, discrepancy_of_own
+from lutgen.criticism.first_day import FirstDay, is_held
 from lutgen.criticism.noise import estimate_noise, replicate_groups
 from lutgen.criticism.shared_columns import shared_columns
 from lutgen.display.native import NativeDisplay
@@ -29,7 +31,7 @@ from lutgen.display.trace import Panel, emitted, panel, reported
 from lutgen.effects import Scene
 from lutgen.effects.spectra import SpectralDisplay, class_of
 from lutgen.errors import LutgenError, pick_one
-from lutgen.names import BASELINES
+from lutgen.names import BASELINES, FORETELLING_BASELINES, NATIVE_BASELINES
 from lutgen.readings.conditions import COLUMNS
 from lutgen.readings.rest import TIP_DRIVES, is_tip
 from lutgen.readings.table import is_capped, is_shrouded
@@ -70,9 +72,11 @@ class Problem:
         Conditions that nobody logged, taken as the same at all readings: (column, value). What the notes call
         shrouded or capped is free of them.
     native
-        The fresh display of the baseline ``native``, else None: the paper's.
+        The fresh display of native baselines, else None: the paper's.
     drawn
-        Native displays as noise of the first session might have had them.
+        Native displays as noise of the first session might have had them; none beside an own model's discrepancy.
+    discrepancy
+        How far the display's own model misses what it has not seen, beside the noise.
     offset_cd_m2, wander
         Spread from session to session of the instrument's dark offset in X, Y and Z, and of its gain from the first to
         the last reading of a session, as a share; 0: none.
@@ -92,6 +96,7 @@ class Problem:
     assumed: tuple[tuple[str, float], ...] = ()
     native: NativeDisplay | None = None
     drawn: tuple[NativeDisplay, ...] = ()
+    discrepancy: Discrepancy = NONE
     offset_cd_m2: float = 0.0
     wander: float = 0.0
     weights: Array | None = None
@@ -129,9 +134,12 @@ class Problem:
         noise = estimate_noise(readings, instrument)
         out = [*noise.slips, *leave_out]
         rows = np.setdiff1d(np.arange(readings.hours.size), out)
-        native = NativeDisplay.of(readings, out) if baseline == "native" else None
-        drawn = drawn_displays(readings, noise, out, native.source) if native else ()
-        return cls(readings, noise, baseline, selection, _is_held(readings), rows, native=native, drawn=drawn)
+        native = NativeDisplay.of(readings, out) if baseline in NATIVE_BASELINES else None
+        drawn = drawn_displays(readings, noise, out, native.source) if native and not native.own else ()
+        return cls(
+            readings, noise, baseline, selection, is_held(readings), rows, native=native, drawn=drawn,
+            discrepancy=discrepancy_of_own(native, noise),
+        )  # fmt: skip
 
     def unlogged(self, columns: Sequence[str]) -> Problem | None:
         """Return the problem with some columns as they might have been, unlogged; None when any of them was logged."""
@@ -162,6 +170,11 @@ class Problem:
         """Index of each reading's hour, (n,)."""
         return np.searchsorted(self.hours, self.readings.hours[self.rows])
 
+    @property
+    def foretells(self) -> bool:
+        """Whether the model knows nothing of the display after hour 0."""
+        return self.baseline in FORETELLING_BASELINES
+
     @cached_property
     def curve_points(self) -> NDArray[np.bool_]:
         """Readings that a native display's curves and black are made of, and so meets, (n,)."""
@@ -174,7 +187,7 @@ class Problem:
         """Readings of the tips at rest that the tips are solved from, (n,)."""
         rest = self.readings.at_rest()[self.rows] & ~is_capped(self.readings)[self.rows]
         anchor = is_tip(self.readings.drive[self.rows]).any(axis=1) & rest
-        return np.asarray(anchor & (self.hour_of == 0) if self.baseline == "first-hour" else anchor)
+        return np.asarray(anchor & (self.hour_of == 0) if self.foretells else anchor)
 
     @cached_property
     def is_anchor(self) -> NDArray[np.bool_]:
@@ -212,7 +225,7 @@ class Problem:
         taken = {
             float(hour)
             for hour, knot in zip(self.hours, self.is_knot, strict=True)
-            if self.baseline != "first-hour" and knot and len(of_hour[float(hour)]) == 1
+            if not self.foretells and knot and len(of_hour[float(hour)]) == 1
         }
         known = sorted({key for key in keys if key[0] not in taken})
         number = {key: place for place, key in enumerate(known)}
@@ -220,8 +233,8 @@ class Problem:
 
     @cached_property
     def blocks(self) -> list[NDArray[np.intp]]:
-        """Readings that share local unknowns: of an hour (its tips), under ``first-hour`` of a session (its gain)."""
-        number = self.gains if self.baseline == "first-hour" else self.hour_of
+        """Readings that share local unknowns: of an hour (its tips), or of a session (its gain) under ``foretells``."""
+        number = self.gains if self.foretells else self.hour_of
         return [np.flatnonzero(number == each) for each in np.unique(number)]
 
     @cached_property
@@ -239,10 +252,20 @@ class Problem:
         """Matrices (n, 3, 3) that make residuals independent with variance 1; noise goes by the replicates' mean."""
         count = np.bincount(self.groups)
         mean = np.stack([np.bincount(self.groups, self.xyz[:, k]) for k in range(3)], axis=1)[self.groups]
-        whitener = self.noise.whitener(mean / count[self.groups][:, np.newaxis])
+        whitener = np.linalg.inv(np.linalg.cholesky(self.covariance(mean / count[self.groups][:, np.newaxis])))
         if self.weights is None:
             return whitener
         return np.asarray(whitener * np.sqrt(self.weights[self.rows])[:, np.newaxis, np.newaxis])
+
+    def covariance(self, xyz_cd_m2: Array) -> Array:
+        """Covariance of the readings about the model, if their light is (n, 3): noise and discrepancy, (n, 3, 3)."""
+        meter = self.noise.covariance(xyz_cd_m2)
+        if not self.discrepancy:
+            return meter
+        # Black and the colour points are what the model is made to meet.
+        drive = self.readings.drive[self.rows]
+        missed = np.asarray(drive.any(axis=1) & ~is_tip(drive).any(axis=1), dtype=np.float64)
+        return np.asarray(meter + missed[:, np.newaxis, np.newaxis] * self.discrepancy.covariance(xyz_cd_m2))
 
     @cached_property
     def curve_doubt(self) -> Array:
@@ -298,6 +321,11 @@ class Problem:
         return slack
 
     @cached_property
+    def first_day(self) -> FirstDay:
+        """The display's own model at the readings."""
+        return FirstDay(self)
+
+    @cached_property
     def light(self) -> SpectralDisplay:
         """Spectral estimate of the display's class with the tips of hour 0."""
         return SpectralDisplay.of(class_of(self.readings.metadata.get("display", "")), self.measured_tips[0])
@@ -327,7 +355,9 @@ class Problem:
 
     def panel(self, applied: Sequence[Applied]) -> Panel:
         """Send the readings' code values through drive, transfer and mixing."""
-        return panel(applied, self._plain_scene, self.selection, self._weights, self.native)
+        gain = self.first_day.own_gain
+        before = panel(applied, self._plain_scene, self.selection, self._weights, native=self.native, gain=gain)
+        return before.times(self.first_day.held_out_gain)
 
     @cached_property
     def _plain_scene(self) -> Scene:
@@ -340,6 +370,7 @@ class Problem:
 
     def predict(self, applied: Sequence[Applied], before: Panel, tips: Array) -> Array:
         """XYZ that the meter should report, (..., n, 3), of latent tips (..., H, 4, 3)."""
+        before = self.first_day.begun(applied, before)
         if self.holds:
             tips = tips * self._held_gain(applied, tips)[..., np.newaxis, np.newaxis]
         return reported(applied, before, tips[..., self.hour_of, :, :], self.scene(tips))
@@ -347,7 +378,7 @@ class Problem:
     @property
     def holds(self) -> bool:
         """Whether a sensor's holding of white is predicted: under ``tips`` the tips have it in them."""
-        return self.baseline == "first-hour" and self.held
+        return self.foretells and self.held
 
     def _held_gain(self, applied: Sequence[Applied], tips: Array) -> Array:
         """Gain by which a sensor holds the white of every hour at that of hour 0, (..., H)."""
@@ -358,17 +389,6 @@ class Problem:
             fresh_white=tips[..., :1, 0, :],
             light=self.light,
         )
-        white = emitted(applied, panel(applied, scene, self.selection, native=self.native), tips, scene)[..., 1]
+        before = panel(applied, scene, self.selection, native=self.native)
+        white = emitted(applied, before, tips, scene)[..., 1]
         return np.asarray(white[..., :1] / white)
-
-
-def _is_held(readings: Measurements) -> bool:
-    """Whether a sensor holds white's luminance: as the file says, else when white has not fallen by 3 %."""
-    stated = readings.metadata.get("luminance", "")
-    if stated in {"held", "free"}:
-        return stated == "held"
-    if stated:
-        message = f"{readings.file}: luminance is {stated!r}. Pick one of: held, free."
-        raise LutgenError(message)
-    white = readings.tips()[1][:, 0, 2]
-    return bool(abs(white[-1] / white[0] - 1.0) < 0.03)

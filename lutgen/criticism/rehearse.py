@@ -223,7 +223,7 @@ def _acted(base: Fit, term: Term) -> Problem:
     )
     gains = problem.noise.session * rng.standard_normal(int(session.max()) + 1)
     light = light * (1.0 + gains[session.reshape(-1)])[:, np.newaxis]
-    root = np.linalg.cholesky(problem.noise.covariance(light))
+    root = np.linalg.cholesky(problem.covariance(light))
     xyz = problem.readings.xyz_cd_m2.copy()
     xyz[problem.rows] = light + np.einsum("nij,nj->ni", root, rng.standard_normal(light.shape))
     return replace(problem, readings=problem.readings.with_light(xyz))

@@ -308,23 +308,32 @@ class _Part:
 #: Nothing is named that twice an assumed noise would explain: four times its variance.
 ALLOWANCE = 4.0
 
+#: Colours of a session that a model misses each in its own way: within a quarter of the range of code values it errs
+#: alike.
+COLOURS = 4.0**3
+
 
 @dataclass(frozen=True)
 class PureError:
     """Scatter of replicates about their means in the fit's own units: the yardstick of all tests.
 
-    ``allowance``: factor of the variance up to which nothing is found, where nobody measured the noise. ``inside``: the
-    part of a fit's χ² that replicates make, where it is not ``squares``.
+    ``allowance``: factor of the variance up to which nothing is found, where nobody measured the noise, or a model's
+    discrepancy outweighs it. ``inside``: the part of a fit's χ² that replicates make, where it is not ``squares``.
+    ``alike``: how many readings err as one, which a model's discrepancy makes of neighbouring colours.
     """
 
     squares: float
     freedom: int
     allowance: float = 1.0
     inside: float | None = None
+    alike: float = 1.0
 
     @classmethod
     def of(cls, problem: Problem) -> PureError:
         """Take the scatter from the readings that count; the stated noise where there are too few replicates."""
+        if problem.discrepancy:
+            alike = max(1.0, problem.rows.size / problem.hours.size / COLOURS)
+            return cls(0.0, 0, ALLOWANCE * alike, alike=alike)
         if problem.noise.source == "assumed":
             return cls(0.0, 0, ALLOWANCE)
         temperature = problem.readings.conditions.get("temperature_c")
@@ -353,7 +362,7 @@ class PureError:
     def p_of_leftover(self, found: Fit) -> float:
         """Probability that noise alone leaves so much (F test for lack of fit)."""
         if not self.measured:
-            return float(stats.chi2.sf(found.chi2 / self.allowance, max(found.freedom, 1)))
+            return float(stats.chi2.sf(found.chi2 / self.allowance, max(found.freedom, 1) / self.alike))
         inside = self.squares if self.inside is None else self.inside
         squares, freedom = found.chi2 - inside, found.freedom - self.freedom
         if freedom < 1 or squares <= 0:

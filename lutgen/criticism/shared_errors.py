@@ -92,7 +92,8 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
         offset = _spread(_beside_the_display(offsets), OFFSET_CD_M2, 1)
     everything = np.ones(problem.rows.size, dtype=bool)
     gains = _told(plain, state, linear, everything, replace(plain, wander=1.0))
-    return replace(problem, offset_cd_m2=offset, wander=_unsteady(gains))
+    # What is foretold from hour 0 departs from the readings as the display ages, which is no instrument's gain.
+    return replace(problem, offset_cd_m2=offset, wander=WANDER if problem.foretells else _unsteady(gains))
 
 
 def _unsteady(told: list[Told]) -> float:

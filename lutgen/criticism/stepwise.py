@@ -236,7 +236,7 @@ def _rivals(each: Candidate, beside: Sequence[Candidate], effects: Sequence[Effe
         if effect.name in each.effect.confused_with and (problem := base.problem.unlogged(effect.needs)):
             near += contenders(fit(problem, alone.terms, State((), alone.tips, alone.gains)), [effect], limit)
     # From hour 0 on, a few sessions carry all that tells one decay from another: more is asked to tell kin apart.
-    strong = {name: 2 * STRONG if base.problem.baseline == "first-hour" and name in kin else STRONG for name in kin}
+    strong = {name: 2 * STRONG if base.problem.foretells and name in kin else STRONG for name in kin}
     return tuple(
         rival for rival in near if bic(rival.best) < bic(mine) + strong.get(rival.name, STRONG) or _as_good(rival, mine)
     )

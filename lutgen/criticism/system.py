@@ -81,7 +81,7 @@ class System:
             place += now.size
         tips, gains = state.tips.copy(), state.gains.copy()
         scale = tip_scale(self.problem)
-        if self.problem.baseline == "first-hour":
+        if self.problem.foretells:
             tips = tips + parameters[place : place + 12].reshape(4, 3) * scale
         for block in self.blocks:
             local = block.local_step(parameters)
@@ -149,7 +149,7 @@ class Block:
         nothing = np.zeros((len(off), rows.shape[1] - local - 1))
         stacked = np.concatenate([rows, np.column_stack([prior, nothing, off])])
         upper = np.asarray(np.linalg.qr(stacked, mode="r"))
-        return cls(upper[:local], upper[local:, local:], None if problem.baseline == "first-hour" else hour, gains)
+        return cls(upper[:local], upper[local:, local:], None if problem.foretells else hour, gains)
 
     def local_step(self, parameters: Array) -> Array:
         """Local unknowns that go with a step of the global ones."""
@@ -168,7 +168,7 @@ def local_columns(
     In this order: the tips of the hour, the gains of sessions, the errors that sessions share.
     """
     gains = tuple(int(gain) for gain in np.unique(problem.gains[whole]) if gain >= 0)
-    tips = 0 if problem.baseline == "first-hour" else 12
+    tips = 0 if problem.foretells else 12
     columns = linear.local[[*range(tips), *(tips + gain for gain in gains)]][:, here]
     shared = problem.shared[int(whole[0])][:, np.searchsorted(whole, here)]
     return np.concatenate([columns, shared]), gains
@@ -180,7 +180,7 @@ def prior_rows(problem: Problem, state: State, hour: int, gains: tuple[int, ...]
     Gains are 0 within the session's σ, and so are ``shared`` errors within theirs; the tips of an hour between sessions
     are those of its neighbours, interpolated.
     """
-    tips = 0 if problem.baseline == "first-hour" else 12
+    tips = 0 if problem.foretells else 12
     sigma = max(problem.noise.session, 1e-6)
     rows = np.column_stack([np.zeros((len(gains) + shared, tips)), np.eye(len(gains) + shared)])
     rows[: len(gains)] /= sigma

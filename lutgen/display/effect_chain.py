@@ -109,7 +109,7 @@ class PanelLink:
     """Code values (n, 3) → each tip's share of the light and the code values again, (n, 7): drive, transfer, mixing.
 
     ``surroundings`` is None where no effect asks for them: the link is then the same at every hour. ``native`` is the
-    fresh display; None: the paper's.
+    fresh display; None: the paper's. The gain of its own model follows in three more columns where it has one.
     """
 
     applied: tuple[AppliedEffect, ...]
@@ -123,7 +123,8 @@ class PanelLink:
         scene = self.surroundings.scene(signal) if self.surroundings else _nowhere(signal)
         panel = trace.panel(self.applied, scene, self.selection, native=self.native)
         shares = _finite(panel.shares, self.applied)
-        return np.column_stack([np.broadcast_to(shares, (len(signal), 4)), signal])
+        gain = () if panel.gain is None else (panel.gain,)
+        return np.column_stack([np.broadcast_to(shares, (len(signal), 4)), signal, *gain])
 
 
 def _nowhere(code: Array) -> Scene:
@@ -131,22 +132,54 @@ def _nowhere(code: Array) -> Scene:
 
 
 @dataclass(frozen=True)
+class Fresh:
+    """The display that effects act on.
+
+    Attributes
+    ----------
+    selection
+        The paper's choice of matrix.
+    native
+        The fresh display; None: the paper's.
+    told
+        Whether effects begin with the first session, which had them in; else they show at hour 0 too.
+
+    """
+
+    selection: str
+    native: NativeDisplay | None = None
+    told: bool = False
+
+    def panel(self, signal: Array, applied: tuple[AppliedEffect, ...], surroundings: Surroundings) -> trace.Panel:
+        """What of the light each tip has behind a :class:`PanelLink`, whose signal is (n, 7 or 10)."""
+        gain = signal[:, 7:] if signal.shape[1] > 7 else None
+        black = self.native.black if self.native else None
+        before = trace.Panel(signal[:, :4], black, gain)
+        if not (self.told and applied):
+            return before
+        now = replace(surroundings, hours=0.0, tips=surroundings.fresh, conditions=REFERENCE)
+        first = now.scene(signal[:, 4:7])
+        plain, changed = (trace.panel(each, first, self.selection, native=self.native) for each in ((), applied))
+        return before.begun(*trace.since_first_session(applied, changed, plain, np.array([now.tips]), first))
+
+
+@dataclass(frozen=True)
 class LightLink:
     """Shares of the tips (n, 7) → XYZ (n, 3): emission, optics, viewing; the tips are those of the surroundings.
 
-    ``scale`` takes cd/m² to what is relative to the un-aged white; ``black`` is that of a native display.
+    ``scale`` takes cd/m² to what is relative to the un-aged white; ``fresh`` is the display that effects act on.
     """
 
     applied: tuple[AppliedEffect, ...]
     surroundings: Surroundings
     scale: float
-    black: tuple[float, float, float] | None = None
+    fresh: Fresh
     stage: str = "emission"
 
     def __call__(self, signal: Array) -> Array:
-        """(n, 7) → XYZ (n, 3)."""
-        scene = self.surroundings.scene(signal[:, 4:])
-        before = trace.Panel(signal[:, :4], self.black)
+        """(n, 7 or 10) → XYZ (n, 3)."""
+        scene = self.surroundings.scene(signal[:, 4:7])
+        before = self.fresh.panel(signal, self.applied, self.surroundings)
         xyz = trace.emitted(self.applied, before, np.array([self.surroundings.tips]), scene)
         xyz = trace.through(self.applied, ("viewing",), xyz, scene)
         return _finite(np.broadcast_to(xyz, (len(signal), 3)) * self.scale, self.applied)
@@ -197,15 +230,11 @@ def without_steps(aged: AgedDisplay) -> AgedDisplay | None:
 
 @dataclass(frozen=True)
 class EffectChain:
-    """A display's effects, without an hour: what :class:`~lutgen.display.model.DisplayModel` makes displays of.
-
-    ``native`` is the fresh display; None: the paper's.
-    """
+    """A display's effects, without an hour: what :class:`~lutgen.display.model.DisplayModel` makes displays of."""
 
     applied: tuple[AppliedEffect, ...]
-    selection: str
     conditions: Conditions
-    native: NativeDisplay | None = None
+    fresh: Fresh
 
     def at(self, mode: str, hours: float, now: Surroundings, luminance: Callable[[float], float]) -> AgedDisplay:
         """Return the display of ``mode`` at ``hours``.
@@ -231,7 +260,7 @@ class EffectChain:
         wanted = luminance(aged / new) * new
         lit = _scaled(now, self._gain(now, aged, wanted))
         panel = self._panel(replace(now, conditions=self.conditions))
-        light = LightLink(self.applied, replace(lit, conditions=self.conditions), 1.0 / new, self._black)
+        light = LightLink(self.applied, replace(lit, conditions=self.conditions), 1.0 / new, self.fresh)
         if panel.surroundings is None:
             return AgedDisplay(mode, hours, (panel,), (light,))
         return AgedDisplay(mode, hours, (), (panel, light))
@@ -240,21 +269,17 @@ class EffectChain:
         """XYZ in cd/m² of white, red, green and blue as they leave the display and are seen, shape (4, 3)."""
         now = replace(now, conditions=self.conditions)
         code = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-        return LightLink(self.applied, now, 1.0, self._black)(self._panel(now)(code))
+        return LightLink(self.applied, now, 1.0, self.fresh)(self._panel(now)(code))
 
     def _panel(self, now: Surroundings) -> PanelLink:
         acting = tuple(each for each in self.applied if each.effect.stage in PANEL_STAGES)
-        return PanelLink(acting, self.selection, now if acting else None, self.native)
-
-    @property
-    def _black(self) -> tuple[float, float, float] | None:
-        return self.native.black if self.native else None
+        return PanelLink(acting, self.fresh.selection, now if acting else None, self.fresh.native)
 
     def _white(self, now: Surroundings, gain: float) -> float:
         """Luminance of white in cd/m² as it leaves the display, under the reference conditions."""
-        shares = trace.Panel(self._panel(now)(_WHITE)[:, :4], self._black)
         lit = _scaled(now, gain)
-        white = trace.emitted(self.applied, shares, np.array([lit.tips]), lit.scene(_WHITE))
+        before = self.fresh.panel(self._panel(now)(_WHITE), self.applied, lit)
+        white = trace.emitted(self.applied, before, np.array([lit.tips]), lit.scene(_WHITE))
         return float(_finite(np.asarray(white), self.applied)[..., 1].squeeze())
 
     def _gain(self, now: Surroundings, aged: float, wanted: float) -> float:

@@ -11,15 +11,15 @@ import numpy as np
 from lutgen.colorimetry import xyY_to_xyz, xyz_to_xyY
 from lutgen.display.chain import AgedDisplay, SrgbTransfer
 from lutgen.display.conditions import REFERENCE, Conditions
-from lutgen.display.effect_chain import EffectChain, Surroundings, four_tips, makes_steps
+from lutgen.display.effect_chain import EffectChain, Fresh, Surroundings, four_tips, makes_steps
 from lutgen.display.fitted import AppliedEffect, LatentTips, constant_tips
-from lutgen.display.modes import LuminanceLaw, luminance_law, scale_luminance
+from lutgen.display.modes import UNSAID, LuminanceLaw, law_of, luminance_law, scale_luminance
 from lutgen.display.native import NativeDisplay
 from lutgen.display.paper import Matrices, Selection, matrices_of
 from lutgen.display.tips import Tips
 from lutgen.display.trace import SELECTION_STAGE, in_chain_order
 from lutgen.errors import LutgenError, pick_one
-from lutgen.names import BASELINES, MODES, REFERENCES, SELECTIONS
+from lutgen.names import BASELINES, FORETELLING_BASELINES, MODES, NATIVE_BASELINES, REFERENCES, SELECTIONS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -41,9 +41,11 @@ class DisplayModel:
     measurements
         The readings; their tips drive the model.
     reference, selection
-        One of ``REFERENCES`` and of ``SELECTIONS``.
+        One of ``REFERENCES`` and of ``SELECTIONS``. Reference "": ``relative``, or ``absolute`` where readings of one
+        session alone would make that the identity.
     luminance
-        The law for ``chroma-luma``.
+        The law for ``chroma-luma``; not said: the display's own, or what its readings ask for. The display that lutgen
+        brings asks for the paper's.
     effects
         What was found to act beside the paper's model; kept in the order of the light's way.
     latent
@@ -51,9 +53,9 @@ class DisplayModel:
     baseline
         One of ``BASELINES``.
     held
-        For ``first-hour``: whether a sensor holds white's luminance, so that by the law ``measured`` it stays.
+        For baselines that foretell: whether a sensor holds white's luminance, so that by the law ``measured`` it stays.
     native
-        For ``native``: the fresh display; None: as the readings of hour 0 have it.
+        For native baselines: the fresh display; None: as the readings of hour 0 have it.
     conditions
         Where and when the display is seen. Without effects nothing depends on them.
     verdict, fit
@@ -64,9 +66,9 @@ class DisplayModel:
     """
 
     measurements: Measurements
-    reference: str = "relative"
+    reference: str = ""
     selection: str = "nearest"
-    luminance: LuminanceLaw = field(default_factory=lambda: luminance_law("paper"))
+    luminance: LuminanceLaw = UNSAID
     effects: tuple[AppliedEffect, ...] = ()
     latent: LatentTips | None = None
     baseline: str = "colour-points"
@@ -79,13 +81,19 @@ class DisplayModel:
 
     def __post_init__(self) -> None:
         """Refuse unknown names, tips that make no history, and an effect given twice."""
+        if self.luminance == UNSAID:
+            brought = self.measurements.file == str(default_display())
+            object.__setattr__(self, "luminance", luminance_law("paper") if brought else law_of(self.measurements))
+        if not self.reference:
+            changes = np.unique(self.measurements.hours).size > 1
+            object.__setattr__(self, "reference", "relative" if changes else "absolute")
         if self.reference not in REFERENCES:
             raise pick_one("reference", self.reference, REFERENCES)
         if self.selection not in SELECTIONS:
             raise pick_one("selection", self.selection, SELECTIONS)
         if self.baseline not in BASELINES:
             raise pick_one("baseline", self.baseline, BASELINES)
-        if self.native and self.baseline != "native":
+        if self.native and self.baseline not in NATIVE_BASELINES:
             raise LutgenError(f"baseline {self.baseline!r} has no native display. Take the baseline native.")
         effects = tuple(in_chain_order(self.effects))
         names = [each.effect.name for each in effects]
@@ -93,14 +101,14 @@ class DisplayModel:
         if twice:
             raise LutgenError(f"effect {twice!r} is given twice. Keep one of them.")
         object.__setattr__(self, "effects", effects)
-        if self.baseline == "native" and self.native is None:
+        if self.baseline in NATIVE_BASELINES and self.native is None:
             object.__setattr__(self, "native", NativeDisplay.of(self.measurements))
         object.__setattr__(self, "_tips", self._measured_tips())
         object.__setattr__(self, "_before", self._tips_before_effects())
 
     @property
     def tips(self) -> Tips:
-        """White and primaries over time, as measured; for the baseline ``first-hour`` those of hour 0."""
+        """White and primaries over time, as measured; for baselines that foretell those of hour 0."""
         tips: Tips = self.__dict__["_tips"]
         return tips
 
@@ -185,7 +193,8 @@ class DisplayModel:
         return self.native if self.reference == "absolute" else None
 
     def _chain(self, native: NativeDisplay | None) -> EffectChain:
-        return EffectChain(self._acting, self._chosen, self.conditions, native)
+        fresh = Fresh(self._chosen, native, told=self.baseline in NATIVE_BASELINES)
+        return EffectChain(self._acting, self.conditions, fresh)
 
     @property
     def _acting(self) -> tuple[AppliedEffect, ...]:
@@ -203,7 +212,7 @@ class DisplayModel:
         if self.luminance.table:
             factor = self.luminance.factor(hours, self.tips)
             return lambda _measured: factor
-        return lambda measured: 1.0 if self.held and self.baseline == "first-hour" else measured
+        return lambda measured: 1.0 if self.held and self.baseline in FORETELLING_BASELINES else measured
 
     def _surroundings(self, hours: float, reference: str) -> Surroundings:
         tips = self.tips_before_effects
@@ -213,7 +222,7 @@ class DisplayModel:
         return Surroundings(hours, four_tips(now), four_tips(fresh), kind)
 
     def _measured_tips(self) -> Tips:
-        if self.baseline == "first-hour":
+        if self.baseline in FORETELLING_BASELINES:
             readings = self.measurements
             return constant_tips(np.unique(readings.hours), readings.tips()[1][0], readings.file)
         return Tips.of(self.measurements)
@@ -221,7 +230,7 @@ class DisplayModel:
     def _tips_before_effects(self) -> Tips:
         if self.latent is None:
             return self.tips
-        if self.baseline == "first-hour":
+        if self.baseline in FORETELLING_BASELINES:
             fresh = xyz_to_xyY(self.latent.xyz_cd_m2[0])
             return constant_tips(self.tips.hours, fresh, self.measurements.file)
         return self.latent.over_time(self.measurements.file)

@@ -21,12 +21,15 @@ import numpy as np
 from lutgen.display.conditions import REFERENCE, conditions_of
 from lutgen.display.fitted import AppliedEffect, Estimate, LatentTips
 from lutgen.display.model import DisplayModel, default_display
-from lutgen.display.modes import LAWS, law_of_table, luminance_law
+from lutgen.display.modes import LAWS, UNSAID, law_of_table, luminance_law
 from lutgen.display.native import CHANNELS, NativeDisplay
 from lutgen.display.origin import found_by, record_of
+from lutgen.display.own_model.stored import MAX_BYTES as OWN_MAX_BYTES
+from lutgen.display.own_model.stored import StoredModel
 from lutgen.documents import from_toml
 from lutgen.errors import LutgenError
 from lutgen.files import read_at_most, write_atomically
+from lutgen.names import FORETELLING_BASELINES
 from lutgen.readings import read_measurements
 
 if TYPE_CHECKING:
@@ -86,6 +89,9 @@ SCHEMA = 1
 #: A model with every effect and a tip an hour stays far below.
 MAX_BYTES = 16_000_000
 
+#: What a display's own model is kept in, beside the model file.
+OWN_SUFFIX = ".npz"
+
 HEAD = "# A lutgen display model: lutgen build --model THIS_FILE bakes it. Made by lutgen refine; edit with care."
 
 
@@ -102,13 +108,19 @@ def save_model(model: DisplayModel, path: str | Path, *, force: bool = False) ->
     path = Path(path)
     if path.is_dir():
         raise LutgenError(f"{path}: is a folder. Give the name of a .toml file.")
-    if path.exists() and not force:
-        raise LutgenError(f"{path}: exists already. Add --force to replace it, or choose another name.")
-    write_atomically(path, model_text(model, path.parent))
+    own = model.native.own if model.native else None
+    beside = path.with_suffix(OWN_SUFFIX)
+    for file in (path, *([beside] if own else [])):
+        if file.exists() and not force:
+            raise LutgenError(f"{file}: exists already. Add --force to replace it, or choose another name.")
+    text = model_text(model, path.parent, beside.name)
+    if own:
+        write_atomically(beside, own.content)
+    write_atomically(path, text)
 
 
-def model_text(model: DisplayModel, folder: Path) -> bytes:
-    """Return the bytes of a model file that is to lie in ``folder``."""
+def model_text(model: DisplayModel, folder: Path, own_file: str = "") -> bytes:
+    """Return the bytes of a model file that is to lie in ``folder``, and beside it, perhaps, ``own_file``."""
     head = [HEAD, *table_lines("", {"schema": SCHEMA})]
     parts = [head, _display_lines(model.measurements, folder), _model_lines(model)]
     if model.conditions != REFERENCE:
@@ -120,8 +132,11 @@ def model_text(model: DisplayModel, folder: Path) -> bytes:
             "source": "the readings of the first session that the curves were made of",
             "black": "X, Y, Z of code 0 as shares of white's",
             **dict.fromkeys(CHANNELS, "code value, linear light relative to that at code 1"),
+            "own": "the display's own model, beside this file",
         }
-        parts.append(table_lines("[native]", model.native.as_record(), says))
+        own = model.native.own
+        beside = {"own": own_file, "own_sha256": own.sha256} if own else {}
+        parts.append(table_lines("[native]", model.native.as_record() | beside, says))
     for each in model.effects:
         parts += _effect_lines(each, folder)
     if model.latent is not None:
@@ -149,7 +164,7 @@ def _model_lines(model: DisplayModel) -> list[str]:
     own_law = law.name not in LAWS
     values = {
         "baseline": model.baseline,
-        "held": model.held if model.baseline == "first-hour" else None,
+        "held": model.held if model.baseline in FORETELLING_BASELINES else None,
         "reference": model.reference,
         "selection": model.selection,
         "luminance": law.name,
@@ -225,14 +240,14 @@ def _model_of(content: _Table, path: Path, effects: Mapping[str, Effect]) -> Dis
     native = content.table("native", _NATIVE_KEYS)
     return DisplayModel(
         _readings(content.table("display", ("file", "sha256")), folder),
-        reference=model.text("reference", "relative"),
+        reference=model.text("reference", ""),
         selection=model.text("selection", "nearest"),
         luminance=_law(model, folder),
         effects=tuple(_effect(_Table(each, "[[effects]]"), folder, effects) for each in content.tables("effects")),
         latent=LatentTips(tips.numbers("hours"), tips.numbers("xyz_cd_m2")) if tips.values else None,
         baseline=model.text("baseline", "colour-points"),
         held=model.flag("held"),
-        native=NativeDisplay.from_record(native.values) if native.values else None,
+        native=NativeDisplay.from_record(native.values, _own(native, folder)) if native.values else None,
         conditions=conditions_of({name: conditions.number(name) for name in conditions.values}),
         verdict=fit.text("verdict", ""),
         fit={name: fit.scalar(name) for name in fit.values if name != "verdict"},
@@ -241,7 +256,7 @@ def _model_of(content: _Table, path: Path, effects: Mapping[str, Effect]) -> Dis
 
 
 _MODEL_KEYS = ("baseline", "held", "reference", "selection", "luminance", "luminance_table")
-_NATIVE_KEYS = ("source", "black", *CHANNELS, "remarks")
+_NATIVE_KEYS = ("source", "black", *CHANNELS, "remarks", "own", "own_sha256")
 _PARAMETER_KEYS = ("value", "stderr", "unit", "bounds", "free", "at_bound")
 
 
@@ -257,8 +272,34 @@ def _readings(display: _Table, folder: Path) -> Measurements:
     return readings
 
 
+def _own(native: _Table, folder: Path) -> StoredModel | None:
+    """Read the display's own model that the table [native] names."""
+    name = native.text("own", "")
+    if not name:
+        return None
+    file = folder / name
+    if Path(name).name != name:
+        raise LutgenError(f"[native]: own is {name!r}; it must be the name of a file beside the model file.")
+    advice = "It lies beside the model file: put it back, or make the model again with lutgen refine."
+    content = read_at_most(file, OWN_MAX_BYTES, what="the display's own model", none="own model", advice=advice)
+    try:
+        own = StoredModel(content)
+    except LutgenError as error:
+        raise LutgenError(f"{file}: {error}") from None
+    if own.sha256 != native.text("own_sha256", ""):
+        message = (
+            f"the display's own model {file} is not the one that this model file was written with (SHA-256 "
+            f"{own.sha256[:12]}…, was {native.text('own_sha256', '')[:12] or 'not said'}…). Put that back, or make the "
+            f"model again with lutgen refine."
+        )
+        raise LutgenError(message)
+    return own
+
+
 def _law(model: _Table, folder: Path) -> LuminanceLaw:
-    name = model.text("luminance", "paper")
+    if not {"luminance", "luminance_table"} & set(model.values):
+        return UNSAID
+    name = model.text("luminance", "table")
     if "luminance_table" in model.values:
         rows = model.numbers("luminance_table")
         if rows.ndim != 2 or rows.shape[1] != 2:

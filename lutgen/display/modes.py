@@ -16,6 +16,7 @@ from lutgen.files import read_at_most
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.display.tips import Tips
+    from lutgen.readings import Measurements
 
 #: Section 3.1 of the paper: luminance is 67 % at 10 000 h and 40 % at 18 000 h.
 PAPER_LAW = ((0.0, 1.0), (10_000.0, 0.67), (18_000.0, 0.40))
@@ -39,6 +40,14 @@ class LuminanceLaw:
     name: str
     table: tuple[tuple[float, float], ...] = ()
 
+    def sentence(self) -> str:
+        """Say what white's luminance goes by where no sensor holds it."""
+        by = {
+            "paper": "the paper's law, 67 % at 10 000 h and 40 % at 18 000 h",
+            "measured": "as this display's readings",
+        }
+        return f"Luminance of chroma-luma: {by.get(self.name, f'the table {self.name}')}."
+
     def factor(self, hours: float, tips: Tips) -> float:
         """Return L(hours). Raises LutgenError outside the law's span."""
         if not self.table:
@@ -51,6 +60,27 @@ class LuminanceLaw:
             )
             raise LutgenError(message)
         return float(np.interp(hours, times, factors))
+
+
+#: The law that the readings themselves ask for (:func:`law_of`).
+UNSAID = LuminanceLaw("")
+
+
+def law_of(readings: Measurements) -> LuminanceLaw:
+    """Return the law of a display that nobody states: its own, as measured, unless its file says otherwise.
+
+    ``# luminance_law: paper`` in the readings asks for the paper's.
+
+    Raises
+    ------
+    LutgenError
+        The file names a law that is none.
+
+    """
+    stated = readings.metadata.get("luminance_law", "measured")
+    if stated not in LAWS:
+        raise pick_one(f"luminance_law in {readings.file}", stated, LAWS)
+    return luminance_law(stated)
 
 
 def luminance_law(name: str) -> LuminanceLaw:

@@ -18,15 +18,19 @@ session has many mixtures, and these are foretold better so, curves are fitted o
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lutgen.colorimetry import inverse
-from lutgen.display.own_model import Sample
-from lutgen.display.own_model.native_curves import LEAST_MIXTURES, best_source, curves_of, straight
+from lutgen.display.own_model import Sample, fit_own_model
+from lutgen.display.own_model.ladder import mixtures_error
+from lutgen.display.own_model.native_curves import LEAST_MIXTURES, added_up, best_source, curves_of, straight
+from lutgen.display.own_model.stored import StoredModel
 from lutgen.display.ramp import fallen, misread_levels, rising_light
+from lutgen.display.trace import tip_shares
 from lutgen.display.transfer_curve import TransferCurve
 from lutgen.errors import LutgenError, pick_one
 from lutgen.readings.rest import TIP_DRIVES
@@ -38,6 +42,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
+    from lutgen.display.own_model import OwnModel
     from lutgen.readings import Measurements
 
 CHANNELS = ("red", "green", "blue")
@@ -50,6 +55,12 @@ LEAST_LEVELS = 5
 
 #: 1 σ of a reading that a fall of a ramp is judged by: a poor colorimeter's, as a share of the light, and in cd/m².
 RELATIVE, FLOOR_CD_M2 = 0.005, 0.01
+
+#: Light below this share of white is no measure of what an own model adds to it.
+LEAST_SHARE = 1e-6
+
+#: An own model is brighter than its curves by a factor within these bounds: beyond lies no display.
+GAINS = (0.2, 5.0)
 
 #: Black lighter than this share of white is no black.
 DARKEST = 0.2
@@ -69,6 +80,10 @@ class NativeDisplay:
         What the curves were made of, one of ``SOURCES``.
     remarks
         What had to be put right, one sentence each.
+    own
+        The display's own model above one curve a channel; None where the first session asks for none.
+    ladder
+        The climb that chose it, with what it foretold of readings that were held out; None for a model of a file.
 
     Raises
     ------
@@ -81,6 +96,8 @@ class NativeDisplay:
     black: tuple[float, float, float]
     source: str = "ramps"
     remarks: tuple[str, ...] = ()
+    own: StoredModel | None = None
+    ladder: OwnModel | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         """Refuse what is no display's."""
@@ -125,10 +142,16 @@ class NativeDisplay:
             ramps = cls._of_ramps(readings, leave_out, strict=strict)
         except LutgenError:
             ramps = None
+        ladder = fit_own_model(sample)
+        by_ramps = mixtures_error(sample, added_up(sample, ramps.curves, sample.drive)) if ramps else np.inf
+        if ladder.is_above_curves and ladder.error < by_ramps:
+            own = StoredModel.of(ladder.model, sample.tips, sample.black)
+            return cls(curves_of(sample), _black_of(sample), "readings", ladder.remarks(), own, ladder)
         chosen, remark = best_source(sample, ramps.curves if ramps else None, ramps.source if ramps else "ramps")
         if ramps is not None and chosen == ramps.source:
-            return ramps
-        return cls(curves_of(sample) if chosen == "readings" else straight(), _black_of(sample), chosen, (remark,))
+            return replace(ramps, ladder=ladder)
+        curves = curves_of(sample) if chosen == "readings" else straight()
+        return cls(curves, _black_of(sample), chosen, (remark,), ladder=ladder)
 
     @classmethod
     def _of_ramps(cls, readings: Measurements, leave_out: Sequence[int], *, strict: bool) -> NativeDisplay:
@@ -162,6 +185,35 @@ class NativeDisplay:
         """Code values (..., 3) → linear light of each channel (..., 3), relative to that at code 1."""
         return np.stack([curve(code[..., channel]) for channel, curve in enumerate(self.curves)], axis=-1)
 
+    def own_gain(self, code: Array, share: Array | None = None) -> Array | None:
+        """By how much the own model is brighter than curves and colour points alone, (m, 3); None without one.
+
+        Black and the colour points, which are measured again at every hour, have a gain of 1.
+
+        Parameters
+        ----------
+        code
+            Code values (m, 3).
+        share
+            Shares of white's X, Y and Z, (m, 3), where they are known already.
+
+        """
+        if self.own is None:
+            return None
+        if share is None:
+            share = self.own.near(code.reshape(-1, 3)).reshape(code.shape)
+        lit = tip_shares(self.linear(code), code, "continuous")
+        dark = 1.0 - lit.sum(axis=-1, keepdims=True)
+        ends = self._ends
+        plain = lit @ self.own.tips + dark * np.array(self.black)
+        off = share - plain - lit @ (ends[1:] - self.own.tips) - dark * (ends[0] - np.array(self.black))
+        return np.asarray(np.clip(1.0 + off / np.maximum(plain, LEAST_SHARE), *GAINS))
+
+    @cached_property
+    def _ends(self) -> Array:
+        """Shares of white of black and the colour points by the own model, (5, 3)."""
+        return self.own.near(np.array([(0.0, 0.0, 0.0), *TIP_DRIVES])) if self.own else np.zeros((5, 3))
+
     def as_record(self) -> dict[str, Any]:
         """Return what files hold of it: texts, numbers and lists of these."""
         points = {
@@ -171,13 +223,13 @@ class NativeDisplay:
         return {"source": self.source, "black": list(self.black), **points, "remarks": list(self.remarks)}
 
     @classmethod
-    def from_record(cls, record: Mapping[str, Any]) -> NativeDisplay:
+    def from_record(cls, record: Mapping[str, Any], own: StoredModel | None = None) -> NativeDisplay:
         """Make it again of what :meth:`as_record` gave. Raises LutgenError when that is none, or not monotonic."""
         try:
             x, y, z = (float(share) for share in record["black"])
             red, green, blue = (_curve_of(name, record[name]) for name in CHANNELS)
             remarks = tuple(str(remark) for remark in record.get("remarks", ()))
-            return cls((red, green, blue), (x, y, z), record["source"], remarks)
+            return cls((red, green, blue), (x, y, z), record["source"], remarks, own)
         except LutgenError:
             raise
         except (KeyError, TypeError, ValueError):
@@ -190,22 +242,30 @@ class NativeDisplay:
     def made_from(self, readings: Measurements) -> NDArray[np.bool_]:
         """Readings of black and ramps in the first session, which the curves run through, (n,).
 
-        Curves of all readings are drawn to each of the many mixtures by so little that these still judge them.
+        Curves of all readings are drawn to each of the many mixtures by so little that these still judge them. An own
+        model is held out from every reading of the first session but black and the colour points.
         """
         codes = readings.drive
+        if self.own:
+            return np.asarray(_in_first_session(readings) & ~codes.any(axis=1))
         ramps = [_is_grey(codes)] if self.source == "greys" else [_is_ramp(codes, channel) for channel in range(3)]
         return np.asarray(_in_first_session(readings) & np.logical_or.reduce([~codes.any(axis=1), *ramps]))
 
 
 def _mixed_sample(readings: Measurements, leave_out: Sequence[int]) -> Sample | None:
     """Return the first session at rest; None where it has few mixtures, or lacks black or a colour point."""
-    here = _in_first_session(readings)
-    here[list(leave_out)] = False
+    here = first_session_rows(readings, leave_out)
     lit = (readings.drive[here] > 0).sum(axis=1) >= 2
     if lit.sum() < LEAST_MIXTURES:
         return None
     try:
-        sample = Sample.of(readings.drive[here], readings.xyz_cd_m2[here], file=readings.file)
+        sample = Sample.of(
+            readings.drive[here],
+            readings.xyz_cd_m2[here],
+            lines=readings.lines[here].astype(np.int64),
+            file=readings.file,
+            calibration=readings.calibration,
+        )
     except LutgenError:
         return None
     return sample if sample.mixtures >= LEAST_MIXTURES else None
@@ -236,9 +296,7 @@ class _Session:
 
     @classmethod
     def of(cls, readings: Measurements, leave_out: Sequence[int]) -> _Session:
-        here = _in_first_session(readings)
-        here[list(leave_out)] = False
-        rows = np.flatnonzero(here)
+        rows = first_session_rows(readings, leave_out)
         codes, place = np.unique(readings.drive[rows], axis=0, return_inverse=True)
         place = place.reshape(-1)
         count = np.bincount(place)[:, np.newaxis]
@@ -270,6 +328,11 @@ class _Session:
             ((xyz - self.black) * weight).sum(axis=1),
             np.sqrt(((sigma * weight) ** 2).sum(axis=1)),
         )
+
+
+def first_session_rows(readings: Measurements, leave_out: Sequence[int] = ()) -> NDArray[np.intp]:
+    """Indices of the readings of hour 0 at rest, less some."""
+    return np.setdiff1d(np.flatnonzero(_in_first_session(readings)), list(leave_out))
 
 
 def _in_first_session(readings: Measurements) -> NDArray[np.bool_]:

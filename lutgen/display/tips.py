@@ -28,7 +28,7 @@ class Tips:
     Attributes
     ----------
     hours
-        Measured times, increasing from 0, shape (N,), N ≥ 2.
+        Measured times, increasing from 0, shape (N,); one time alone tells the display at hour 0, and no aging.
     xyY
         x, y and Y in cd/m² of white, red, green, blue, shape (N, 4, 3).
 
@@ -44,13 +44,7 @@ class Tips:
         return cls(*measurements.tips(), source=measurements.file)
 
     def __post_init__(self) -> None:
-        """Refuse one time only, and primaries on a line."""
-        if self.hours.size < 2:
-            message = (
-                f"{self.source}: white and primaries were measured at one time only (hour {self.hours[0]:g}). "
-                f"Aging is a change: add the white, red, green and blue of a later hour."
-            )
-            raise LutgenError(message)
+        """Refuse primaries on a line."""
         xyz = np.swapaxes(xyY_to_xyz(self.xyY), -1, -2)
         for i, name in enumerate(TIP_NAMES):
             condition = np.linalg.cond(np.delete(xyz, i, axis=-1) / xyz[:, 1:2, :1])
@@ -67,6 +61,13 @@ class Tips:
         """Raise LutgenError when ``hours`` lies outside the measured span: lutgen does not extrapolate."""
         first, last = self.hours[0], self.hours[-1]
         if not first <= hours <= last:
+            if self.hours.size == 1:
+                message = (
+                    f"{self.source}: white and primaries were measured at one time only (hour 0), and hour "
+                    f"{hours:.12g} is asked. Aging is a change: add the white, red, green and blue of a later hour, "
+                    f"or take hour 0."
+                )
+                raise LutgenError(message)
             message = (
                 f"hour {hours:.12g} is outside the measured span {first:.12g}..{last:.12g} h of {self.source}. "
                 f"Choose hours inside it: nothing is extrapolated."
@@ -76,6 +77,8 @@ class Tips:
     def at(self, hours: float) -> Array:
         """Return xyY at ``hours``, shape (4, 3): x, y and Y each by the law of :mod:`lutgen.time_law`."""
         self.check_span(hours)
+        if self.hours.size == 1:
+            return np.asarray(self.xyY[0])
         return between(self.hours, self.xyY, hours)
 
     def referenced(self, hours: float, reference: str) -> Array:

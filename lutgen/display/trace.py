@@ -7,7 +7,7 @@ of the model, and its borders are to stay where they are while an effect is fitt
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -38,6 +38,9 @@ class Applied(Protocol):
         ...
 
 
+#: Effects behind the panel let through more than this share of the light; less light of white than that has no factor.
+LEAST_RISE, LEAST_LIGHT = 0.05, 1e-9
+
 #: An effect of this stage switches the selection to ``continuous`` instead of touching the signal.
 SELECTION_STAGE = "selection"
 
@@ -67,14 +70,26 @@ class Panel:
     black
         X, Y and Z of code 0 as shares of white's, for a native display; None: black gives no light. Colours then are
         so much above black: XYZ = K + Σ share · (tip − K).
+    gain
+        Factor of X, Y and Z, (n, 3): what the display's own model says beside; None: 1.
+    offset
+        X, Y and Z beside, as shares of white's, (n, 3); None: 0.
 
     """
 
     shares: Array
     black: tuple[float, float, float] | None = None
+    gain: Array | None = None
+    offset: Array | None = None
 
     def emit(self, tips: Array) -> Array:
         """XYZ (..., n, 3) of tips (..., n or 1, 4, 3)."""
+        xyz = self._added_up(tips)
+        if self.gain is not None:
+            xyz = np.asarray(self.gain * xyz)
+        return xyz if self.offset is None else np.asarray(xyz + self.offset * tips[..., 0, :])
+
+    def _added_up(self, tips: Array) -> Array:
         if self.shares.ndim == 2 and tips.shape == (1, 4, 3):
             # The same products and sums in the same order, column by column.
             xyz = transform(tips[0].T, self.shares)
@@ -88,6 +103,16 @@ class Panel:
         """What black adds: shares of white's X, Y and Z, (n, 3)."""
         lit = self.shares.sum(axis=-1)
         return np.asarray((1.0 - lit)[..., np.newaxis] * np.array(self.black or (0.0, 0.0, 0.0)))
+
+    def times(self, factor: Array | None) -> Panel:
+        """Return the panel with X, Y and Z brighter by a factor (n, 3); None: 1."""
+        if factor is None:
+            return self
+        return replace(self, gain=factor if self.gain is None else self.gain * factor)
+
+    def begun(self, factor: Array, offset: Array) -> Panel:
+        """Return the panel whose effects begin with the first session (:func:`since_first_session`)."""
+        return replace(self.times(factor), offset=offset)
 
 
 def tip_shares(linear: Array, code: Array, selection: str, weights: Array | None = None) -> Array:
@@ -110,12 +135,18 @@ def panel(
     scene: Scene,
     selection: str,
     weights: Array | None = None,
+    *,
     native: NativeDisplay | None = None,
+    gain: Array | None = None,
 ) -> Panel:
     """Follow the code values through drive, transfer and mixing: what does not depend on the tips.
 
-    The fresh display is ``native``, or where that is None the paper's: sRGB's curve, black without light.
+    The fresh display is ``native``, or where that is None the paper's: sRGB's curve, black without light. ``gain`` is
+    that of its own model, (n, 3), where it is known already for the code values that were asked for. An own model
+    makes up for whichever matrix is taken: its display takes the continuous ones, which jump nowhere.
     """
+    if native and native.own:
+        selection = "continuous"
     if any(each.effect.stage == SELECTION_STAGE for each in applied):
         selection = "continuous"
     drive = through(applied, ("drive",), scene.code, scene)
@@ -125,7 +156,48 @@ def panel(
         asked = fresh if drive is scene.code and not native else code_to_linear(scene.code)
         weights = nearest_weights(asked)
     linear = through(applied, ("transfer", "mixing"), fresh, scene)
-    return Panel(tip_shares(linear, scene.code, selection, weights), native.black if native else None)
+    if native and (gain is None or not (drive is scene.code or np.array_equal(drive, scene.code))):
+        gain = native.own_gain(drive)
+    return Panel(tip_shares(linear, scene.code, selection, weights), native.black if native else None, gain)
+
+
+def since_first_session(
+    applied: Sequence[Applied], before: Panel, plain: Panel, tips: Array, first: Scene
+) -> tuple[Array, Array]:
+    """What makes effects begin with the first session, whose readings had them in: for :meth:`Panel.begun`.
+
+    Parameters
+    ----------
+    before, plain
+        The panel with the effects, and without, of the scene ``first``.
+    tips
+        Of hour 0, as measured, (1, 4, 3).
+    first
+        The code values at hour 0, at rest.
+
+    Returns
+    -------
+    tuple
+        Factor of X, Y and Z, (n, 3), which takes out what effects up to the emission do at hour 0, and what those
+        behind it do, as shares of white, (n, 3).
+
+    """
+    wanted = plain.emit(tips)
+    sent = before.emit(through(applied, ("emission",), tips, first))
+    white = tips[:, 0]
+    lit = sent > LEAST_LIGHT * white
+    factor = np.where(lit, wanted / np.where(lit, sent, 1.0), 1.0)
+    behind = ("optics", "viewing", "instrument")
+    shown = through(applied, behind, wanted, first)
+    if not (shown != wanted).any():
+        return factor, np.zeros_like(wanted)
+    # A line through two points is exact for what effects do: to add light, and to take a share of it.
+    other = 2.0 * wanted - shown
+    again = through(applied, behind, other, first)
+    moved = other != wanted
+    rise = np.where(moved, again - shown, 1.0) / np.where(moved, other - wanted, 1.0)
+    light = other + (wanted - again) / np.where(rise > LEAST_RISE, rise, 1.0)
+    return factor, (light - wanted) / white
 
 
 def emitted(applied: Sequence[Applied], before: Panel, tips: Array, scene: Scene) -> Array:

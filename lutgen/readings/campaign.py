@@ -148,7 +148,7 @@ class Campaign:
         said = [session.metadata.get("SIMULATED", "") for session in sessions]
         simulated = next((f"simulated, not measured ({text}); " for text in said if text), "")
         if len(sessions) > 1:
-            return f"{simulated}campaign of {len(sessions)} sessions, {self.file}"
+            return f"{simulated}campaign of {len(sessions)} sessions, {Path(self.file).name}"
         day = f" of {sessions[0].created.date()}" if sessions[0].created else ""
         return sessions[0].metadata.get("source") or f"{simulated}one session{day}, {sessions[0].form}"
 

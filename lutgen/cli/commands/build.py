@@ -156,6 +156,8 @@ def command(
     if as_json:
         echo_json(built.manifest.as_json())
     else:
+        if "chroma-luma" in modes:
+            say(model.luminance.sentence())
         _report(built, plan, output, verbose=verbose)
         for sentence in what_luts_carry(model):
             say(sentence)

@@ -28,6 +28,12 @@ if TYPE_CHECKING:
     help="Effects to add, in this order, separated by commas.",
 )
 @click.option("--auto", is_flag=True, help="Add the effects that a diagnosis finds, until none is missing.")
+@click.option(
+    "--luminance",
+    metavar="LAW",
+    help="Luminance of chroma-luma in the model: paper, measured, or a .csv of hour,factor [default: measured, or what "
+    "the file of readings says under luminance_law].",
+)
 @click.option("--plots", metavar="DIR", help="Draw residuals, steps and fit into this folder.")
 @click.option("-o", "--output", metavar="MODEL.toml", help="Write the refined model here.")
 @click.option("--keep", is_flag=True, help="Write the model even where the error does not fall.")
@@ -40,6 +46,7 @@ def command(
     force: bool,
     output: str | None,
     keep: bool,
+    luminance: str | None,
     **options: Any,
 ) -> None:
     """Add effects to the model, fit everything again, and print how the error falls toward the noise.
@@ -59,6 +66,7 @@ def command(
         raise click.UsageError("Say what to add: --add NAME, --add-expr TEXT or --auto.")
     from lutgen.criticism.refine import refine
     from lutgen.display import save_model
+    from lutgen.display.modes import luminance_law
     from lutgen.report.criticism.diagnosis import refine_page
     from lutgen.report.criticism.plots import OF_REFINE, plot_refinement
 
@@ -77,6 +85,9 @@ def command(
             progress=progress,
         )
     refinement = _as_saved(refinement, question)
+    if luminance:
+        model = replace(refinement.model, luminance=luminance_law(luminance))
+        refinement = replace(refinement, model=model)
     kept = refinement.improves or keep
     if output and kept:
         save_model(refinement.model if refinement.improves else _by_hand(refinement.model), output, force=force)

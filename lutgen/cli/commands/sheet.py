@@ -65,4 +65,5 @@ def command(
             progress=progress,
         )
     age_sheet(series, chosen, path, force=force)
+    say(model.luminance.sentence())
     say(output)

@@ -93,9 +93,19 @@ class OwnModel:
         return self.model.standard_error(code) if isinstance(self.model, SmoothResidual) else None
 
     @property
+    def is_above_curves(self) -> bool:
+        """Whether a rung above one curve of each channel was taken."""
+        return any(rung.taken for rung in self.rungs[2:])
+
+    @property
     def error(self) -> float:
         """Mean ΔE2000 on mixtures that were held out."""
         return mixtures_error(self.sample, self.held_out)
+
+    def held_out_of(self, code: Array) -> Array:
+        """Shares at code values (m, 3) by models that had not seen them, (m, 3); NaN at those that were not read."""
+        known = {tuple(each): share for each, share in zip(self.sample.drive.tolist(), self.held_out, strict=True)}
+        return np.array([known.get(tuple(each), np.full(3, np.nan)) for each in code.tolist()])
 
     def sentences(self) -> tuple[str, ...]:
         """Say every rung, and every reading that was weighed down, in a line each."""

@@ -46,7 +46,7 @@ def trust(residual: Array) -> Array:
     """Weight of each reading, (n,), from residuals (n, 3) as the eye counts them: 1, or less where it errs."""
     size = np.linalg.norm(residual, axis=1)
     usual = spread(residual)
-    return np.asarray(np.minimum(1.0, (FULL * usual / np.maximum(size, 1e-300)) ** 4))
+    return np.asarray(np.minimum(1.0, (FULL * usual / np.maximum(size, usual)) ** 4))
 
 
 def spread(residual: Array) -> float:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
+from scipy.ndimage import map_coordinates, spline_filter
 from scipy.spatial.distance import cdist
 
 from lutgen.display.own_model.least_squares import trust
@@ -29,6 +30,9 @@ NAME = "a smooth residual"
 
 #: Colours that one step works on: its covariances with 1000 readings then take 32 MB.
 CHUNK = 4096
+
+#: Points of a table's edge, since a process forgets over 0.12 at least, and points beyond each end, for its cubics.
+GRID, BEYOND = 21, 4
 
 
 @dataclass(frozen=True)
@@ -70,6 +74,24 @@ class SmoothResidual:
             added[here] = likeness(self.drive(code[here]), self.centres, self.length) @ self.weights
         return np.asarray(below + added / lab_slope(below))
 
+    def near(self, code: Array) -> Array:
+        """Do the same by a table of what is added, for codes (m, 3) that are asked many times: to 1e-4 of a light."""
+        below, driven = self.below(code), self.drive(code)
+        added = [
+            map_coordinates(each, driven.T * (GRID - 1) + BEYOND, order=3, mode="mirror", prefilter=False)
+            for each in self._table
+        ]
+        return np.asarray(below + np.stack(added, axis=1) / lab_slope(below))
+
+    @cached_property
+    def _table(self) -> list[Array]:
+        axis = np.arange(-BEYOND, GRID + BEYOND) / (GRID - 1)
+        grid = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+        added = np.concatenate([
+            likeness(grid[here], self.centres, self.length) @ self.weights for here in _chunks(len(grid))
+        ])  # fmt: skip
+        return [spline_filter(each.reshape((axis.size,) * 3), order=3, mode="mirror") for each in added.T]
+
     def standard_error(self, code: Array) -> Array:
         """Standard error at code values (m, 3), as shares of white, (m, 3)."""
         variance = np.empty(len(code))
@@ -97,7 +119,7 @@ def fit(sample: Sample, below: Callable[[Array], Array], drive: Drive, length: f
     """Fit what ``below`` leaves of the readings; a reading that contradicts all others has more noise."""
     left = (sample.share - below(sample.drive)) * sample.slope
     driven = drive(sample.drive)
-    noises = noise / np.maximum(trust(left), 1e-6)
+    noises = noise / np.maximum(sample.certainty * trust(left), 1e-6)
     own = likeness(driven, driven, length) + np.diag(noises)
     weights = np.asarray(cho_solve(cho_factor(own, lower=True), left))
     size = np.sqrt(np.maximum((left * weights).mean(axis=0), 0.0))

@@ -26,7 +26,7 @@ def fit(sample: Sample, drive: Drive, stiffness: float) -> Curves:
     driven = drive(sample.drive)
     splines = [lit(driven[:, channel]) for channel in range(3)]
     primaries, black = sample.tips[1:] - sample.black, sample.black
-    weight = np.ones(len(driven))
+    weight = sample.certainty
     curves = np.zeros((3, SPLINES))
     for _ in range(ROUNDS):
         counted = np.sqrt(weight)[:, np.newaxis] * sample.slope
@@ -38,7 +38,7 @@ def fit(sample: Sample, drive: Drive, stiffness: float) -> Curves:
             for w, y in zip(counted.T, sample.share.T, strict=True)
         ]
         black, primaries = np.array(mixed).T[0], np.array(mixed).T[1:]
-        weight = trust((sample.share - black - light @ primaries) * sample.slope)
+        weight = sample.certainty * trust((sample.share - black - light @ primaries) * sample.slope)
     coefficients = np.zeros((COLUMNS, 3))
     coefficients[0] = black
     coefficients[1:] = (curves[:, :, np.newaxis] * primaries[:, np.newaxis, :]).reshape(-1, 3)

@@ -84,12 +84,12 @@ def fit(sample: Sample, drive: Drive, stiffness: float, *, products: bool = Fals
     """Fit the curves on all readings, as the eye counts errors; readings that contradict all others count little."""
     at = columns(sample.drive, drive, products=products)
     penalty, rise = stiffening(at.shape[1], stiffness), rising(at.shape[1])
-    weight = np.ones(len(at))
+    weight = sample.certainty
     found = np.zeros((at.shape[1], 3))
     for _ in range(ROUNDS):
         for k in range(3):
             counted = np.sqrt(weight) * sample.slope[:, k]
             wanted = sample.share[:, k] * counted
             found[:, k] = solve(at * counted[:, np.newaxis], wanted, penalty, rise if k == 1 else None)
-        weight = trust((sample.share - at @ found) * sample.slope)
+        weight = sample.certainty * trust((sample.share - at @ found) * sample.slope)
     return Curves(drive, found)

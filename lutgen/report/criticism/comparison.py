@@ -69,10 +69,12 @@ def fresh_lines(comparison: Comparison) -> Iterator[str]:
         hint = " Start from its own: --baseline native." if first.is_another and not native else ""
         yield first.sentence() + hint
         if first.own is not None:
-            yield f"Its own model, which no LUT carries yet: mean ΔE2000 {first.own:.2f} on mixtures held out."
-            yield from (f"  {rung}" for rung in first.rungs)
+            yield f"Its own model: mean ΔE2000 {first.own:.2f} on mixtures held out."
+            yield from (f"  {said}" for said in first.rungs)
     if native:
         yield from native.remarks
+    if comparison.problem.discrepancy:
+        yield comparison.problem.discrepancy.sentence()
 
 
 def data_line(problem: Problem) -> str:

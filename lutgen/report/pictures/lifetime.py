@@ -28,6 +28,7 @@ COLUMNS = {"max": "Max", "mean": "Avg"}
 
 def lifetime_page(lifetimes: Lifetimes) -> Iterator[Part]:
     """Yield what ``lutgen lifetime`` prints."""
+    yield lifetimes.model.luminance.sentence()
     for image in lifetimes.images:
         yield Headline(counted(image))
         yield life_table(lifetimes, image)

@@ -1,0 +1,100 @@
+"""A native display's first session at the readings of a problem: its own model, and what effects had done by then."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.display.trace import panel, since_first_session
+from lutgen.effects import Scene
+from lutgen.errors import LutgenError
+from lutgen.readings.conditions import COLUMNS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+    from lutgen.criticism.problem import Problem
+    from lutgen.display.trace import Applied, Panel
+    from lutgen.readings import Measurements
+
+
+@dataclass(frozen=True)
+class FirstDay:
+    """What the first session says at each reading of a problem."""
+
+    problem: Problem
+
+    @cached_property
+    def own_gain(self) -> Array | None:
+        """Gain of the display's own model at each reading, (n, 3); None without one."""
+        gain = self._of_codes
+        return None if gain is None else gain[self._codes[1]]
+
+    @cached_property
+    def _of_codes(self) -> Array | None:
+        return self.problem.native.own_gain(self._codes[0]) if self.problem.native else None
+
+    @cached_property
+    def held_out_gain(self) -> Array | None:
+        """Factor (n, 3) that takes the own model from a reading of the first session; None without one."""
+        native, gain = self.problem.native, self.own_gain
+        if native is None or native.ladder is None or gain is None:
+            return None
+        drive, first = self.problem.readings.drive[self.problem.rows], self.problem.hour_of == 0
+        share = native.ladder.held_out_of(drive)
+        seen = first & np.isfinite(share).all(axis=1)
+        factor = np.ones_like(gain)
+        factor[seen] = native.own_gain(drive[seen], share[seen]) / gain[seen]
+        return factor
+
+    def begun(self, applied: Sequence[Applied], before: Panel) -> Panel:
+        """Let effects begin with the first session where the display is native: its readings had them in."""
+        if not (self.problem.native and applied):
+            return before
+        # The same effects are asked for many times.
+        key = tuple((each.effect.name, *each.values.values()) for each in applied)
+        if key not in self._factors:
+            self._factors.clear()
+            first, tips = self._first_scene, self.problem.measured_tips[:1]
+            asked: dict[str, Any] = {"native": self.problem.native, "gain": self._of_codes}
+            plain, changed = (panel(each, first, self.problem.selection, **asked) for each in ((), applied))
+            factor, offset = since_first_session(applied, changed, plain, tips, first)
+            self._factors[key] = factor[self._codes[1]], offset[self._codes[1]]
+        return before.begun(*self._factors[key])
+
+    @cached_property
+    def _factors(self) -> dict[Any, tuple[Array, Array]]:
+        return {}
+
+    @cached_property
+    def _codes(self) -> tuple[Array, NDArray[np.intp]]:
+        """The different code values (m, 3), and each reading's place among them, (n,)."""
+        codes, place = np.unique(self.problem.readings.drive[self.problem.rows], axis=0, return_inverse=True)
+        return codes, place.reshape(-1)
+
+    @cached_property
+    def _first_scene(self) -> Scene:
+        """The different code values at hour 0, at the campaign's rest."""
+        usual = {name: column.usual for name, column in COLUMNS.items()}
+        rest = usual | self.problem.readings.usual() | dict(self.problem.assumed)
+        white = self.problem.measured_tips[:1, 0]
+        columns = {name: np.full((1, 1), value) for name, value in rest.items()}
+        return Scene(np.zeros((1, 1)), self._codes[0], white, white, light=self.problem.light, **columns)
+
+
+def is_held(readings: Measurements) -> bool:
+    """Whether a sensor holds white's luminance: as the file says, else when white has not fallen by 3 %."""
+    stated = readings.metadata.get("luminance", "")
+    if stated in {"held", "free"}:
+        return stated == "held"
+    if stated:
+        message = f"{readings.file}: luminance is {stated!r}. Pick one of: held, free."
+        raise LutgenError(message)
+    white = readings.tips()[1][:, 0, 2]
+    return bool(abs(white[-1] / white[0] - 1.0) < 0.03)

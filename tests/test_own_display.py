@@ -1,0 +1,203 @@
+"""The display's own model wherever the baseline ``native`` goes: predictions, model files, LUTs, later sessions."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from lutgen.colorimetry import delta_e_2000, xyz_to_lab
+from lutgen.criticism.compare import compare
+from lutgen.criticism.discrepancy import Discrepancy, discrepancy_of
+from lutgen.criticism.noise import estimate_noise
+from lutgen.criticism.problem import Problem
+from lutgen.criticism.refine import Refinement, refine
+from lutgen.display import DisplayModel, load_model, save_model
+from lutgen.display.modes import luminance_law
+from lutgen.display.native import NativeDisplay
+from lutgen.display.own_model.ladder import mixtures_error
+from lutgen.errors import LutgenError
+from lutgen.readings import Measurements, read_measurements
+from tests.native_displays import write
+from tests.test_own_model import WHITE, chart, coupled
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from lutgen.colorimetry import Array
+
+pytestmark = pytest.mark.numbers
+
+#: Repeatability of the simulated meter.
+NOISE = 0.0005
+
+LIFE = 18_000.0
+
+
+def shown(code: Array, hours: float, *, leak: float = 0.0, grown: float = 0.0) -> Array:
+    """XYZ in cd/m² of a display with coupled channels, whose light fades by a quarter; a leak follows the light."""
+    fading = 1.0 - 0.25 * hours / LIFE
+    return np.asarray(fading * (coupled(code) + (leak + grown * hours / LIFE) * WHITE))
+
+
+def campaign(hours: tuple[float, ...] = (0.0, 6000.0, LIFE), seed: int = 2, **leaks: float) -> Measurements:
+    rng = np.random.default_rng(seed)
+    code = chart()
+    xyz = np.vstack([shown(code, hour, **leaks) for hour in hours])
+    xyz *= 1.0 + NOISE * rng.standard_normal((len(xyz), 1)) + NOISE / 2 * rng.standard_normal(xyz.shape)
+    when = np.repeat(np.array(hours), len(code))
+    drive = np.vstack([code] * len(hours))
+    return Measurements(hours=when, drive=drive, xyz_cd_m2=xyz, lines=np.arange(2.0, when.size + 2.0), file="own.csv")
+
+
+def error(model: DisplayModel, hours: float, **leaks: float) -> float:
+    """Mean ΔE2000 of a model at an hour, against the display itself, on colours that nobody read."""
+    code = np.random.default_rng(77).uniform(0.0, 1.0, (200, 3))
+    code = np.vstack([code, 0.2 * code, np.zeros((20, 3))])
+    truth = shown(code, hours, **leaks)
+    white = shown(np.ones((1, 3)), 0.0, **leaks)[0]
+    seen = model.at("chroma-luma", hours).code_to_xyz(code) * model.tips_before_effects.xyY[0, 0, 2]
+    return float(delta_e_2000(xyz_to_lab(seen, white), xyz_to_lab(truth, white)).mean())
+
+
+def absolute(readings: Measurements, baseline: str) -> DisplayModel:
+    return DisplayModel(readings, baseline=baseline, reference="absolute", luminance=luminance_law("measured"))
+
+
+def test_the_rung_that_was_taken_is_what_native_means() -> None:
+    readings = campaign()
+    native, paper = compare(readings, baseline="native"), compare(readings)
+    assert native.first_session is not None
+    assert native.first_session.own is not None
+    assert native.error.delta_e_mean < 0.2
+    assert native.error.delta_e_mean < paper.error.delta_e_mean / 5
+    model = absolute(readings, "native")
+    for hours in (0.0, 6000.0, LIFE):
+        assert error(model, hours) < 0.2
+        assert error(absolute(readings, "colour-points"), hours) > 1.0
+
+
+def test_readings_of_the_first_session_are_foretold_by_models_that_had_not_seen_them() -> None:
+    readings = campaign((0.0, LIFE))
+    found = compare(readings, baseline="native")
+    ladder = Problem.of(readings, baseline="native").native.ladder  # type: ignore[union-attr]
+    assert ladder is not None
+    sample = ladder.sample
+    foretold = mixtures_error(sample, found.predicted[readings.hours == 0] / sample.white)
+    assert foretold == pytest.approx(ladder.error, rel=0.25)
+    assert foretold > 1.2 * mixtures_error(sample, ladder(sample.drive))
+
+
+def test_black_and_colour_points_are_those_of_every_hour() -> None:
+    """They are measured again: an own model that errs there must not move them."""
+    readings = campaign()
+    model = absolute(readings, "native")
+    tips = model.tips.xyY[-1, :, 2] / model.tips.xyY[0, 0, 2]
+    code = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    np.testing.assert_allclose(model.at("chroma-luma", LIFE).code_to_xyz(code)[:, 1], tips, rtol=1e-6)
+
+
+@pytest.fixture(scope="module")
+def leaking() -> Refinement:
+    """A native model refined on a display whose black leaks from the first hour on, and more later."""
+    return refine(campaign(leak=0.003, grown=0.006), ["black-level"], baseline="native")
+
+
+@pytest.mark.parametrize("hours", [0.0, 6000.0, LIFE])
+def test_a_refined_native_model_counts_the_first_sessions_leak_once(leaking: Refinement, hours: float) -> None:
+    model = replace(leaking.model, reference="absolute", luminance=luminance_law("measured"))
+    assert leaking.improves
+    assert error(model, hours, leak=0.003, grown=0.006) < 0.25
+    without = replace(model, effects=())
+    assert hours == 0 or error(without, hours, leak=0.003, grown=0.006) > 0.4
+
+
+@pytest.fixture
+def saved(tmp_path: Path) -> Path:
+    """A native model in a file, with its own model beside it."""
+    data = write(campaign((0.0, LIFE)), tmp_path / "own.csv")
+    save_model(DisplayModel(read_measurements(data), baseline="native", reference="absolute"), tmp_path / "m.toml")
+    return tmp_path / "m.toml"
+
+
+def test_a_model_file_has_the_own_model_beside_it_to_the_last_bit(saved: Path) -> None:
+    model = load_model(saved)
+    assert model.native is not None
+    assert model.native.own == NativeDisplay.of(model.measurements).own
+    assert 'own = "m.npz"' in saved.read_text(encoding="utf-8")
+    with pytest.raises(LutgenError, match=r"m\.toml: exists already"):
+        save_model(model, saved)
+    before = saved.with_suffix(".npz").read_bytes(), saved.read_bytes()
+    save_model(model, saved, force=True)
+    assert (saved.with_suffix(".npz").read_bytes(), saved.read_bytes()) == before
+
+
+@pytest.mark.parametrize(("content", "words"), [
+    (None, ("cannot read the display's own model", "put it back, or make the model again")),
+    (b"nothing", ("no .npz of lutgen's", "Make the model again")),
+    (b"PK\x03\x04", ("no .npz of lutgen's",)),
+])  # fmt: skip
+def test_a_missing_or_spoilt_own_model_is_one_clear_sentence(
+    saved: Path, content: bytes | None, words: tuple[str, ...]
+) -> None:
+    file = saved.with_suffix(".npz")
+    if content is None:
+        file.unlink()
+    else:
+        file.write_bytes(content)
+    with pytest.raises(LutgenError) as refused:
+        load_model(saved)
+    for word in (str(file), *words):
+        assert word in str(refused.value)
+
+
+def test_another_displays_own_model_is_refused(saved: Path) -> None:
+    other = NativeDisplay.of(campaign((0.0, LIFE), seed=9)).own
+    assert other is not None
+    saved.with_suffix(".npz").write_bytes(other.content)
+    with pytest.raises(LutgenError, match="not the one that this model file was written with"):
+        load_model(saved)
+
+
+def test_the_first_hour_foretells_all_by_the_displays_own_model() -> None:
+    """Nothing ages by itself, and the fading backlight is the one fault that is left."""
+    readings = campaign()
+    still, moved = compare(readings, baseline="native"), compare(readings, baseline="native-first-hour")
+    assert moved.error.delta_e_mean > 5 * still.error.delta_e_mean
+    model = absolute(readings, "native-first-hour")
+    np.testing.assert_allclose(model.tips.xyY[-1], model.tips.xyY[0])
+    found = refine(readings, ["backlight-decay"], baseline="native-first-hour")
+    assert found.after.error.delta_e_mean < 0.05 * moved.error.delta_e_mean
+
+
+def test_the_discrepancy_is_what_was_put_in_beside_the_noise() -> None:
+    rng = np.random.default_rng(3)
+    light = WHITE * rng.uniform(0.0, 1.0, (3000, 1)) ** 2.2
+    noise = estimate_noise(campaign(), "0.001,0.003")
+    truth = Discrepancy(0.008, 0.05, np.full((3, 3), 0.7) + 0.3 * np.eye(3))
+    root = np.linalg.cholesky(noise.covariance(light) + truth.covariance(light))
+    off = np.einsum("nij,nj->ni", root, rng.standard_normal(light.shape))
+    found = discrepancy_of(off, light, noise)
+    assert found.share == pytest.approx(truth.share, rel=0.06)
+    assert found.floor_cd_m2 == pytest.approx(truth.floor_cd_m2, rel=0.06)
+    np.testing.assert_allclose(found.correlation, truth.correlation, atol=0.05)
+    none = discrepancy_of(np.zeros_like(off), light, noise)
+    assert none.share < 1e-4
+
+
+def test_one_session_is_a_display_at_hour_0() -> None:
+    model = DisplayModel(campaign((0.0,)), baseline="native")
+    assert model.reference == "absolute"
+    assert error(replace(model, luminance=luminance_law("measured")), 0.0) < 0.2
+    with pytest.raises(LutgenError, match=r"at one time only .* hour 5000 is asked.*or take hour 0"):
+        model.at("chroma", 5000.0)
+    assert DisplayModel(campaign((0.0, LIFE))).reference == "relative"
+
+
+def test_one_session_is_refined() -> None:
+    """Nothing that was there from the first hour on is aging: the error stays, and that is said."""
+    found = refine(campaign((0.0,)), ["crosstalk"], baseline="native")
+    assert found.model.reference == "absolute"
+    assert found.after.error.delta_e_mean == pytest.approx(found.before.error.delta_e_mean, rel=0.05)
