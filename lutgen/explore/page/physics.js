@@ -1,0 +1,245 @@
+// The physics: the catalogue of effects with a switch each, their parameters, the search, and an effect of one's own.
+
+import { latest, Refusal } from "./server.js";
+import { byId, element, input, ratio, readable, save, tell } from "./words.js";
+
+/** @typedef {import("./contract").Effect} Effect */
+/** @typedef {import("./contract").ModelError} ModelError */
+
+/** Steps of a parameter's slider. */
+const STEPS = 1000;
+
+/**
+ * @param {import("./server.js").Server} server
+ * @param {{error: (error: ModelError) => void}} page is told of each new error
+ */
+export function physicsOf(server, page) {
+  /** @type {Effect[]} */
+  let effects = [];
+  /** @type {string[]} */
+  let rivals = [];
+  /** The error of the model without effects, for the bars. */
+  let start = 1;
+  /** What-if values that are set: "effect parameter" → value. @type {Map<string, number>} */
+  const whatIf = new Map();
+
+  /** Do what the server may refuse. @param {() => Promise<void>} task */
+  const trying = async (task) => {
+    tell("physics-trouble");
+    try {
+      await task();
+      return true;
+    } catch (error) {
+      if (!(error instanceof Refusal)) throw error;
+      tell("physics-trouble", error.message);
+      return false;
+    }
+  };
+
+  const on = () => effects.filter((each) => each.on).map((each) => each.name);
+
+  const switching = latest(async (/** @type {string[]} */ names) => {
+    await trying(async () => {
+      whatIf.clear();
+      page.error(await server.post("switch", { effects: names }));
+    });
+  });
+
+  /** @param {string} name @param {boolean} wanted */
+  const turn = (name, wanted) => {
+    effects = effects.map((each) => (each.name === name ? { ...each, on: wanted } : each));
+    void switching(on());
+  };
+
+  const supposing = latest(async (/** @type {{effect: string, parameter: string, value: number}} */ asked) => {
+    await trying(async () => page.error(await server.post("what-if", asked)));
+  });
+
+  const rows = () => {
+    const list = byId("effects");
+    const focused = document.activeElement instanceof HTMLElement ? document.activeElement.id : "";
+    // What takes the error down furthest stands first; what cannot be seen, last.
+    const order = [...effects].sort((a, b) => (a.alone_noise ?? 1e9) - (b.alone_noise ?? 1e9));
+    list.replaceChildren(...order.map((each) => row(each)));
+    if (focused) document.getElementById(focused)?.focus({ preventScroll: true });
+  };
+
+  /** @param {Effect} effect */
+  const row = (effect) => {
+    const id = `effect-${effect.name}`;
+    const box = element("input", { type: "checkbox", role: "switch", id, "aria-describedby": `${id}-words` });
+    box.checked = effect.on;
+    box.addEventListener("change", () => turn(effect.name, box.checked));
+    const seen = element("span", { class: "seen" }, effect.sees_words);
+    const words = element("div", { class: "words", id: `${id}-words` }, effect.sentence, " ", seen);
+    const name = element("label", { for: id }, effect.name);
+    if (rivals.includes(effect.name)) name.append(" ", element("span", { class: "rival", title: "These readings do not tell it from the effects found" }, "rival"));
+    if (effect.own) name.append(" ", element("span", { class: "rival" }, "own"));
+    const item = element("li", {}, box, name, words, alone(effect), element("div", { class: "parameters", id: `${id}-parameters` }));
+    item.classList.toggle("unseen-by-data", effect.sees_from === null);
+    return item;
+  };
+
+  /** How far the error falls with an effect alone. @param {Effect} effect */
+  const alone = (effect) => {
+    const value = effect.alone_noise;
+    const box = element("div", { class: "alone" });
+    if (value === null) return box;
+    const fill = element("i");
+    fill.style.width = `${Math.min(100, (100 * value) / start)}%`;
+    box.append(fill, element("span", {}, `alone ${ratio(value)} ×`));
+    return box;
+  };
+
+  /** @param {ModelError} error */
+  const parameters = (error) => {
+    for (const place of document.querySelectorAll(".parameters")) {
+      // A slider in the hand must stay.
+      if (!place.contains(document.activeElement) || !error.what_if) place.replaceChildren();
+    }
+    for (const fitted of error.effects) {
+      const place = document.getElementById(`effect-${fitted.name}-parameters`);
+      if (!place || place.childElementCount) continue;
+      if (!fitted.supported && fitted.said) place.append(element("p", { class: "caution" }, fitted.said));
+      place.append(...fitted.parameters.map((each) => parameter(fitted.name, each)));
+      if (fitted.parameters.length) {
+        const reset = element("button", { type: "button" }, "Reset to the fit");
+        reset.addEventListener("click", () => {
+          whatIf.clear();
+          void switching(on());
+        });
+        place.append(reset);
+      }
+    }
+  };
+
+  /** @param {string} effect @param {import("./contract").Parameter} fitted */
+  const parameter = (effect, fitted) => {
+    const key = `${effect} ${fitted.name}`;
+    const [least, greatest] = fitted.bounds;
+    const value = whatIf.get(key) ?? fitted.value;
+    const unit = fitted.unit && fitted.unit !== "1" ? ` ${fitted.unit}` : "";
+    const slider = element("input", { type: "range", min: "0", max: String(STEPS), step: "1", "aria-label": `What if ${fitted.name} of ${effect}: ${fitted.words}` });
+    slider.value = String(Math.round((STEPS * (value - least)) / (greatest - least || 1)));
+    const now = element("output", {});
+    const interval = fitted.low !== null && fitted.high !== null ? `fit ${readable(fitted.value)}, ${readable(fitted.low, 3)} to ${readable(fitted.high, 3)}${unit}` : `fit ${readable(fitted.value)}${unit}, held`;
+    const line = element("div", { class: "parameter" }, element("span", { class: "parameter-name", title: fitted.words }, fitted.name), slider, now, element("span", { class: "quiet" }, interval));
+    const write = (/** @type {number} */ number) => {
+      now.textContent = `${readable(number, 3)}${unit}`;
+      slider.setAttribute("aria-valuetext", now.textContent);
+      const outside = (fitted.low !== null && number < fitted.low) || (fitted.high !== null && number > fitted.high);
+      line.classList.toggle("outside", whatIf.has(key) && outside);
+    };
+    slider.addEventListener("input", () => {
+      const number = least + ((greatest - least) * Number(slider.value)) / STEPS;
+      whatIf.set(key, number);
+      write(number);
+      void supposing({ effect, parameter: fitted.name, value: number });
+    });
+    write(value);
+    return line;
+  };
+
+  const ended = () => {
+    byId("finding").hidden = true;
+    input("find").disabled = false;
+  };
+
+  byId("find").addEventListener("click", async () => {
+    byId("verdict").replaceChildren();
+    byId("finding").hidden = false;
+    input("find").disabled = true;
+    /** @type {HTMLProgressElement} */ (byId("find-progress")).removeAttribute("value");
+    byId("find-what").textContent = "";
+    byId("cancel").focus();
+    if (!(await trying(async () => void (await server.post("find"))))) ended();
+  });
+  byId("cancel").addEventListener("click", () => {
+    byId("find-what").textContent = "stopping …";
+    void trying(async () => void (await server.post("cancel")));
+  });
+
+  const added = async (/** @type {unknown} */ body, /** @type {Record<string, unknown>} */ query = {}) =>
+    trying(async () => {
+      effects = await server.post("own", body, query);
+      rows();
+      page.error(await server.post("switch", { effects: on() }));
+    });
+  byId("own").addEventListener("submit", async (event) => {
+    event.preventDefault();
+    const expression = input("own-line").value.trim();
+    if (!expression) return;
+    const taken = new Set(effects.map((each) => each.name));
+    let number = 1;
+    while (taken.has(`own-${number}`)) number += 1;
+    if (await added({ name: `own-${number}`, expression })) input("own-line").value = "";
+  });
+  const own = (/** @type {File} */ file) => {
+    const dialog = /** @type {HTMLDialogElement} */ (byId("trust"));
+    byId("trust-name").textContent = file.name;
+    dialog.returnValue = "no";
+    dialog.onclose = () => {
+      if (dialog.returnValue === "yes") void added(file, { name: file.name, trusted: "yes" });
+    };
+    dialog.showModal();
+  };
+  input("own-file").addEventListener("change", () => {
+    const file = input("own-file").files?.[0];
+    if (file) own(file);
+    input("own-file").value = "";
+  });
+
+  return {
+    own,
+    /** Another session has begun. */
+    async begin(/** @type {import("./contract").Overview} */ overview) {
+      start = overview.error.noise_ratio;
+      rivals = [];
+      whatIf.clear();
+      byId("verdict").replaceChildren();
+      input("find").disabled = !overview.can_diagnose;
+      tell("physics-trouble");
+      await trying(async () => this.effects(await server.get("effects")));
+      parameters(overview.error);
+    },
+    /** @param {Effect[]} list */
+    effects(list) {
+      effects = list;
+      rows();
+    },
+    parameters,
+    /** @param {{what: string, done: number, of: number}} progress */
+    progress({ what, done, of }) {
+      const bar = /** @type {HTMLProgressElement} */ (byId("find-progress"));
+      bar.max = of;
+      bar.value = done;
+      byId("find-what").textContent = `${what}, ${done} of ${of}`;
+    },
+    /** @param {import("./contract").Verdict} verdict */
+    verdict(verdict) {
+      ({ rivals } = verdict);
+      effects = effects.map((each) => ({ ...each, on: verdict.effects.includes(each.name) }));
+      rows();
+      const parts = [element("p", {}, element("b", {}, `${verdict.name}: `), verdict.sentence)];
+      if (verdict.next) {
+        const next = element("p", { class: "quiet" }, `Next: ${verdict.next} `);
+        if (verdict.has_patches) {
+          const button = element("button", { type: "button", id: "patch-list" }, "Patch list");
+          button.addEventListener("click", () => trying(async () => {
+            const response = await server.fetch(server.address("take", { what: "patches" }));
+            save(await response.blob(), "patches.csv");
+          }));
+          next.append(button);
+        }
+        parts.push(next);
+      }
+      byId("verdict").replaceChildren(...parts);
+    },
+    ended,
+    /** @param {string} sentence */
+    failed(sentence) {
+      ended();
+      tell("physics-trouble", sentence);
+    },
+  };
+}
