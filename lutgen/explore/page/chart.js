@@ -10,7 +10,10 @@ const FONT = "10px system-ui, sans-serif";
 
 /** @param {import("./contract").Point} point @param {string} unit */
 export const placeInWords = (point, unit) =>
-  point.words ?? (typeof point.at === "number" ? `${point.at >= 1000 ? spaced(point.at) : point.at}${unit ? ` ${unit}` : ""}` : point.at);
+  point.words ??
+  (typeof point.at === "number"
+    ? `${point.at >= 1000 ? spaced(point.at) : point.at}${unit ? ` ${unit}` : ""}`
+    : point.at);
 
 /** Places along the axis: by number where points have numbers of their own. @param {import("./contract").Point[]} points */
 function places(points) {
@@ -29,7 +32,12 @@ const LEVELS = [1, 10, 100, 1000, 10_000];
  */
 export function multiple(slice, { top, other, chosen, point, choose }) {
   const host = element("div", { class: "plot" });
-  const box = element("figure", { class: "slice", "data-slice": slice.name }, element("figcaption", {}, slice.label), host);
+  const box = element(
+    "figure",
+    { class: "slice", "data-slice": slice.name },
+    element("figcaption", {}, slice.label),
+    host,
+  );
   const across = places(slice.points);
   const [first, last] = [Math.min(...across), Math.max(...across)];
   const room = (last - first || 1) * 0.06;
@@ -37,7 +45,10 @@ export function multiple(slice, { top, other, chosen, point, choose }) {
   const data = [across, slice.points.map((each) => each.ratio), other ?? across.map(() => null)];
   const buttons = slice.points.map((each, place) => {
     const button = element("button", { type: "button", class: "point", tabindex: place ? "-1" : "0" });
-    button.setAttribute("aria-label", `${slice.label} ${placeInWords(each, slice.unit)}: ${ratio(each.ratio)} times the noise, ${each.rows.length} readings`);
+    button.setAttribute(
+      "aria-label",
+      `${slice.label} ${placeInWords(each, slice.unit)}: ${ratio(each.ratio)} times the noise, ${each.rows.length} readings`,
+    );
     button.setAttribute("aria-pressed", String(place === chosen));
     button.classList.toggle("clear", each.ratio > CLEAR);
     for (const name of ["focus", "pointerenter"]) button.addEventListener(name, () => point(place, button));
@@ -48,7 +59,9 @@ export function multiple(slice, { top, other, chosen, point, choose }) {
       const next = step && buttons[place + step];
       if (!next) return;
       event.preventDefault();
-      buttons.forEach((one) => { one.tabIndex = one === next ? 0 : -1; });
+      buttons.forEach((one) => {
+        one.tabIndex = one === next ? 0 : -1;
+      });
       next.focus();
     });
     return button;
@@ -56,7 +69,7 @@ export function multiple(slice, { top, other, chosen, point, choose }) {
   // Names have no order that a line could follow.
   const named = typeof slice.points[0]?.at === "string";
   const quiet = colour("--quiet");
-  const accent = colour("--error");
+  const accent = colour(slice.points.some((each) => each.ratio > CLEAR) ? "--error" : "--good");
   const ends = [slice.points[0], slice.points[slice.points.length - 1]].map((each) => placeInWords(each, slice.unit));
   /** @type {uPlot.Options} */
   const options = {
@@ -67,8 +80,28 @@ export function multiple(slice, { top, other, chosen, point, choose }) {
     cursor: { show: false },
     scales: { x: { time: false, range: [first - room, last + room] }, y: { distr: 3, range: [0.6, top] } },
     axes: [
-      { show: true, size: 16, gap: 2, font: FONT, stroke: quiet, grid: { show: false }, ticks: { show: false }, splits: () => [], values: () => [] },
-      { size: 26, gap: 3, font: FONT, stroke: quiet, grid: { stroke: colour("--line"), width: 1 }, ticks: { show: false }, splits: () => LEVELS.filter((each) => each <= top), values: (_, splits) => splits.map(String), filter: (_, splits) => splits },
+      {
+        show: true,
+        size: 16,
+        gap: 2,
+        font: FONT,
+        stroke: quiet,
+        grid: { show: false },
+        ticks: { show: false },
+        splits: () => [],
+        values: () => [],
+      },
+      {
+        size: 26,
+        gap: 3,
+        font: FONT,
+        stroke: quiet,
+        grid: { stroke: colour("--line"), width: 1 },
+        ticks: { show: false },
+        splits: () => LEVELS.filter((each) => each <= top),
+        values: (_, splits) => splits.map(String),
+        filter: (_, splits) => splits,
+      },
     ],
     series: [
       {},
@@ -83,13 +116,18 @@ export function multiple(slice, { top, other, chosen, point, choose }) {
     },
   };
   /** @param {uPlot} plot */
-  const put = (plot) => buttons.forEach((button, place) => {
-    button.style.left = `${plot.valToPos(across[place], "x")}px`;
-    button.style.top = `${plot.valToPos(Math.min(slice.points[place].ratio, top), "y")}px`;
-  });
+  const put = (plot) =>
+    buttons.forEach((button, place) => {
+      button.style.left = `${plot.valToPos(across[place], "x")}px`;
+      button.style.top = `${plot.valToPos(Math.min(slice.points[place].ratio, top), "y")}px`;
+    });
   const plot = new uPlot(options, data, host);
   plot.root.setAttribute("aria-hidden", "true");
-  const layer = element("div", { class: "points", role: "group", "aria-label": `${slice.label}: error over noise` }, ...buttons);
+  const layer = element(
+    "div",
+    { class: "points", role: "group", "aria-label": `${slice.label}: error over noise` },
+    ...buttons,
+  );
   host.append(layer);
   const fit = () => {
     if (!host.clientWidth) return;
@@ -153,7 +191,12 @@ function ticks(plot, ends, stroke) {
 }
 
 /** Marks of the colours whose drift is drawn. */
-const MARKS = /** @type {Record<string, string>} */ ({ white: "--ink", red: "--red", green: "--green", blue: "--blue" });
+const MARKS = /** @type {Record<string, string>} */ ({
+  white: "--ink",
+  red: "--red",
+  green: "--green",
+  blue: "--blue",
+});
 
 /**
  * Δu′v′ of white and primaries since the first session: points are measured, lines predicted.
@@ -161,18 +204,25 @@ const MARKS = /** @type {Record<string, string>} */ ({ white: "--ink", red: "--r
  */
 export function driftChart(drift) {
   const host = element("div", { class: "plot", role: "img" });
-  const traces = drift.filter((each) => each.points.length > 1).map(({ name, points }) => {
-    const [, u, v] = points[0];
-    return {
-      name,
-      stroke: colour(MARKS[name] ?? "--quiet"),
-      measured: points.map((each) => [each[1] - u, each[2] - v]),
-      predicted: points.map((each) => [each[3] - u, each[4] - v]),
-      hours: points[points.length - 1][0],
-    };
-  });
-  const names = traces.map(({ name, measured }) => `${name} ${Math.hypot(...(measured.at(-1) ?? [0, 0])).toFixed(4)}`).join(", ");
-  host.setAttribute("aria-label", `Drift of white and primaries in u′v′ since the first session: ${names}. Points are measured, lines predicted.`);
+  const traces = drift
+    .filter((each) => each.points.length > 1)
+    .map(({ name, points }) => {
+      const [, u, v] = points[0];
+      return {
+        name,
+        stroke: colour(MARKS[name] ?? "--quiet"),
+        measured: points.map((each) => [each[1] - u, each[2] - v]),
+        predicted: points.map((each) => [each[3] - u, each[4] - v]),
+        hours: points[points.length - 1][0],
+      };
+    });
+  const names = traces
+    .map(({ name, measured }) => `${name} ${Math.hypot(...(measured.at(-1) ?? [0, 0])).toFixed(4)}`)
+    .join(", ");
+  host.setAttribute(
+    "aria-label",
+    `Drift of white and primaries in u′v′ since the first session: ${names}. Points are measured, lines predicted.`,
+  );
   const all = traces.flatMap(({ measured, predicted }) => [...measured, ...predicted]);
   const reach = (/** @type {0 | 1} */ axis) => {
     const values = all.map((each) => each[axis]).concat(0);
@@ -181,7 +231,14 @@ export function driftChart(drift) {
   };
   const quiet = colour("--quiet");
   /** @type {uPlot.Axis} */
-  const axis = { font: FONT, stroke: quiet, gap: 2, ticks: { show: false }, grid: { stroke: colour("--line"), width: 1 }, values: (_, splits) => splits.map((each) => String(Number(each.toFixed(4)))) };
+  const axis = {
+    font: FONT,
+    stroke: quiet,
+    gap: 2,
+    ticks: { show: false },
+    grid: { stroke: colour("--line"), width: 1 },
+    values: (_, splits) => splits.map((each) => String(Number(each.toFixed(4)))),
+  };
   /** @type {uPlot.Options} */
   const options = {
     width: 100,
@@ -190,30 +247,54 @@ export function driftChart(drift) {
     legend: { show: false },
     cursor: { show: false },
     scales: { x: { time: false, range: reach(0) }, y: { range: reach(1) } },
-    axes: [{ ...axis, size: 16, space: 45 }, { ...axis, size: 36, space: 18 }],
+    axes: [
+      { ...axis, size: 16, space: 45 },
+      { ...axis, size: 36, space: 18 },
+    ],
     series: [{}, { show: false }],
-    hooks: { draw: [(plot) => traces.forEach((trace) => draw(plot, trace))] },
+    hooks: {
+      draw: [
+        (plot) => {
+          for (const trace of traces) draw(plot, trace);
+        },
+      ],
+    },
   };
-  const plot = new uPlot(options, [[0, 1], [0, 0]], host);
+  const plot = new uPlot(
+    options,
+    [
+      [0, 1],
+      [0, 0],
+    ],
+    host,
+  );
   plot.root.setAttribute("aria-hidden", "true");
-  new ResizeObserver(() => host.clientWidth && plot.setSize({ width: host.clientWidth, height: host.clientHeight })).observe(host);
+  new ResizeObserver(
+    () => host.clientWidth && plot.setSize({ width: host.clientWidth, height: host.clientHeight }),
+  ).observe(host);
   const legend = traces.map(({ name, stroke }) => {
     const word = element("b", {}, name);
     word.style.setProperty("--mark", stroke);
     return word;
   });
-  return element("figure", { class: "slice drift", "data-slice": "drift" }, element("figcaption", {}, "Δu′v′ ", ...legend), host);
+  return element(
+    "figure",
+    { class: "slice drift", "data-slice": "drift" },
+    element("figcaption", {}, "Δu′v′ ", ...legend),
+    host,
+  );
 }
 
 /** @param {uPlot} plot @param {{stroke: string, measured: number[][], predicted: number[][]}} trace */
 function draw(plot, { stroke, measured, predicted }) {
   const { ctx } = plot;
-  const at = (/** @type {number[]} */ [u, v]) => /** @type {[number, number]} */ ([plot.valToPos(u, "x", true), plot.valToPos(v, "y", true)]);
+  const at = (/** @type {number[]} */ [u, v]) =>
+    /** @type {[number, number]} */ ([plot.valToPos(u, "x", true), plot.valToPos(v, "y", true)]);
   ctx.save();
   ctx.strokeStyle = ctx.fillStyle = stroke;
   ctx.lineWidth = 1.5 * devicePixelRatio;
   ctx.beginPath();
-  predicted.forEach((each) => ctx.lineTo(...at(each)));
+  for (const each of predicted) ctx.lineTo(...at(each));
   ctx.stroke();
   for (const each of measured) {
     ctx.beginPath();

@@ -36,10 +36,27 @@ export function dropOf(server, page) {
   /** Ask for the hours of sessions. @param {File[]} files @param {import("./contract").NeededHours["needs_hours"]} needed */
   const ask = (files, needed) => {
     const fields = needed.map(({ name, dated }, place) => {
-      const field = element("input", { type: "number", min: "0", step: "any", required: "", id: `hours-of-${place}`, name });
-      return element("div", {}, element("label", { for: field.id }, `${name}${dated ? ` (${dated})` : ""}`), field, " h");
+      const field = element("input", {
+        type: "number",
+        min: "0",
+        step: "any",
+        required: "",
+        id: `hours-of-${place}`,
+        name,
+      });
+      return element(
+        "div",
+        {},
+        element("label", { for: field.id }, `${name}${dated ? ` (${dated})` : ""}`),
+        field,
+        " h",
+      );
     });
-    form.replaceChildren(element("p", {}, "At which operating hours was each session measured?"), ...fields, element("button", { class: "main" }, "Open"));
+    form.replaceChildren(
+      element("p", {}, "At which operating hours was each session measured?"),
+      ...fields,
+      element("button", { class: "main" }, "Open"),
+    );
     form.hidden = false;
     form.querySelector("input")?.focus();
     form.onsubmit = (event) => {

@@ -45,8 +45,13 @@ export function errorOf() {
     byId("noise-line").style.left = share(1);
     byId("error").classList.toggle("good", now <= CLEAR);
     byId("error").classList.toggle("provisional", Boolean(provisional || whatIf));
-    byId("error-mean").textContent = `mean ΔE2000 ${error.mean_de2000.toFixed(2)}; noise alone ${error.noise_de2000.toFixed(2)}`;
-    byId("error-state").textContent = whatIf ? "what if: not the fit" : provisional ? "provisional: one linear step, the fit is running …" : "";
+    byId("error-mean").textContent =
+      `mean ΔE2000 ${error.mean_de2000.toFixed(2)}; noise alone ${error.noise_de2000.toFixed(2)}`;
+    byId("error-state").textContent = whatIf
+      ? "what if: not the fit"
+      : provisional
+        ? "provisional: one linear step, the fit is running …"
+        : "";
   };
 
   /** Rows behind the chosen point, or null for all. */
@@ -61,31 +66,38 @@ export function errorOf() {
       .map((slice) => ({ slice, point: slice.points.reduce((a, b) => (b.ratio > a.ratio ? b : a)) }))
       .sort((a, b) => b.point.ratio - a.point.ratio)
       .slice(0, 3);
-    byId("error-most").textContent = error.noise_ratio <= CLEAR
-      ? "The model agrees with the readings to their noise."
-      : `Largest at ${worst.map(({ slice, point }) => `${slice.label} ${placeInWords(point, slice.unit)} (${ratio(point.ratio)} ×)`).join(", ")}.`;
+    byId("error-most").textContent =
+      error.noise_ratio <= CLEAR
+        ? "The model agrees with the readings to their noise."
+        : `Largest at ${worst.map(({ slice, point }) => `${slice.label} ${placeInWords(point, slice.unit)} (${ratio(point.ratio)} ×)`).join(", ")}.`;
   };
 
   const charts = () => {
     // What has the focus is drawn anew: the focus goes to its successor.
     const had = document.activeElement?.closest(".slice")?.getAttribute("data-slice");
-    const place = had ? [...(document.activeElement?.parentElement?.children ?? [])].indexOf(/** @type {Element} */ (document.activeElement)) : -1;
+    const place = had
+      ? [...(document.activeElement?.parentElement?.children ?? [])].indexOf(
+          /** @type {Element} */ (document.activeElement),
+        )
+      : -1;
     const rows = chosenRows();
     const ends = error.slices.flatMap((slice) => slice.points.map((point) => point.ratio));
     // The axis does not shrink while effects are tried, so that the points are seen to fall.
     top = Math.max(top, TOPS.find((each) => each >= Math.max(...ends)) ?? 100_000);
-    const boxes = error.slices.map((slice) => multiple(slice, {
-      top,
-      other: rows && slice.name !== choice?.slice ? slice.points.map((point) => within(point, rows)) : null,
-      chosen: slice.name === choice?.slice ? slice.points.findIndex((point) => point.at === choice?.at) : -1,
-      point: (number, button) => tip(slice, slice.points[number], button),
-      choose: (number) => {
-        const { at } = slice.points[number];
-        choice = choice?.slice === slice.name && choice.at === at ? null : { slice: slice.name, at };
-        charts();
-        patches();
-      },
-    }));
+    const boxes = error.slices.map((slice) =>
+      multiple(slice, {
+        top,
+        other: rows && slice.name !== choice?.slice ? slice.points.map((point) => within(point, rows)) : null,
+        chosen: slice.name === choice?.slice ? slice.points.findIndex((point) => point.at === choice?.at) : -1,
+        point: (number, button) => tip(slice, slice.points[number], button),
+        choose: (number) => {
+          const { at } = slice.points[number];
+          choice = choice?.slice === slice.name && choice.at === at ? null : { slice: slice.name, at };
+          charts();
+          patches();
+        },
+      }),
+    );
     if (error.drift.some((each) => each.points.length > 1)) boxes.push(driftChart(error.drift));
     byId("slices").replaceChildren(...boxes);
     if (had && place >= 0) {
@@ -117,21 +129,27 @@ export function errorOf() {
       });
       title.replaceChildren(`${shown.length} readings at ${slice.label} ${placeInWords(point, slice.unit)} `, all);
     }
-    byId("patches").replaceChildren(...shown.slice(0, MOST).map((each) => {
-      const item = element("li", {}, swatch(each), element("span", {}, each.de2000.toFixed(1)));
-      const words = inWords(each);
-      item.setAttribute("aria-label", words);
-      item.addEventListener("pointerenter", () => showTip(item, [words]));
-      item.addEventListener("pointerleave", () => showTip(null));
-      return item;
-    }));
+    byId("patches").replaceChildren(
+      ...shown.slice(0, MOST).map((each) => {
+        const item = element("li", {}, swatch(each), element("span", {}, each.de2000.toFixed(1)));
+        const words = inWords(each);
+        item.setAttribute("aria-label", words);
+        item.addEventListener("pointerenter", () => showTip(item, [words]));
+        item.addEventListener("pointerleave", () => showTip(null));
+        return item;
+      }),
+    );
   };
 
   /** @param {import("./contract").Slice} slice @param {import("./contract").Point} point @param {HTMLElement | null} button */
   const tip = (slice, point, button) => {
     if (!button) return showTip(null);
     const behind = point.rows.flatMap((row) => readings.get(row) ?? []).sort((a, b) => b.de2000 - a.de2000);
-    const head = element("b", {}, `${slice.label} ${placeInWords(point, slice.unit)}: ${ratio(point.ratio)} × the noise, ${point.rows.length} readings`);
+    const head = element(
+      "b",
+      {},
+      `${slice.label} ${placeInWords(point, slice.unit)}: ${ratio(point.ratio)} × the noise, ${point.rows.length} readings`,
+    );
     const lines = behind.slice(0, LISTED).map((each) => element("div", {}, swatch(each), ` ${inWords(each)}`));
     if (behind.length > LISTED) lines.push(element("div", {}, "…"));
     showTip(button, [head, ...lines]);

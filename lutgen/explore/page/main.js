@@ -58,6 +58,13 @@ try {
   });
   document.body.dataset.ready = "yes";
 } catch (trouble) {
-  tell("dead", trouble instanceof Refusal && !trouble.message ? GONE : trouble instanceof Error ? trouble.message : String(trouble));
+  tell(
+    "dead",
+    trouble instanceof Refusal && !trouble.message
+      ? GONE
+      : trouble instanceof Error
+        ? trouble.message
+        : String(trouble),
+  );
   if (!(trouble instanceof Refusal)) throw trouble;
 }

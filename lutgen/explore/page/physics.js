@@ -16,6 +16,8 @@ const STEPS = 1000;
 export function physicsOf(server, page) {
   /** @type {Effect[]} */
   let effects = [];
+  /** What the diagnosis found, and what these readings do not tell from it. @type {string[]} */
+  let found = [];
   /** @type {string[]} */
   let rivals = [];
   /** The error of the model without effects, for the bars. */
@@ -58,8 +60,9 @@ export function physicsOf(server, page) {
   const rows = () => {
     const list = byId("effects");
     const focused = document.activeElement instanceof HTMLElement ? document.activeElement.id : "";
-    // What takes the error down furthest stands first; what cannot be seen, last.
-    const order = [...effects].sort((a, b) => (a.alone_noise ?? 1e9) - (b.alone_noise ?? 1e9));
+    // What was found stands first, then what takes the error down furthest; what cannot be seen, last.
+    const rank = (/** @type {Effect} */ each) => (found.includes(each.name) ? -1 : (each.alone_noise ?? 1e9));
+    const order = [...effects].sort((a, b) => rank(a) - rank(b));
     list.replaceChildren(...order.map((each) => row(each)));
     if (focused) document.getElementById(focused)?.focus({ preventScroll: true });
   };
@@ -73,9 +76,21 @@ export function physicsOf(server, page) {
     const seen = element("span", { class: "seen" }, effect.sees_words);
     const words = element("div", { class: "words", id: `${id}-words` }, effect.sentence, " ", seen);
     const name = element("label", { for: id }, effect.name);
-    if (rivals.includes(effect.name)) name.append(" ", element("span", { class: "rival", title: "These readings do not tell it from the effects found" }, "rival"));
+    if (rivals.includes(effect.name))
+      name.append(
+        " ",
+        element("span", { class: "rival", title: "These readings do not tell it from the effects found" }, "rival"),
+      );
     if (effect.own) name.append(" ", element("span", { class: "rival" }, "own"));
-    const item = element("li", {}, box, name, words, alone(effect), element("div", { class: "parameters", id: `${id}-parameters` }));
+    const item = element(
+      "li",
+      {},
+      box,
+      name,
+      words,
+      alone(effect),
+      element("div", { class: "parameters", id: `${id}-parameters` }),
+    );
     item.classList.toggle("unseen-by-data", effect.sees_from === null);
     return item;
   };
@@ -119,11 +134,27 @@ export function physicsOf(server, page) {
     const [least, greatest] = fitted.bounds;
     const value = whatIf.get(key) ?? fitted.value;
     const unit = fitted.unit && fitted.unit !== "1" ? ` ${fitted.unit}` : "";
-    const slider = element("input", { type: "range", min: "0", max: String(STEPS), step: "1", "aria-label": `What if ${fitted.name} of ${effect}: ${fitted.words}` });
+    const slider = element("input", {
+      type: "range",
+      min: "0",
+      max: String(STEPS),
+      step: "1",
+      "aria-label": `What if ${fitted.name} of ${effect}: ${fitted.words}`,
+    });
     slider.value = String(Math.round((STEPS * (value - least)) / (greatest - least || 1)));
     const now = element("output", {});
-    const interval = fitted.low !== null && fitted.high !== null ? `fit ${readable(fitted.value)}, ${readable(fitted.low, 3)} to ${readable(fitted.high, 3)}${unit}` : `fit ${readable(fitted.value)}${unit}, held`;
-    const line = element("div", { class: "parameter" }, element("span", { class: "parameter-name", title: fitted.words }, fitted.name), slider, now, element("span", { class: "quiet" }, interval));
+    const interval =
+      fitted.low !== null && fitted.high !== null
+        ? `fit ${readable(fitted.value)}, ${readable(fitted.low, 3)} to ${readable(fitted.high, 3)}${unit}`
+        : `fit ${readable(fitted.value)}${unit}, held`;
+    const line = element(
+      "div",
+      { class: "parameter" },
+      element("span", { class: "parameter-name", title: fitted.words }, fitted.name),
+      slider,
+      now,
+      element("span", { class: "quiet" }, interval),
+    );
     const write = (/** @type {number} */ number) => {
       now.textContent = `${readable(number, 3)}${unit}`;
       slider.setAttribute("aria-valuetext", now.textContent);
@@ -195,6 +226,7 @@ export function physicsOf(server, page) {
     async begin(/** @type {import("./contract").Overview} */ overview) {
       start = overview.error.noise_ratio;
       rivals = [];
+      found = [];
       whatIf.clear();
       byId("verdict").replaceChildren();
       input("find").disabled = !overview.can_diagnose;
@@ -217,7 +249,8 @@ export function physicsOf(server, page) {
     },
     /** @param {import("./contract").Verdict} verdict */
     verdict(verdict) {
-      ({ rivals } = verdict);
+      rivals = verdict.rivals;
+      found = verdict.effects;
       effects = effects.map((each) => ({ ...each, on: verdict.effects.includes(each.name) }));
       rows();
       const parts = [element("p", {}, element("b", {}, `${verdict.name}: `), verdict.sentence)];
@@ -225,10 +258,12 @@ export function physicsOf(server, page) {
         const next = element("p", { class: "quiet" }, `Next: ${verdict.next} `);
         if (verdict.has_patches) {
           const button = element("button", { type: "button", id: "patch-list" }, "Patch list");
-          button.addEventListener("click", () => trying(async () => {
-            const response = await server.fetch(server.address("take", { what: "patches" }));
-            save(await response.blob(), "patches.csv");
-          }));
+          button.addEventListener("click", () =>
+            trying(async () => {
+              const response = await server.fetch(server.address("take", { what: "patches" }));
+              save(await response.blob(), "patches.csv");
+            }),
+          );
           next.append(button);
         }
         parts.push(next);

@@ -11,7 +11,14 @@ const REACHES = [2, 3, 5, 8, 12, 15, 20, 25, 30, 40, 50, 100];
 const SIZE = 33;
 
 /** Hours by which keys move the slider. */
-const STEPS = new Map([["ArrowLeft", -100], ["ArrowDown", -100], ["ArrowRight", 100], ["ArrowUp", 100], ["PageDown", -1000], ["PageUp", 1000]]);
+const STEPS = new Map([
+  ["ArrowLeft", -100],
+  ["ArrowDown", -100],
+  ["ArrowRight", 100],
+  ["ArrowUp", 100],
+  ["PageDown", -1000],
+  ["PageUp", 1000],
+]);
 
 /** @param {import("./server.js").Server} server */
 export function pictureOf(server) {
@@ -45,7 +52,8 @@ export function pictureOf(server) {
     }
     for (const name of /** @type {const} */ (["hours_to_3", "hours_to_5"])) {
       const last = Number(slider.max);
-      byId(`figure-${name}`).textContent = found.mean == null ? "…" : found[name] == null ? `> ${spaced(last)} h` : `${spaced(found[name])} h`;
+      byId(`figure-${name}`).textContent =
+        found.mean == null ? "…" : found[name] == null ? `> ${spaced(last)} h` : `${spaced(found[name])} h`;
     }
     if (found.mean_2sd != null) widen(found.mean_2sd);
     else if (found.mean === null) setTimeout(() => void figures(null), 500);
@@ -57,11 +65,13 @@ export function pictureOf(server) {
     if (wanted <= reach) return;
     reach = wanted;
     const bar = byId("scale-bar");
-    bar.replaceChildren(...[0, 0.25, 0.5, 0.75, 1].map((share) => {
-      const mark = element("span", {}, `${share === 1 ? "≥ " : ""}${Number((share * reach).toPrecision(3))}`);
-      mark.style.left = `${100 * share}%`;
-      return mark;
-    }));
+    bar.replaceChildren(
+      ...[0, 0.25, 0.5, 0.75, 1].map((share) => {
+        const mark = element("span", {}, `${share === 1 ? "≥ " : ""}${Number((share * reach).toPrecision(3))}`);
+        mark.style.left = `${100 * share}%`;
+        return mark;
+      }),
+    );
     if (input("map").checked) viewer.map(reach);
   };
 
@@ -94,7 +104,9 @@ export function pictureOf(server) {
   });
   const zooms = { fit: () => 0, pixels: () => 1, nearer: () => viewer.scale * 1.5, farther: () => viewer.scale / 1.5 };
   for (const [id, zoom] of Object.entries(zooms)) byId(id).addEventListener("click", () => viewer.zoomTo(zoom()));
-  viewer.zoomed = () => { byId("zoom").textContent = `${Math.round(100 * viewer.scale)} %`; };
+  viewer.zoomed = () => {
+    byId("zoom").textContent = `${Math.round(100 * viewer.scale)} %`;
+  };
   new ResizeObserver(viewer.zoomed).observe(byId("viewer"));
   byId("viewer").addEventListener("pointerup", () => {
     if (viewer.cuts[1] < 1) void compensated(null);
@@ -116,12 +128,17 @@ export function pictureOf(server) {
     /** Begin with a session. @param {import("./contract").Overview} overview */
     async begin(overview) {
       const modes = byId("modes");
-      mode = overview.modes.includes(mode) ? mode : (overview.modes.find((each) => each === "chroma-luma") ?? overview.modes[0]);
-      modes.replaceChildren(modes.firstElementChild ?? "", ...overview.modes.map((each) => {
-        const radio = element("input", { type: "radio", name: "mode", value: each });
-        radio.checked = each === mode;
-        return element("label", {}, radio, ` ${each}`);
-      }));
+      mode = overview.modes.includes(mode)
+        ? mode
+        : (overview.modes.find((each) => each === "chroma-luma") ?? overview.modes[0]);
+      modes.replaceChildren(
+        modes.firstElementChild ?? "",
+        ...overview.modes.map((each) => {
+          const radio = element("input", { type: "radio", name: "mode", value: each });
+          radio.checked = each === mode;
+          return element("label", {}, radio, ` ${each}`);
+        }),
+      );
       slider.max = String(overview.max_hours);
       slider.value = slider.max;
       reach = 0;
@@ -133,11 +150,13 @@ export function pictureOf(server) {
         if (fits) right = hour / last;
         return fits;
       });
-      byId("hours-ticks").replaceChildren(...kept.map((hour) => {
-        const tick = element("span", {}, spaced(hour));
-        tick.style.left = `${(100 * hour) / last}%`;
-        return tick;
-      }));
+      byId("hours-ticks").replaceChildren(
+        ...kept.map((hour) => {
+          const tick = element("span", {}, spaced(hour));
+          tick.style.left = `${(100 * hour) / last}%`;
+          return tick;
+        }),
+      );
       byId("image-note").textContent = overview.image?.note ?? "";
       await load();
       show();

@@ -49,9 +49,10 @@ export class Server {
   /** Send JSON, a file's bytes or a form. @param {string} what @param {unknown} [body] @param {Record<string, unknown>} query */
   async post(what, body, query = {}) {
     const raw = body instanceof Blob || body instanceof FormData;
-    const request = raw || body === undefined
-      ? { method: "POST", body: /** @type {BodyInit | undefined} */ (body) }
-      : { method: "POST", body: JSON.stringify(body), headers: { "Content-Type": "application/json" } };
+    const request =
+      raw || body === undefined
+        ? { method: "POST", body: /** @type {BodyInit | undefined} */ (body) }
+        : { method: "POST", body: JSON.stringify(body), headers: { "Content-Type": "application/json" } };
     return (await this.fetch(this.address(what, query), request)).json();
   }
 

@@ -4,7 +4,14 @@ import { Refusal } from "./server.js";
 import { byId, element, save, spaced, tell } from "./words.js";
 
 /** What can be taken: the server's name → the button. */
-const FILES = { model: "Model (.toml)", cube: "This hour (.cube)", clf: "This hour (.clf)", icc: "This hour (.icc)", build: "All hours, with OCIO config (.zip)", report: "Report (.html)" };
+const FILES = {
+  model: "Model (.toml)",
+  cube: "This hour (.cube)",
+  clf: "This hour (.clf)",
+  icc: "This hour (.icc)",
+  build: "All hours, with OCIO config (.zip)",
+  report: "Report (.html)",
+};
 
 /**
  * @param {import("./server.js").Server} server
@@ -34,11 +41,13 @@ export function takeOf(server, page) {
     }
   };
 
-  byId("take-files").append(...Object.entries(FILES).map(([what, words]) => {
-    const button = element("button", { type: "button", id: `take-${what}` }, words);
-    button.addEventListener("click", () => take(what, button));
-    return button;
-  }));
+  byId("take-files").append(
+    ...Object.entries(FILES).map(([what, words]) => {
+      const button = element("button", { type: "button", id: `take-${what}` }, words);
+      button.addEventListener("click", () => take(what, button));
+      return button;
+    }),
+  );
 
   /** @param {import("./contract").Command} command */
   const line = ({ words, command }) => {

@@ -5,14 +5,27 @@
 // tetrahedra. OpenColorIO's own GLSL ES 3.0 shader reads float textures instead, which WebGL2 filters on some
 // machines only, and would have to be written and compiled anew for each hour.
 
-/** @typedef {{size: number, values: Uint16Array}} Table size³ × 4 numbers, red fastest: code values, and ΔE2000 as 65535 for 100 */
+/** @typedef {{size: number, values: Uint16Array<ArrayBuffer>}} Table size³ × 4 numbers, red fastest: code values, and ΔE2000 as 65535 for 100 */
 /** @typedef {{first: Table, second: Table, share: number}} Blend both tables mixed: 0 is the first, 1 the second */
 
 /** Colours of a map from 0 to its end: viridis, whose steps are even to the eye. */
-export const MAP_COLOURS = ["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"];
+export const MAP_COLOURS = [
+  "#440154",
+  "#472d7b",
+  "#3b528b",
+  "#2c728e",
+  "#21918c",
+  "#28ae80",
+  "#5ec962",
+  "#addc30",
+  "#fde725",
+];
 
 /** ΔE2000 that the largest number of a table's fourth channel stands for. */
 const DIFFERENCE = 100;
+
+/** Textures of the shader, each in the unit of its place. */
+const UNITS = ["picture", "first", "second", "corrected"];
 
 const CORNERS = `#version 300 es
 void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0); }`;
@@ -80,7 +93,11 @@ void main() {
 /** The table that changes no colour. */
 export function unchanged() {
   const values = new Uint16Array(32);
-  for (let node = 0; node < 8; node += 1) values.set([0, 1, 2].map((bit) => ((node >> bit) & 1) * 65535), 4 * node);
+  for (let node = 0; node < 8; node += 1)
+    values.set(
+      [0, 1, 2].map((bit) => ((node >> bit) & 1) * 65535),
+      4 * node,
+    );
   return { size: 2, values };
 }
 
@@ -102,7 +119,10 @@ export class Viewer {
     this.canvas = document.createElement("canvas");
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("role", "img");
-    this.canvas.setAttribute("aria-label", "The picture: arrow keys move it, plus and minus zoom, 0 fits it, 1 shows it pixel by pixel");
+    this.canvas.setAttribute(
+      "aria-label",
+      "The picture: arrow keys move it, plus and minus zoom, 0 fits it, 1 shows it pixel by pixel",
+    );
     host.append(this.canvas);
     /** @type {ImageBitmap | ImageData | HTMLCanvasElement | null} */
     this.picture = null;
@@ -121,8 +141,20 @@ export class Viewer {
     this.zoomed = () => {};
     this.bars = names.slice(1).map((name, place) => this.bar(place, names[place], name));
     this.tags = names.map((name) => this.tag(name));
+    const gl = this.canvas.getContext("webgl2", { alpha: false, antialias: false, preserveDrawingBuffer: true });
+    if (!gl)
+      throw new Error(
+        "This browser has no WebGL2, which draws the picture. Turn on hardware acceleration, or use another browser.",
+      );
+    this.gl = gl;
+    this.program = gl.createProgram();
+    /** @type {WebGLTexture[]} */
+    this.textures = [];
     this.canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
-    this.canvas.addEventListener("webglcontextrestored", () => this.begin());
+    this.canvas.addEventListener("webglcontextrestored", () => {
+      this.program = gl.createProgram();
+      this.begin();
+    });
     this.begin();
     this.listen();
     new ResizeObserver(() => this.changed()).observe(host);
@@ -130,11 +162,11 @@ export class Viewer {
 
   /** Compile the shader, and hand over what is shown. */
   begin() {
-    const gl = this.canvas.getContext("webgl2", { alpha: false, antialias: false, preserveDrawingBuffer: true });
-    if (!gl) throw new Error("This browser has no WebGL2, which draws the picture. Turn on hardware acceleration, or use another browser.");
-    this.gl = gl;
-    const program = gl.createProgram();
-    for (const [kind, text] of /** @type {[number, string][]} */ ([[gl.VERTEX_SHADER, CORNERS], [gl.FRAGMENT_SHADER, COLOURS]])) {
+    const { gl, program } = this;
+    for (const [kind, text] of /** @type {[number, string][]} */ ([
+      [gl.VERTEX_SHADER, CORNERS],
+      [gl.FRAGMENT_SHADER, COLOURS],
+    ])) {
       const shader = /** @type {WebGLShader} */ (gl.createShader(kind));
       gl.shaderSource(shader, text);
       gl.compileShader(shader);
@@ -147,11 +179,11 @@ export class Viewer {
     gl.useProgram(program);
     gl.pixelStorei(gl.UNPACK_COLORSPACE_CONVERSION_WEBGL, gl.NONE);
     gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, 0);
-    this.place = (/** @type {string} */ name) => gl.getUniformLocation(program, name);
     gl.uniform3fv(this.place("colours"), MAP_COLOURS.flatMap(rgb));
-    const units = ["picture", "first", "second", "corrected"];
-    this.textures = Object.fromEntries(units.map((name) => [name, gl.createTexture()]));
-    units.forEach((name, unit) => gl.uniform1i(this.place(name), unit));
+    this.textures = UNITS.map(() => gl.createTexture());
+    UNITS.forEach((name, unit) => {
+      gl.uniform1i(this.place(name), unit);
+    });
     this.load("first", this.aged.first);
     this.load("second", this.aged.second);
     this.load("corrected", this.corrected);
@@ -159,11 +191,17 @@ export class Viewer {
     this.changed();
   }
 
+  /** @param {string} name of a uniform */
+  place(name) {
+    return this.gl.getUniformLocation(this.program, name);
+  }
+
   /** @param {string} name @param {Table} table */
   load(name, { size, values }) {
     const gl = this.gl;
-    gl.activeTexture(gl.TEXTURE0 + ["picture", "first", "second", "corrected"].indexOf(name));
-    gl.bindTexture(gl.TEXTURE_3D, this.textures[name]);
+    const unit = UNITS.indexOf(name);
+    gl.activeTexture(gl.TEXTURE0 + unit);
+    gl.bindTexture(gl.TEXTURE_3D, this.textures[unit]);
     gl.texParameteri(gl.TEXTURE_3D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
     gl.texParameteri(gl.TEXTURE_3D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
     gl.texImage3D(gl.TEXTURE_3D, 0, gl.RGBA16UI, size, size, size, 0, gl.RGBA_INTEGER, gl.UNSIGNED_SHORT, values);
@@ -176,7 +214,7 @@ export class Viewer {
     this.picture = picture;
     this.size = [picture.width, picture.height];
     gl.activeTexture(gl.TEXTURE0);
-    gl.bindTexture(gl.TEXTURE_2D, this.textures.picture);
+    gl.bindTexture(gl.TEXTURE_2D, this.textures[0]);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
@@ -249,7 +287,10 @@ export class Viewer {
   /** Left and right edge of what is seen of the picture, as shares of the canvas. */
   get span() {
     const left = this.origin[0];
-    return [Math.max(left, 0) / this.canvas.width, Math.min(left + this.size[0] * this.scale, this.canvas.width) / this.canvas.width];
+    return [
+      Math.max(left, 0) / this.canvas.width,
+      Math.min(left + this.size[0] * this.scale, this.canvas.width) / this.canvas.width,
+    ];
   }
 
   changed() {
@@ -260,29 +301,33 @@ export class Viewer {
   }
 
   draw() {
-    const { gl, canvas, place } = this;
+    const { gl, canvas } = this;
     const ratio = devicePixelRatio;
-    const [width, height] = [this.host.clientWidth, this.host.clientHeight].map((length) => Math.max(Math.round(length * ratio), 1));
+    const [width, height] = [this.host.clientWidth, this.host.clientHeight].map((length) =>
+      Math.max(Math.round(length * ratio), 1),
+    );
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
-    if (!gl || !place || !this.picture) return;
+    if (!this.picture) return;
     const [left, right] = this.span;
     const cuts = this.cuts.map((cut) => left + cut * (right - left));
-    this.bars.forEach((bar, number) => bar.style.setProperty("left", `${100 * cuts[number]}%`));
+    this.bars.forEach((bar, number) => {
+      bar.style.setProperty("left", `${100 * cuts[number]}%`);
+    });
     this.placeTags([left, ...cuts, right]);
     gl.viewport(0, 0, width, height);
-    ["picture", "first", "second", "corrected"].forEach((name, unit) => {
+    this.textures.forEach((texture, unit) => {
       gl.activeTexture(gl.TEXTURE0 + unit);
-      gl.bindTexture(unit ? gl.TEXTURE_3D : gl.TEXTURE_2D, this.textures[name]);
+      gl.bindTexture(unit ? gl.TEXTURE_3D : gl.TEXTURE_2D, texture);
     });
     // The right edge belongs to the last part but one when its bar stands there.
-    gl.uniform2f(place("cuts"), cuts[0] * width, this.cuts[1] >= 1 ? 2 * width : cuts[1] * width);
-    gl.uniform2f(place("origin"), this.origin[0], this.origin[1]);
-    gl.uniform1f(place("share"), this.aged.share);
-    gl.uniform1f(place("scale"), this.scale);
-    gl.uniform1f(place("height"), height);
-    gl.uniform1f(place("reach"), this.reach);
+    gl.uniform2f(this.place("cuts"), cuts[0] * width, this.cuts[1] >= 1 ? 2 * width : cuts[1] * width);
+    gl.uniform2f(this.place("origin"), this.origin[0], this.origin[1]);
+    gl.uniform1f(this.place("share"), this.aged.share);
+    gl.uniform1f(this.place("scale"), this.scale);
+    gl.uniform1f(this.place("height"), height);
+    gl.uniform1f(this.place("reach"), this.reach);
     const grey = getComputedStyle(this.host).getPropertyValue("--surround").trim() || "#777777";
-    gl.uniform3fv(place("surround"), rgb(grey));
+    gl.uniform3fv(this.place("surround"), rgb(grey));
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
@@ -297,7 +342,16 @@ export class Viewer {
     bar.setAttribute("aria-valuemax", "100");
     bar.setAttribute("aria-valuenow", String(Math.round(100 * this.cuts[place])));
     bar.addEventListener("keydown", (event) => {
-      const step = { ArrowLeft: -0.01, ArrowDown: -0.01, ArrowRight: 0.01, ArrowUp: 0.01, PageDown: -0.1, PageUp: 0.1, Home: -1, End: 1 }[event.key];
+      const step = {
+        ArrowLeft: -0.01,
+        ArrowDown: -0.01,
+        ArrowRight: 0.01,
+        ArrowUp: 0.01,
+        PageDown: -0.1,
+        PageUp: 0.1,
+        Home: -1,
+        End: 1,
+      }[event.key];
       if (step === undefined) return;
       event.preventDefault();
       this.wipe(place, this.cuts[place] + step);
@@ -313,7 +367,9 @@ export class Viewer {
     if (place === 0) cuts[1] = Math.max(cuts[1], cuts[0]);
     else cuts[0] = Math.min(cuts[0], cuts[1]);
     this.cuts = cuts;
-    this.bars.forEach((bar, number) => bar.setAttribute("aria-valuenow", String(Math.round(100 * cuts[number]))));
+    this.bars.forEach((bar, number) => {
+      bar.setAttribute("aria-valuenow", String(Math.round(100 * cuts[number])));
+    });
     this.changed();
   }
 
@@ -361,15 +417,22 @@ export class Viewer {
       if (dragged >= 0) this.wipe(dragged, cutAt(event));
       else this.pan(event.movementX * devicePixelRatio, event.movementY * devicePixelRatio);
     });
-    for (const end of ["pointerup", "pointercancel"]) this.host.addEventListener(end, () => { dragged = null; });
-    this.host.addEventListener("wheel", (event) => {
-      // In a page that scrolls, the wheel is the page's until the picture has the focus.
-      if (!event.ctrlKey && !this.host.contains(document.activeElement)) return;
-      event.preventDefault();
-      const { left, top } = canvas.getBoundingClientRect();
-      const at = [event.clientX - left, event.clientY - top].map((length) => length * devicePixelRatio);
-      this.zoomTo(this.scale * Math.exp(-event.deltaY / 400), at[0], at[1]);
-    }, { passive: false });
+    for (const end of ["pointerup", "pointercancel"])
+      this.host.addEventListener(end, () => {
+        dragged = null;
+      });
+    this.host.addEventListener(
+      "wheel",
+      (event) => {
+        // In a page that scrolls, the wheel is the page's until the picture has the focus.
+        if (!event.ctrlKey && !this.host.contains(document.activeElement)) return;
+        event.preventDefault();
+        const { left, top } = canvas.getBoundingClientRect();
+        const at = [event.clientX - left, event.clientY - top].map((length) => length * devicePixelRatio);
+        this.zoomTo(this.scale * Math.exp(-event.deltaY / 400), at[0], at[1]);
+      },
+      { passive: false },
+    );
     canvas.addEventListener("keydown", (event) => {
       const way = { ArrowLeft: [64, 0], ArrowRight: [-64, 0], ArrowUp: [0, 64], ArrowDown: [0, -64] }[event.key];
       const zoom = { "+": this.scale * 1.25, "=": this.scale * 1.25, "-": this.scale / 1.25, 0: 0, 1: 1 }[event.key];
