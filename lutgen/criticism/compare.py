@@ -109,6 +109,12 @@ class Comparison:
         return self.problem.xyz - self.predicted
 
     @cached_property
+    def sizes(self) -> tuple[Array, Array]:
+        """Error of every reading: ΔE2000 (n,), and its length in σ (n,)."""
+        delta_e, sigma = _sizes(self.problem, self.predicted, self.residual)
+        return delta_e, np.sqrt((sigma**2).sum(axis=1))
+
+    @cached_property
     def first_session(self) -> FirstSession | None:
         """How far the paper's fresh display is from the first session, and what its own curves leave."""
         return first_session(self.problem)

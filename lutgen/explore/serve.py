@@ -1,0 +1,44 @@
+"""Serving the page until Ctrl-C."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+from lutgen.explore.app import Windows, explore_application
+from lutgen.scratch import scratch
+from lutgen.server import Guard, server_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from socket import socket
+
+    from lutgen.explore.commands import Asked
+
+
+def serve(asked: Asked, listening: socket, *, opened: Callable[[str], None]) -> None:
+    """Serve windows that begin with what the command was given.
+
+    Parameters
+    ----------
+    asked
+        Readings, image, model and baseline.
+    listening
+        As :func:`lutgen.server.port_taken` gives it.
+    opened
+        Told the page's address once it is served.
+
+    """
+    with scratch() as folder:
+        windows = Windows(folder, asked)
+        guarded = Guard(explore_application(windows), listening)
+
+        async def run() -> None:
+            windows.prepare()
+            opened(guarded.address)
+            try:
+                await server_of(guarded).serve(sockets=[listening])
+            finally:
+                windows.end()
+
+        asyncio.run(run())
