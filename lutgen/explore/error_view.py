@@ -198,7 +198,7 @@ def effects_json(opened: Opened, alone: Mapping[str, float | None], on: Sequence
                 "sentence": effect.summary,
                 "stage": effect.stage,
                 "sees_from": size,
-                "sees_words": _sees(each) if each else "The model has it already.",
+                "sees_words": _sees(each) if each else "has it already",
                 "visible": bool(each and each.visible) or name in given,
                 "alone_noise": alone.get(name),
                 "on": name in on or name in given,
@@ -210,12 +210,13 @@ def effects_json(opened: Opened, alone: Mapping[str, float | None], on: Sequence
 
 
 def _sees(each: Any) -> str:
+    """From which size on these readings can see an effect: what stands below the page's heading of that name."""
     if not each.visible:
-        return "These readings cannot see it."
+        return "cannot"
     if each.smallest_detectable is None:
-        return "These readings can see it."
+        return "any size"
     unit = f" {each.unit}" if each.unit not in {"1", ""} else ""
-    return f"These readings can see it from {each.parameter} {readable(each.smallest_detectable, 3)}{unit} on."
+    return f"{each.parameter} {readable(each.smallest_detectable, 3)}{unit}"
 
 
 def verdict_json(diagnosis: Diagnosis, opened: Opened) -> dict[str, Any]:

@@ -1,19 +1,12 @@
 // Charts, drawn by uPlot (vendor/NOTICE says why): an error in slices of the readings, and the drift of colours.
 
 import uPlot from "./vendor/uPlot.esm.js";
-import { colour, element, ratio, spaced } from "./words.js";
+import { colour, element, ratio } from "./words.js";
 
 /** An error up to so many times the noise may be noise, as `lutgen compare` has it. */
 export const CLEAR = 1.5;
 
 const FONT = "10px system-ui, sans-serif";
-
-/** @param {import("./contract").Point} point @param {string} unit */
-export const placeInWords = (point, unit) =>
-  point.words ??
-  (typeof point.at === "number"
-    ? `${point.at >= 1000 ? spaced(point.at) : point.at}${unit ? ` ${unit}` : ""}`
-    : point.at);
 
 /** Places along the axis: by number where points have numbers of their own. @param {import("./contract").Point[]} points */
 function places(points) {
@@ -47,7 +40,7 @@ export function multiple(slice, { top, other, chosen, point, choose }) {
     const button = element("button", { type: "button", class: "point", tabindex: place ? "-1" : "0" });
     button.setAttribute(
       "aria-label",
-      `${slice.label} ${placeInWords(each, slice.unit)}: ${ratio(each.ratio)} times the noise, ${each.rows.length} readings`,
+      `${slice.label} ${each.label}: ${ratio(each.ratio)} times the noise, ${each.rows.length} readings`,
     );
     button.setAttribute("aria-pressed", String(place === chosen));
     button.classList.toggle("clear", each.ratio > CLEAR);
@@ -67,10 +60,10 @@ export function multiple(slice, { top, other, chosen, point, choose }) {
     return button;
   });
   // Names have no order that a line could follow.
-  const named = typeof slice.points[0]?.at === "string";
+  const named = slice.points.some((each) => Number.isNaN(Number.parseFloat(String(each.at))));
   const quiet = colour("--quiet");
   const accent = colour(slice.points.some((each) => each.ratio > CLEAR) ? "--error" : "--good");
-  const ends = [slice.points[0], slice.points[slice.points.length - 1]].map((each) => placeInWords(each, slice.unit));
+  const ends = [slice.points[0], slice.points[slice.points.length - 1]].map((each) => each.label);
   /** @type {uPlot.Options} */
   const options = {
     width: 100,

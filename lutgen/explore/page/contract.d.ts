@@ -12,7 +12,11 @@ export interface Overview {
   baseline: string;
   baselines: string[];
   image: ImageSize | null;
-  error: ModelError;
+  /** Null until the first comparison, which comes as an event. */
+  error: ModelError | null;
+  on: string[];
+  /** Bytes of each kind of file that the server takes. */
+  limits: { readings: number; image: number; code: number };
   can_diagnose: boolean;
 }
 
@@ -34,6 +38,8 @@ export interface ModelError {
   noise_ratio: number;
   mean_de2000: number;
   noise_de2000: number;
+  /** The noise explains the error. */
+  agrees: boolean;
   effects: FittedEffect[];
   slices: Slice[];
   readings: Reading[];
@@ -66,20 +72,22 @@ export interface Slice {
 
 export interface Point {
   at: number | string;
-  words?: string;
+  label: string;
   ratio: number;
   rows: number[];
 }
 
 export interface Reading {
   row: number;
+  /** In the file. */
+  line: number;
   patch: [number, number, number];
   hours: number;
   measured: [number, number, number];
   predicted: [number, number, number];
   de2000: number;
   sigma: number;
-  conditions: Record<string, number>;
+  conditions: Record<string, number | null>;
 }
 
 export interface Drift {
@@ -93,6 +101,9 @@ export interface Effect {
   sentence: string;
   sees_from: number | null;
   sees_words: string;
+  visible: boolean;
+  /** The model came with it. */
+  given: boolean;
   alone_noise: number | null;
   on: boolean;
   own: boolean;
@@ -102,7 +113,7 @@ export interface Verdict {
   sentence: string;
   name: string;
   effects: string[];
-  rivals: string[];
+  rivals: string[][];
   next: string;
   has_patches: boolean;
 }

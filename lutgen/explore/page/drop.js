@@ -20,7 +20,7 @@ export function dropOf(server, page) {
     tell("drop-trouble");
     byId("drop-state").textContent = `Reading ${files.map((each) => each.name).join(", ")} …`;
     try {
-      const answer = await server.post("drop", ...sent(files, hours));
+      const answer = await sent(server, files, hours);
       byId("drop-state").textContent = "";
       if ("needs_hours" in answer) return ask(files, answer.needs_hours);
       form.hidden = true;
@@ -61,8 +61,7 @@ export function dropOf(server, page) {
     form.querySelector("input")?.focus();
     form.onsubmit = (event) => {
       event.preventDefault();
-      const hours = new Map([...form.querySelectorAll("input")].map((each) => [each.name, each.value]));
-      void open(files, files.map((each) => hours.get(each.name) ?? "").join(","));
+      void open(files, [...form.querySelectorAll("input")].map((each) => each.value).join(","));
     };
   };
 
@@ -108,10 +107,14 @@ export function dropOf(server, page) {
   });
 }
 
-/** A file as it is, or several in one form. @param {File[]} files @param {string} hours @returns {[Blob | FormData, Record<string, unknown>]} */
-function sent(files, hours) {
-  if (files.length === 1) return [files[0], { name: files[0].name, hours }];
-  const all = new FormData();
-  for (const file of files) all.append("file", file, file.name);
-  return [all, { hours }];
+/**
+ * Send files, one after the other, or the hours of files that were sent before.
+ * @param {import("./server.js").Server} server @param {File[]} files @param {string} hours
+ */
+async function sent(server, files, hours) {
+  if (hours) return server.post("drop", undefined, { hours });
+  server.check(files, "readings");
+  for (const file of files.slice(0, -1)) await server.post("drop", file, { name: file.name, more: 1 });
+  const last = files[files.length - 1];
+  return server.post("drop", last, { name: last.name });
 }

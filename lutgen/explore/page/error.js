@@ -1,6 +1,6 @@
 // The error: one number and its bar, where it sits, the patches behind it, and the drift of colours.
 
-import { CLEAR, driftChart, multiple, placeInWords } from "./chart.js";
+import { driftChart, multiple } from "./chart.js";
 import { byId, element, ratio, spaced } from "./words.js";
 
 /** @typedef {import("./contract").ModelError} ModelError */
@@ -24,8 +24,17 @@ const css = (colour) => `rgb(${colour.map((each) => Math.round(each)).join(" ")}
 /** @param {readonly number[]} patch */
 const code = (patch) => patch.map((each) => Number(each.toFixed(3))).join(", ");
 
+/** A slice whose points stand in the order of their numbers, or of the numbers that their names begin with. @param {import("./contract").Slice} slice */
+function ordered(slice) {
+  const number = (/** @type {import("./contract").Point} */ { at }) =>
+    typeof at === "number" ? at : Number.parseFloat(at);
+  if (slice.points.some((each) => Number.isNaN(number(each)))) return slice;
+  const length = (/** @type {import("./contract").Point} */ { label }) => label.length;
+  return { ...slice, points: [...slice.points].sort((a, b) => number(a) - number(b) || length(a) - length(b)) };
+}
+
 export function errorOf() {
-  /** @type {ModelError} */
+  /** Not yet there while the first comparison runs. @type {ModelError} */
   let error;
   /** The largest error since the session was opened: the bar's end. */
   let first = 0;
@@ -43,7 +52,7 @@ export function errorOf() {
     byId("ratio-bar").style.width = share(now);
     byId("ratio-first").style.left = share(first);
     byId("noise-line").style.left = share(1);
-    byId("error").classList.toggle("good", now <= CLEAR);
+    byId("error").classList.toggle("good", error.agrees);
     byId("error").classList.toggle("provisional", Boolean(provisional || whatIf));
     byId("error-mean").textContent =
       `mean ΔE2000 ${error.mean_de2000.toFixed(2)}; noise alone ${error.noise_de2000.toFixed(2)}`;
@@ -66,10 +75,9 @@ export function errorOf() {
       .map((slice) => ({ slice, point: slice.points.reduce((a, b) => (b.ratio > a.ratio ? b : a)) }))
       .sort((a, b) => b.point.ratio - a.point.ratio)
       .slice(0, 3);
-    byId("error-most").textContent =
-      error.noise_ratio <= CLEAR
-        ? "The model agrees with the readings to their noise."
-        : `Largest at ${worst.map(({ slice, point }) => `${slice.label} ${placeInWords(point, slice.unit)} (${ratio(point.ratio)} ×)`).join(", ")}.`;
+    byId("error-most").textContent = error.agrees
+      ? "The model agrees with the readings to their noise."
+      : `Largest at ${worst.map(({ slice, point }) => `${slice.label} ${point.label} (${ratio(point.ratio)} ×)`).join(", ")}.`;
   };
 
   const charts = () => {
@@ -127,7 +135,7 @@ export function errorOf() {
         charts();
         patches();
       });
-      title.replaceChildren(`${shown.length} readings at ${slice.label} ${placeInWords(point, slice.unit)} `, all);
+      title.replaceChildren(`${shown.length} readings at ${slice.label} ${point.label} `, all);
     }
     byId("patches").replaceChildren(
       ...shown.slice(0, MOST).map((each) => {
@@ -148,7 +156,7 @@ export function errorOf() {
     const head = element(
       "b",
       {},
-      `${slice.label} ${placeInWords(point, slice.unit)}: ${ratio(point.ratio)} × the noise, ${point.rows.length} readings`,
+      `${slice.label} ${point.label}: ${ratio(point.ratio)} × the noise, ${point.rows.length} readings`,
     );
     const lines = behind.slice(0, LISTED).map((each) => element("div", {}, swatch(each), ` ${inWords(each)}`));
     if (behind.length > LISTED) lines.push(element("div", {}, "…"));
@@ -163,7 +171,7 @@ export function errorOf() {
   return {
     /** Show an error. @param {ModelError} next */
     show(next) {
-      error = next;
+      error = { ...next, slices: next.slices.map(ordered) };
       first = Math.max(first, error.noise_ratio);
       readings = new Map(error.readings.map((each) => [each.row, each]));
       bar();
@@ -176,6 +184,11 @@ export function errorOf() {
       first = 0;
       top = 10;
       choice = null;
+      byId("ratio-number").textContent = "…";
+      byId("error-mean").textContent = "Comparing the model with the readings …";
+      for (const id of ["error-most", "error-state", "readings-title", "slices", "patches"]) byId(id).replaceChildren();
+      byId("ratio-bar").style.width = "0";
+      byId("error").classList.remove("good", "provisional");
     },
     get now() {
       return error;
@@ -192,7 +205,7 @@ function swatch(reading) {
 
 /** @param {Reading} reading */
 const inWords = (reading) =>
-  `line ${reading.row}: ${code(reading.patch)} at ${spaced(reading.hours)} h, ΔE2000 ${reading.de2000.toFixed(2)}, ${ratio(reading.sigma)} σ`;
+  `line ${reading.line}: ${code(reading.patch)} at ${spaced(reading.hours)} h, ΔE2000 ${reading.de2000.toFixed(2)}, ${ratio(reading.sigma)} σ`;
 
 /** Show a tip beside an element, or none. @param {HTMLElement | null} beside @param {(Node | string)[]} content */
 function showTip(beside, content = []) {

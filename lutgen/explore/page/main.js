@@ -36,7 +36,7 @@ async function begin(overview) {
   byId("provenance").title = overview.provenance;
   document.body.classList.toggle("simulated", overview.simulated);
   error.forget();
-  error.show(overview.error);
+  if (overview.error) show(overview.error);
   await Promise.all([picture.begin(overview), physics.begin(overview)]);
 }
 
@@ -44,18 +44,19 @@ try {
   picture = pictureOf(server);
   takeOf(server, { shown: picture.shown, error: () => error.now });
   dropOf(server, { begin, image: picture.take, own: physics.own });
-  await begin(await server.open());
+  const overview = await server.open();
   server.listen({
     error: show,
     effects: (list) => {
       physics.effects(list);
-      physics.parameters(error.now);
+      if (error.now) physics.parameters(error.now);
     },
     progress: physics.progress,
     verdict: physics.verdict,
     failed: (content) => physics.failed(content.error),
     ended: physics.ended,
   });
+  await begin(overview);
   document.body.dataset.ready = "yes";
 } catch (trouble) {
   tell(

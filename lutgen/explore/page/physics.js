@@ -21,7 +21,7 @@ export function physicsOf(server, page) {
   /** @type {string[]} */
   let rivals = [];
   /** The error of the model without effects, for the bars. */
-  let start = 1;
+  let start = 0;
   /** What-if values that are set: "effect parameter" → value. @type {Map<string, number>} */
   const whatIf = new Map();
 
@@ -41,10 +41,12 @@ export function physicsOf(server, page) {
   const on = () => effects.filter((each) => each.on).map((each) => each.name);
 
   const switching = latest(async (/** @type {string[]} */ names) => {
-    await trying(async () => {
+    const taken = await trying(async () => {
       whatIf.clear();
       page.error(await server.post("switch", { effects: names }));
     });
+    // Where it was refused, what was on before stays.
+    if (!taken) take(await server.get("effects").catch(() => effects));
   });
 
   /** @param {string} name @param {boolean} wanted */
@@ -57,60 +59,82 @@ export function physicsOf(server, page) {
     await trying(async () => page.error(await server.post("what-if", asked)));
   });
 
+  /** The row of each effect, and what brings it up to date. @type {Map<string, {item: HTMLLIElement, update: (effect: Effect) => void}>} */
+  let lines = new Map();
+
   const rows = () => {
+    const old = lines;
+    lines = new Map(effects.map((each) => [each.name, old.get(each.name) ?? row(each)]));
+    for (const each of effects) lines.get(each.name)?.update(each);
     const list = byId("effects");
-    const focused = document.activeElement instanceof HTMLElement ? document.activeElement.id : "";
-    // What was found stands first, then what takes the error down furthest; what cannot be seen, last.
-    const rank = (/** @type {Effect} */ each) => (found.includes(each.name) ? -1 : (each.alone_noise ?? 1e9));
-    const order = [...effects].sort((a, b) => rank(a) - rank(b));
-    list.replaceChildren(...order.map((each) => row(each)));
-    if (focused) document.getElementById(focused)?.focus({ preventScroll: true });
+    const items = order().map((each) => /** @type {{item: HTMLLIElement}} */ (lines.get(each.name)).item);
+    if (items.length === list.children.length && items.every((item, place) => item === list.children[place])) return;
+    const focused = document.activeElement;
+    list.replaceChildren(...items);
+    if (focused instanceof HTMLElement && list.contains(focused)) focused.focus({ preventScroll: true });
+  };
+
+  /** What was found stands first, then what takes the error down furthest; what cannot be seen, last. */
+  const order = () => {
+    const rank = (/** @type {Effect} */ each) =>
+      found.includes(each.name) ? -1 : each.visible ? (each.alone_noise ?? 1e9) : 1e12;
+    // Rows do not move while one effect after the other is tried.
+    const tried = effects.every((each) => !each.visible || each.given || each.alone_noise !== null);
+    if (tried || found.length || !lines.size) return [...effects].sort((a, b) => rank(a) - rank(b));
+    const places = [...byId("effects").children].map((each) => each.id);
+    return [...effects].sort((a, b) => places.indexOf(`row-${a.name}`) - places.indexOf(`row-${b.name}`));
   };
 
   /** @param {Effect} effect */
-  const row = (effect) => {
-    const id = `effect-${effect.name}`;
+  const row = ({ name, sentence, sees_words: sees, own, given }) => {
+    const id = `effect-${name}`;
     const box = element("input", { type: "checkbox", role: "switch", id, "aria-describedby": `${id}-words` });
-    box.checked = effect.on;
-    box.addEventListener("change", () => turn(effect.name, box.checked));
-    const seen = element("span", { class: "seen" }, effect.sees_words);
-    const words = element("div", { class: "words", id: `${id}-words` }, effect.sentence, " ", seen);
-    const name = element("label", { for: id }, effect.name);
-    if (rivals.includes(effect.name))
-      name.append(
-        " ",
-        element("span", { class: "rival", title: "These readings do not tell it from the effects found" }, "rival"),
-      );
-    if (effect.own) name.append(" ", element("span", { class: "rival" }, "own"));
+    box.disabled = given;
+    box.addEventListener("change", () => turn(name, box.checked));
+    const seen = element("div", { class: "seen" }, sees);
+    const words = element("div", { class: "words", id: `${id}-words` }, sentence);
+    const rival = element(
+      "span",
+      { class: "rival", title: "These readings do not tell it from what was found" },
+      "rival",
+    );
+    const label = element("label", { for: id }, name, " ", rival);
+    if (own) label.append(element("span", { class: "rival" }, "own"));
+    const bar = element("div", { class: "alone" });
     const item = element(
       "li",
-      {},
+      { id: `row-${name}` },
       box,
-      name,
+      label,
       words,
-      alone(effect),
+      seen,
+      bar,
       element("div", { class: "parameters", id: `${id}-parameters` }),
     );
-    item.classList.toggle("unseen-by-data", effect.sees_from === null);
-    return item;
+    const update = (/** @type {Effect} */ effect) => {
+      box.checked = effect.on;
+      rival.hidden = !rivals.includes(name);
+      seen.textContent = effect.sees_words;
+      item.classList.toggle("unseen-by-data", !effect.visible);
+      alone(bar, effect.alone_noise);
+    };
+    return { item, update };
   };
 
-  /** How far the error falls with an effect alone. @param {Effect} effect */
-  const alone = (effect) => {
-    const value = effect.alone_noise;
-    const box = element("div", { class: "alone" });
-    if (value === null) return box;
+  /** How far the error falls with an effect alone. @param {HTMLElement} box @param {number | null} value */
+  const alone = (box, value) => {
+    if (value === null) return box.replaceChildren();
     const fill = element("i");
     fill.style.width = `${Math.min(100, (100 * value) / start)}%`;
-    box.append(fill, element("span", {}, `alone ${ratio(value)} ×`));
-    return box;
+    box.replaceChildren(fill, element("span", {}, `${ratio(value)} ×`));
   };
 
   /** @param {ModelError} error */
   const parameters = (error) => {
+    start ||= error.noise_ratio;
     for (const place of document.querySelectorAll(".parameters")) {
       // A slider in the hand must stay.
-      if (!place.contains(document.activeElement) || !error.what_if) place.replaceChildren();
+      if (!error.what_if || !place.contains(document.activeElement)) place.replaceChildren();
     }
     for (const fitted of error.effects) {
       const place = document.getElementById(`effect-${fitted.name}-parameters`);
@@ -119,10 +143,12 @@ export function physicsOf(server, page) {
       place.append(...fitted.parameters.map((each) => parameter(fitted.name, each)));
       if (fitted.parameters.length) {
         const reset = element("button", { type: "button" }, "Reset to the fit");
-        reset.addEventListener("click", () => {
-          whatIf.clear();
-          void switching(on());
-        });
+        reset.addEventListener("click", () =>
+          trying(async () => {
+            whatIf.clear();
+            page.error(await server.post("what-if", {}));
+          }),
+        );
         place.append(reset);
       }
     }
@@ -190,11 +216,16 @@ export function physicsOf(server, page) {
     void trying(async () => void (await server.post("cancel")));
   });
 
+  /** Add what the user wrote, and switch it on beside what is on. */
   const added = async (/** @type {unknown} */ body, /** @type {Record<string, unknown>} */ query = {}) =>
     trying(async () => {
-      effects = await server.post("own", body, query);
+      const before = on();
+      const known = new Set(effects.map((each) => each.name));
+      take(await server.post("own", body, query));
+      const names = [...before, ...effects.map((each) => each.name).filter((name) => !known.has(name))];
+      effects = effects.map((each) => ({ ...each, on: names.includes(each.name) }));
       rows();
-      page.error(await server.post("switch", { effects: on() }));
+      page.error(await server.post("switch", { effects: names }));
     });
   byId("own").addEventListener("submit", async (event) => {
     event.preventDefault();
@@ -220,25 +251,28 @@ export function physicsOf(server, page) {
     input("own-file").value = "";
   });
 
+  /** @param {Effect[]} list */
+  const take = (list) => {
+    effects = list;
+    rows();
+  };
+
   return {
     own,
     /** Another session has begun. */
     async begin(/** @type {import("./contract").Overview} */ overview) {
-      start = overview.error.noise_ratio;
+      start = 0;
+      lines.clear();
+      byId("effects").replaceChildren();
       rivals = [];
       found = [];
       whatIf.clear();
       byId("verdict").replaceChildren();
       input("find").disabled = !overview.can_diagnose;
       tell("physics-trouble");
-      await trying(async () => this.effects(await server.get("effects")));
-      parameters(overview.error);
+      await trying(async () => take(await server.get("effects")));
     },
-    /** @param {Effect[]} list */
-    effects(list) {
-      effects = list;
-      rows();
-    },
+    effects: take,
     parameters,
     /** @param {{what: string, done: number, of: number}} progress */
     progress({ what, done, of }) {
@@ -249,13 +283,17 @@ export function physicsOf(server, page) {
     },
     /** @param {import("./contract").Verdict} verdict */
     verdict(verdict) {
-      rivals = verdict.rivals;
+      rivals = verdict.rivals.flat().filter((each) => !verdict.effects.includes(each));
       found = verdict.effects;
       effects = effects.map((each) => ({ ...each, on: verdict.effects.includes(each.name) }));
       rows();
       const parts = [element("p", {}, element("b", {}, `${verdict.name}: `), verdict.sentence)];
-      if (verdict.next) {
-        const next = element("p", { class: "quiet" }, `Next: ${verdict.next} `);
+      if (verdict.next || verdict.has_patches) {
+        const next = element(
+          "p",
+          { class: "quiet" },
+          `What to measure next${verdict.next ? `: ${verdict.next}` : ""} `,
+        );
         if (verdict.has_patches) {
           const button = element("button", { type: "button", id: "patch-list" }, "Patch list");
           button.addEventListener("click", () =>

@@ -28,7 +28,7 @@ export function pictureOf(server) {
   let mode = "";
 
   const hours = () => Number(slider.value);
-  const asked = (more = {}) => ({ mode, hours: hours(), size: SIZE, ...more });
+  const asked = (more = {}) => ({ mode, hours: hours(), size: SIZE, map: input("map").checked ? "yes" : "", ...more });
 
   /** @param {"aged" | "compensated"} kind @param {(table: import("./viewer.js").Table) => void} hand */
   const fetching = (kind, hand) =>
@@ -101,6 +101,7 @@ export function pictureOf(server) {
     byId("scale").hidden = !input("map").checked;
     if (!reach) widen(5);
     viewer.map(input("map").checked ? reach : 0);
+    show();
   });
   const zooms = { fit: () => 0, pixels: () => 1, nearer: () => viewer.scale * 1.5, farther: () => viewer.scale / 1.5 };
   for (const [id, zoom] of Object.entries(zooms)) byId(id).addEventListener("click", () => viewer.zoomTo(zoom()));
@@ -111,6 +112,14 @@ export function pictureOf(server) {
   byId("viewer").addEventListener("pointerup", () => {
     if (viewer.cuts[1] < 1) void compensated(null);
   });
+
+  /** Say that a large image is shown smaller. @param {import("./contract").ImageSize | null} image */
+  const note = (image) => {
+    const smaller = image && image.shown_width < image.width;
+    byId("image-note").textContent = smaller
+      ? `${spaced(image.width)} × ${spaced(image.height)} pixels. ${image.note}`
+      : "";
+  };
 
   const load = async () => {
     const response = await server.fetch(server.address("image"));
@@ -157,7 +166,7 @@ export function pictureOf(server) {
           return tick;
         }),
       );
-      byId("image-note").textContent = overview.image?.note ?? "";
+      note(overview.image);
       await load();
       show();
     },
@@ -166,9 +175,10 @@ export function pictureOf(server) {
       tell("image-trouble");
       byId("image-note").textContent = "Reading the image …";
       try {
+        server.check([file], "image");
         const size = await server.post("image", file, { name: file.name });
         await load();
-        byId("image-note").textContent = size.note;
+        note(size);
         reach = 0;
         show();
       } catch (error) {

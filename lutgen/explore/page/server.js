@@ -10,12 +10,24 @@ export class Server {
     this.gone = (/** @type {boolean} */ _gone) => {};
     /** @type {EventSource | null} */
     this.source = null;
+    /** @type {Record<string, number>} */
+    this.limits = {};
+  }
+
+  /** Refuse files that the server would not take, before they are sent. @param {File[]} files @param {string} kind */
+  check(files, kind) {
+    const large = files.find((each) => each.size > this.limits[kind]);
+    if (large)
+      throw new Refusal(
+        `${large.name} has ${Math.ceil(large.size / 1e6)} MB. At most ${this.limits[kind] / 1e6} MB are taken here; the command line takes more.`,
+      );
   }
 
   /** Open a window; the answer is its overview. @returns {Promise<import("./contract").Overview>} */
   async open() {
     const overview = await this.post("window");
     this.window = overview.window;
+    this.limits = overview.limits;
     return overview;
   }
 
