@@ -19,7 +19,7 @@ from lutgen.cells import whole
 from lutgen.errors import LutgenError, reason_of
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Iterator, Sequence
+    from collections.abc import AsyncIterator, Callable, Iterator, Sequence
     from pathlib import Path
 
     from starlette.requests import Request
@@ -232,11 +232,16 @@ def check_installed() -> None:
         )
 
 
-def server_of(guarded: Guard) -> Server:
-    """Return what serves a guarded application; the caller runs it."""
+def server_of(guarded: Guard, ending: Callable[[], None] = lambda: None) -> Server:
+    """Return what serves a guarded application, for the caller to run; ``ending`` is called before it ends replies."""
     from uvicorn import Config, Server
 
-    return Server(
+    class Ending(Server):
+        async def shutdown(self, sockets: list[socket] | None = None) -> None:
+            ending()
+            await super().shutdown(sockets)
+
+    return Ending(
         Config(
             guarded,
             http="h11",

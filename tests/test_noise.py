@@ -62,6 +62,11 @@ def with_noise(
     return replace(exact, xyz_cd_m2=exact.xyz_cd_m2 + noise, **changes)
 
 
+def sigma(noise: Noise, light: Array) -> float:
+    """Geometric mean of σ of X, Y and Z."""
+    return float(np.exp(np.log(np.diagonal(noise.covariance(light[np.newaxis])[0])).mean() / 2))
+
+
 @pytest.mark.parametrize(("relative", "floor", "correlation"), [
     (0.001, 0.0005, 0.6),
     (0.002, 0.003, 0.3),
@@ -71,9 +76,14 @@ def test_noise_is_recovered_from_replicates(relative: float, floor: float, corre
     exact = readings()
     noisy = [with_noise(exact, seed, relative=relative, floor=floor, correlation=correlation) for seed in range(40)]
     found = [estimate_noise(each) for each in noisy]
+
+    def sigma_of(light: Array) -> float:
+        return float(np.exp(np.log((relative * light) ** 2 + floor**2).mean() / 2))
+
     # 32 contrasts of bright patches and 8 of black: 13 % and 25 % scatter of one estimate, a sixth of it for 40.
-    assert np.mean([each.relative for each in found]) == pytest.approx(relative, rel=0.08)
-    assert np.exp(np.mean([np.log(each.floor_cd_m2) for each in found])) == pytest.approx(floor, rel=0.2)
+    assert np.mean([sigma(each, FRESH[0]) for each in found]) == pytest.approx(sigma_of(FRESH[0]), rel=0.08)
+    darkness = np.exp(np.mean([np.log(sigma(each, np.zeros(3))) for each in found]))
+    assert darkness == pytest.approx(sigma_of(np.zeros(3)), rel=0.2)
     assert np.mean([each.correlation[0, 2] for each in found]) == pytest.approx(correlation, abs=0.08)
     assert {each.source for each in found} == {"replicates"}
     assert {each.contrasts for each in found} == {40}
@@ -81,10 +91,31 @@ def test_noise_is_recovered_from_replicates(relative: float, floor: float, corre
 
 def test_the_scatter_of_replicates_is_three_a_contrast_in_units_of_the_noise_they_tell() -> None:
     found = [estimate_noise(with_noise(readings(), seed)) for seed in range(20)]
-    # 32 contrasts of bright patches leave open an eighth of the variance, which is added to what they tell.
-    doubt = found[0].doubt[0]
-    assert doubt == pytest.approx(34 / 30)
-    assert np.mean([each.scatter / (3 * each.contrasts) for each in found]) == pytest.approx(1.0 / doubt, abs=0.02)
+    # 32 contrasts of bright patches and 8 of black leave open what is added to the variance that they tell.
+    bright, dark = found[0].doubt
+    assert (bright, dark) == (pytest.approx(34 / 30), pytest.approx(13 / 9))
+    expected = (32 / bright + 8 / dark) / 40
+    assert np.mean([each.scatter / (3 * each.contrasts) for each in found]) == pytest.approx(expected, abs=0.02)
+
+
+def of_detectors(xyz: Array, seed: int) -> Array:
+    """Light as a meter reads it whose light flickers for X, Y and Z alike, and whose detectors have a floor each."""
+    rng = np.random.default_rng(seed)
+    flicker, own = 0.002 * rng.standard_normal((len(xyz), 1)), 0.0002 * rng.standard_normal(xyz.shape)
+    return np.asarray(xyz * (1.0 + flicker + own) + 0.003 * rng.standard_normal(xyz.shape))
+
+
+def test_the_floor_has_correlations_of_its_own() -> None:
+    exact = readings(hours=tuple(1000.0 * k for k in range(10)))
+    light, dim = exact.xyz_cd_m2, np.tile([2.0, 2.1, 2.4], (120, 1))
+    found = [estimate_noise(replace(exact, xyz_cd_m2=of_detectors(light, seed))) for seed in range(24)]
+    assert np.mean([each.correlation[0, 1] for each in found]) > 0.95
+    assert np.mean([each.floor_correlation[0, 1] for each in found]) < 0.3
+    # One correlation for both would say 0.01 cd/m².
+    assert np.exp(np.mean([np.log(each.floor_cd_m2) for each in found])) == pytest.approx(0.003, rel=0.2)
+    fresh = [of_detectors(dim, 99 + seed) - dim for seed in range(24)]
+    white = [np.einsum("nij,nj->ni", each.whitener(dim), off) for each, off in zip(found, fresh, strict=True)]
+    assert np.mean(np.square(white)) == pytest.approx(1.0, abs=0.1)
 
 
 @pytest.mark.parametrize("hours", [HOURS[:1], HOURS, tuple(1000.0 * k for k in range(10))])
@@ -100,7 +131,8 @@ def test_fresh_readings_scatter_as_the_noise_says_however_few_replicates_told_it
 
 def test_the_covariance_is_that_of_many_draws() -> None:
     light = np.array([[235.0, 248.0, 268.0], [0.2, 0.2, 0.3]])
-    noise = Noise(0.002, 0.003, 0.003, np.full((3, 3), 0.6) + 0.4 * np.eye(3), "stated")
+    shared = np.full((3, 3), 0.6) + 0.4 * np.eye(3)
+    noise = Noise(0.002, 0.003, 0.003, shared, "stated", floor_correlation=shared)
     exact = replace(readings(), xyz_cd_m2=readings().xyz_cd_m2)
     draws = np.array([with_noise(exact, seed).xyz_cd_m2[[0, 12]] for seed in range(2000)])
     for k, where in enumerate((0, 12)):

@@ -1,9 +1,10 @@
 """The noise of a reading: a relative part, a floor, shot noise, the last digit, and what its X, Y and Z share.
 
-Covariance of a reading of light M: Σ = C ∘ s sᵀ + diag(q²/12) with s_k² = (a_k·M_k)² + b_k² + g·|M_k|, C the
-correlation of X, Y, Z and q the step of the last digit. Replicates (readings of one session that differ in nothing)
-tell a_k, b_k and C by maximum likelihood, and g where they ask for it. Few replicates, or none of dark patches, leave
-parts of it open; a weak prior then keeps them near an ordinary good colorimeter.
+Covariance of a reading of light M: Σ = C ∘ s sᵀ + D ∘ b bᵀ + diag(q²/12) with s_k² = (a_k·M_k)² + g·|M_k|, C and D the
+correlations of X, Y, Z in the bright part and in the floor, and q the step of the last digit. Light that flickers moves
+X, Y and Z together; a floor is often each detector's own. Replicates (readings of one session that differ in nothing)
+tell a_k, b_k, C and D by maximum likelihood, and g where they ask for it. Few replicates, or none of dark patches,
+leave parts of it open; a weak prior then keeps them near an ordinary good colorimeter.
 
 A session's gain, shared by all its readings, cannot be known from one session an hour: the file states it
 (``# session_gain: 0.003``), or it is assumed.
@@ -11,7 +12,7 @@ A session's gain, shared by all its readings, cannot be known from one session a
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,12 +36,18 @@ RELATIVE, FLOOR_CD_M2, SESSION = 0.002, 0.003, 0.003
 #: the 0.87 to 0.98 of repeated whites of real ones.
 CORRELATION = 0.6
 
+#: The same of the floor: between none, where each detector has its own, and that of the bright part.
+FLOOR_CORRELATION = 0.3
+
 #: σ of Z over that of Y in real colorimeters: the median of repeated whites of twelve real sessions.
 #: The prior lies half way, in powers of e, between that and 1, which simulated colorimeters have.
 Z_OVER_Y = 1.74
 
 #: Standard deviations of the weak prior: of sizes and of ratios of X and Z to Y, in powers of e, and of atanh ρ.
 PRIOR_SD, RATIO_SD, CORRELATION_SD = 1.3, 0.3, 0.5
+
+#: Step of a parameter for a derivative, in powers of e.
+NUDGE = 1e-5
 
 NO_DIGITS = Digits()
 
@@ -62,8 +69,8 @@ class Noise:
     ----------
     relative, floor_cd_m2, session
         1 σ of Y: share of the light; cd/m²; share that a session has in common.
-    correlation
-        Of X, Y and Z of one reading, (3, 3).
+    correlation, floor_correlation
+        Of X, Y and Z of one reading, (3, 3): of the part that grows with the light, and of the floor.
     source
         ``replicates``, ``instrument`` (stated) or ``assumed``.
     contrasts
@@ -99,14 +106,16 @@ class Noise:
     shot_cd_m2: float = 0.0
     digits: Digits = NO_DIGITS
     doubt: tuple[float, float] = (1.0, 1.0)
+    floor_correlation: Array = field(default_factory=lambda: _matrix(FLOOR_CORRELATION))
 
     def covariance(self, xyz_cd_m2: Array) -> Array:
         """Covariance of readings of light (n, 3): (n, 3, 3)."""
         relative = self.relative * np.array(self.ratio) * xyz_cd_m2
         floor = self.floor_cd_m2 * np.array(self.floor_ratio)
         bright, dark = self.doubt
-        sigma = np.sqrt(bright * (relative**2 + self.shot_cd_m2 * np.abs(xyz_cd_m2)) + dark * floor**2)
+        sigma = np.sqrt(bright * (relative**2 + self.shot_cd_m2 * np.abs(xyz_cd_m2)))
         shared = self.correlation * sigma[:, :, np.newaxis] * sigma[:, np.newaxis, :]
+        shared += self.floor_correlation * (dark * floor[:, np.newaxis] * floor)
         return np.asarray(shared + np.eye(3) * (self.digits.step(xyz_cd_m2) ** 2 / 12.0)[:, np.newaxis])
 
     def whitener(self, xyz_cd_m2: Array) -> Array:
@@ -291,11 +300,11 @@ class _Pooled:
         """Return the factors by which fresh readings scatter more than the noise that replicates tell, squared.
 
         The inverse of a covariance that was estimated from n contrasts of three numbers is n/(n − 4) too large
-        (Muirhead 1982, doi:10.1002/9780470316559, theorem 3.2.12); the prior counts as two contrasts. Of the floor the
-        sizes alone are estimated, since the correlation is that of the bright part.
+        (Muirhead 1982, doi:10.1002/9780470316559, theorem 3.2.12); the prior counts as two contrasts of the bright part
+        and as five of the floor, whose replicates are few.
         """
         bright, dark = self.bright, self.contrasts - self.bright
-        return (bright + 2.0) / max(bright - 2.0, 2.0), (dark + 4.0) / (dark + 2.0)
+        return (bright + 2.0) / max(bright - 2.0, 2.0), (dark + 5.0) / (dark + 1.0)
 
     def squares(self, noise: Noise) -> float:
         if not self.contrasts:
@@ -314,38 +323,51 @@ class _Pooled:
     def _minimised(self, start: Noise, *, shot: bool) -> tuple[Noise, float]:
         from scipy.optimize import minimize
 
-        rho = float(np.arctanh(CORRELATION))
-        partial = float(np.arctanh(CORRELATION / (1.0 + CORRELATION)))
         middle = np.array(
-            [np.log(RELATIVE), np.log(FLOOR_CD_M2), 0.0, np.log(Z_OVER_Y) / 2, 0.0, 0.0, rho, rho, partial, -8.0]
+            [
+                *(np.log(RELATIVE), np.log(FLOOR_CD_M2), 0.0, np.log(Z_OVER_Y) / 2, 0.0, 0.0),
+                *_partials(CORRELATION),
+                *_partials(FLOOR_CORRELATION),
+                -8.0,
+            ]
         )
-        spread = np.array([PRIOR_SD] * 2 + [RATIO_SD] * 4 + [CORRELATION_SD] * 3 + [4.0])
-        low = np.array([np.log(1e-6)] * 2 + [-2.0] * 4 + [-0.5, -0.5, -0.5, -16.0])
-        high = np.array([np.log(0.3), np.log(10.0)] + [2.0] * 4 + [3.2, 3.2, 3.2, 0.0])
+        spread = np.array([PRIOR_SD] * 2 + [RATIO_SD] * 4 + [CORRELATION_SD] * 6 + [4.0])
+        low = np.array([np.log(1e-6)] * 2 + [-2.0] * 4 + [-0.5] * 6 + [-16.0])
+        high = np.array([np.log(0.3), np.log(10.0)] + [2.0] * 4 + [3.2] * 6 + [0.0])
         free = slice(None) if shot else slice(None, -1)
 
         def noise_at(point: Array) -> Noise:
             a, b, *rest = point
-            ratio, floor_ratio, partials = rest[:2], rest[2:4], np.tanh(rest[4:7])
+            ratio, floor_ratio, partials = rest[:2], rest[2:4], 0.999 * np.tanh(rest[4:10])
             return replace(
                 start,
                 relative=float(np.exp(a)),
                 floor_cd_m2=float(np.exp(b)),
                 ratio=(float(np.exp(ratio[0])), 1.0, float(np.exp(ratio[1]))),
                 floor_ratio=(float(np.exp(floor_ratio[0])), 1.0, float(np.exp(floor_ratio[1]))),
-                correlation=_correlated(*0.999 * partials),
-                shot_cd_m2=float(np.exp(rest[7])) if shot else 0.0,
+                correlation=_correlated(*partials[:3]),
+                floor_correlation=_correlated(*partials[3:]),
+                shot_cd_m2=float(np.exp(rest[10])) if shot else 0.0,
             )
 
-        def loss(point: Array) -> float:
+        def loss(point: Array) -> tuple[float, Array]:
             sigma = noise_at(point).covariance(self.mean)
-            _, logdet = np.linalg.slogdet(sigma)
-            misfit = (self.freedom * logdet).sum() + (np.linalg.inv(sigma) * self.scatter).sum()
-            return float(misfit + (((point - middle[free]) / spread[free]) ** 2).sum())
+            inverse = np.linalg.inv(sigma)
+            misfit = (self.freedom * np.linalg.slogdet(sigma)[1]).sum() + (inverse * self.scatter).sum()
+            off = (point - middle[free]) / spread[free]
+            by_sigma = self.freedom[:, np.newaxis, np.newaxis] * inverse - inverse @ self.scatter @ inverse
+            moved = [noise_at(point + NUDGE * unit).covariance(self.mean) - sigma for unit in np.eye(point.size)]
+            slope = np.einsum("nij,pnij->p", by_sigma, np.array(moved)) / NUDGE
+            return float(misfit + (off**2).sum()), slope + 2.0 * off / spread[free]
 
         bounds = list(zip(low[free], high[free], strict=True))
-        found = minimize(loss, middle[free], method="L-BFGS-B", bounds=bounds)
+        found = minimize(loss, middle[free], jac=True, method="L-BFGS-B", bounds=bounds)
         return noise_at(found.x), float(found.fun)
+
+
+def _partials(rho: float) -> tuple[float, float, float]:
+    """Return the arguments of :func:`_correlated` for one correlation of all three, as atanh."""
+    return float(np.arctanh(rho)), float(np.arctanh(rho)), float(np.arctanh(rho / (1.0 + rho)))
 
 
 def _correlated(xy: float, yz: float, xz_given_y: float) -> Array:

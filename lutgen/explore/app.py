@@ -21,7 +21,7 @@ from lutgen.explore.window import Window
 from lutgen.server import RefusedError, application, json_body, page_file
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Awaitable, Callable
+    from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
 
     from starlette.requests import Request
     from starlette.types import ASGIApp
@@ -52,6 +52,11 @@ class Windows:
     def prepare(self) -> None:
         """Make the first window before its page asks: processes start while the browser does."""
         self._spare = asyncio.create_task(self._new())
+
+    async def ready(self) -> None:
+        """Wait for the first window. Raises LutgenError for readings, a model or an image that cannot be shown."""
+        if self._spare:
+            await self._spare
 
     async def _new(self) -> Window:
         self._count += 1
@@ -178,7 +183,9 @@ async def _image(window: Window, request: Request) -> Response:
         path = await kept(request, window.new_folder(), IMAGE, "An image")
         window.asked = replace(window.asked, dropped=window.asked.dropped | {str(path)})
         return JSONResponse(await window.take_image(str(path)))
-    return FileResponse(window.folder / "shown.png", media_type="image/png")
+    if window.picture is None:
+        raise RefusedError(404, "none", "There is no image yet.")
+    return FileResponse(window.picture, media_type="image/png")
 
 
 def _seen(request: Request) -> dict[str, Any]:
@@ -249,7 +256,7 @@ async def _find(window: Window, _request: Request) -> Response:
 
 
 async def _cancel(window: Window, _request: Request) -> Response:
-    await window.cancel()
+    await window.give_up()
     return JSONResponse({})
 
 
@@ -265,12 +272,29 @@ async def _events(window: Window, _request: Request) -> Response:
 
 async def _take(window: Window, request: Request) -> Response:
     kind = request.query_params.get("kind", "aged")
-    name, data = await taken(window, request.query_params.get("what", ""), **_seen(request), kind=kind)
+    what = request.query_params.get("what", "")
+    name, data = await _while_wanted(request, taken(window, what, **_seen(request), kind=kind))
     ascii_name = "".join(
         letter if letter.isascii() and letter.isprintable() and letter not in '"\\' else "_" for letter in name
     )
     headers = {"Content-Disposition": f'attachment; filename="{ascii_name}"'}
     return Response(data, media_type="application/octet-stream", headers=headers)
+
+
+async def _while_wanted(request: Request, work: Coroutine[Any, Any, tuple[str, bytes]]) -> tuple[str, bytes]:
+    """Do a work of minutes; it is ended when the page hangs up."""
+
+    async def hung_up() -> None:
+        while (await request.receive())["type"] != "http.disconnect":
+            pass
+
+    working, waiting = asyncio.create_task(work), asyncio.create_task(hung_up())
+    await asyncio.wait({working, waiting}, return_when=asyncio.FIRST_COMPLETED)
+    waiting.cancel()
+    if not working.done():
+        working.cancel()
+        raise RefusedError(499, "gone", "The page did not wait.")
+    return working.result()
 
 
 async def _commands(window: Window, request: Request) -> Response:

@@ -37,12 +37,23 @@ class Fitting:
         self._alone: dict[str, float | None] = {}
 
     def open(
-        self, data: str, baseline: str | None, model: str | None, files: Sequence[str], expressions: Sequence[str]
+        self,
+        *,
+        data: str,
+        baseline: str | None,
+        model: str | None,
+        files: Sequence[str],
+        expressions: Sequence[str],
+        on: Sequence[str] = (),
     ) -> dict[str, Any]:
-        """Open readings, or the readings of a saved model; what was open stays open where these are refused."""
+        """Open readings, or the readings of a saved model, with some effects switched on.
+
+        What was open stays open where these are refused.
+        """
         opened = Opened(data, baseline, model, tuple(files), tuple(expressions))
-        self._tell("model", pickle.dumps(opened.fresh))
-        self._opened, self._on, self._settled = opened, (), False
+        if not on:
+            self._tell("model", pickle.dumps(opened.fresh))
+        self._opened, self._on, self._settled = opened, tuple(on), False
         self._alone = {}
         return opened.overview()
 
@@ -138,7 +149,7 @@ class Fitting:
     def own(self, files: Sequence[str], expressions: Sequence[str]) -> list[dict[str, Any]]:
         """Take effects of the user's own beside the catalogue's; what was switched on is switched off."""
         now = self._now
-        self.open(now.data, now.baseline, now.model, files, expressions)
+        self.open(data=now.data, baseline=now.baseline, model=now.model, files=files, expressions=expressions)
         return self.effects()
 
     def find(self) -> dict[str, Any]:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from lutgen.explore.commands import Asked
 
 
-def serve(asked: Asked, listening: socket, *, opened: Callable[[str], None]) -> None:
+def serve(asked: Asked, listening: socket, *, opened: Callable[[str], None], wait: bool = True) -> None:
     """Serve windows that begin with what the command was given.
 
     Parameters
@@ -27,6 +27,13 @@ def serve(asked: Asked, listening: socket, *, opened: Callable[[str], None]) -> 
         As :func:`lutgen.server.port_taken` gives it.
     opened
         Told the page's address once it is served.
+    wait
+        Whether the files are tried first, for they may be anything.
+
+    Raises
+    ------
+    LutgenError
+        A file cannot be shown.
 
     """
     with scratch() as folder:
@@ -35,9 +42,11 @@ def serve(asked: Asked, listening: socket, *, opened: Callable[[str], None]) -> 
 
         async def run() -> None:
             windows.prepare()
-            opened(guarded.address)
             try:
-                await server_of(guarded).serve(sockets=[listening])
+                if wait:
+                    await windows.ready()
+                opened(guarded.address)
+                await server_of(guarded, windows.end).serve(sockets=[listening])
             finally:
                 windows.end()
 

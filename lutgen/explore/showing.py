@@ -1,4 +1,4 @@
-"""What the showing process holds: the model that is shown and the image, for tables and colour differences."""
+"""What the showing process holds: the model that is shown, for tables, and the colours of the image, to measure."""
 
 from __future__ import annotations
 
@@ -23,24 +23,18 @@ if TYPE_CHECKING:
 #: Kind of a table → the direction of ``lutgen build``.
 KINDS = dict(zip(("aged", "compensated"), DIRECTIONS, strict=True))
 
-#: Pixels of the picture that is shown, and in a row of it; larger images are shown smaller, and measured in full.
-SHOWN, WIDEST = 3_000_000, 2560
-
-#: Pixels of an image that is taken: larger ones are for the command line.
-MOST_PIXELS = 150_000_000
-
 
 class Showing:
-    """A model and an image, asked by the window (:mod:`lutgen.explore.process`)."""
+    """A model and colours, asked by the window (:mod:`lutgen.explore.process`)."""
 
-    #: Reading and measuring an image takes a while: tables do not wait.
-    beside = frozenset({"image", "difference"})
+    #: Measuring an image takes a while: tables do not wait.
+    beside = frozenset({"difference"})
 
     def __init__(self, _tell: Callable[..., None]) -> None:
         """Begin with neither."""
         self._model: DisplayModel | None = None
         self._sampler = Sampler()
-        self._image: tuple[Path, Colours | None] | None = None
+        self._colours: Colours | None = None
         self._curves: dict[str, Curve] = {}
 
     def idle(self) -> bool:
@@ -70,25 +64,10 @@ class Showing:
         pixels[..., :3] = np.rint(table * 65535.0)
         return pixels.tobytes()
 
-    def image(self, path: str, to: str) -> dict[str, Any]:
-        """Take an image: write the picture that is shown of it (PNG), and say how large both are."""
-        from lutgen.pictures.frame import read_pixels
-        from lutgen.pictures.images import open_source
-        from lutgen.pictures.png import plain_png
-
-        with open_source(Path(path)) as source:
-            if source.width * source.height > MOST_PIXELS:
-                raise LutgenError(
-                    f"the image has {source.width} × {source.height} pixels, more than {MOST_PIXELS // 1_000_000} "
-                    f"million. Use the command line for it: lutgen lifetime, lutgen report."
-                )
-        code, _, (width, height) = read_pixels(Path(path), pixels=SHOWN, width=WIDEST)
-        Path(to).write_bytes(plain_png(code))
-        self._image, self._curves = (Path(path), None), {}
-        shown = {"width": width, "height": height, "shown_width": code.shape[1], "shown_height": code.shape[0]}
-        smaller = code.shape[1] < width
-        note = "Shown smaller, measured in full." if smaller else "Shown pixel by pixel."
-        return {**shown, "note": note}
+    def colours(self, path: str) -> dict[str, Any]:
+        """Measure other colours, as the imaging process has counted them."""
+        self._colours, self._curves = pickle.loads(Path(path).read_bytes()), {}  # noqa: S301 - our own file
+        return {}
 
     def difference(self, mode: str, hours: float) -> dict[str, float | None]:
         """Measure the whole image as ``lutgen lifetime`` does: at an hour, and the hours until it passes 3 and 5."""
@@ -99,22 +78,13 @@ class Showing:
         if mode not in AGING_MODES:
             raise pick_one("mode", mode, AGING_MODES)
         model = self._shown
-        if self._image is None:
+        colours, curves = self._colours, self._curves
+        if colours is None:
             return dict.fromkeys(("mean", "mean_2sd", "hours_to_3", "hours_to_5"))
         with few_threads(1):
-            colours = self._colours(self._image)
             now = curves_of(colours, model, [mode], [hours])[mode]
-            if mode not in self._curves or model is not self._model:
+            if mode not in curves:
                 measured = sorted({0.0, *map(float, model.tips.hours)})
-                self._curves[mode] = curves_of(colours, model, [mode], measured)[mode]
-        until = {f"hours_to_{each:g}": self._curves[mode].hours_until("mean", each) for each in TOLERANCES}
+                curves[mode] = curves_of(colours, model, [mode], measured)[mode]
+        until = {f"hours_to_{each:g}": curves[mode].hours_until("mean", each) for each in TOLERANCES}
         return {"mean": float(now.mean[0]), "mean_2sd": float(now.max[0]), **until}
-
-    def _colours(self, image: tuple[Path, Colours | None]) -> Colours:
-        from lutgen.pictures.distinct import count_colours
-
-        path, colours = image
-        if colours is None:
-            colours = count_colours(path)
-            self._image = (path, colours)
-        return colours

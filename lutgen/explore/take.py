@@ -36,7 +36,7 @@ async def taken(window: Window, what: str, *, mode: str, hours: float, kind: str
     if what == "patches":
         return f"{stem}-next.csv", await window.patches()
     if what == "readings":
-        return window.overview["name"], Path(window.asked.data).read_bytes()
+        return window.overview["name"], await asyncio.to_thread(Path(window.asked.data).read_bytes)
     model = place / MODEL
     await window.save_model(model)
     if what == "model":

@@ -13,7 +13,7 @@ from lutgen.explore.commands import Asked
 from lutgen.explore.process import Process
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Sequence
+    from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
     from pathlib import Path
 
 #: Seconds that a table or a step may take before its process is taken for hung: a user's own effect may loop for ever.
@@ -31,13 +31,16 @@ class Window:
     folder: Path
     asked: Asked
     overview: dict[str, Any] = field(default_factory=dict)
-    image: dict[str, Any] | None = None
+    image: dict[str, Any] = field(default_factory=dict)
+    picture: Path | None = None
     news: dict[str, bytes] = field(default_factory=dict)
     finding: asyncio.Task[None] | None = None
     listeners: set[asyncio.Queue[tuple[str, bytes] | None]] = field(default_factory=set)
     dropping: list[Path] = field(default_factory=list)
     _folders: int = 0
+    _unfinished: bool = False
     _model: bytes = b""
+    _colours: str = ""
     _verdict: dict[str, Any] = field(default_factory=dict)
     _tasks: set[asyncio.Task[Any]] = field(default_factory=set)
 
@@ -84,23 +87,28 @@ class Window:
     async def open(self, asked: Asked) -> None:
         """Open readings; where they are refused, those that are open stay."""
         await self.cancel()
-        overview = json.loads(
-            await self.fitting.ask(
-                "open",
-                data=asked.data,
-                baseline=asked.baseline,
-                model=asked.model,
-                files=asked.files,
-                expressions=asked.texts,
-            )
-        )
+        overview = await self._opened(asked)
         self.asked, self.overview, self.news, self._verdict = replace(asked, image=self.asked.image), overview, {}, {}
+
+    async def _opened(self, asked: Asked) -> dict[str, Any]:
+        overview = await self.fitting.ask(
+            "open",
+            data=asked.data,
+            baseline=asked.baseline,
+            model=asked.model,
+            files=asked.files,
+            expressions=asked.texts,
+            on=asked.on,
+        )
+        return dict(json.loads(overview))
 
     def _hear(self, what: str, body: bytes) -> None:
         if what == "model":
             self._model = body
             self._later(self.showing.ask("show", body))
             return
+        if what in ("error", "failed"):
+            self._unfinished = False
         self.tell(what, body)
 
     def tell(self, what: str, body: bytes) -> None:
@@ -142,11 +150,28 @@ class Window:
         return await self.showing.ask("difference", **asked)
 
     async def take_image(self, path: str) -> dict[str, Any]:
-        """Take another image; where it is refused, the one that is shown stays."""
-        shown = self.folder / "shown.png"
-        self.image = json.loads(await self.showing.ask("image", path=path, to=str(shown)))
-        self.asked = replace(self.asked, image=path)
+        """Take another image; where it is refused, the one that is shown stays. Its colours are counted meanwhile."""
+        reading, folder = Process(self._hear), self.new_folder()
+        await reading.start("lutgen.explore.imaging:Imaging")
+        try:
+            picture = folder / "shown.png"
+            image = json.loads(await self._soon(reading.ask("read", path=path, to=str(picture)), _nothing))
+        except BaseException:
+            reading.end()
+            raise
+        self.image, self.picture, self.asked = image, picture, replace(self.asked, image=path)
+        self._later(self._count(reading, path, folder / "colours"))
         return self.image
+
+    async def _count(self, reading: Process, path: str, to: Path) -> None:
+        try:
+            await reading.ask("count", path=path, to=str(to))
+        finally:
+            reading.end()
+        if self.asked.image == path:
+            self._colours = str(to)
+            await self.showing.ask("colours", path=str(to))
+            self.tell("measured", b"{}")
 
     async def switch(self, effects: Sequence[str], baseline: str | None = None) -> bytes:
         """Switch effects on, and all others off; the fit follows as news."""
@@ -154,7 +179,7 @@ class Window:
         if baseline and baseline != self.overview["baseline"]:
             await self.open(replace(self.asked, baseline=baseline))
         error = await self._soon(self.fitting.ask("switch", effects=list(effects)), self._restart_fitting)
-        self.asked = replace(self.asked, on=tuple(effects))
+        self.asked, self._unfinished = replace(self.asked, on=tuple(effects)), True
         return error
 
     async def what_if(self, **asked: Any) -> bytes:
@@ -195,6 +220,13 @@ class Window:
         if self.finding and self.finding is not asyncio.current_task():
             self.finding.cancel()
             self.finding = None
+            await self._restart_fitting(self.asked.on)
+
+    async def give_up(self) -> None:
+        """End a diagnosis, or else a fit that is not finished, which then is that of nothing switched on."""
+        if self.finding:
+            await self.cancel()
+        elif self._unfinished:
             await self._restart_fitting()
 
     async def patches(self) -> bytes:
@@ -210,27 +242,29 @@ class Window:
         """Return the model file as it is where the readings lie beside it."""
         return await self.fitting.ask("model_text")
 
-    async def _soon(self, asking: Any, otherwise: Any) -> bytes:
+    async def _soon(self, asking: Awaitable[bytes], otherwise: Callable[[], Awaitable[None]]) -> bytes:
         try:
             async with asyncio.timeout(PATIENCE):
-                answer: bytes = await asking
+                return await asking
         except TimeoutError:
             await otherwise()
             raise LutgenError(f"this took longer than {PATIENCE:g} s and was ended.") from None
-        return answer
 
-    async def _restart_fitting(self) -> None:
+    async def _restart_fitting(self, on: tuple[str, ...] = ()) -> None:
         self.fitting.end()
         self.fitting = Process(self._hear)
         await self.fitting.start("lutgen.explore.fitting:Fitting")
-        on = self.asked.on
-        await self.open(self.asked)
-        if on:
-            await self.fitting.ask("switch", effects=on)
+        self.asked = replace(self.asked, on=on)
+        await self._opened(self.asked)
 
     async def _restart_showing(self) -> None:
         self.showing.end()
         self.showing = Process(self._hear)
         await self.showing.start("lutgen.explore.showing:Showing")
         await self.showing.ask("show", self._model)
-        await self.take_image(self.asked.image)
+        if self._colours:
+            await self.showing.ask("colours", path=self._colours)
+
+
+async def _nothing() -> None:
+    """What is done about a process that is ended anyway."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import click
 
 from lutgen.cli.command import Command, Section
@@ -37,6 +35,7 @@ def command(
       lutgen explore examples/display-a.csv --image slide.png
     """
     import webbrowser
+    from contextlib import suppress
 
     from lutgen.explore.commands import Asked
     from lutgen.explore.example import example_readings, tissue
@@ -50,9 +49,8 @@ def command(
         if not no_browser:
             webbrowser.open(address)
 
-    for path in filter(None, (data, image, model)):
-        if not Path(path).is_file():
-            raise click.UsageError(f"{path}: there is no such file.")
     with port_taken(port) as listening:
         readings = data or ("" if model else str(example_readings()))
-        serve(Asked(readings, image or str(tissue()), model, baseline), listening, opened=opened)
+        asked = Asked(readings, image or str(tissue()), model, baseline)
+        with suppress(KeyboardInterrupt):
+            serve(asked, listening, opened=opened, wait=bool(data or image or model))
