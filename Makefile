@@ -51,7 +51,7 @@ lint: setup ## style and types
 
 lint-page: build/page ## types and style of the page of lutgen explore; needs npm
 	@build/page/node_modules/.bin/tsc --project tests/page
-	@build/page/node_modules/.bin/biome check --config-path tests/page --error-on-warnings lutgen/explore/page lutgen/report/templates
+	@build/page/node_modules/.bin/biome check --config-path tests/page --error-on-warnings lutgen/explore/page lutgen/pictures/viewer lutgen/report/templates
 
 vendor: build/page ## the chart library of that page anew, from npm
 	@node tests/page/vendor.mjs build/page/node_modules/uplot lutgen/explore/page/vendor

@@ -1,4 +1,4 @@
-"""The picture viewer of `lutgen explore` and `lutgen report` in real browsers: its pixels against `lutgen apply --lut`."""
+"""The picture viewer of `lutgen explore` and `lutgen report` in a browser: its pixels against `lutgen apply --lut`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import json
 import subprocess
 import sys
 from base64 import b64encode
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,10 +16,12 @@ from lutgen import DisplayModel, read_measurements
 from lutgen.bake.fidelity import certificate_colours
 from lutgen.bake.lut import Sampler
 from lutgen.display import default_display
+from lutgen.pictures.viewer import FOLDER
 from tests.browser import CHROMIUM, Page, browser
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     from numpy.typing import NDArray
 
@@ -30,7 +31,7 @@ pytestmark = [
     pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed (Debian: chromium)"),
 ]
 
-VIEWER = Path(__file__).resolve().parents[1] / "lutgen/explore/page/viewer.js"
+VIEWER = FOLDER / "viewer.js"
 
 #: Pixels of a row.
 ROW = 344

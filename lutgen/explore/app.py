@@ -18,6 +18,7 @@ from lutgen.explore.commands import commands
 from lutgen.explore.drop import CODE, IMAGE, LIMITS, MOST_FILES, READINGS, kept
 from lutgen.explore.take import taken
 from lutgen.explore.window import Window
+from lutgen.pictures.viewer import FOLDER as VIEWER
 from lutgen.server import RefusedError, application, json_body, page_file
 
 if TYPE_CHECKING:
@@ -29,6 +30,9 @@ if TYPE_CHECKING:
     from lutgen.explore.commands import Asked
 
 PAGE = Path(__file__).parent / "page"
+
+#: Files that this page shares with the report.
+VIEWER_FILES = ("viewer.js", "viewer.css")
 
 #: Windows that are open at the same time: each has two processes.
 MOST_WINDOWS = 6
@@ -141,7 +145,8 @@ def explore_application(windows: Windows) -> ASGIApp:
 
 
 async def _page(request: Request) -> Response:
-    data, kind = page_file(PAGE, request.path_params["path"] or "index.html")
+    name = request.path_params["path"] or "index.html"
+    data, kind = page_file(VIEWER if name in VIEWER_FILES else PAGE, name)
     return Response(data, media_type=kind)
 
 
@@ -199,7 +204,12 @@ def _seen(request: Request) -> dict[str, Any]:
 async def _table(window: Window, request: Request) -> Response:
     size = request.query_params.get("size", "33")
     kind = request.query_params.get("kind", "aged")
-    table = await window.table(**_seen(request), size=int(size) if size.isdecimal() and len(size) < 4 else 0, kind=kind)
+    table = await window.table(
+        **_seen(request),
+        size=int(size) if size.isdecimal() and len(size) < 4 else 0,
+        kind=kind,
+        differences=request.query_params.get("map") == "yes",
+    )
     return Response(table, media_type="application/octet-stream", headers={"X-Lutgen-Size": size})
 
 

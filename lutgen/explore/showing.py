@@ -6,8 +6,6 @@ import pickle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from lutgen.bake.lut import SIZES, Sampler
 from lutgen.bake.plan import display_to_bake
 from lutgen.errors import LutgenError, pick_one
@@ -16,7 +14,8 @@ from lutgen.names import AGING_MODES, DIRECTIONS
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lutgen.display import DisplayModel
+    from lutgen.colorimetry import Array
+    from lutgen.display import AgedDisplay, DisplayModel
     from lutgen.pictures.curve import Curve
     from lutgen.pictures.distinct import Colours
 
@@ -52,17 +51,25 @@ class Showing:
             raise LutgenError("no readings are open. Drop a table of readings (.csv) first.")
         return self._model
 
-    def table(self, mode: str, hours: float, size: int, kind: str) -> bytes:
-        """Bake the table that ``lutgen build --format cube`` writes: RGBA of 16 bits, red fastest, little-endian."""
+    def table(self, mode: str, hours: float, size: int, kind: str, *, differences: bool = False) -> bytes:
+        """Bake the table that ``lutgen build --format cube`` writes, in 16 bits (:mod:`lutgen.pictures.viewer`).
+
+        Of the kind ``compensated`` it is what the aged display shows of the corrected signal, which such a LUT holds.
+        """
+        from lutgen.pictures.viewer import viewer_table
+
         if kind not in KINDS:
             raise pick_one("kind", kind, KINDS)
         if size not in SIZES:
             raise pick_one("size", size, map(str, SIZES))
-        display = display_to_bake(self._shown, mode, hours, direction=KINDS[kind])
-        table = self._sampler.lut(display, size, "code", clip=True).table
-        pixels = np.full((*table.shape[:3], 4), 65535, "<u2")
-        pixels[..., :3] = np.rint(table * 65535.0)
-        return pixels.tobytes()
+
+        def baked(display: AgedDisplay) -> Array:
+            return self._sampler.lut(display, size, "code", clip=True).table.reshape(-1, 3)
+
+        shown = baked(display_to_bake(self._shown, mode, hours, direction=KINDS[kind]))
+        if kind == "compensated":
+            shown = self._shown.at(mode, hours).code_to_code(shown)
+        return viewer_table(shown, baked(self._shown.at("stable", hours)) if differences else None).tobytes()
 
     def colours(self, path: str) -> dict[str, Any]:
         """Measure other colours, as the imaging process has counted them."""

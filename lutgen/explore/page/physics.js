@@ -92,7 +92,7 @@ export function physicsOf(server, page) {
     box.disabled = given;
     box.addEventListener("change", () => turn(name, box.checked));
     const seen = element("div", { class: "seen" }, sees);
-    const words = element("div", { class: "words", id: `${id}-words` }, sentence);
+    const words = element("div", { class: "words", id: `${id}-words` }, sentence.replaceAll("``", ""));
     const rival = element(
       "span",
       { class: "rival", title: "These readings do not tell it from what was found" },

@@ -64,11 +64,12 @@ export function pictureOf(server) {
     const wanted = REACHES.find((each) => each >= difference) ?? 100;
     if (wanted <= reach) return;
     reach = wanted;
-    const bar = byId("scale-bar");
-    bar.replaceChildren(
-      ...[0, 0.25, 0.5, 0.75, 1].map((share) => {
-        const mark = element("span", {}, `${share === 1 ? "≥ " : ""}${Number((share * reach).toPrecision(3))}`);
-        mark.style.left = `${100 * share}%`;
+    const step = [0.5, 1, 2, 2.5, 5, 10, 20, 25].find((each) => reach / each <= 5) ?? reach;
+    const marks = Array.from({ length: Math.ceil(reach / step) }, (_, number) => number * step).concat(reach);
+    byId("scale-bar").replaceChildren(
+      ...marks.map((value) => {
+        const mark = element("span", {}, value === reach ? `≥ ${value}` : String(value));
+        mark.style.left = `${(100 * value) / reach}%`;
         return mark;
       }),
     );
