@@ -1,7 +1,7 @@
 // Numbers as lutgen prints them, and the page's elements.
 
 /** @param {number} value */
-export const spaced = (value) => String(Math.round(value)).replace(/\B(?=(\d{3})+$)/g, "\u202f");
+export const spaced = (value) => String(Math.round(value)).replace(/\B(?=(\d{3})+$)/g, "\u00a0");
 
 /** An error over the noise: 39.6, 1.0, 125. @param {number} value */
 export const ratio = (value) => (value >= 100 ? value.toFixed(0) : value.toFixed(1));
