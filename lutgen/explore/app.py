@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from math import isfinite
 from pathlib import Path
@@ -101,8 +102,14 @@ class Windows:
         """End all windows."""
         for window in self._open.values():
             window.end()
-        if self._spare and self._spare.done() and not self._spare.exception():
-            self._spare.result().end()
+
+    async def gone(self) -> None:
+        """End all windows, that of no page yet too, and wait until their processes have ended."""
+        if self._spare:
+            with suppress(LutgenError):
+                await self.open()
+        self.end()
+        await asyncio.gather(*(window.gone() for window in self._open.values()))
 
 
 def explore_application(windows: Windows) -> ASGIApp:
