@@ -19,7 +19,7 @@ from lutgen.explore.commands import commands
 from lutgen.explore.drop import CODE, IMAGE, LIMITS, MOST_FILES, READINGS, kept
 from lutgen.explore.take import taken
 from lutgen.explore.window import Window
-from lutgen.server import RefusedError, application, json_body, page_file
+from lutgen.server import HEADERS, RefusedError, application, json_body, page_file
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
@@ -38,6 +38,13 @@ MOST_WINDOWS = 6
 FORGOTTEN = 60.0
 
 JSON = "application/json"
+
+#: Beside what every page may do: this one shows pictures that it has made itself, or was given by a drop.
+PICTURES = {
+    "Content-Security-Policy": HEADERS["Content-Security-Policy"].replace(
+        "img-src 'self'", "img-src 'self' blob: data:"
+    )
+}
 
 
 @dataclass
@@ -149,7 +156,7 @@ def explore_application(windows: Windows) -> ASGIApp:
 
 async def _page(request: Request) -> Response:
     data, kind = page_file(PAGE, request.path_params["path"] or "index.html")
-    return Response(data, media_type=kind)
+    return Response(data, media_type=kind, headers=PICTURES)
 
 
 def _overview(window: Window) -> Response:
