@@ -36,7 +36,7 @@ MOST_AT_ONCE = 64
 #: What every reply says: nothing is stored, nothing foreign runs, nothing is told to other pages.
 HEADERS = {
     "Cache-Control": "no-store",
-    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; "
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
@@ -105,6 +105,8 @@ class Guard:
         own = b"" if scope["method"] != "GET" else b"http://" + self._host
         _, _, below = scope["path"].partition("/")
         word, slash, _ = below.partition("/")
+        if scope["method"] not in ("GET", "POST"):
+            return RefusedError(501, "bad", "That cannot be asked.")
         if headers.get(b"host") != self._host:
             return RefusedError(421, "bad", "This address is not served.")
         if headers.get(b"origin", own) != b"http://" + self._host:

@@ -1,4 +1,6 @@
-"""A headless Firefox that tests drive over its own Marionette: no driver program, no package.
+"""A Firefox that tests drive over its own Marionette: no driver program, no package.
+
+It has a screen that nobody sees (Xvfb), since without one Firefox draws no WebGL.
 
 https://firefox-source-docs.mozilla.org/testing/marionette/Protocol.html; each message is JSON behind its length and a
 colon. What :class:`Page` offers is what ``tests.browser.Page`` offers of the same name.
@@ -23,8 +25,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-#: The program, by the names that it has on Debian and elsewhere.
-FIREFOX = next(filter(None, map(shutil.which, ("firefox-esr", "firefox"))), None)
+#: The program, by the names that it has on Debian and elsewhere; None where it or its screen is missing.
+FIREFOX = next(filter(None, map(shutil.which, ("firefox-esr", "firefox"))), None) if shutil.which("Xvfb") else None
 
 #: Nothing is fetched that no test asked for, downloads go to a folder, and WebGL does without a graphics card.
 _PREFERENCES = {
@@ -119,6 +121,24 @@ class Page:
 
 
 @contextmanager
+def _screen() -> Iterator[str]:
+    """Start a screen in memory; gives its name."""
+    reading, writing = os.pipe()
+    command = ["Xvfb", "-displayfd", str(writing), "-screen", "0", "2000x1300x24", "-nolisten", "tcp"]
+    with subprocess.Popen(
+        command, pass_fds=(writing,), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    ) as process:
+        os.close(writing)
+        try:
+            with os.fdopen(reading) as answer:
+                number = answer.readline().strip()
+            assert number, "Xvfb does not start"
+            yield f":{number}"
+        finally:
+            process.kill()
+
+
+@contextmanager
 def firefox(profile: Path) -> Iterator[Page]:
     """Start Firefox with a new profile, whose folder ``downloads`` takes what is saved; end it afterwards."""
     assert FIREFOX
@@ -127,14 +147,17 @@ def firefox(profile: Path) -> Iterator[Page]:
     preferences = {**_PREFERENCES, "browser.download.dir": str(downloads)}
     lines = [f"user_pref({json.dumps(name)}, {json.dumps(value)});" for name, value in preferences.items()]
     (profile / "user.js").write_text("\n".join(lines))
-    command = [FIREFOX, "--headless", "--marionette", "--no-remote", "--profile", str(profile), "about:blank"]
-    with subprocess.Popen(
-        command,
-        env=os.environ | {"HOME": str(profile), "MOZ_HEADLESS_WIDTH": "1280", "MOZ_HEADLESS_HEIGHT": "900"},
-        start_new_session=True,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    ) as process:
+    command = [FIREFOX, "--marionette", "--no-remote", "--profile", str(profile), "about:blank"]
+    with (
+        _screen() as display,
+        subprocess.Popen(
+            command,
+            env=os.environ | {"HOME": str(profile), "DISPLAY": display},
+            start_new_session=True,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        ) as process,
+    ):
         try:
             port = profile / "MarionetteActivePort"
             end = time.monotonic() + 3 * PATIENCE

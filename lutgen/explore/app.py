@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from math import isfinite
 from pathlib import Path
@@ -19,7 +20,7 @@ from lutgen.explore.drop import CODE, IMAGE, LIMITS, MOST_FILES, READINGS, kept
 from lutgen.explore.take import taken
 from lutgen.explore.window import Window
 from lutgen.pictures.viewer import FOLDER as VIEWER
-from lutgen.server import RefusedError, application, json_body, page_file
+from lutgen.server import HEADERS, RefusedError, application, json_body, page_file
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
@@ -41,6 +42,13 @@ MOST_WINDOWS = 6
 FORGOTTEN = 60.0
 
 JSON = "application/json"
+
+#: Beside what every page may do: this one shows pictures that it has made itself, or was given by a drop.
+PICTURES = {
+    "Content-Security-Policy": HEADERS["Content-Security-Policy"].replace(
+        "img-src 'self'", "img-src 'self' blob: data:"
+    )
+}
 
 
 @dataclass
@@ -105,8 +113,14 @@ class Windows:
         """End all windows."""
         for window in self._open.values():
             window.end()
-        if self._spare and self._spare.done() and not self._spare.exception():
-            self._spare.result().end()
+
+    async def gone(self) -> None:
+        """End all windows, that of no page yet too, and wait until their processes have ended."""
+        if self._spare:
+            with suppress(LutgenError):
+                await self.open()
+        self.end()
+        await asyncio.gather(*(window.gone() for window in self._open.values()))
 
 
 def explore_application(windows: Windows) -> ASGIApp:
@@ -147,7 +161,7 @@ def explore_application(windows: Windows) -> ASGIApp:
 async def _page(request: Request) -> Response:
     name = request.path_params["path"] or "index.html"
     data, kind = page_file(VIEWER if name in VIEWER_FILES else PAGE, name)
-    return Response(data, media_type=kind)
+    return Response(data, media_type=kind, headers=PICTURES)
 
 
 def _overview(window: Window) -> Response:

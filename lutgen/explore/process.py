@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 #: What a frame's body means: a result, an error's sentence.
 DONE, REFUSED = "done", "refused"
 
+#: News of a process that has ended by itself.
+DIED = "died"
+
 #: Says of a process that ended by itself, or was ended.
 ENDED = "this was cancelled, or its process ended."
 
@@ -83,9 +86,13 @@ class Process:
                 self._hear(head, await stream.readexactly(head["size"]))
         except asyncio.IncompleteReadError:
             pass
+        self._told(DIED, ENDED.encode())
         for waiting in self._waiting.values():
             if not waiting.done():
                 waiting.set_exception(LutgenError(ENDED))
+        if self._child and self._child.stdin:
+            self._child.stdin.close()
+            await self._child.wait()
 
     def _hear(self, head: dict[str, Any], body: bytes) -> None:
         if not head["id"]:
@@ -102,6 +109,14 @@ class Process:
     def end(self) -> None:
         """End the process, whatever it does; nothing more is heard of it."""
         self._told = lambda _what, _body: None
+        self.kill()
+
+    async def gone(self) -> None:
+        """Wait until the process has ended."""
+        await self._reader
+
+    def kill(self) -> None:
+        """End the process; that it has ended is heard of."""
         if self._child and self._child.returncode is None:
             self._child.kill()
 

@@ -48,6 +48,6 @@ def serve(asked: Asked, listening: socket, *, opened: Callable[[str], None], wai
                 opened(guarded.address)
                 await server_of(guarded, windows.end).serve(sockets=[listening])
             finally:
-                windows.end()
+                await windows.gone()
 
         asyncio.run(run())

@@ -51,6 +51,8 @@ try {
       physics.effects(list);
       if (error.now) physics.parameters(error.now);
     },
+    image: picture.note,
+    measured: picture.measure,
     progress: physics.progress,
     verdict: physics.verdict,
     failed: (content) => physics.failed(content.error),

@@ -20,10 +20,21 @@ const STEPS = new Map([
   ["PageUp", 1000],
 ]);
 
+/** A viewer, or null and the reason on the page where the browser cannot draw. @param {HTMLElement} host */
+function viewerIn(host) {
+  try {
+    return Object.assign(host, { viewer: new Viewer(host, ["un-aged", "aged", "compensated"]) }).viewer;
+  } catch (error) {
+    tell("image-trouble", error instanceof Error ? error.message : String(error));
+    return null;
+  }
+}
+
 /** @param {import("./server.js").Server} server */
 export function pictureOf(server) {
   const slider = input("hours");
-  const viewer = new Viewer(byId("viewer"), ["un-aged", "aged", "compensated"]);
+  const viewer = viewerIn(byId("viewer"));
+  byId("frame").hidden = !viewer;
   let reach = 0;
   let mode = "";
 
@@ -41,8 +52,11 @@ export function pictureOf(server) {
         else throw error;
       }
     });
-  const aged = fetching("aged", (table) => viewer.age(table));
-  const compensated = fetching("compensated", (table) => viewer.correct(table));
+  const aged = fetching("aged", (table) => {
+    viewer?.age(table);
+    document.body.dataset.picture = "drawn";
+  });
+  const compensated = fetching("compensated", (table) => viewer?.correct(table));
 
   const figures = latest(async () => {
     /** @type {import("./contract").Figures} */
@@ -56,7 +70,6 @@ export function pictureOf(server) {
         found.mean == null ? "…" : found[name] == null ? `> ${spaced(last)} h` : `${spaced(found[name])} h`;
     }
     if (found.mean_2sd != null) widen(found.mean_2sd);
-    else if (found.mean === null) setTimeout(() => void figures(null), 500);
   });
 
   /** Let the map's colours reach a ΔE2000; they never reach less than before, so that pictures can be compared. @param {number} difference */
@@ -73,15 +86,19 @@ export function pictureOf(server) {
         return mark;
       }),
     );
-    if (input("map").checked) viewer.map(reach);
+    if (input("map").checked) viewer?.map(reach);
+  };
+
+  const draw = () => {
+    if (viewer) void aged(null);
+    if (viewer && viewer.cuts[1] < 1) void compensated(null);
   };
 
   const show = () => {
     const text = `${spaced(hours())} h`;
     byId("hours-now").textContent = text;
     slider.setAttribute("aria-valuetext", text);
-    void aged(null);
-    if (viewer.cuts[1] < 1) void compensated(null);
+    draw();
     void figures(null);
   };
 
@@ -101,18 +118,23 @@ export function pictureOf(server) {
   input("map").addEventListener("change", () => {
     byId("scale").hidden = !input("map").checked;
     if (!reach) widen(5);
-    viewer.map(input("map").checked ? reach : 0);
+    viewer?.map(input("map").checked ? reach : 0);
     show();
   });
-  const zooms = { fit: () => 0, pixels: () => 1, nearer: () => viewer.scale * 1.5, farther: () => viewer.scale / 1.5 };
-  for (const [id, zoom] of Object.entries(zooms)) byId(id).addEventListener("click", () => viewer.zoomTo(zoom()));
-  viewer.zoomed = () => {
-    byId("zoom").textContent = `${Math.round(100 * viewer.scale)} %`;
-  };
-  new ResizeObserver(viewer.zoomed).observe(byId("viewer"));
-  byId("viewer").addEventListener("pointerup", () => {
-    if (viewer.cuts[1] < 1) void compensated(null);
-  });
+  if (viewer) {
+    const zooms = {
+      fit: () => 0,
+      pixels: () => 1,
+      nearer: () => viewer.scale * 1.5,
+      farther: () => viewer.scale / 1.5,
+    };
+    for (const [id, zoom] of Object.entries(zooms)) byId(id).addEventListener("click", () => viewer.zoomTo(zoom()));
+    viewer.zoomed = () => {
+      byId("zoom").textContent = `${Math.round(100 * viewer.scale)} %`;
+    };
+    new ResizeObserver(() => viewer.zoomed()).observe(byId("viewer"));
+    byId("viewer").addEventListener("pointerup", draw);
+  }
 
   /** Say that a large image is shown smaller. @param {import("./contract").ImageSize | null} image */
   const note = (image) => {
@@ -123,6 +145,7 @@ export function pictureOf(server) {
   };
 
   const load = async () => {
+    if (!viewer) return;
     const response = await server.fetch(server.address("image"));
     const options = /** @type {ImageBitmapOptions} */ ({ colorSpaceConversion: "none", premultiplyAlpha: "none" });
     viewer.show(await createImageBitmap(await response.blob(), options));
@@ -130,9 +153,11 @@ export function pictureOf(server) {
   };
 
   return {
-    viewer,
     /** What is shown, as a request's query. */
     shown: () => ({ mode, hours: hours() }),
+    note,
+    /** The image has been counted: its numbers can be had. */
+    measure: () => void figures(null),
     /** The model has changed: the same picture anew. */
     refresh: show,
     /** Begin with a session. @param {import("./contract").Overview} overview */
