@@ -55,7 +55,7 @@ class Page:
 
     def __init__(self, port: int) -> None:
         """Connect to a port of this computer, and begin a session."""
-        self._socket = socket.create_connection(("127.0.0.1", port), PATIENCE)
+        self.connection = socket.create_connection(("127.0.0.1", port), PATIENCE)
         self._waiting, self._last = b"", 0
         self._next()
         self.call("WebDriver:NewSession")
@@ -65,7 +65,7 @@ class Page:
         """Send a command and wait for its result."""
         self._last += 1
         message = json.dumps([0, self._last, method, parameters]).encode()
-        self._socket.sendall(b"%d:%s" % (len(message), message))
+        self.connection.sendall(b"%d:%s" % (len(message), message))
         _, number, error, result = self._next()
         assert number == self._last
         assert error is None, (method, error)
@@ -115,7 +115,7 @@ class Page:
         return json.loads(message)
 
     def _receive(self) -> None:
-        part = self._socket.recv(1 << 20)
+        part = self.connection.recv(1 << 20)
         assert part, "Firefox has ended"
         self._waiting += part
 
@@ -164,6 +164,8 @@ def firefox(profile: Path) -> Iterator[Page]:
             while not (port.is_file() and port.read_text().strip()):
                 assert time.monotonic() < end, "Firefox does not start"
                 time.sleep(0.1)
-            yield Page(int(port.read_text()))
+            page = Page(int(port.read_text()))
+            with page.connection:
+                yield page
         finally:
             os.killpg(process.pid, signal.SIGKILL)

@@ -285,7 +285,10 @@ def test_a_program_is_run_only_after_a_warning(page: Page, tmp_path: Path) -> No
 def test_a_switch_gives_an_error_at_once_and_what_if_moves_it(page: Page) -> None:
     before = text(page, "#ratio-number")
     click(page, "#effect-black-level")
-    page.wait(f"{RATIO} !== {json.dumps(before)} && {FINAL} && document.querySelector('.parameter input')", LONG)
+    # Effects that are tried meanwhile do not switch it off again.
+    for _ in range(5):
+        assert switched_on(page) == {"black-level"}, text(page, "#physics-trouble")
+    page.wait(f"{RATIO} !== {json.dumps(before)} && document.querySelector('.parameter input') && {FINAL}", LONG)
     fitted = text(page, "#ratio-number")
     page.ask(
         """(() => {

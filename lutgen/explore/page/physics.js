@@ -22,6 +22,8 @@ export function physicsOf(server, page) {
   let rivals = [];
   /** The error of the model without effects, for the bars. */
   let start = 0;
+  /** Effects that were switched on, until the server has taken them. @type {string[] | null} */
+  let pending = null;
   /** What-if values that are set: "effect parameter" → value. @type {Map<string, number>} */
   const whatIf = new Map();
 
@@ -45,6 +47,7 @@ export function physicsOf(server, page) {
       whatIf.clear();
       page.error(await server.post("switch", { effects: names }));
     });
+    if (pending === names) pending = null;
     // Where it was refused, what was on before stays.
     if (!taken) take(await server.get("effects").catch(() => effects));
   });
@@ -52,7 +55,8 @@ export function physicsOf(server, page) {
   /** @param {string} name @param {boolean} wanted */
   const turn = (name, wanted) => {
     effects = effects.map((each) => (each.name === name ? { ...each, on: wanted } : each));
-    void switching(on());
+    pending = on();
+    void switching(pending);
   };
 
   const supposing = latest(async (/** @type {{effect: string, parameter: string, value: number}} */ asked) => {
@@ -253,7 +257,8 @@ export function physicsOf(server, page) {
 
   /** @param {Effect[]} list */
   const take = (list) => {
-    effects = list;
+    const names = pending;
+    effects = names ? list.map((each) => ({ ...each, on: each.given || names.includes(each.name) })) : list;
     rows();
   };
 
