@@ -136,13 +136,12 @@ export function physicsOf(server, page) {
   /** @param {ModelError} error */
   const parameters = (error) => {
     start ||= error.noise_ratio;
-    for (const place of document.querySelectorAll(".parameters")) {
-      // A slider in the hand must stay.
-      if (!error.what_if || !place.contains(document.activeElement)) place.replaceChildren();
-    }
+    // The sliders stay in the hand, beside the intervals of the fit.
+    if (error.what_if) return;
+    for (const place of document.querySelectorAll(".parameters")) place.replaceChildren();
     for (const fitted of error.effects) {
       const place = document.getElementById(`effect-${fitted.name}-parameters`);
-      if (!place || place.childElementCount) continue;
+      if (!place) continue;
       if (!fitted.supported && fitted.said) place.append(element("p", { class: "caution" }, fitted.said));
       place.append(...fitted.parameters.map((each) => parameter(fitted.name, each)));
       if (fitted.parameters.length) {
@@ -176,7 +175,7 @@ export function physicsOf(server, page) {
     const interval =
       fitted.low !== null && fitted.high !== null
         ? `fit ${readable(fitted.value)}, ${readable(fitted.low, 3)} to ${readable(fitted.high, 3)}${unit}`
-        : `fit ${readable(fitted.value)}${unit}, held`;
+        : `fit ${readable(fitted.value)}${unit}`;
     const line = element(
       "div",
       { class: "parameter" },
