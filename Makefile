@@ -14,7 +14,7 @@ ALONE := OPENBLAS_NUM_THREADS=1
 # A process that has nothing left to do takes tests from another.
 PYTEST := $(PYTHON) -m pytest --numprocesses auto --dist worksteal
 
-.PHONY: help setup programs demo test test-all test-quick-other test-other lint lint-page vendor bench consumers hidden sessions reference docs figures configs check-configs display table1 dist clean
+.PHONY: help setup programs demo test test-all test-quick-other test-other lint lint-page vendor explore-picture bench consumers hidden sessions reference docs figures configs check-configs display table1 dist clean
 
 help: ## say what can be made (this)
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -55,6 +55,9 @@ lint-page: build/page ## types and style of the page of lutgen explore; needs np
 
 vendor: build/page ## the chart library of that page anew, from npm
 	@node tests/page/vendor.mjs build/page/node_modules/uplot lutgen/explore/page/vendor
+
+explore-picture: programs ## the picture of lutgen explore in README anew
+	@$(PYTHON) -m tests.explore_picture
 
 build/page: tests/page/package.json
 	@.ci/setup page

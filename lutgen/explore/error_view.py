@@ -14,6 +14,7 @@ from lutgen.numerals import readable
 from lutgen.readings.conditions import COLUMNS
 from lutgen.readings.rest import TIP_DRIVES
 from lutgen.readings.table import TIP_NAMES
+from lutgen.report.criticism.comparison import NAMES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -122,7 +123,7 @@ def _slices(comparison: Comparison) -> list[dict[str, Any]]:
         if points:
             column = COLUMNS.get(by)
             unit = "h" if by == "hour" else column.unit if column else ""
-            found.append({"name": by, "label": by.replace("_", " "), "unit": unit, "points": points})
+            found.append({"name": by, "label": NAMES.get(by, by), "unit": unit, "points": points})
     return found
 
 

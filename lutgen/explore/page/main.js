@@ -19,12 +19,15 @@ const show = (next) => {
   error.show(next);
   physics.parameters(next);
   picture.refresh();
+  take.refresh();
 };
 
 const physics = physicsOf(server, { error: show });
 
 /** @type {ReturnType<typeof pictureOf>} */
 let picture;
+/** @type {ReturnType<typeof takeOf>} */
+let take;
 
 /** Show a session from its beginning. @param {import("./contract").Overview} overview */
 async function begin(overview) {
@@ -42,7 +45,7 @@ async function begin(overview) {
 
 try {
   picture = pictureOf(server);
-  takeOf(server, { shown: picture.shown, error: () => error.now });
+  take = takeOf(server, { shown: picture.shown, error: () => error.now });
   dropOf(server, { begin, image: picture.take, own: physics.own });
   const overview = await server.open();
   server.listen({

@@ -56,22 +56,31 @@ export function takeOf(server, page) {
       await navigator.clipboard.writeText(command);
       copy.textContent = "Copied";
     });
-    return element("li", {}, element("span", {}, words), element("code", { tabindex: "0" }, command), copy);
+    return element("li", {}, element("span", {}, words), element("code", {}, command), copy);
   };
 
-  byId("take").addEventListener("beforetoggle", async (event) => {
-    if (/** @type {ToggleEvent} */ (event).newState !== "open") return;
-    tell("take-trouble");
-    byId("take-state").textContent = "";
+  const commands = async () => {
     const doubtful = page.error()?.effects.filter((each) => !each.supported) ?? [];
     tell("take-warning", doubtful.map((each) => each.said || `The readings do not support ${each.name}.`).join(" "));
     try {
       /** @type {import("./contract").Command[]} */
-      const commands = await server.get("commands", page.shown());
-      byId("commands").replaceChildren(...commands.map(line));
+      const listed = await server.get("commands", page.shown());
+      byId("commands").replaceChildren(...listed.map(line));
     } catch (error) {
       if (!(error instanceof Refusal)) throw error;
       tell("take-trouble", error.message);
     }
+  };
+
+  byId("take").addEventListener("beforetoggle", (event) => {
+    if (/** @type {ToggleEvent} */ (event).newState !== "open") return;
+    tell("take-trouble");
+    byId("take-state").textContent = "";
+    void commands();
   });
+
+  return {
+    /** The model has changed: its commands anew, where they are seen. */
+    refresh: () => byId("take").matches(":popover-open") && void commands(),
+  };
 }
