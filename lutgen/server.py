@@ -51,6 +51,7 @@ KINDS = {
     ".css": "text/css; charset=utf-8",
     ".js": "text/javascript; charset=utf-8",
     ".json": "application/json",
+    ".jpg": "image/jpeg",
     ".png": "image/png",
     ".svg": "image/svg+xml",
     ".woff2": "font/woff2",
@@ -255,6 +256,7 @@ def server_of(guarded: Guard, ending: Callable[[], None] = lambda: None) -> Serv
             access_log=False,
             server_header=False,
             date_header=False,
+            timeout_keep_alive=600,
             timeout_graceful_shutdown=1,
         )
     )

@@ -365,6 +365,7 @@ def test_from_the_simulated_campaign_to_its_lut(address: str, lutgen: Callable[.
     page = Visitor(address)
     assert page.overview["simulated"]
     assert page.hears("error")["noise_ratio"] > 30
+    assert page.hears("image")["shown_width"] == 512
     assert page.see("image").startswith(b"\x89PNG")
     page.ask("find")
     assert page.hears("progress")["of"] > 0

@@ -20,7 +20,7 @@ from lutgen.explore.drop import CODE, IMAGE, LIMITS, MOST_FILES, READINGS, kept
 from lutgen.explore.take import taken
 from lutgen.explore.window import Window
 from lutgen.pictures.viewer import FOLDER as VIEWER
-from lutgen.server import HEADERS, RefusedError, application, json_body, page_file
+from lutgen.server import HEADERS, KINDS, RefusedError, application, json_body, page_file
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
@@ -168,7 +168,7 @@ def _overview(window: Window) -> Response:
     error = window.news.get("error")
     more = {
         "window": window.name,
-        "image": window.image,
+        "image": window.image or None,
         "error": json.loads(error) if error else None,
         "on": list(window.asked.on),
         "limits": LIMITS,
@@ -204,7 +204,7 @@ async def _image(window: Window, request: Request) -> Response:
         return JSONResponse(await window.take_image(str(path)))
     if window.picture is None:
         raise RefusedError(404, "none", "There is no image yet.")
-    return FileResponse(window.picture, media_type="image/png")
+    return FileResponse(window.picture, media_type=KINDS[window.picture.suffix])
 
 
 def _seen(request: Request) -> dict[str, Any]:

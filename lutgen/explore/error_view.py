@@ -202,6 +202,7 @@ def effects_json(opened: Opened, alone: Mapping[str, float | None], on: Sequence
                 "sees_words": _sees(each) if each else "has it already",
                 "visible": bool(each and each.visible) or name in given,
                 "alone_noise": alone.get(name),
+                "tried": name in alone or name in given,
                 "on": name in on or name in given,
                 "given": name in given,
                 "own": effect.origin != "built-in",

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import LutgenError
 from lutgen.explore.commands import Asked
+from lutgen.explore.example import tissue
 from lutgen.explore.process import DIED, Process
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 PATIENCE = 30.0
 
 #: News that a page which comes later must hear too.
-LASTING = ("error", "effects", "verdict")
+LASTING = ("error", "effects", "verdict", "image")
 
 #: The processes' objects.
 FITTING, SHOWING, IMAGING = (
@@ -44,6 +45,7 @@ class Window:
     _folders: int = 0
     _model: bytes = b""
     _colours: str = ""
+    _waiting_image: str = ""
     _verdict: dict[str, Any] = field(default_factory=dict)
     _unfinished: bool = False
     _finding: asyncio.Task[None] | None = None
@@ -55,7 +57,13 @@ class Window:
         self._fitting = Process(self._hear_fitting)
         self._showing = Process(self._hear_showing)
         await asyncio.gather(self._fitting.start(FITTING), self._showing.start(SHOWING))
-        await asyncio.gather(self.open(self.asked), self.take_image(self.asked.image))
+        if self.asked.image == str(tissue()):
+            # Every browser shows this file as it is; it is measured when the error is known.
+            self.picture = tissue()
+            self._waiting_image = self.asked.image
+            await self.open(self.asked)
+        else:
+            await asyncio.gather(self.open(self.asked), self.take_image(self.asked.image))
 
     def end(self) -> None:
         """End all processes; whoever listens is told."""
@@ -98,6 +106,9 @@ class Window:
             self.news[what] = body
         if what in ("error", "failed"):
             self._unfinished = False
+            if image := self._waiting_image:
+                self._waiting_image = ""
+                self._later(self.take_image(image))
         for listener in self.listeners:
             listener.put_nowait((what, body))
 
@@ -175,7 +186,8 @@ class Window:
         await self.cancel()
         overview = json.loads(await self._fits("open", **_readings(asked)))
         self.asked, self.overview, self._verdict = replace(asked, image=self.asked.image), overview, {}
-        self.news.clear()
+        for each in ("error", "effects", "verdict"):
+            self.news.pop(each, None)
 
     async def drop(self, hours: Sequence[float] | None) -> dict[str, Any]:
         """Open the files that were dropped; where their hours must be told, say so and keep them."""
@@ -206,6 +218,7 @@ class Window:
             reading.end()
             raise
         self.image, self.picture, self.asked = image, picture, replace(self.asked, image=path)
+        self.tell("image", json.dumps(image).encode())
         self._later(self._count(reading, path, str(folder / "colours")))
         return self.image
 

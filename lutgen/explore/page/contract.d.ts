@@ -105,6 +105,8 @@ export interface Effect {
   /** The model came with it. */
   given: boolean;
   alone_noise: number | null;
+  /** It was tried alone, whether or not it could be fitted. */
+  tried: boolean;
   on: boolean;
   own: boolean;
 }

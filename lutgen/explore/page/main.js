@@ -12,6 +12,8 @@ const GONE = "The server has ended, so nothing here answers any more. Start lutg
 
 const server = new Server();
 server.gone = (gone) => tell("dead", gone ? GONE : "");
+// The server prepares the window while the page does.
+const opening = server.open();
 const error = errorOf();
 
 /** @param {import("./contract").ModelError} next */
@@ -39,15 +41,15 @@ async function begin(overview) {
   byId("provenance").title = overview.provenance;
   document.body.classList.toggle("simulated", overview.simulated);
   error.forget();
-  if (overview.error) show(overview.error);
   await Promise.all([picture.begin(overview), physics.begin(overview)]);
+  if (overview.error) show(overview.error);
 }
 
 try {
   picture = pictureOf(server);
   take = takeOf(server, { shown: picture.shown, error: () => error.now });
   dropOf(server, { begin, image: picture.take, own: physics.own });
-  const overview = await server.open();
+  const overview = await opening;
   server.listen({
     error: show,
     effects: (list) => {

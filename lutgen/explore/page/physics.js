@@ -83,7 +83,7 @@ export function physicsOf(server, page) {
     const rank = (/** @type {Effect} */ each) =>
       found.includes(each.name) ? -1 : each.visible ? (each.alone_noise ?? 1e9) : 1e12;
     // Rows do not move while one effect after the other is tried.
-    const tried = effects.every((each) => !each.visible || each.given || each.alone_noise !== null);
+    const tried = effects.every((each) => each.tried || each.given);
     if (tried || found.length || !lines.size) return [...effects].sort((a, b) => rank(a) - rank(b));
     const places = [...byId("effects").children].map((each) => each.id);
     return [...effects].sort((a, b) => places.indexOf(`row-${a.name}`) - places.indexOf(`row-${b.name}`));

@@ -54,7 +54,7 @@ export function pictureOf(server) {
     });
   const aged = fetching("aged", (table) => {
     viewer?.age(table);
-    document.body.dataset.picture = "drawn";
+    drawn();
   });
   const compensated = fetching("compensated", (table) => viewer?.correct(table));
 
@@ -87,6 +87,11 @@ export function pictureOf(server) {
       }),
     );
     if (input("map").checked) viewer?.map(reach);
+  };
+
+  /** Mark that picture and table are drawn, for whoever measures how soon. */
+  const drawn = () => {
+    if (viewer?.picture && viewer.aged.first.size === SIZE) document.body.dataset.picture = "drawn";
   };
 
   const draw = () => {
@@ -193,8 +198,9 @@ export function pictureOf(server) {
         }),
       );
       note(overview.image);
-      await load();
       show();
+      await load();
+      drawn();
     },
     /** Take another image. @param {File} file */
     async take(file) {
