@@ -77,26 +77,41 @@ def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Page, P
         yield page, folder
 
 
-@pytest.fixture(params=["chromium", "firefox"])
-def either(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[tuple[Page, Path]]:
-    """Each browser in turn, and the folder that takes its downloads."""
-    if request.param == "chromium":
-        yield request.getfixturevalue("chromium")
-        return
+@pytest.fixture(scope="module")
+def fox(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Page, Path]]:
+    """Firefox, and the folder that takes its downloads."""
     if FIREFOX is None:
         pytest.skip("Firefox and a screen for it are not installed (Debian: firefox-esr, xvfb)")
-    with firefox(tmp_path / "firefox") as page:
+    folder = tmp_path_factory.mktemp("firefox")
+    with firefox(folder / "profile") as page:
         page.size(1280, 720)
-        yield page, tmp_path / "firefox" / "downloads"
+        yield page, folder / "profile" / "downloads"
+
+
+@pytest.fixture(params=["chromium", "fox"])
+def either(request: pytest.FixtureRequest) -> tuple[Page, Path]:
+    """Each browser in turn, and the folder that takes its downloads."""
+    browser_and_folder: tuple[Page, Path] = request.getfixturevalue(request.param)
+    return browser_and_folder
 
 
 @pytest.fixture
 def page(chromium: tuple[Page, Path]) -> Iterator[Page]:
     """Chromium on the page of examples/display-a.csv."""
+    yield from _on_display_a(chromium[0])
+
+
+@pytest.fixture
+def page_of_either(either: tuple[Page, Path]) -> Iterator[Page]:
+    """Each browser in turn on the page of examples/display-a.csv."""
+    yield from _on_display_a(either[0])
+
+
+def _on_display_a(page: Page) -> Iterator[Page]:
     with explored(ROOT, "examples/display-a.csv") as (address, _):
-        opened(chromium[0], address)
-        yield chromium[0]
-        chromium[0].open_address("about:blank")
+        opened(page, address)
+        yield page
+        page.open_address("about:blank")
 
 
 def opened(page: Page, address: str) -> None:
@@ -203,7 +218,8 @@ def test_the_whole_road_from_the_error_to_a_lut(either: tuple[Page, Path], tmp_p
 # What is dropped ----------------------------------------------------------------------------------------------------
 
 
-def test_a_ti3_is_opened_and_several_are_asked_for_their_hours(page: Page) -> None:
+def test_a_ti3_is_opened_and_several_are_asked_for_their_hours(page_of_either: Page) -> None:
+    page = page_of_either
     drop(page, ("a.ti3", ti3()), ("b.ti3", ti3().replace("Tue May 26 13:21:48 2020", "Fri May 27 10:00:00 2022")))
     page.wait("document.querySelectorAll('#drop-hours input').length === 2")
     page.ask(
@@ -220,8 +236,9 @@ def test_a_ti3_is_opened_and_several_are_asked_for_their_hours(page: Page) -> No
     [("broken.csv", "hour,R,G,B,X,Y,Z\n0,1,1,1,abc,100,100\n"), ("broken.ti3", "CTI3\n\nnothing\n")],
 )
 def test_a_broken_file_is_refused_in_the_commands_own_sentence_and_what_was_there_stays(
-    page: Page, tmp_path: Path, name: str, content: str
+    page_of_either: Page, tmp_path: Path, name: str, content: str
 ) -> None:
+    page = page_of_either
     before = text(page, "#name"), text(page, "#ratio-number"), text(page, "#provenance")
     drop(page, (name, content))
     page.wait("!document.getElementById('drop-trouble').hidden")
@@ -260,7 +277,8 @@ def test_an_image_is_dropped_and_one_that_is_none_is_refused(page: Page) -> None
 # Effects ------------------------------------------------------------------------------------------------------------
 
 
-def test_an_effect_of_ones_own_is_added_and_switched_on(page: Page) -> None:
+def test_an_effect_of_ones_own_is_added_and_switched_on(page_of_either: Page) -> None:
+    page = page_of_either
     before = text(page, "#ratio-number")
     page.ask("void (document.getElementById('own-line').value = 'xyz + k*tau*white')")
     click(page, "#own button")
@@ -304,7 +322,8 @@ def test_a_switch_gives_an_error_at_once_and_what_if_moves_it(page: Page) -> Non
     page.wait(f"{RATIO} === {json.dumps(fitted)} && {FINAL}", LONG)
 
 
-def test_the_diagnosis_is_cancelled(page: Page) -> None:
+def test_the_diagnosis_is_cancelled(page_of_either: Page) -> None:
+    page = page_of_either
     click(page, "#find")
     page.wait("!document.getElementById('finding').hidden")
     click(page, "#cancel")
@@ -359,7 +378,8 @@ def test_without_webgl_the_rest_of_the_page_serves(chromium: tuple[Page, Path]) 
 
 
 @pytest.mark.parametrize("size", [(1280, 720), (1920, 1080), (1024, 768)])
-def test_everything_is_inside_the_window(page: Page, size: tuple[int, int]) -> None:
+def test_everything_is_inside_the_window(page_of_either: Page, size: tuple[int, int]) -> None:
+    page = page_of_either
     page.size(*size)
     time.sleep(0.3)
     assert page.ask("[document.documentElement.scrollWidth, document.documentElement.scrollHeight]") == list(size)
@@ -372,8 +392,9 @@ def test_everything_is_inside_the_window(page: Page, size: tuple[int, int]) -> N
     page.size(1280, 720)
 
 
-def test_the_keyboard_reaches_everything(page: Page) -> None:
+def test_the_keyboard_reaches_everything(page_of_either: Page) -> None:
     """From the top of the page Tab alone comes to each control, and keys work there."""
+    page = page_of_either
     page.ask("document.body.tabIndex = -1, document.body.focus(), document.body.removeAttribute('tabindex')")
     seen: list[str] = []
     for _ in range(120):
