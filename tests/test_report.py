@@ -234,9 +234,9 @@ def test_how_far_the_slider_is_from_the_model_is_measured_and_told(run: Callable
     away = []
     for mode, texts in data["tables"].items():
         first, last = (unpacked(text)[..., :3] / 65535 for text in texts)
-        for hours, table in ((0, first), (18_000, last), (9000, (first + last) / 2)):
+        for hour, table in ((0, first), (18_000, last), (9000, (first + last) / 2)):
             drawn = Lut("code", table).apply(code)
-            away.append(delta_e(drawn, MODEL.at(mode, hours).code_to_code(code)))
+            away.append(delta_e(drawn, MODEL.at(mode, hour).code_to_code(code)))
     assert told[0][0] == pytest.approx(np.mean(away), abs=0.006)
     assert told[0][2] == pytest.approx(np.max(away), abs=0.06)
 

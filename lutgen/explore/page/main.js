@@ -4,14 +4,12 @@ import { dropOf } from "./drop.js";
 import { errorOf } from "./error.js";
 import { physicsOf } from "./physics.js";
 import { pictureOf } from "./picture.js";
-import { Refusal, Server } from "./server.js";
+import { GONE, Refusal, Server } from "./server.js";
 import { takeOf } from "./take.js";
 import { byId, spaced, tell } from "./words.js";
 
-const GONE = "The server has ended, so nothing here answers any more. Start lutgen explore again; it opens a new page.";
-
 const server = new Server();
-server.gone = (gone) => tell("dead", gone ? GONE : "");
+server.gone = (sentence) => tell("dead", sentence);
 // The server prepares the window while the page does.
 const opening = server.open();
 const error = errorOf();

@@ -1,13 +1,16 @@
 // The server behind the page: requests of this window, its events, and the word when it has gone.
 
+export const GONE =
+  "The server has ended, so nothing here answers any more. Start lutgen explore again; it opens a new page.";
+
 /** A refusal in the server's own sentence. */
 export class Refusal extends Error {}
 
 export class Server {
   constructor() {
     this.window = "";
-    /** Called with true when the server has gone, with false when it is back. */
-    this.gone = (/** @type {boolean} */ _gone) => {};
+    /** Called with what to do when the server or its window has gone, with "" when it is back. */
+    this.gone = (/** @type {string} */ _sentence) => {};
     /** @type {EventSource | null} */
     this.source = null;
     /** @type {Record<string, number>} */
@@ -44,12 +47,13 @@ export class Server {
       response = await fetch(address, request);
     } catch (error) {
       if (error instanceof DOMException && error.name === "AbortError") throw error;
-      this.gone(true);
+      this.gone(GONE);
       throw new Refusal("");
     }
-    this.gone(false);
+    this.gone("");
     if (response.ok) return response;
     const refused = await response.json().catch(() => null);
+    if (response.status === 410) this.gone(refused?.error);
     throw new Refusal(refused?.error ?? `The server answers ${response.status} ${response.statusText}.`);
   }
 
@@ -88,7 +92,7 @@ export class Server {
     this.source.addEventListener("error", (event) => {
       if (!(event instanceof MessageEvent)) this.get("overview").catch(() => {});
     });
-    this.source.addEventListener("open", () => this.gone(false));
+    this.source.addEventListener("open", () => this.gone(""));
   }
 }
 

@@ -425,7 +425,8 @@ export class Viewer {
       "wheel",
       (event) => {
         // In a page that scrolls, the wheel is the page's until the picture has the focus.
-        if (!event.ctrlKey && !this.host.contains(document.activeElement)) return;
+        const scrolls = document.documentElement.scrollHeight > innerHeight;
+        if (scrolls && !event.ctrlKey && !this.host.contains(document.activeElement)) return;
         event.preventDefault();
         const { left, top } = canvas.getBoundingClientRect();
         const at = [event.clientX - left, event.clientY - top].map((length) => length * devicePixelRatio);

@@ -182,7 +182,8 @@ def scenes_of(
     """
     reach = reach_of(lifetimes, hours)
     curves, unaged = lifetimes.images[0].curves, model.at("stable", 0.0)
-    sampler, modes = Sampler(), {}
+    sampler = Sampler()
+    modes: dict[str, tuple[Scene, ...]] = {}
     for mode, curve in curves.items():
         scenes = []
         for hour in hours:
@@ -191,8 +192,8 @@ def scenes_of(
         modes[mode] = tuple(scenes)
     lasts = {mode: model.at(mode, hours[-1]) for mode in modes}
     stills = {mode: _still(frame, unaged, aged, reach) for mode, aged in lasts.items()}
-    pictures = (_picture(frame, shown) for shown in (frame.shown(unaged), frame.colours[frame.places]))
-    return Scenes(frame, *pictures, tuple(hours), modes, stills, reach, _blending(frame, model, modes))
+    seen, source = (_picture(frame, shown) for shown in (frame.shown(unaged), frame.colours[frame.places]))
+    return Scenes(frame, seen, source, tuple(hours), modes, stills, reach, _blending(frame, model, modes))
 
 
 def _scene(sampler: Sampler, unaged: AgedDisplay, aged: AgedDisplay, curve: Curve) -> Scene:
