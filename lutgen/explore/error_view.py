@@ -229,6 +229,6 @@ def verdict_json(diagnosis: Diagnosis, opened: Opened) -> dict[str, Any]:
         "rivals": [list(each) for each in verdict.rivals],
         "shares": dict(verdict.shares_delta_e),
         "remarks": list(verdict.remarks),
-        "next": "",
+        "next": " ".join(f"To tell {' from '.join(each.separates)}: {each.name}." for each in diagnosis.measure_next),
         "has_patches": True,
     }

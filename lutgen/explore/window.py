@@ -63,7 +63,16 @@ class Window:
             self._waiting_image = self.asked.image
             await self.open(self.asked)
         else:
-            await asyncio.gather(self.open(self.asked), self.take_image(self.asked.image))
+            await self._both(self.open(self.asked), self.take_image(self.asked.image))
+
+    async def _both(self, *works: Coroutine[Any, Any, Any]) -> None:
+        """Do two things at once; where one is refused, the other is ended."""
+        try:
+            async with asyncio.TaskGroup() as group:
+                for work in works:
+                    group.create_task(work)
+        except ExceptionGroup as refused:
+            raise refused.exceptions[0] from None
 
     def end(self) -> None:
         """End all processes; whoever listens is told."""
@@ -216,6 +225,7 @@ class Window:
             image = json.loads(await self._soon(reading, reading.ask("read", path=path, to=str(picture))))
         except BaseException:
             reading.end()
+            await reading.gone()
             raise
         self.image, self.picture, self.asked = image, picture, replace(self.asked, image=path)
         self.tell("image", json.dumps(image).encode())
