@@ -127,9 +127,7 @@ def _departures(course: Array) -> list[tuple[float, float, float]]:
     return found
 
 
-def _told(
-    plain: Problem, state: State, linear: Linear, rows: NDArray[np.bool_], unit: Problem
-) -> list[Told]:
+def _told(plain: Problem, state: State, linear: Linear, rows: NDArray[np.bool_], unit: Problem) -> list[Told]:
     """What each block tells of its shared errors of one kind."""
     told = []
     for whole in plain.blocks:

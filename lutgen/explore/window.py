@@ -194,7 +194,8 @@ class Window:
         """Open readings; where they are refused, those that are open stay."""
         await self.cancel()
         overview = json.loads(await self._fits("open", **_readings(asked)))
-        self.asked, self.overview, self._verdict = replace(asked, image=self.asked.image), overview, {}
+        self.asked = replace(asked, data=overview.pop("data"), image=self.asked.image)
+        self.overview, self._verdict = overview, {}
         for each in ("error", "effects", "verdict"):
             self.news.pop(each, None)
 
@@ -256,7 +257,7 @@ class Window:
         if baseline and baseline != self.overview["baseline"]:
             await self.open(replace(self.asked, baseline=baseline, on=()))
         error = await self._fits("switch", effects=list(effects))
-        self.asked, self._unfinished = replace(self.asked, on=tuple(effects)), True
+        self.asked, self._unfinished = replace(self.asked, on=tuple(json.loads(error)["on"])), True
         return error
 
     async def what_if(self, **asked: Any) -> bytes:
