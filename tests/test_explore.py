@@ -288,6 +288,20 @@ def test_without_its_server_the_command_says_what_to_install(
     assert "pip install 'lutgen[explore]'" in done.err
 
 
+@pytest.mark.slow
+def test_files_that_cannot_be_shown_end_the_command_with_2_and_a_sentence(lutgen: Callable[..., Done]) -> None:
+    for arguments, sentence in [
+        (("nothing.csv",), "nothing.csv: cannot read the measurements: no such file"),
+        (("README.md",), "names no format of measurements"),
+        ((EXAMPLE, "--image", "README.md"), "README.md: not an image"),
+        (("--model", "README.md"), "README.md: not a model file"),
+        ((EXAMPLE, "--port", "70000"), "--port 70000: give 1 to 65535"),
+    ]:
+        done = lutgen("explore", "--no-browser", *arguments)
+        assert (done.code, done.out) == (2, ""), arguments
+        assert sentence in done.err
+
+
 # The command in a process of its own.
 
 

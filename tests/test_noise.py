@@ -93,7 +93,7 @@ def test_the_scatter_of_replicates_is_three_a_contrast_in_units_of_the_noise_the
     found = [estimate_noise(with_noise(readings(), seed)) for seed in range(20)]
     # 32 contrasts of bright patches and 8 of black leave open what is added to the variance that they tell.
     bright, dark = found[0].doubt
-    assert (bright, dark) == (pytest.approx(34 / 30), pytest.approx(13 / 9))
+    np.testing.assert_allclose((bright, dark), (34 / 30, 13 / 9))
     expected = (32 / bright + 8 / dark) / 40
     assert np.mean([each.scatter / (3 * each.contrasts) for each in found]) == pytest.approx(expected, abs=0.02)
 

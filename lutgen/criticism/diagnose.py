@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 
 __all__ = ["VERDICTS", "Diagnosis", "Ranked", "diagnose"]
 
+#: The search is repeated where the gain is found to wander by so many times what it was taken to.
+UNSTEADIER = 2.0
+
 #: Families of the ranking whose held-out error is computed.
 RANKED = 8
 
@@ -173,10 +176,15 @@ def diagnose(
     if rows:
         problem = problem.without(rows)
         base, error = fit(problem, terms), PureError.of(problem)
-    suspicion = _suspicion(base, error, rows)
-    score = Score(base)
-    seen = tuple(visibility(base, choices, score))
+    seen = tuple(visibility(base, choices, Score(base)))
     explanation = explain(base, choices, error, progress)
+    # A misfit hides how much the gain wanders; beside the effects that explain the misfit, it shows.
+    again = with_shared_errors(problem, explanation.final.terms)
+    if explanation.steps and again.wander > UNSTEADIER * problem.wander:
+        problem = again
+        base = fit(problem, terms)
+        explanation = explain(base, choices, error, progress)
+    suspicion = _suspicion(base, error, rows)
     verdict = pronounce(explanation, error, seen, suspicion)
     named = [step for step in explanation.steps if step.name in verdict.effects]
     rivals = {(step.name, rival.name) for step in named for rival in step.rivals}

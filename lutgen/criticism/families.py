@@ -56,6 +56,12 @@ def condition_of(problem: Problem) -> NDArray[np.str_]:
     return named
 
 
+def kind_of(problem: Problem) -> NDArray[np.str_]:
+    """Kind of each reading, (n,): the cell of the condition that is away from rest, else its colour family."""
+    condition = condition_of(problem)
+    return np.where(condition == "", family_of(problem), condition)
+
+
 def dimension(condition: Condition) -> str:
     """Name of a condition as a dimension of errors: that of its column, where it has one."""
     return condition.columns[0].name if len(condition.columns) == 1 else condition.name

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.criticism.families import condition_of, family_of
+from lutgen.criticism.families import kind_of
 from lutgen.criticism.linear import State
 from lutgen.criticism.system import Block, System, bounded, local_columns
 
@@ -28,9 +28,6 @@ if TYPE_CHECKING:
 #: A cell with more than this share of the information on a parameter is not withheld.
 NEARLY_ALL = 0.99
 
-#: Fewer cells, or sessions, than this do not tell the error of their mean gain.
-FEW_CELLS, FEW_SESSIONS = 20, 6
-
 
 @dataclass(frozen=True)
 class HeldOut:
@@ -42,14 +39,11 @@ class HeldOut:
         Squared whitened error of every cell, (cells,); NaN where the cell could not be withheld.
     numbers
         Numbers withheld in each cell, (cells,).
-    sessions
-        Hours that the cells come from.
 
     """
 
     squares: Array
     numbers: NDArray[np.intp]
-    sessions: int
 
     @property
     def rms_sigma(self) -> float:
@@ -72,11 +66,9 @@ class HeldOut:
         if gain.size < 2:
             return 0.0, np.inf
         total, spread = float(gain.sum()), float(np.sqrt(gain.size) * gain.std(ddof=1))
-        if gain.size < FEW_CELLS or self.sessions < FEW_SESSIONS:
-            # An effect that shows in one cell of a session, in a few sessions, cannot tell by its spread. Where the
-            # better model is true, the gain is the squared distance of the predictions, ± twice its root.
-            return total, min(spread, 2.0 * float(np.sqrt(max(abs(total), 1.0))))
-        return total, spread
+        # An effect that shows in a few cells cannot tell by their spread. Where the better model is true, the gain is
+        # the squared distance of the predictions, ± twice its root.
+        return total, min(spread, 2.0 * float(np.sqrt(max(abs(total), 1.0))))
 
 
 def cells(problem: Problem) -> list[NDArray[np.intp]]:
@@ -84,8 +76,7 @@ def cells(problem: Problem) -> list[NDArray[np.intp]]:
 
     What the prediction starts from is never withheld: tips at rest, and what a native display is made of.
     """
-    family, condition = family_of(problem), condition_of(problem)
-    named = np.where(condition == "", family, condition)
+    named = kind_of(problem)
     kept = problem.is_anchor
     found = []
     for hour in range(problem.hours.size):
@@ -117,8 +108,7 @@ def held_out(found: Fit) -> HeldOut:
         rests_on = _information(rows, system.effect_count) < (1.0 - NEARLY_ALL) * whole_information
         step = None if rests_on.any() else _step(rows, limits)
         squares.append(np.nan if step is None else _error(found, block, problem.blocks[index], cell, step))
-    hours = np.unique([problem.hour_of[cell[0]] for cell in withheld]).size
-    return HeldOut(np.array(squares), np.array([3 * cell.size for cell in withheld], dtype=np.intp), hours)
+    return HeldOut(np.array(squares), np.array([3 * cell.size for cell in withheld], dtype=np.intp))
 
 
 def _information(reduced: Array, count: int) -> Array:
@@ -151,7 +141,7 @@ def _sessions_held_out(problem: Problem, system: System, limits: tuple[Array, Ar
         step, block = _step(rows, limits), system.blocks[index]
         squares.append(float(((block.reduced[:, -1] - block.reduced[:, :-1] @ step) ** 2).sum()))
     numbers = np.array([3 * problem.blocks[index].size for index in later], dtype=np.intp)
-    return HeldOut(np.array(squares), numbers, len(later))
+    return HeldOut(np.array(squares), numbers)
 
 
 def _step(reduced: Array, limits: tuple[Array, Array]) -> Array:

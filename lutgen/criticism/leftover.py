@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.criticism.families import condition_of, family_of
+from lutgen.criticism.families import kind_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -59,8 +59,7 @@ def _judged(found: Fit) -> NDArray[np.bool_]:
 def _partitions(found: Fit) -> tuple[NDArray[np.generic], ...]:
     """Three ways to part the readings that are judged, labels (m,) each: by colour or condition, by hour, by both."""
     problem, judged = found.problem, _judged(found)
-    condition = condition_of(problem)
-    named = np.where(condition == "", family_of(problem), condition)
+    named = kind_of(problem)
     cells = np.char.add(np.char.add(named.astype(str), "@"), problem.hour_of.astype(str))
     return named[judged], problem.hour_of[judged], cells[judged]
 

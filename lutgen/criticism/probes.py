@@ -145,22 +145,33 @@ def _signatures(problem: Problem, predicted: Array) -> Iterator[tuple[str, Array
             yield f"light added {name}{colour}", white * weight[:, np.newaxis] * part
 
 
+def by_code(problem: Problem) -> Iterator[tuple[str, Array]]:
+    """Names and weights (n,) of what goes by code values alone: level, channel and mixture."""
+    code = problem.readings.drive[problem.rows]
+    top = code.max(axis=1)
+    for level in LEVELS:
+        near = _near(top, level)
+        yield f"level near {level:g}", near
+        for channel, share in zip(("red", "green", "blue"), code.T, strict=True):
+            yield f"{channel} near {level:g}", near * share / np.maximum(top, 1e-6)
+    red, green, blue = code.T
+    yield from (("red × green", red * green), ("green × blue", green * blue), ("red × blue", red * blue))
+
+
+def _near(top: Array, level: float) -> Array:
+    return np.maximum(1.0 - np.abs(top - level) / WIDTH, 0.0)
+
+
 def _weights(problem: Problem) -> Iterator[tuple[str, Array]]:
     code = problem.readings.drive[problem.rows]
     tau = problem.readings.hours[problem.rows] / problem.hours[-1] if problem.hours[-1] > 0 else np.zeros(len(code))
-    top = code.max(axis=1)
-    red, green, blue = code.T
+    top, (red, _, blue) = code.max(axis=1), code.T
+    for name, weight in by_code(problem):
+        yield name, weight
+        yield f"{name}, growing", weight * tau
     for level in LEVELS:
-        near = np.maximum(1.0 - np.abs(top - level) / WIDTH, 0.0)
-        for course, grown in (("", 1.0), (", growing", tau)):
-            yield f"level near {level:g}{course}", near * grown
-            for channel, share in (("red", red), ("green", green), ("blue", blue)):
-                yield f"{channel} near {level:g}{course}", near * grown * share / np.maximum(top, 1e-6)
         for hour, when in enumerate(problem.hours):
-            yield f"level near {level:g} at {when:g} h", near * (problem.hour_of == hour)
-    for name, product in (("red × green", red * green), ("green × blue", green * blue), ("red × blue", red * blue)):
-        yield f"{name}", product
-        yield f"{name}, growing", product * tau
+            yield f"level near {level:g} at {when:g} h", _near(top, level) * (problem.hour_of == hour)
     for name, condition in _conditions(problem):
         for shape, factor in (
             ("", np.ones_like(top)),

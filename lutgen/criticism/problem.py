@@ -148,6 +148,10 @@ class Problem:
         """Return the same problem without some readings, by their indices in the file."""
         return replace(self, rows=np.setdiff1d(self.rows, rows))
 
+    def with_slips(self) -> Problem:
+        """Return the same problem with the readings that replicates show to be wrong."""
+        return replace(self, rows=np.union1d(self.rows, self.noise.slips), noise=replace(self.noise, slips=()))
+
     @cached_property
     def xyz(self) -> Array:
         """What was measured, (n, 3), cd/m²."""
@@ -228,7 +232,7 @@ class Problem:
     @cached_property
     def shared(self) -> dict[int, Array]:
         """Errors that readings of a session share, whitened, (k, m, 3), by the first reading of each block."""
-        return {int(here[0]): shared_columns(self, here) for here in self.blocks}
+        return {int(here[0]): shared_columns(self, here)[1] for here in self.blocks}
 
     @cached_property
     def is_knot(self) -> NDArray[np.bool_]:

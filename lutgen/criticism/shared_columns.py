@@ -1,10 +1,16 @@
-"""What the errors that a session shares do to its readings: a dark offset, and a gain that wanders while it is read."""
+"""What the errors that a session shares do to its readings: a dark offset, and a gain that wanders while it is read.
+
+Where the file tells the order of reading, the gain wanders along it. Where it does not, readings of one kind (a ramp,
+positions, windows) are taken to have been read one after the other, with a gain of their own.
+"""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from lutgen.criticism.families import kind_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -13,27 +19,38 @@ if TYPE_CHECKING:
     from lutgen.criticism.problem import Problem
 
 #: Modes of a wandering gain: the first of those of Brownian motion, whose sizes fall as 1, 1/3, 1/5.
-WANDER_MODES = 3
+WANDER_MODES = 4
 
 
-def shared_columns(problem: Problem, here: NDArray[np.intp]) -> Array:
-    """Errors shared by readings ``here`` of a block, one standard deviation each, whitened: (k, m, 3).
+def shared_columns(problem: Problem, here: NDArray[np.intp]) -> tuple[list[str], Array]:
+    """Errors shared by readings ``here`` of a block, one standard deviation each: names, whitened columns (k, m, 3).
 
-    For each session the dark offset in X, Y and Z, and, where the order of reading is known, the Karhunen-Loève modes
-    of a gain that wanders as Brownian motion does.
+    For each session the dark offset in X, Y and Z, and what the wandering gain does.
     """
+    names: list[str] = []
     columns = [np.zeros((0, here.size, 3))]
-    readings = problem.readings
-    sessions, whitener = readings.sessions[problem.rows][here], problem.whitener[here]
-    order = None if readings.order is None else readings.order[problem.rows][here]
+    sessions, whitener = problem.readings.sessions[problem.rows][here], problem.whitener[here]
     for session in np.unique(sessions):
         mine = sessions == session
         if problem.offset_cd_m2 > 0:
+            names += ["X", "Y", "Z"]
             columns.append(np.moveaxis(whitener * problem.offset_cd_m2, 2, 0) * mine[:, np.newaxis])
-        if problem.wander > 0 and order is not None:
-            light = np.einsum("nij,nj->ni", whitener, problem.xyz[here]) * mine[:, np.newaxis]
-            columns.append(problem.wander * _wander(order, mine)[:, :, np.newaxis] * light)
-    return np.concatenate(columns)
+        if problem.wander > 0:
+            gains = _gains(problem, here, mine)
+            names += gains
+            light = np.einsum("nij,nj->ni", whitener, problem.wander * problem.xyz[here])
+            columns.append(np.array([*gains.values()]).reshape(-1, here.size, 1) * light)
+    return names, np.concatenate(columns)
+
+
+def _gains(problem: Problem, here: NDArray[np.intp], mine: NDArray[np.bool_]) -> dict[str, Array]:
+    """Name → gain of the readings of a session at one standard deviation of its wandering, (m,)."""
+    if problem.readings.order is not None:
+        modes = _wander(problem.readings.order[problem.rows][here], mine)
+        return {f"mode {number}": mode for number, mode in enumerate(modes)}
+    # The gain of white and primaries is the session's own, beside which those of other kinds are told.
+    kinds, others = kind_of(problem)[here], mine & ~problem.is_tip_anchor[here]
+    return {str(kind): np.asarray(others & (kinds == kind), dtype=float) for kind in np.unique(kinds[others])}
 
 
 def _wander(order: Array, mine: NDArray[np.bool_]) -> Array:

@@ -12,16 +12,18 @@ free while the spread of the offsets is estimated, of few the colour in which th
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from itertools import compress
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+from scipy import stats
+from scipy.optimize import brentq, minimize_scalar
 
 from lutgen.criticism.fit import fit
 from lutgen.criticism.linear import State
+from lutgen.criticism.shared_columns import shared_columns
 from lutgen.criticism.system import local_columns, prior_rows
 from lutgen.criticism.tails import tails_of, weights_of
-from lutgen.readings.rest import is_tip
 from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
@@ -36,6 +38,9 @@ if TYPE_CHECKING:
 #: Spread of the dark offset, cd/m², and of the gain within a session, of an ordinary colorimeter: assumptions.
 OFFSET_CD_M2, WANDER = 0.001, 0.0003
 
+#: No instrument's gain wanders more than this.
+MOST = 0.3
+
 #: Standard deviation of the prior on both, in powers of e.
 PRIOR_SD = 1.0
 
@@ -49,10 +54,26 @@ ENOUGH = 3
 MANY, TERMS = 8, 5
 
 
+#: Of an error of which less than this share remains beside tips and gains nothing is told.
+LEAST_SEEN = 1e-2
+
+
+class Told(NamedTuple):
+    """What a block tells of errors that its readings share: names (k,), estimates (k,), their covariance (k, k)."""
+
+    hour: float
+    names: list[str]
+    estimate: Array
+    covariance: Array
+
+
 def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
     """Return a problem with its weights and the spreads of offset and wander that sessions show beside ``terms``."""
-    plain = replace(problem, offset_cd_m2=0.0, wander=0.0)
+    problem = replace(problem, offset_cd_m2=0.0, wander=0.0, weights=None)
+    plain = problem
     if tails := tails_of(plain):
+        # An instrument with heavy tails slips now and then: its slips are weighed down like the rest, not left out.
+        problem, plain = problem.with_slips(), plain.with_slips()
         residual = fit(plain, [replace(term, free=()) for term in terms]).linear.residual
         weights = np.ones(problem.readings.hours.size)
         weights[problem.rows] = weights_of(plain, residual, tails)
@@ -60,27 +81,54 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
     found = fit(plain, [replace(term, free=()) for term in terms])
     state = State(found.terms, found.tips, found.gains)
     linear = found.linear
-    capped, rest = is_capped(problem.readings)[problem.rows], problem.readings.at_rest()[problem.rows]
-    drive = problem.readings.drive[problem.rows]
-    # Only what no effect on curves, mixing or primaries reaches: black, the capped lens, and repeated colour points.
-    dark = capped | (rest & (drive == 0).all(axis=1))
+    drive, capped = problem.readings.drive[problem.rows], is_capped(problem.readings)[problem.rows]
+    # Only what no effect on curves, mixing or primaries reaches: black, and the capped lens.
+    dark = capped | (problem.readings.at_rest()[problem.rows] & (drive == 0).all(axis=1))
     offsets = _told(plain, state, linear, dark, replace(plain, offset_cd_m2=1.0))
     offset = OFFSET_CD_M2
     if len(offsets) >= MANY:
         offset = _spread(offsets, OFFSET_CD_M2, TERMS)
     elif len(offsets) >= ENOUGH:
         offset = _spread(_beside_the_display(offsets), OFFSET_CD_M2, 1)
-    wander = 0.0
-    if problem.readings.order is not None:
-        wanders = _told(plain, state, linear, rest & is_tip(drive).any(axis=1), replace(plain, wander=1.0))
-        wander = _spread(wanders, WANDER, 1) if len(wanders) > ENOUGH else WANDER
-    return replace(problem, offset_cd_m2=offset, wander=wander)
+    everything = np.ones(problem.rows.size, dtype=bool)
+    gains = _told(plain, state, linear, everything, replace(plain, wander=1.0))
+    return replace(problem, offset_cd_m2=offset, wander=_unsteady(gains))
 
 
-def _told(
-    plain: Problem, state: State, linear: Linear, rows: NDArray[np.bool_], unit: Problem
-) -> list[tuple[float, Array, Array]]:
-    """What each block tells of its shared errors of one kind: hour, estimates (k,) and their covariance (k, k)."""
+def _unsteady(told: list[Told]) -> float:
+    """Spread of gains that makes the median departure from a steady course as large as it should be."""
+    courses: dict[str, list[tuple[float, float, float]]] = {}
+    for hour, names, estimate, covariance in told:
+        for name, size, variance in zip(names, estimate, np.diag(covariance), strict=True):
+            courses.setdefault(name, []).append((hour, size, variance))
+    departures = [departure for course in courses.values() for departure in _departures(np.array(course))]
+    if not departures:
+        return WANDER
+    squares, noise, gain = np.array(departures).T
+    usual = float(stats.chi2.median(1))
+
+    def excess(spread: float) -> float:
+        return float(np.median(squares / (noise + spread**2 * gain)) - usual)
+
+    return float(brentq(excess, WANDER, MOST)) if excess(WANDER) > 0 > excess(MOST) else WANDER
+
+
+def _departures(course: Array) -> list[tuple[float, float, float]]:
+    """Departures of a course (n, 3) of hours, sizes and variances from the line between the neighbours.
+
+    Each: its square, its variance by noise, and by a spread of 1.
+    """
+    found = []
+    for (start, before, a), (hour, size, b), (end, after, c) in zip(course, course[1:], course[2:], strict=False):
+        share = (hour - start) / (end - start) if end > start else 0.5
+        off = size - (1.0 - share) * before - share * after
+        weights = np.array([(1.0 - share) ** 2, 1.0, share**2])
+        found.append((off**2, float(weights @ (a, b, c)), float(weights.sum())))
+    return found
+
+
+def _told(plain: Problem, state: State, linear: Linear, rows: NDArray[np.bool_], unit: Problem) -> list[Told]:
+    """What each block tells of its shared errors of one kind."""
     told = []
     for whole in plain.blocks:
         here = whole[rows[whole]]
@@ -89,40 +137,57 @@ def _told(
         hour = int(plain.hour_of[whole[0]])
         columns, gains = local_columns(plain, linear, whole, here)
         prior, off = prior_rows(plain, state, hour, gains, 0)
-        shared = unit.shared[int(whole[0])][:, np.searchsorted(whole, here)]
+        names, shared = shared_columns(unit, whole)
+        shared = shared[:, np.searchsorted(whole, here)]
         count = len(shared)
         local = np.concatenate([columns.reshape(len(columns), -1).T, prior])
         asked = np.concatenate([shared.reshape(count, -1).T, np.zeros((len(off), count))])
         right = np.concatenate([linear.residual[here].ravel(), off])
         q = np.linalg.qr(local)[0] if local.shape[1] else np.zeros((len(right), 0))
-        asked, right = asked - q @ (q.T @ asked), right - q @ (q.T @ right)
-        information = asked.T @ asked
-        if np.linalg.cond(information) < 1e12:
-            covariance = np.linalg.inv(information)
-            told.append((float(plain.hours[hour]), covariance @ (asked.T @ right), covariance))
+        left, right = asked - q @ (q.T @ asked), right - q @ (q.T @ right)
+        # What tips and gains of the block take up altogether, nobody can tell: the gain of the tips themselves.
+        seen = np.linalg.norm(left, axis=0) > LEAST_SEEN * np.linalg.norm(asked, axis=0)
+        if seen.any():
+            covariance = np.linalg.pinv(left[:, seen].T @ left[:, seen], hermitian=True)
+            estimate = covariance @ (left[:, seen].T @ right)
+            scale = _misfit(asked[:, seen] != 0, right - left[:, seen] @ estimate)
+            covariance = covariance * np.outer(scale, scale)
+            told.append(Told(float(plain.hours[hour]), list(compress(names, seen)), estimate, covariance))
     return told
 
 
-def _beside_the_display(told: list[tuple[float, Array, Array]]) -> list[tuple[float, Array, Array]]:
+def _misfit(moved: NDArray[np.bool_], left: Array) -> Array:
+    """Root mean square of what is left of the numbers that each error moves, (k,); 1 at least.
+
+    A gain moves its readings alike. Where they differ among themselves by more than noise, a display's fault does it,
+    and what their mean does tells the less of a gain.
+    """
+    squares = moved.T.astype(float) @ left**2 / np.maximum(moved.sum(axis=0), 1)
+    return np.asarray(np.sqrt(np.maximum(squares, 1.0)))
+
+
+def _beside_the_display(told: list[Told]) -> list[Told]:
     """Estimates without the one colour in which they differ most.
 
     A leak has one colour, and may take any course; a few sessions tell it from an offset by its colour alone.
     """
-    estimates = np.array([estimate for _, estimate, _ in told])
+    estimates = np.array([each.estimate for each in told])
     others = np.linalg.svd(estimates - estimates.mean(axis=0))[2][1:]
-    return [(hour, others @ estimate, others @ covariance @ others.T) for hour, estimate, covariance in told]
+    return [
+        each._replace(estimate=others @ each.estimate, covariance=others @ each.covariance @ others.T) for each in told
+    ]
 
 
-def _spread(told: list[tuple[float, Array, Array]], ordinary: float, trend: int) -> float:
+def _spread(told: list[Told], ordinary: float, trend: int) -> float:
     """Spread of largest posterior, restricted likelihood and prior, of what sessions tell beside a trend in time."""
-    hours = np.array([hour for hour, _, _ in told])
+    hours = np.array([each.hour for each in told])
     tau = hours / max(float(hours.max()), 1.0)
-    count = min(len(estimate) for _, estimate, _ in told)
+    count = min(len(each.estimate) for each in told)
 
     def loss(power: float) -> float:
         variance = (ordinary * np.exp(power)) ** 2
         total, information, right = 0.0, np.zeros((trend * count,) * 2), np.zeros(trend * count)
-        for share, (_, estimate, covariance) in zip(tau, told, strict=True):
+        for share, (_, _, estimate, covariance) in zip(tau, told, strict=True):
             sigma = covariance[:count, :count] + variance * np.eye(count)
             inverse = np.linalg.inv(sigma)
             design = np.kron(np.polynomial.chebyshev.chebvander([2.0 * share - 1.0], trend - 1), np.eye(count))

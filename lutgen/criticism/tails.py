@@ -25,9 +25,6 @@ if TYPE_CHECKING:
 #: Degrees of freedom that are tried; more of them are a normal distribution.
 DEGREES = (2.5, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0)
 
-#: Gain in log likelihood from which tails are heavy: two parameters, one chance in a thousand.
-CLEAR = 7.0
-
 #: Fewer replicated readings than this tell nothing of tails.
 ENOUGH = 30
 
@@ -54,7 +51,8 @@ def tails_of(problem: Problem) -> Tails | None:
     squares = (off**2).sum(axis=1) / (1.0 - 1.0 / count[replicated])
     normal = _normal(squares)
     best = max((_student(squares, degrees) for degrees in DEGREES), key=lambda each: each[0])
-    return Tails(best[1], best[2]) if best[0] - normal > CLEAR else None
+    # BIC: a t distribution has two parameters more.
+    return Tails(best[1], best[2]) if best[0] - normal > np.log(squares.size) else None
 
 
 def _coarse(problem: Problem) -> NDArray[np.bool_]:

@@ -281,8 +281,9 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
     if base.chi2 - strange.gain + float(np.log(base.readings)) < final.bic - STRONG:
         return _unexplained(explanation, remarks, strange)
     kept = tuple(step for step in steps if step.name in names)
-    # Several names that together still leave something are what greedy search makes of an unknown effect.
-    if not kept or (not clean and explained < (MOST_OF_IT if len(kept) == 1 else ALL_OF_IT)):
+    # Several names that together still leave a misfit are what greedy search makes of an unknown effect.
+    trusted = len(kept) == 1 or is_within_scatter(error, final)
+    if not kept or (not clean and explained < (MOST_OF_IT if trusted else ALL_OF_IT)):
         return _unexplained(explanation, remarks, probed)
     if shadows := [step.name for step in steps if step not in kept]:
         remarks = (*remarks, f"Fitted beside, for what the formula leaves, no fault of its own: {', '.join(shadows)}.")

@@ -80,11 +80,16 @@ class Windows:
             await window.start()
         except BaseException:
             window.end()
+            await window.gone()
             raise
         return window
 
     async def open(self) -> Window:
-        """Open a window. Raises RefusedError where there are too many."""
+        """Open a window, in the place of one that nobody listens to. Raises RefusedError where there are too many."""
+        if len(self._open) >= MOST_WINDOWS:
+            silent = [window for window in self._open.values() if not window.listeners]
+            for window in silent[:1]:
+                self._forget(window)
         if len(self._open) >= MOST_WINDOWS:
             raise RefusedError(503, "busy", f"{MOST_WINDOWS} windows are open. Close one, and wait a minute.")
         spare, self._spare = self._spare, None

@@ -91,7 +91,9 @@ def commands(
         ("This hour's LUT", build_words(model, *lut_options(mode, hours, "cube", kind), to="this-hour")),
         ("The report", report_words(asked, model, to="report.html")),
     ]
-    return [{"words": words, "command": shlex.join(command)} for words, command in listed]
+    # Without effects a display that is known at hour 0 alone does not age.
+    kept = listed[:2] if asked.baseline == "first-hour" and not (asked.on or asked.model) else listed
+    return [{"words": words, "command": shlex.join(command)} for words, command in kept]
 
 
 def model_options(asked: Asked) -> list[str]:

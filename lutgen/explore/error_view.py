@@ -189,7 +189,7 @@ def _uv(xyz: Array) -> list[float]:
 def effects_json(opened: Opened, alone: Mapping[str, float | None], on: Sequence[str]) -> list[dict[str, Any]]:
     """List the effects that a search under this baseline may choose from, and those that the model has already."""
     seen, found = opened.visibility(), []
-    given = [term.effect.name for term in opened.course.base.terms]
+    given = opened.given
     for name in (*given, *opened.choices):
         effect, each = opened.course.effects[name], seen.get(name)
         size = each.smallest_detectable if each and each.visible else None
@@ -231,6 +231,6 @@ def verdict_json(diagnosis: Diagnosis, opened: Opened) -> dict[str, Any]:
         "rivals": [list(each) for each in verdict.rivals],
         "shares": dict(verdict.shares_delta_e),
         "remarks": list(verdict.remarks),
-        "next": "",
+        "next": " ".join(f"To tell {' from '.join(each.separates)}: {each.name}." for each in diagnosis.measure_next),
         "has_patches": True,
     }

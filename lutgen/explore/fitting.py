@@ -125,12 +125,12 @@ class Fitting:
         if now.known(on):
             refinement = now.refinement(on)
             self._on, self._settled = on, False
-            return error_json(refinement.after, now, refinement=refinement)
+            return {**error_json(refinement.after, now, refinement=refinement), "on": list(on)}
         found = now.course.fit(self._on)
         given = [term.effect for term in now.course.base.terms]
         stepped = first_step(found, [*given, *(now.course.effects[name] for name in on)])
         self._on, self._settled = on, False
-        return error_json(stepped, now, provisional=True)
+        return {**error_json(stepped, now, provisional=True), "on": list(on)}
 
     def what_if(self, effect: str | None = None, parameter: str = "", value: float = 0.0) -> dict[str, Any]:
         """Give a parameter another value than the fit's, the others as they are; without an effect: the fit again."""
@@ -241,12 +241,16 @@ class Opened:
         return self._course
 
     @property
+    def given(self) -> list[str]:
+        """Names of the effects that the saved model has already."""
+        return [term.effect.name for term in self.course.base.terms]
+
+    @property
     def choices(self) -> list[str]:
         """Names of the effects that may be switched on, in the order of the light's way."""
         from lutgen.criticism.diagnose import candidates
 
-        given = [term.effect.name for term in self.course.base.terms]
-        return [each.name for each in candidates(self.effects, self.baseline, ()) if each.name not in given]
+        return [each.name for each in candidates(self.effects, self.baseline, ()) if each.name not in self.given]
 
     def visibility(self) -> dict[str, Visibility]:
         """What these readings can see, by effect."""
@@ -262,8 +266,7 @@ class Opened:
         for name in names:
             if name not in self.course.effects:
                 raise pick_one("effect", name, self.course.effects)
-        given = {term.effect.name for term in self.course.base.terms}
-        new = [name for name in names if name not in given]
+        new = [name for name in names if name not in self.given]
         return (
             *(each for each in new if each not in self.expressed),
             *(each for each in new if each in self.expressed),
@@ -316,6 +319,7 @@ class Opened:
         readings, hours = self.readings, [float(each) for each in self.fresh.tips.hours]
         return {
             "name": Path(self.data).name,
+            "data": self.data,
             "provenance": readings.provenance,
             "simulated": "simulated" in readings.provenance.lower(),
             "readings": int(readings.hours.size),

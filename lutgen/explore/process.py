@@ -12,6 +12,7 @@ import os
 import queue
 import sys
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from importlib import import_module
 from itertools import count
 from pathlib import Path
@@ -92,6 +93,8 @@ class Process:
                 waiting.set_exception(LutgenError(ENDED))
         if self._child and self._child.stdin:
             self._child.stdin.close()
+            with suppress(ConnectionError):
+                await self._child.stdin.wait_closed()
             await self._child.wait()
 
     def _hear(self, head: dict[str, Any], body: bytes) -> None:

@@ -6,6 +6,7 @@ import asyncio
 import io
 import os
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
@@ -41,7 +42,7 @@ async def taken(window: Window, what: str, *, mode: str, hours: float, kind: str
     await window.save_model(model)
     if what == "model":
         return MODEL, await window.model_text()
-    asked, shown = window.asked, ["--model", str(model)]
+    asked, shown = replace(window.asked, dropped=frozenset()), ["--model", str(model)]
     if what in LUTS:
         await _run(
             build_words(shown, *lut_options(mode, hours, what, kind), "--no-certificates", to=str(place / "lut"))

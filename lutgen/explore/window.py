@@ -63,7 +63,16 @@ class Window:
             self._waiting_image = self.asked.image
             await self.open(self.asked)
         else:
-            await asyncio.gather(self.open(self.asked), self.take_image(self.asked.image))
+            await self._both(self.open(self.asked), self.take_image(self.asked.image))
+
+    async def _both(self, *works: Coroutine[Any, Any, Any]) -> None:
+        """Do two things at once; where one is refused, the other is ended."""
+        try:
+            async with asyncio.TaskGroup() as group:
+                for work in works:
+                    group.create_task(work)
+        except ExceptionGroup as refused:
+            raise refused.exceptions[0] from None
 
     def end(self) -> None:
         """End all processes; whoever listens is told."""
@@ -185,7 +194,8 @@ class Window:
         """Open readings; where they are refused, those that are open stay."""
         await self.cancel()
         overview = json.loads(await self._fits("open", **_readings(asked)))
-        self.asked, self.overview, self._verdict = replace(asked, image=self.asked.image), overview, {}
+        self.asked = replace(asked, data=overview.pop("data"), image=self.asked.image)
+        self.overview, self._verdict = overview, {}
         for each in ("error", "effects", "verdict"):
             self.news.pop(each, None)
 
@@ -216,6 +226,7 @@ class Window:
             image = json.loads(await self._soon(reading, reading.ask("read", path=path, to=str(picture))))
         except BaseException:
             reading.end()
+            await reading.gone()
             raise
         self.image, self.picture, self.asked = image, picture, replace(self.asked, image=path)
         self.tell("image", json.dumps(image).encode())
@@ -246,7 +257,7 @@ class Window:
         if baseline and baseline != self.overview["baseline"]:
             await self.open(replace(self.asked, baseline=baseline, on=()))
         error = await self._fits("switch", effects=list(effects))
-        self.asked, self._unfinished = replace(self.asked, on=tuple(effects)), True
+        self.asked, self._unfinished = replace(self.asked, on=tuple(json.loads(error)["on"])), True
         return error
 
     async def what_if(self, **asked: Any) -> bytes:

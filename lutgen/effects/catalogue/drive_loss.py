@@ -2,7 +2,7 @@
 
 d → (1 − ρ(τ))·d. Contacts oxidise and driver outputs sag. Under a pure power law a smaller drive is a gain of each
 channel, which re-measured white and primaries take in entirely; only the straight toe of sRGB leaves a small residue in
-the mid-tones.
+the mid-tones. Where a high drive loses more than a low one, as over a contact's resistance, the curve bends too.
 
 Meaning of 0 and 1: ρ 0 passes the code value as it is; ρ 1 leaves none.
 Valid for analogue drive; a digital link either passes a code value or breaks.
@@ -26,20 +26,21 @@ if TYPE_CHECKING:
 
 @effect(
     stage="drive",
-    neutral={"new": 0.0, "grown": 0.0, "red": 0.0, "green": 0.0, "blue": 0.0},
+    neutral={"new": 0.0, "grown": 0.0, "lean": 0.0, "red": 0.0, "green": 0.0, "blue": 0.0},
     forms=(
         ("grown",),
         ("new",),
         ("new", "grown"),
         ("new", "grown", "power"),
         ("new", "grown", "power", "saturation"),
+        ("grown", "lean"),
         ("red", "green", "blue"),
         ("red", "green", "blue", "onset", "power"),
         ("red", "green", "blue", "onset", "power", "saturation"),
     ),
     refined=3,
     confused_with={
-        "eotf-drift": "ramps: a gamma bends them all over, a loss of drive hardly at all",
+        "eotf-drift": "ramps: a gamma bends dark levels most, a loss that grows with the drive the bright ones",
         "channel-decay": "ramps; under a pure power law nothing separates them and the picture is the same",
         "backlight-decay": "ramps; under a pure power law nothing separates them and the picture is the same",
     },
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
     power=POWER,
     saturation=SATURATION,
     onset=LASTING,
+    lean=Parameter(0.0, (-0.3, 0.5), "1", "how much more is lost of a full drive than of none, at 18 000 h"),
     red=Parameter(0.0, (-0.3, 0.5), "1", "share of red's drive that is lost beside that, at 18 000 h"),
     green=Parameter(0.0, (-0.3, 0.5), "1", "share of green's drive that is lost beside that, at 18 000 h"),
     blue=Parameter(0.0, (-0.3, 0.5), "1", "share of blue's drive that is lost beside that, at 18 000 h"),
@@ -62,12 +64,15 @@ def drive_loss(
     power: float,
     saturation: float,
     onset: float,
+    lean: float,
     red: float,
     green: float,
     blue: float,
 ) -> Array:
     """Shrink the code values; a loss above 1 leaves none."""
     loss = growth(scene.tau, new=new, grown=grown, power=power, saturation=saturation)
+    if lean:
+        loss = loss + growth(scene.tau, new=0.0, grown=lean, power=power, saturation=saturation) * code
     if red or green or blue:
         loss = loss + share_of_final(scene.tau, onset=onset, power=power, saturation=saturation) * np.array(
             [red, green, blue]
