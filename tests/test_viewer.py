@@ -21,7 +21,8 @@ from tests.browser import CHROMIUM, browser
 from tests.firefox import FIREFOX, firefox
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
+    from contextlib import AbstractContextManager
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -85,7 +86,8 @@ def file(tmp_path_factory: pytest.TempPathFactory, colours: NDArray[np.uint8]) -
 def page(request: pytest.FixtureRequest, file: Path) -> Iterator[Page]:
     if request.param == "firefox" and FIREFOX is None:
         pytest.skip("Firefox and a screen for it are not installed (Debian: firefox-esr, xvfb)")
-    with {"chromium": browser, "firefox": firefox}[request.param](file.parent / request.param) as page:
+    started: dict[str, Callable[[Path], AbstractContextManager[Page]]] = {"chromium": browser, "firefox": firefox}
+    with started[request.param](file.parent / request.param) as page:
         page.size(600, 500)
         page.open_address(file.as_uri())
         yield page
