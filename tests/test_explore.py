@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from lutgen import DisplayModel
 from lutgen.errors import LutgenError
 from lutgen.explore.commands import Asked, commands
 from lutgen.explore.drop import IMAGE, READINGS
@@ -162,8 +163,11 @@ def test_a_table_is_the_one_that_build_writes(kind: str, lutgen: Callable[..., D
     (cube,) = (tmp_path / "lut").rglob("*.cube")
     written = np.array([line.split() for line in cube.read_text().splitlines() if line[:1].isdigit()], float)
     assert written.shape == (size**3, 3)
-    # Half a step of 16 bits, and of the seventh decimal.
-    assert np.abs(given[:, :3] / 65535.0 - written).max() <= 0.5 / 65535 + 0.5e-7
+    if kind == "compensated":
+        # The correction's numbers, as the aged display shows them.
+        written = DisplayModel(read_measurements(EXAMPLE)).at("chroma", 9000.5).code_to_code(written)
+    # Half a step of 16 bits; and of the seventh decimal, which a display makes a few times larger.
+    assert np.abs(given[:, :3] / 65535.0 - written).max() <= 0.5 / 65535 + 1e-6
     assert (given[:, 3] == 65535).all()
     for mode, hours, points, which in [
         ("chroma", 0.0, 33, "new"), ("chroma", 0.0, 34, "aged"), ("sepia", 0.0, 33, "aged"),
