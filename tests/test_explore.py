@@ -133,6 +133,30 @@ def test_an_effect_that_the_readings_do_not_support_is_told_and_a_refused_one_ch
 
 
 @pytest.mark.numbers
+def test_where_a_fit_is_refused_what_was_on_is_on_again(tmp_path: Path) -> None:
+    head, *rows = Path(EXAMPLE).read_text().split("\nhour,")
+    lines = rows[0].splitlines()
+    # White, red, green and blue at rest, and one colour beside them.
+    few = [line for line in lines[1:] if is_plain(line)]
+    (tmp_path / "few.csv").write_text("\n".join([head, f"hour,{lines[0]}", *few, ""]))
+    held, told = fitting(str(tmp_path / "few.csv"))
+    settled(held)
+    assert held.switch(["eotf-drift"])["on"] == ("eotf-drift",)
+    settled(held)
+    assert told.last("failed")["on"] == ()
+    assert "different readings, which bear" in told.last("failed")["error"]
+    assert told.last("error")["effects"] == []
+    assert not any(each["on"] for each in told.last("effects"))
+
+
+def is_plain(line: str) -> bool:
+    hour, *code, u, v, room, minutes, _, window, _, _, _, _, note = line.split(",")
+    rest = (u, v, room, minutes, window, note) == ("0.5", "0.5", "0", "", "1", "")
+    tips = (["1", "1", "1"], ["1", "0", "0"], ["0", "1", "0"], ["0", "0", "1"])
+    return rest and (code in tips or (hour, code[0]) == ("0", "0.6"))
+
+
+@pytest.mark.numbers
 def test_what_if_changes_the_error_and_the_model_and_nothing_brings_both_back() -> None:
     held, told = fitting()
     held.switch(["black-level"])
