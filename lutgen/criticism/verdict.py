@@ -13,6 +13,7 @@ from lutgen.criticism.probes import Probed, nameless, probe
 from lutgen.criticism.search import STRONG, PureError
 from lutgen.criticism.shares import shares_of_delta_e
 from lutgen.criticism.tails import SLIP
+from lutgen.numerals import percent
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -313,15 +314,21 @@ def _worded(
         sentence = f"More than one effect is missing: {listed}{'; ' + left.replace('its', 'one', 1) if left else '.'}"
         return Verdict("several", sentence, names, rivals, shares, remarks)
     step = steps[0]
+    size = f"{step.effect.in_words(step.chosen.term.values)}: {percent(seen[step.name])} of the excess error"
     if step.rivals:
         listed = " or ".join((step.name, *(rival.name for rival in step.rivals)))
-        sentence = f"One effect is missing, and these data cannot tell which: {listed}."
+        sentence = f"One effect is missing, and these data cannot tell which: {listed}. If it is {step.name}, {size}."
         return Verdict("one-of", sentence, rivals[0], rivals, shares, remarks)
     if step.chosen.refined:
         freed = ", ".join(step.chosen.form)
-        sentence = f"{step.name} is missing, but not in its simple form: {freed} had to be free."
+        sentence = (
+            f"{step.name} is missing, but not in its simple form: {freed} had to be free. {size[0].upper()}{size[1:]}."
+        )
         return Verdict("form", sentence, names, (), shares, remarks)
     if left or not alone:
-        sentence = f"{step.name} is missing, but {left or 'its formula leaves something that another takes up.'}"
+        but = left or "its formula leaves something that another takes up."
+        sentence = f"{step.name} is missing ({size}), but {but}"
         return Verdict("form", sentence, names, (), shares, remarks)
-    return Verdict("named", f"{step.name} is missing: with it, what remains is noise.", names, (), shares, remarks)
+    return Verdict(
+        "named", f"{step.name} is missing: {size}. With it, what remains is noise.", names, (), shares, remarks
+    )

@@ -21,6 +21,7 @@ import sys
 from dataclasses import dataclass, field
 from importlib import import_module
 from math import isfinite
+from string import Formatter
 from typing import TYPE_CHECKING, Any, Protocol
 
 from lutgen.errors import LutgenError
@@ -111,6 +112,9 @@ class Effect:
         ``colour-points``: can be seen beside re-measured tips; ``first-hour``: only by a model that starts from hour 0.
     confused_with
         Name of another effect → what would separate the two, one sentence.
+    says
+        What it does, in a clause with the size of its simple forms: ``black leaks {size} of white``. ``{size}`` is its
+        first amplitude and what has grown by 18 000 h; other parameters go by their names, as in :meth:`str.format`.
     source
         What the size and the form rest on (DOI where there is one).
     text, origin
@@ -128,6 +132,7 @@ class Effect:
     needs: tuple[str, ...] = ()
     baseline: str = "colour-points"
     confused_with: Mapping[str, str] = field(default_factory=dict)
+    says: str = ""
     source: str = ""
     text: str = ""
     origin: str = "built-in"
@@ -141,6 +146,17 @@ class Effect:
         """First sentence of the docstring."""
         return self.text.strip().partition("\n")[0].rstrip(".")
 
+    def in_words(self, values: Mapping[str, float]) -> str:
+        """Say in a clause what the effect does at some values, with its size where a clause can hold it."""
+        amount = next(iter(self.neutral), "")
+        told = {amount, "grown", *(name for _, name, _, _ in Formatter().parse(self.says) if name)}
+        if not self.says or any(values[name] != rest for name, rest in self.neutral.items() if name not in told):
+            clause = self.summary.partition(":")[0]
+            return clause[:1].lower() + clause[1:]
+        new, grown = values.get(amount, 0.0), values.get("grown", 0.0)
+        clause = self.says.format(size=f"{100 * (new or grown):.2g} %", **values)
+        return clause + _course(new, grown) if "{size}" in self.says else clause
+
     def rest(self) -> dict[str, float]:
         """Return the parameters at which the effect does nothing: amplitudes neutral, the others typical."""
         return {name: self.neutral.get(name, parameter.value) for name, parameter in self.parameters.items()}
@@ -148,6 +164,15 @@ class Effect:
     def typical(self) -> dict[str, float]:
         """Return every parameter's typical value."""
         return {name: parameter.value for name, parameter in self.parameters.items()}
+
+
+def _course(new: float, grown: float) -> str:
+    """Say how a share that is ``new`` at hour 0 goes on, as the end of a clause."""
+    if not grown:
+        return ""
+    if not new:
+        return " by 18 000 h"
+    return f", {'growing' if abs(new + grown) > abs(new) else 'falling'} to {100 * (new + grown):.2g} % by 18 000 h"
 
 
 def chain_order(declared: Effect) -> tuple[int, str]:
@@ -174,6 +199,7 @@ def effect(
     needs: tuple[str, ...] = (),
     baseline: str = "colour-points",
     confused_with: Mapping[str, str] | None = None,
+    says: str = "",
     source: str = "",
     **parameters: Parameter,
 ) -> Callable[[Callable[..., Array]], Effect]:
@@ -200,6 +226,7 @@ def effect(
             needs=needs,
             baseline=baseline,
             confused_with=confused_with or {},
+            says=says,
             source=source,
             text=inspect.getdoc(module) or inspect.getdoc(function) or "",
             origin="built-in" if function.__module__.startswith(_BUILT_IN) else CODE + function.__module__,

@@ -43,6 +43,7 @@ USUAL_LX = 100.0
         "meter-offset": "a reading with the lens capped, or several levels of ambient light",
         "veiling-glare": "black at two levels of ambient light",
     },
+    says="the screen reflects {reflectance:.2g} cd/m² per lux",
     source="Samei et al. 2005 (AAPM TG18), doi:10.1118/1.1861159 (definition); size on flat panels: an assumption",
     reflectance=Parameter(0.01, (0.0, 0.6), "1/sr", "luminance that the screen reflects per illuminance on it"),
     tint_x=Parameter(0.0, (-0.4, 0.6), "1", "X of the lamp relative to D65's, less 1 (incandescent: 0.16)"),

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     loss=Parameter(0.9, (-0.3, 6.0), "1", "nepers lost by 18 000 h: T = 18 000 h/loss^(1/beta)"),
     beta=Parameter(1.0, (0.3, 4.0), "1", "shape: 1 exponential, above 1 slow first"),
     rise=Parameter(0.0, (-0.3, 0.3), "1", "share by which the light first rises"),
-    rise_h=Parameter(1000.0, (50.0, 6000.0), "h", "hours in which e − 1 of e parts of that rise come"),
+    rise_h=Parameter(1000.0, (50.0, 6000.0), "h", "time constant of that rise (63 %)"),
 )
 def backlight_decay(tips: Array, scene: Scene, *, loss: float, beta: float, rise: float, rise_h: float) -> Array:
     """Dim all tips."""

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
         "veiling-glare": "black on black beside black on white",
         "meter-offset": "a reading with the lens capped, and a second date: a leak follows the backlight",
     },
+    says="black leaks {size} of white",
     source="Day, Taplin & Berns 2004, doi:10.1002/col.20046 (form); size: an assumption",
     new=Parameter(0.0015, (0.0, 0.03), "1", "share of white's light that passes at black, at hour 0"),
     grown=Parameter(0.0015, (-0.03, 0.06), "1", "what has come to that share by 18 000 h"),

@@ -54,6 +54,7 @@ def _pair(victim: str, neighbour: str) -> Parameter:
         "loading": "the same colour in a 10 % window, or random mixtures",
         "matrix-switching": "pairs of patches across a border between two colour points",
     },
+    says="a fully lit neighbour takes {size} of a channel's light",
     source="Wen & Wu 2006, doi:10.1002/col.20187 (form); size: an assumption",
     new=Parameter(0.02, (-0.1, 0.2), "1", "share of its light that a channel loses to each full neighbour, at hour 0"),
     grown=Parameter(0.02, (-0.1, 0.25), "1", "what has come to that share by 18 000 h"),

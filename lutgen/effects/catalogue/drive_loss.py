@@ -44,6 +44,7 @@ if TYPE_CHECKING:
         "channel-decay": "ramps; under a pure power law nothing separates them and the picture is the same",
         "backlight-decay": "ramps; under a pure power law nothing separates them and the picture is the same",
     },
+    says="pixels lose {size} of their drive",
     source="size: an assumption",
     new=Parameter(0.01, (-0.1, 0.4), "1", "share of the drive that is lost at hour 0"),
     grown=Parameter(0.03, (-0.3, 0.5), "1", "what has come to that share by 18 000 h"),

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     ),
     needs=("u", "v"),
     confused_with={},
+    says="the corners lack {size} of the light",
     source="doi:10.1007/s10278-015-9811-7 (size when new); form and growth: an assumption",
     new=Parameter(0.1, (-0.1, 0.6), "1", "share of the light that is missing in the corners, at hour 0"),
     grown=Parameter(0.05, (-0.3, 0.6), "1", "what has come to that share by 18 000 h"),

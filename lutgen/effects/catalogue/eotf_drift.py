@@ -52,6 +52,7 @@ def _level(code: str) -> Parameter:
         "channel-gamma": "ramps of red, green and blue",
         "drive-loss": "ramps: a loss of drive hardly bends the curve",
     },
+    says="the exponent of the transfer curve changes by {size}",
     source="size: an assumption",
     new=Parameter(0.05, (-0.6, 2.0), "1", "change of the exponent at hour 0"),
     grown=Parameter(0.05, (-0.6, 2.0), "1", "what has come to it by 18 000 h"),

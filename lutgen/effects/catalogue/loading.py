@@ -48,6 +48,7 @@ if TYPE_CHECKING:
         "veiling-glare": "window patches: loading darkens by a factor, glare adds",
         "eotf-drift": "window patches",
     },
+    says="a white screen loses {size} of its light",
     source="Elze, Taylor & Bex 2013, doi:10.1118/1.4818056 (effect on OLEDs); size: an assumption",
     new=Parameter(0.03, (-0.1, 0.6), "1", "share of the light that a white screen loses, at hour 0"),
     grown=Parameter(0.03, (-0.2, 0.35), "1", "what has come to that share by 18 000 h"),

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
         "yellowing": "a second meter or a check source",
         "phosphor-wear": "a second meter or a check source",
     },
+    says="the meter's readings change by {drift:.1%} in 18 000 h",
     source="Silosky & Marsh 2013, Med. Phys. 40, 121902 (effect); size: an assumption",
     drift=Parameter(0.01, (-0.2, 0.2), "1", "relative change of all readings by 18 000 h"),
     drift_x=Parameter(0.0, (-0.2, 0.2), "1", "relative change of X beside that"),

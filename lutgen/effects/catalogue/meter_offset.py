@@ -29,6 +29,7 @@ if TYPE_CHECKING:
         "black-level": "a reading with the lens capped",
         "ambient-reflection": "a reading with the lens capped",
     },
+    says="the meter adds {offset:.2g} cd/m² to every reading",
     source="size: an assumption",
     offset=Parameter(0.01, (-0.5, 0.5), "cd/m²", "luminance that is added, with X and Z in the ratio of D65"),
     offset_x=Parameter(0.0, (-0.5, 0.5), "cd/m²", "X that is added beside that"),

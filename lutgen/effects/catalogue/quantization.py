@@ -32,6 +32,7 @@ if TYPE_CHECKING:
         "eotf-drift": "neighbouring code values: a drift is smooth, steps are not",
         "meter-offset": "the same code again: noise changes, a step does not",
     },
+    says="code values are rounded to {bits:.0f} bits",
     source="Kimpe & Tuytschaever 2007, doi:10.1007/s10278-006-1052-3 (depths)",
     bits=Parameter(
         8.0, (4.0, 12.0), "bit", "depth to which code values are rounded; 0: not at all", (4, 5, 6, 7, 8, 9, 10, 11, 12)

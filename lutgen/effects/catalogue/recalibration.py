@@ -43,6 +43,7 @@ def _level(code: str) -> Parameter:
         "stabilizer-headroom": "a column or note of events; both change suddenly",
         "eotf-drift": "readings at more dates: a step or a slow growth",
     },
+    says="somebody recalibrated the display near {hour:.0f} h",
     source="size: an assumption",
     hour=Parameter(9000.0, (0.0, 100_000.0), "h", "when it happened", "gaps"),
     gamma=Parameter(0.05, (-0.6, 2.0), "1", "change of the exponent of the code value since then"),

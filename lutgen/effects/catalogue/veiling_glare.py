@@ -45,6 +45,7 @@ if TYPE_CHECKING:
         "loading": "a black and a bright patch in a white surround: loading darkens by a factor, glare adds",
         "ambient-reflection": "black in a white and in a black surround",
     },
+    says="{size} of the screen's mean light lies over every patch",
     source="Samei et al. 2005 (AAPM TG18), doi:10.1118/1.1861159 (definition); size: an assumption",
     glare=Parameter(0.005, (0.0, 0.1), "1", "share of the screen's mean light that lies over the patch, at hour 0"),
     grown=Parameter(0.002, (-0.05, 0.1), "1", "what has come to that share by 18 000 h"),
