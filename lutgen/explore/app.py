@@ -20,7 +20,6 @@ from lutgen.explore.commands import commands
 from lutgen.explore.drop import CODE, IMAGE, LIMITS, MOST_FILES, READINGS, kept
 from lutgen.explore.take import taken
 from lutgen.explore.window import Window
-from lutgen.pictures.viewer import FOLDER as VIEWER
 from lutgen.server import HEADERS, KINDS, RefusedError, application, json_body, page_file
 
 if TYPE_CHECKING:
@@ -33,7 +32,8 @@ if TYPE_CHECKING:
 
 PAGE = Path(__file__).parent / "page"
 
-#: Files that this page shares with the report.
+#: Files that this page shares with the report; where they are is not asked of their package, which needs numpy.
+VIEWER = Path(__file__).parents[1] / "pictures" / "viewer"
 VIEWER_FILES = ("viewer.js", "viewer.css")
 
 #: Windows that are open at the same time: each has two processes.

@@ -33,6 +33,7 @@ class Fitting:
         self._tell = tell
         self._opened: Opened | None = None
         self._on: tuple[str, ...] = ()
+        self._fitted: tuple[str, ...] = ()
         self._settled = True
         self._alone: dict[str, float | None] = {}
 
@@ -53,7 +54,7 @@ class Fitting:
         opened = Opened(data, baseline, model, tuple(files), tuple(expressions))
         if not on:
             self._tell("model", pickle.dumps(opened.fresh))
-        self._opened, self._on, self._settled = opened, tuple(on), False
+        self._opened, self._on, self._fitted, self._settled = opened, tuple(on), (), False
         self._alone = {}
         return opened.overview()
 
@@ -79,20 +80,21 @@ class Fitting:
         return self._try_one_alone()
 
     def _settle(self) -> None:
-        """Fit what is switched on, as ``lutgen refine --add`` does, and tell the window."""
+        """Fit what is switched on, as ``lutgen refine --add`` does, and tell the window.
+
+        Where that is refused, what was fitted before is on again.
+        """
+        from lutgen.explore.error_view import error_json
+
         self._settled = True
         try:
             refinement = self._now.refinement(self._on)
         except LutgenError as error:
-            self._on = ()
-            self._tell("failed", {"error": str(error)})
-            return
-        from lutgen.explore.error_view import error_json
-
-        if self._on:
-            self._tell("model", pickle.dumps(refinement.model))
-        else:
-            self._tell("model", pickle.dumps(self._now.fresh))
+            self._tell("failed", {"error": str(error), "on": self._fitted})
+            self._on = self._fitted
+            refinement = self._now.refinement(self._on)
+        self._fitted = self._on
+        self._tell("model", pickle.dumps(refinement.model if self._on else self._now.fresh))
         self._tell("error", error_json(refinement.after, self._now, refinement=refinement))
         self._tell("effects", self.effects())
 
@@ -118,19 +120,16 @@ class Fitting:
         from lutgen.criticism.first_step import first_step
         from lutgen.explore.error_view import error_json
 
-        if not self._settled:
-            self._settle()
         now, on = self._now, self._now.in_order(effects)
         now.course.check(on)
         if now.known(on):
             refinement = now.refinement(on)
-            self._on, self._settled = on, False
-            return {**error_json(refinement.after, now, refinement=refinement), "on": list(on)}
-        found = now.course.fit(self._on)
-        given = [term.effect for term in now.course.base.terms]
-        stepped = first_step(found, [*given, *(now.course.effects[name] for name in on)])
+            error = error_json(refinement.after, now, refinement=refinement)
+        else:
+            wanted = [now.course.effects[name] for name in (*now.given, *on)]
+            error = error_json(first_step(now.course.fit(self._fitted), wanted), now, provisional=True)
         self._on, self._settled = on, False
-        return {**error_json(stepped, now, provisional=True), "on": list(on)}
+        return {**error, "on": on}
 
     def what_if(self, effect: str | None = None, parameter: str = "", value: float = 0.0) -> dict[str, Any]:
         """Give a parameter another value than the fit's, the others as they are; without an effect: the fit again."""

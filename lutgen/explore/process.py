@@ -53,6 +53,7 @@ class Process:
         self._told, self._numbers = told, count(1)
         self._waiting: dict[int, asyncio.Future[bytes]] = {}
         self._child: asyncio.subprocess.Process | None = None
+        self._reader: asyncio.Task[None] | None = None
 
     async def start(self, home: str) -> None:
         """Start the process; ``home`` is the module and class of the object, ``package.module:Class``."""
@@ -116,7 +117,8 @@ class Process:
 
     async def gone(self) -> None:
         """Wait until the process has ended."""
-        await self._reader
+        if self._reader:
+            await self._reader
 
     def kill(self) -> None:
         """End the process; that it has ended is heard of."""
@@ -133,7 +135,7 @@ class _Child:
 
     def __init__(self, asking: BinaryIO, answering: BinaryIO) -> None:
         self._asking, self._answering, self._lock = asking, answering, Lock()
-        self._calls: queue.Queue[tuple[dict[str, Any], bytes] | None] = queue.Queue()
+        self._calls: queue.Queue[tuple[dict[str, Any], bytes]] = queue.Queue()
         self._beside = ThreadPoolExecutor(1)
 
     def tell(self, what: str, body: bytes | dict[str, Any] | list[Any], number: int = 0) -> None:
@@ -149,11 +151,7 @@ class _Child:
         while True:
             if self._calls.empty() and held.idle():
                 continue
-            call = self._calls.get()
-            if call is None:
-                # At once: a thread may be at work still.
-                os._exit(0)
-            head, body = call
+            head, body = self._calls.get()
             if head["what"] in held.beside:
                 self._beside.submit(self._answer, held, head, body).add_done_callback(_end_with_fault)
             else:
@@ -163,7 +161,8 @@ class _Child:
         while line := self._asking.readline():
             head = json.loads(line)
             self._calls.put((head, self._asking.read(head["size"])))
-        self._calls.put(None)
+        # The window has ended, and whatever is being done is for nobody.
+        os._exit(0)
 
     def _answer(self, held: Held, head: dict[str, Any], body: bytes) -> None:
         given = {"body": body} if body else {}

@@ -84,8 +84,8 @@ class Window:
             listener.put_nowait(None)
 
     async def gone(self) -> None:
-        """Wait until both processes have ended."""
-        await asyncio.gather(self._fitting.gone(), self._showing.gone())
+        """Wait until all processes have ended."""
+        await asyncio.gather(self._fitting.gone(), self._showing.gone(), *self._tasks, return_exceptions=True)
 
     def new_folder(self) -> Path:
         """Make a folder of the window's for files that belong together."""
@@ -103,6 +103,8 @@ class Window:
             self._model = body
             self._later(self._showing.ask("show", body))
         else:
+            if what == "failed":
+                self.asked = replace(self.asked, on=tuple(json.loads(body)["on"]))
             self.tell(what, body)
 
     def _hear_showing(self, what: str, body: bytes) -> None:
@@ -238,6 +240,7 @@ class Window:
             await reading.ask("count", path=path, to=to)
         finally:
             reading.end()
+            await reading.gone()
         if self.asked.image == path:
             self._colours = to
             await self._shows("colours", path=to)
