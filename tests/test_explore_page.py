@@ -199,7 +199,7 @@ def test_the_whole_road_from_the_error_to_a_lut(either: tuple[Page, Path], tmp_p
         (tmp_path / "examples").mkdir()
         (tmp_path / "examples/display-a.csv").write_bytes((ROOT / "examples/display-a.csv").read_bytes())
         printed = lutgen(*refine[1:], cwd=tmp_path)
-        assert f"falls from {before:.1f}" in printed, printed
+        assert f"falls from {before:.2f}" in printed, printed
         (build,) = (shlex.split(each) for each in commands if "--format cube" in each)
         assert lutgen(*build[1:], cwd=tmp_path).startswith("1 LUT"), build
         click(page, "#take-cube")
