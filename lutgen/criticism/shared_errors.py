@@ -140,8 +140,9 @@ def _told(plain: Problem, state: State, linear: Linear, rows: NDArray[np.bool_],
         names, shared = shared_columns(unit, whole)
         shared = shared[:, np.searchsorted(whole, here)]
         count = len(shared)
-        local = np.concatenate([columns.reshape(len(columns), -1).T, prior])
-        asked = np.concatenate([shared.reshape(count, -1).T, np.zeros((len(off), count))])
+        # Either may be of no column, whose length numpy cannot guess.
+        local = np.concatenate([columns.reshape(len(columns), 3 * here.size).T, prior])
+        asked = np.concatenate([shared.reshape(count, 3 * here.size).T, np.zeros((len(off), count))])
         right = np.concatenate([linear.residual[here].ravel(), off])
         q = np.linalg.qr(local)[0] if local.shape[1] else np.zeros((len(right), 0))
         left, right = asked - q @ (q.T @ asked), right - q @ (q.T @ right)

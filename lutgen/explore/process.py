@@ -10,6 +10,7 @@ import asyncio
 import json
 import os
 import queue
+import signal
 import sys
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
@@ -123,7 +124,9 @@ class Process:
     def kill(self) -> None:
         """End the process; that it has ended is heard of."""
         if self._child and self._child.returncode is None:
-            self._child.kill()
+            # Popen's own kill first asks whether the process has ended, and takes its exit code from asyncio.
+            with suppress(ProcessLookupError):
+                os.kill(self._child.pid, signal.SIGKILL)
 
 
 def _frame(number: int, what: str, body: bytes, **more: Any) -> bytes:

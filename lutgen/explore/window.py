@@ -14,7 +14,7 @@ from lutgen.explore.example import tissue
 from lutgen.explore.process import DIED, Process
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Coroutine, Sequence
+    from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
     from pathlib import Path
 
 #: Seconds that a table or a step may take before its process is taken for hung: a user's own effect may loop for ever.
@@ -42,6 +42,8 @@ class Window:
     dropping: list[Path] = field(default_factory=list)
     news: dict[str, bytes] = field(default_factory=dict)
     listeners: set[asyncio.Queue[tuple[str, bytes] | None]] = field(default_factory=set)
+    _ended: bool = False
+    _processes: set[Process] = field(default_factory=set)
     _folders: int = 0
     _model: bytes = b""
     _colours: str = ""
@@ -54,38 +56,41 @@ class Window:
 
     async def start(self) -> None:
         """Start both processes, and open what the command was given. Raises LutgenError where it cannot be shown."""
-        self._fitting = Process(self._hear_fitting)
-        self._showing = Process(self._hear_showing)
-        await asyncio.gather(self._fitting.start(FITTING), self._showing.start(SHOWING))
+        self._fitting, self._showing = await asyncio.gather(
+            self._begun(FITTING, self._hear_fitting), self._begun(SHOWING, self._hear_showing)
+        )
         if self.asked.image == str(tissue()):
             # Every browser shows this file as it is; it is measured when the error is known.
             self.picture = tissue()
             self._waiting_image = self.asked.image
             await self.open(self.asked)
         else:
-            await self._both(self.open(self.asked), self.take_image(self.asked.image))
-
-    async def _both(self, *works: Coroutine[Any, Any, Any]) -> None:
-        """Do two things at once; where one is refused, the other is ended."""
-        try:
-            async with asyncio.TaskGroup() as group:
-                for work in works:
-                    group.create_task(work)
-        except ExceptionGroup as refused:
-            raise refused.exceptions[0] from None
+            works = self.open(self.asked), self.take_image(self.asked.image)
+            for refused in await asyncio.gather(*works, return_exceptions=True):
+                if isinstance(refused, BaseException):
+                    raise refused
 
     def end(self) -> None:
         """End all processes; whoever listens is told."""
-        for task in (*self._tasks, *filter(None, (self._finding, self._mending))):
-            task.cancel()
-        self._fitting.end()
-        self._showing.end()
+        self._ended = True
+        for process in self._processes:
+            process.end()
         for listener in self.listeners:
             listener.put_nowait(None)
 
     async def gone(self) -> None:
         """Wait until all processes have ended."""
-        await asyncio.gather(self._fitting.gone(), self._showing.gone(), *self._tasks, return_exceptions=True)
+        while tasks := [each for each in (*self._tasks, self._finding, self._mending) if each and not each.done()]:
+            await asyncio.wait(tasks)
+        await asyncio.gather(*(process.gone() for process in self._processes))
+
+    async def _begun(self, home: str, hear: Callable[[str, bytes], None]) -> Process:
+        process = Process(hear)
+        self._processes.add(process)
+        await process.start(home)
+        if self._ended:
+            process.end()
+        return process
 
     def new_folder(self) -> Path:
         """Make a folder of the window's for files that belong together."""
@@ -177,15 +182,13 @@ class Window:
     async def _restart_fitting(self, on: tuple[str, ...]) -> None:
         """Begin again with these effects switched on."""
         self._fitting.end()
-        self._fitting = Process(self._hear_fitting)
         self.asked = replace(self.asked, on=on)
-        await self._fitting.start(FITTING)
+        self._fitting = await self._begun(FITTING, self._hear_fitting)
         await self._fitting.ask("open", **_readings(self.asked))
 
     async def _restart_showing(self) -> None:
         self._showing.end()
-        self._showing = Process(self._hear_showing)
-        await self._showing.start(SHOWING)
+        self._showing = await self._begun(SHOWING, self._hear_showing)
         await self._showing.ask("show", self._model)
         if self._colours:
             await self._showing.ask("colours", path=self._colours)
@@ -221,14 +224,12 @@ class Window:
 
     async def take_image(self, path: str) -> dict[str, Any]:
         """Take another image; where it is refused, the one that is shown stays. Its colours are counted meanwhile."""
-        reading, folder = Process(lambda _what, _body: None), self.new_folder()
-        await reading.start(IMAGING)
+        folder, reading = self.new_folder(), await self._begun(IMAGING, lambda _what, _body: None)
+        picture = folder / "shown.png"
         try:
-            picture = folder / "shown.png"
             image = json.loads(await self._soon(reading, reading.ask("read", path=path, to=str(picture))))
         except BaseException:
             reading.end()
-            await reading.gone()
             raise
         self.image, self.picture, self.asked = image, picture, replace(self.asked, image=path)
         self.tell("image", json.dumps(image).encode())
@@ -240,7 +241,6 @@ class Window:
             await reading.ask("count", path=path, to=to)
         finally:
             reading.end()
-            await reading.gone()
         if self.asked.image == path:
             self._colours = to
             await self._shows("colours", path=to)
