@@ -239,7 +239,7 @@ def test_json_on_standard_output_is_alone_there(run: Callable[..., Done], tmp_pa
     alone = run(command, data, *more, "--json", "-")
     assert (alone.code, alone.err) == (0, "")
     beside = run(command, data, *more, "--json", "deep/numbers.json")
-    assert beside.lines[0][:4] in {"The ", "With", "For "}
+    assert beside.lines[0][:4] in {"The ", "With", "For ", "name"}
     assert json.loads(alone.out) == json.loads((tmp_path / "deep/numbers.json").read_text())
 
 
