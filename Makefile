@@ -14,7 +14,7 @@ ALONE := OPENBLAS_NUM_THREADS=1
 # A process that has nothing left to do takes tests from another.
 PYTEST := $(PYTHON) -m pytest --numprocesses auto --dist worksteal
 
-.PHONY: help setup programs demo test test-all test-quick-other test-other lint bench consumers fuzz hidden sessions reference docs figures configs check-configs display table1 dist clean
+.PHONY: help setup programs demo test test-all test-quick-other test-other lint lint-page vendor explore-picture bench consumers fuzz hidden sessions reference docs figures configs check-configs display table1 dist clean
 
 help: ## say what can be made (this)
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -24,7 +24,7 @@ help: ## say what can be made (this)
 setup: ## make .venv, with all that lutgen needs; does nothing when it is there
 	@.ci/setup venv $(OCIO)
 
-programs: setup # the programs that tests drive from outside: oiiotool, ffmpeg, mpv, Blender, Chromium, Argyll, LittleCMS
+programs: setup # the programs that tests drive from outside: oiiotool, ffmpeg, mpv, Blender, Chromium, Firefox, Argyll, LittleCMS
 	@.ci/setup programs
 
 demo: setup ## a real tissue image on an aged display; prints the path of the picture
@@ -48,6 +48,19 @@ lint: setup ## style and types
 	@$(PYTHON) -m ruff check --quiet
 	@$(PYTHON) -m ruff format --check --quiet
 	@$(PYTHON) -m mypy --no-error-summary
+
+lint-page: build/page ## types and style of the page of lutgen explore; needs npm
+	@build/page/node_modules/.bin/tsc --project tests/page
+	@build/page/node_modules/.bin/biome check --config-path tests/page --error-on-warnings lutgen/explore/page lutgen/pictures/viewer lutgen/report/templates
+
+vendor: build/page ## the chart library of that page anew, from npm
+	@node tests/page/vendor.mjs build/page/node_modules/uplot lutgen/explore/page/vendor
+
+explore-picture: programs ## the picture of lutgen explore in README anew
+	@$(PYTHON) -m tests.explore_picture
+
+build/page: tests/page/package.json
+	@.ci/setup page
 
 bench: programs ## how fast, against other programs
 	@$(ALONE) $(PYTHON) -m examples.bench $(ARGS)

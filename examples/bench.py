@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from examples import bench_appearance
+from examples import bench_appearance, bench_explore
 from examples.bench_criticism import Work, criticism
 from examples.racing import LUTGEN, Peer, Row, against_limit, peak_memory, program, race, run, seconds_of
 from lutgen import DisplayModel, apply_to_image, read_measurements
@@ -70,6 +70,7 @@ class Bench:
     long: int = 3
     criticism: Work = field(default_factory=Work)
     appearance: bench_appearance.Work = field(default_factory=bench_appearance.Work)
+    exploring: bench_explore.Work = field(default_factory=bench_explore.Work)
 
     @classmethod
     def quick(cls) -> Bench:
@@ -86,6 +87,7 @@ class Bench:
             long=1,
             criticism=small,
             appearance=picture,
+            exploring=bench_explore.Work.quick(),
         )
 
 
@@ -372,7 +374,9 @@ def starting(bench: Bench) -> Row:
 
 
 #: Parts of the table.
-PARTS = ("evaluation", "writing", "building", "compensating", "applying", "criticism", "appearance", "starting")
+PARTS = (
+    "evaluation", "writing", "building", "compensating", "applying", "criticism", "appearance", "exploring", "starting",
+)  # fmt: skip
 
 
 def all_rows(bench: Bench, folder: Path, parts: Sequence[str]) -> Iterator[Row]:
@@ -389,6 +393,7 @@ def all_rows(bench: Bench, folder: Path, parts: Sequence[str]) -> Iterator[Row]:
         "applying": lambda: applying(bench, model, built, folder),
         "criticism": lambda: criticism(bench.criticism, folder),
         "appearance": lambda: appearing(bench.appearance, model, folder),
+        "exploring": lambda: bench_explore.exploring(bench.exploring, folder),
         "starting": lambda: [starting(bench)],
     }
     for part in parts:

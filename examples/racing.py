@@ -126,9 +126,14 @@ def peak_memory(command: list[str], folder: Path) -> float:
         subprocess.Popen(command, env=_ENVIRONMENT, stdout=out, stderr=out) as program,
     ):
         while program.poll() is None:
-            peak = max(peak, sum(map(_pss_mb, _family(program.pid))))
+            peak = max(peak, memory(program.pid))
             time.sleep(0.01)
     return peak
+
+
+def memory(pid: int) -> float:
+    """Sum of the proportional set sizes of a process and its children, in MB."""
+    return sum(map(_pss_mb, _family(pid)))
 
 
 def _family(pid: int) -> list[int]:

@@ -40,6 +40,7 @@ _OPTIONS = (
     "--headless",
     "--no-sandbox",
     "--disable-gpu",
+    "--enable-unsafe-swiftshader",  # WebGL without a graphics card
     "--disable-quic",
     "--disable-dev-shm-usage",
     "--no-first-run",
@@ -95,8 +96,12 @@ class Page:
 
     def open(self, file: Path) -> None:
         """Open a file and wait until it has loaded."""
-        self.call("Page.navigate", url=file.as_uri())
-        self.wait(f"document.readyState === 'complete' && location.href === {json.dumps(file.as_uri())}")
+        self.open_address(file.as_uri())
+
+    def open_address(self, address: str) -> None:
+        """Open an address and wait until it has loaded."""
+        self.call("Page.navigate", url=address)
+        self.wait(f"document.readyState === 'complete' && location.href === {json.dumps(address)}")
 
     def ask(self, expression: str) -> Any:
         """Evaluate JavaScript, waiting for promises."""
@@ -104,9 +109,9 @@ class Page:
         assert "exceptionDetails" not in found, found
         return found["result"].get("value")
 
-    def wait(self, expression: str) -> None:
+    def wait(self, expression: str, patience: float = PATIENCE) -> None:
         """Wait until JavaScript says true, of this page or of the one that follows it."""
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + patience
         while not self._says(expression):
             assert time.monotonic() < end, expression
             time.sleep(0.02)

@@ -73,7 +73,7 @@ def run_lutgen(line: str, folder: Path) -> str:
     """Run a line of a shell in a folder; in this process, which has imported what is slow to import."""
     program, *arguments = shlex.split(line, comments=True)
     assert program == "lutgen"
-    if arguments[:2] == ["study", "run"]:
+    if arguments[:2] == ["study", "run"] or arguments[:1] == ["explore"]:
         return run_until_served([sys.executable, "-m", "lutgen", *arguments], folder)
     out, err = io.StringIO(), io.StringIO()
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):

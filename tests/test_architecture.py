@@ -24,7 +24,7 @@ PACKAGE = ROOT / "lutgen"
 ROWS = (
     {"errors", "cells", "names", "scratch"},
     {"colorimetry", "bindings", "documents", "files", "icc_tags", "numerals"},
-    {"config_parts", "time_law"},
+    {"config_parts", "server", "time_law"},
     {"readings"},
     {"effects"},
     {"display"},
@@ -32,7 +32,7 @@ ROWS = (
     {"pictures"},
     {"lint", "merge", "study"},  # each needs baked LUTs, and the study shows images through them
     {"report"},
-    {"server", "explore"},
+    {"explore"},
     {"cli"},
 )
 ROW = {name: row for row, names in enumerate(ROWS) for name in names}

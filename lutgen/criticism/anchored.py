@@ -47,13 +47,13 @@ def anchored(problem: Problem, terms: Sequence[Term]) -> Array:
     return predict(problem, state)
 
 
-def noise_only(problem: Problem, predicted: Array) -> Iterator[Array]:
+def noise_only(problem: Problem, predicted: Array, draws: int = DRAWS) -> Iterator[Array]:
     """Residuals (n, 3) in cd/m² of campaigns in which the prediction is true and only noise is added; seeded."""
     rng = np.random.default_rng(SEED)
     root = np.linalg.cholesky(problem.covariance(predicted))
     anchor, before = problem.is_tip_anchor, problem.panel(())
     fresh = problem.foretells
-    for draw in range(DRAWS):
+    for draw in range(draws):
         noise = np.einsum("nij,nj->ni", root, rng.standard_normal(predicted.shape))
         gains = problem.noise.session * rng.standard_normal(max(int(problem.gains.max()) + 1, 1))
         noise += np.where(problem.gains >= 0, gains[problem.gains], 0.0)[:, np.newaxis] * predicted

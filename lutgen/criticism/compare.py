@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.colorimetry import delta_e_2000, xyz_to_lab
-from lutgen.criticism.anchored import anchored, noise_only
+from lutgen.criticism.anchored import DRAWS, anchored, noise_only
 from lutgen.criticism.direction import Direction, direction
 from lutgen.criticism.families import slices
 from lutgen.criticism.first_session import FirstSession, first_session
@@ -109,6 +109,12 @@ class Comparison:
         return self.problem.xyz - self.predicted
 
     @cached_property
+    def sizes(self) -> tuple[Array, Array]:
+        """Error of every reading: ΔE2000 (n,), and its length in σ (n,)."""
+        delta_e, sigma = _sizes(self.problem, self.predicted, self.residual)
+        return delta_e, np.sqrt((sigma**2).sum(axis=1))
+
+    @cached_property
     def first_session(self) -> FirstSession | None:
         """How far the paper's fresh display is from the first session, and what its own curves leave."""
         return first_session(self.problem)
@@ -199,12 +205,12 @@ def compare(
     return compare_problem(with_shared_errors(problem, terms), terms)
 
 
-def compare_problem(problem: Problem, terms: Sequence[Term] = ()) -> Comparison:
-    """Compare the model with ``terms`` as they are with a problem's readings."""
+def compare_problem(problem: Problem, terms: Sequence[Term] = (), *, draws: int = DRAWS) -> Comparison:
+    """Compare the model with ``terms`` as they are with a problem's readings; the floor is the mean of some draws."""
     predicted = anchored(problem, terms)
     judged = ~problem.is_anchor
     delta_e, sigma = _sizes(problem, predicted, problem.xyz - predicted)
-    noise = [_sizes(problem, predicted, each) for each in noise_only(problem, predicted)]
+    noise = [_sizes(problem, predicted, each) for each in noise_only(problem, predicted, draws)]
     floors = [_errors(each[0][judged], each[1][judged]) for each in noise]
     floor = Errors(*(float(np.mean([getattr(each, name) for each in floors])) for name in Errors.__dataclass_fields__))
     where = tuple(_slices(problem, predicted, judged, (delta_e, sigma), noise))

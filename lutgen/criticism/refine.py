@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from lutgen.criticism.compare import Comparison, compare_problem
 from lutgen.criticism.diagnose import Diagnosis, candidates, diagnose, parameters_of
 from lutgen.criticism.fit import Fit, fit
-from lutgen.criticism.heldout import held_out
+from lutgen.criticism.heldout import HeldOut, held_out
 from lutgen.criticism.linear import Term
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.search import family
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
 
     from lutgen.effects import Effect
     from lutgen.readings import Measurements
+
+#: What a model file says of effects that do not lower the error and were kept all the same.
+BY_HAND = "by hand: the error does not fall with these effects"
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,18 @@ class Refinement:
     def after(self) -> Comparison:
         """The comparison with all effects."""
         return self.steps[-1].comparison if self.steps else self.before
+
+    @property
+    def to_save(self) -> DisplayModel:
+        """The model for a file, which says so where its author keeps effects that do not lower the error."""
+        return self.model if self.improves else replace(self.model, fit={**self.model.fit, "kept": BY_HAND})
+
+    def of_saved(self, saved: DisplayModel | None) -> Refinement:
+        """Keep what a saved model that was refined says of modes and conditions, which no fit touches."""
+        if saved is None:
+            return self
+        model = replace(self.model, reference=saved.reference, luminance=saved.luminance, conditions=saved.conditions)
+        return replace(self, model=model)
 
     def carried(self) -> list[str]:
         """Say what LUTs of this model will carry, and what they cannot."""
@@ -147,30 +163,103 @@ def refine(
 
     """
     known = catalogue() if effects is None else effects
-    for name in add:
-        if name not in known:
-            raise pick_one("effect", name, known)
-        if name in {term.effect.name for term in terms} or list(add).count(name) > 1:
-            raise LutgenError(f"effect {name!r} is in the model already. Leave it out of --add.")
-    problem = Problem.of(readings, baseline=baseline, selection=selection, instrument=instrument)
-    problem = with_shared_errors(problem, terms)
-    base = fit(problem, terms)
-    before, steps, current = compare_problem(problem, base.terms), [], base
-    for name in add:
-        current = _joined(current, known[name])
-        steps.append(_added(current, name))
-    diagnosis = None
-    if auto:
-        diagnosis = diagnose(
-            readings, baseline=baseline, selection=selection, instrument=instrument, effects=known,
-            terms=current.terms, progress=progress,
-        )  # fmt: skip
-        if diagnosis.verdict.effects:
-            steps += [_added(each, step.name) for step, each in _trail(diagnosis)]
-            current = diagnosis.explanation.final
-    model = model_of(current, diagnosis, before, steps[-1].comparison if steps else before)
-    gain = held_out(current).gain_over(held_out(base))[0] if steps else 0.0
-    return Refinement(before, tuple(steps), current, model, diagnosis, gain)
+    course = Course.of(
+        readings, baseline=baseline, selection=selection, instrument=instrument, effects=known, terms=terms
+    )
+    if not auto:
+        return course.refinement(add)
+    current, steps = course.fit(add), list(course.steps(add))
+    diagnosis = diagnose(
+        readings, baseline=baseline, selection=selection, instrument=instrument, effects=known, terms=current.terms,
+        progress=progress,
+    )  # fmt: skip
+    if diagnosis.verdict.effects:
+        steps += [_added(each, step.name) for step, each in _trail(diagnosis)]
+        current = diagnosis.explanation.final
+    return course.refinement_of(current, steps, diagnosis)
+
+
+@dataclass(frozen=True)
+class Course:
+    """A model that effects join one after the other; every fit on the way is kept.
+
+    Attributes
+    ----------
+    base
+        The fit without new effects.
+    effects
+        All effects that may join, by name.
+
+    """
+
+    base: Fit
+    effects: Mapping[str, Effect]
+    _fits: dict[tuple[str, ...], Fit] = field(default_factory=dict)
+    _steps: dict[tuple[str, ...], Added] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls,
+        readings: Measurements,
+        *,
+        baseline: str = "colour-points",
+        selection: str = "nearest",
+        instrument: str | None = None,
+        effects: Mapping[str, Effect] | None = None,
+        terms: Sequence[Term] = (),
+    ) -> Course:
+        """Begin with the model of :func:`refine`, whose parameters and errors these are."""
+        problem = Problem.of(readings, baseline=baseline, selection=selection, instrument=instrument)
+        return cls(fit(with_shared_errors(problem, terms), terms), catalogue() if effects is None else effects)
+
+    @cached_property
+    def before(self) -> Comparison:
+        """The comparison without new effects."""
+        return compare_problem(self.base.problem, self.base.terms)
+
+    @cached_property
+    def _withheld(self) -> HeldOut:
+        return held_out(self.base)
+
+    def check(self, add: Sequence[str]) -> None:
+        """Raise LutgenError for an effect that is unknown, in the model already, or that no fit of these can see."""
+        for name in add:
+            if name not in self.effects:
+                raise pick_one("effect", name, self.effects)
+            if name in {term.effect.name for term in self.base.terms} or list(add).count(name) > 1:
+                raise LutgenError(f"effect {name!r} is in the model already. Leave it out of --add.")
+            _check_seen(self.effects[name], self.base.problem.baseline)
+
+    def fit(self, add: Sequence[str]) -> Fit:
+        """Add effects in this order, each in the form that the readings support; errors as :func:`refine`."""
+        self.check(add)
+        return self._fit(tuple(add))
+
+    def _fit(self, add: tuple[str, ...]) -> Fit:
+        if not add:
+            return self.base
+        if add not in self._fits:
+            self._fits[add] = _joined(self._fit(add[:-1]), self.effects[add[-1]])
+        return self._fits[add]
+
+    def steps(self, add: Sequence[str]) -> tuple[Added, ...]:
+        """Each effect added in turn, and the comparison with it."""
+        return tuple(self._step(tuple(add[: place + 1])) for place in range(len(add)))
+
+    def _step(self, add: tuple[str, ...]) -> Added:
+        if add not in self._steps:
+            self._steps[add] = _added(self.fit(add), add[-1])
+        return self._steps[add]
+
+    def refinement(self, add: Sequence[str]) -> Refinement:
+        """Return what :func:`refine` makes of these effects."""
+        return self.refinement_of(self.fit(add), self.steps(add))
+
+    def refinement_of(self, found: Fit, steps: Sequence[Added], diagnosis: Diagnosis | None = None) -> Refinement:
+        """Return what a fit with these steps has made of the model."""
+        model = model_of(found, diagnosis, self.before, steps[-1].comparison if steps else self.before)
+        gain = held_out(found).gain_over(self._withheld)[0] if steps else 0.0
+        return Refinement(self.before, tuple(steps), found, model, diagnosis, gain)
 
 
 def _trail(diagnosis: Diagnosis) -> list[tuple[Any, Fit]]:
@@ -179,11 +268,6 @@ def _trail(diagnosis: Diagnosis) -> list[tuple[Any, Fit]]:
 
 def _joined(current: Fit, effect: Effect) -> Fit:
     """Add an effect in its best form, and choose the forms of all effects anew."""
-    if not candidates({effect.name: effect}, current.problem.baseline, ()):
-        raise LutgenError(
-            f"effect {effect.name!r} is hidden by white and primaries that are measured again at each hour: it can "
-            f"only be fitted from the hour-0 display. Add --baseline first-hour."
-        )
     _check_enough(current, effect)
     found = family(current, effect).best.fit
     for name in [term.effect.name for term in found.terms if term.free][:-1]:
@@ -192,6 +276,14 @@ def _joined(current: Fit, effect: Effect) -> Fit:
         again = family(rest, term.effect).best.fit
         found = again if again.bic < found.bic else found
     return found
+
+
+def _check_seen(effect: Effect, baseline: str) -> None:
+    if not candidates({effect.name: effect}, baseline, ()):
+        raise LutgenError(
+            f"effect {effect.name!r} is hidden by white and primaries that are measured again at each hour: it can "
+            f"only be fitted from the hour-0 display. Add --baseline first-hour."
+        )
 
 
 def _check_enough(current: Fit, effect: Effect) -> None:

@@ -104,10 +104,28 @@ def family(base: Fit, effect: Effect, score: Score | None = None) -> Family:
     """Fit all forms of an effect beside what ``base`` has already, and choose the best by BIC."""
     tried = _attempts(base, effect, score or Score(base), range(max(len(effect.forms), 1)))
     if not tried:
-        raise LutgenError(
-            f"{effect.name} happens between two sessions, and {base.problem.readings.file} holds one. Add a later one."
-        )
+        raise _one_session(base, effect)
     return Family(effect, min(tried, key=bic), tried[0], len(tried))
+
+
+def promising(base: Fit, effect: Effect) -> Term:
+    """Return the start of an effect's simple forms from which the first step promises most, penalties counted."""
+    score, penalty = Score(base), float(np.log(base.readings))
+    forms = effect.forms[: effect.refined] or ((),)
+    starts = [
+        (gain - penalty * len(form), term)
+        for form in forms
+        for gain, term in (_start(score, effect, form, grid) for grid in _grids(base.problem, effect, form))
+    ]
+    if not starts:
+        raise _one_session(base, effect)
+    return max(starts, key=lambda start: start[0])[1]
+
+
+def _one_session(base: Fit, effect: Effect) -> LutgenError:
+    return LutgenError(
+        f"{effect.name} happens between two sessions, and {base.problem.readings.file} holds one. Add a later one."
+    )
 
 
 def forms_of(base: Fit, effect: Effect) -> list[Candidate]:

@@ -182,14 +182,27 @@ def read_frame(
         As :func:`lutgen.pictures.distinct.count_colours`, apart from pixels that are NaN: these are shown black.
 
     """
+    code, visible, size = read_pixels(path, pixels=pixels, width=width, source=source, progress=progress)
+    colours, places = np.unique(code.reshape(-1, 3), axis=0, return_inverse=True)
+    return Frame(colours, places.reshape(code.shape[:2]), visible, *size)
+
+
+def read_pixels(
+    path: Path,
+    *,
+    pixels: int,
+    width: int,
+    source: str = "auto",
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
+) -> tuple[Pixels, NDArray[np.bool_], tuple[int, int]]:
+    """Read as :func:`read_frame`: code values (h, w, 3), visible pixels (h, w), and width and height of the image."""
     with open_blocks(path, source) as opened:
         high, wide = fitting(opened.height, opened.width, pixels, width)
         linear = light_means(opened, Grid.of(opened.height, opened.width, high=high, wide=wide), progress)
     linear = turned(linear, opened.orientation)
     code = np.rint(linear_to_code(np.clip(np.nan_to_num(linear), 0.0, 1.0)) * 255.0).astype(np.uint8)
-    colours, places = np.unique(code.reshape(-1, 3), axis=0, return_inverse=True)
-    size = (opened.height, opened.width) if opened.orientation < 5 else (opened.width, opened.height)
-    return Frame(colours, places.reshape(code.shape[:2]), np.isfinite(linear[..., 0]), size[1], size[0])
+    size = (opened.width, opened.height) if opened.orientation < 5 else (opened.height, opened.width)
+    return code, np.isfinite(linear[..., 0]), size
 
 
 def fitting(height: int, width: int, pixels: int, most: int) -> tuple[int, int]:

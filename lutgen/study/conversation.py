@@ -13,6 +13,7 @@ from threading import Event, RLock
 from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import LutgenError
+from lutgen.server import RefusedError
 from lutgen.study.answer_file import NotSavedError
 from lutgen.study.reading import Decision, PastError
 
@@ -43,15 +44,6 @@ _ANSWER: dict[str, type | tuple[type, ...]] = {
 
 #: How the page knows of the first paint.
 PAINTS = ("element-timing", "animation-frame")
-
-
-class RefusedError(LutgenError):
-    """The page asked what it may not have; ``why`` is for the page, ``status`` for HTTP."""
-
-    def __init__(self, status: int, why: str, message: str) -> None:
-        """Take the HTTP status, the page's word for it, and a sentence for the reader."""
-        super().__init__(message)
-        self.status, self.why = status, why
 
 
 class Conversation:

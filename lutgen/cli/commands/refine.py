@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -11,11 +11,6 @@ from lutgen.cli.command import Command, Section
 from lutgen.cli.data_options import data_options, question_from, split_all
 from lutgen.cli.outputs import Outputs, check_new_file
 from lutgen.cli.shared import progress_bar
-
-if TYPE_CHECKING:
-    from lutgen.cli.data_options import Question
-    from lutgen.criticism.refine import Refinement
-    from lutgen.display import DisplayModel
 
 
 @click.command(cls=Command, section=Section.CRITICISM, place=3)
@@ -83,14 +78,13 @@ def command(
             effects=question.effects,
             terms=question.terms,
             progress=progress,
-        )
-    refinement = _as_saved(refinement, question)
+        ).of_saved(question.saved)
     if luminance:
         model = replace(refinement.model, luminance=luminance_law(luminance))
         refinement = replace(refinement, model=model)
     kept = refinement.improves or keep
     if output and kept:
-        save_model(refinement.model if refinement.improves else _by_hand(refinement.model), output, force=force)
+        save_model(refinement.to_save, output, force=force)
     output = output if kept else None
     outputs.write(
         refine_page(refinement, question.effects, question.data, output),
@@ -100,17 +94,3 @@ def command(
     if not kept:
         click.echo("The error does not fall, so no model is written. Add --keep to write it all the same.", err=True)
         raise click.exceptions.Exit(1)
-
-
-def _by_hand(model: DisplayModel) -> DisplayModel:
-    """Say in a model's provenance that its effects do not lower the error, and that its author kept them."""
-    return replace(model, fit={**model.fit, "kept": "by hand: the error does not fall with these effects"})
-
-
-def _as_saved(refinement: Refinement, question: Question) -> Refinement:
-    """Keep what a saved model says of modes and conditions, which no fit touches."""
-    saved = question.saved
-    if saved is None:
-        return refinement
-    model = replace(refinement.model, reference=saved.reference, luminance=saved.luminance, conditions=saved.conditions)
-    return replace(refinement, model=model)

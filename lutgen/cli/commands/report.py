@@ -11,7 +11,6 @@ from lutgen.cli.outputs import check_new_file
 from lutgen.cli.picture_options import source_option, tolerance_option
 from lutgen.cli.shared import model_from, model_options, numbers, progress_bar
 from lutgen.cli.words import say
-from lutgen.names import AGING_MODES
 
 if TYPE_CHECKING:
     from lutgen.display import DisplayModel
@@ -26,8 +25,8 @@ if TYPE_CHECKING:
 @click.option(
     "--hours",
     metavar="HOURS",
-    help="Hours of the slider: 0..18000:2000, a step; 0,5000,10000, a list; the curve ends at the last of them "
-    "[default: seven measured times].",
+    help="Hours at which the slider has tables: 0..18000:2000, a step; 0,5000,10000, a list; it ends at the last "
+    "[default: up to 13 measured times].",
 )
 @source_option
 @click.option("--instrument", metavar="REL,FLOOR", help="Noise of a reading of --data [default: from replicates].")
@@ -49,7 +48,7 @@ def command(
 ) -> None:
     """Write one page for a browser: pictures, lifetimes, diagnosis, certificates.
 
-    The page shows IMAGE as the display ages, with a slider over the hours and a wiper between un-aged and aged; the map
+    The page shows IMAGE as the display ages, with a slider over all hours and a wiper between un-aged and aged; the map
     of ΔE2000; curves; the paper's Table 1; and the source of everything. --data adds what readings say about the model;
     without --display or --model the pictures are then those of the display that was read. The page is one HTML file
     that fetches nothing, so that you can mail and print it. The numbers are those of lutgen lifetime: of all pixels,
@@ -66,7 +65,7 @@ def command(
     from lutgen.pictures.lifetime import check_tolerances, lifetime
     from lutgen.report.document.origin import read_build
     from lutgen.report.document.page import Run, write_report
-    from lutgen.report.document.scenes import WIDTH, hours_of, pixels_of_a_frame, scenes_of
+    from lutgen.report.document.scenes import PIXELS, WIDTH, hours_of, scenes_of
 
     tolerances = check_tolerances(numbers("--tolerance", tolerance))
     check_new_file(output, force=force, suffixes=(".html", ".htm"))
@@ -78,9 +77,8 @@ def command(
     frames, curve = hours_of(hours, model)
     with progress_bar("aging colours") as progress:
         lifetimes = lifetime([image], model, tolerances=tolerances, hours=curve, source=source, progress=progress)
-    pixels = pixels_of_a_frame(len(frames), len(AGING_MODES))
     with progress_bar("reading the picture") as progress:
-        frame = read_frame(Path(image), pixels=pixels, width=WIDTH, source=source, progress=progress)
+        frame = read_frame(Path(image), pixels=PIXELS, width=WIDTH, source=source, progress=progress)
     with progress_bar("aging the picture") as progress:
         scenes = scenes_of(frame, model, lifetimes, frames, progress)
     evidence = _evidence(data, model, options, instrument) if data else None

@@ -8,7 +8,7 @@ Eilers & Marx, Statist. Sci. 11, 89-121 (1996), doi:10.1214/ss/1038425655).
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import BSpline
+import scipy  # its parts load when they are first used: most displays are shown without them
 
 from lutgen.colorimetry import Array, code_to_linear
 
@@ -27,7 +27,9 @@ _KNOTS = np.concatenate([np.zeros(3), np.linspace(0.0, 1.0, SPLINES - 2), np.one
 def lit(code: Array) -> Array:
     """SRGB's light times every spline at code values (m,) in 0..1: (m, SPLINES)."""
     within = np.clip(code, 0.0, 1.0)
-    return np.asarray(BSpline.design_matrix(within, _KNOTS, 3).toarray() * code_to_linear(within)[:, np.newaxis])
+    return np.asarray(
+        scipy.interpolate.BSpline.design_matrix(within, _KNOTS, 3).toarray() * code_to_linear(within)[:, np.newaxis]
+    )
 
 
 def bends() -> Array:

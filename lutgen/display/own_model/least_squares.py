@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import cholesky, solve_triangular
-from scipy.optimize import nnls
+import scipy  # its parts load when they are first used: most displays are shown without them
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -28,18 +27,18 @@ def solve(columns: Array, wanted: Array, penalty: Array, rises: Array | None = N
     """
     normal = columns.T @ columns + penalty.T @ penalty
     normal += RIDGE * np.trace(normal) / len(normal) * np.eye(len(normal))
-    root = cholesky(normal, lower=True)
-    middle = solve_triangular(root, columns.T @ wanted, lower=True)
-    found = solve_triangular(root, middle, lower=True, trans="T")
+    root = scipy.linalg.cholesky(normal, lower=True)
+    middle = scipy.linalg.solve_triangular(root, columns.T @ wanted, lower=True)
+    found = scipy.linalg.solve_triangular(root, middle, lower=True, trans="T")
     if rises is None or (rises @ found).min() >= 0:
         return np.asarray(found)
     # The least distance from the free solution, in units of its own covariance, that meets the inequalities.
-    inequalities = solve_triangular(root, rises.T, lower=True).T
+    inequalities = scipy.linalg.solve_triangular(root, rises.T, lower=True).T
     rows = np.vstack([inequalities.T, -(inequalities @ middle)])
     goal = np.zeros(len(rows))
     goal[-1] = 1.0
-    left = rows @ nnls(rows, goal)[0] - goal
-    return np.asarray(solve_triangular(root, middle - left[:-1] / left[-1], lower=True, trans="T"))
+    left = rows @ scipy.optimize.nnls(rows, goal)[0] - goal
+    return np.asarray(scipy.linalg.solve_triangular(root, middle - left[:-1] / left[-1], lower=True, trans="T"))
 
 
 def trust(residual: Array) -> Array:

@@ -12,9 +12,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
-from scipy.ndimage import map_coordinates, spline_filter
-from scipy.spatial.distance import cdist
+import scipy  # its parts load when they are first used: most displays are shown without them
 
 from lutgen.display.own_model.least_squares import trust
 from lutgen.display.own_model.sample import lab_slope
@@ -78,7 +76,7 @@ class SmoothResidual:
         """Do the same by a table of what is added, for codes (m, 3) that are asked many times: to 1e-4 of a light."""
         below, driven = self.below(code), self.drive(code)
         added = [
-            map_coordinates(each, driven.T * (GRID - 1) + BEYOND, order=3, mode="mirror", prefilter=False)
+            scipy.ndimage.map_coordinates(each, driven.T * (GRID - 1) + BEYOND, order=3, mode="mirror", prefilter=False)
             for each in self._table
         ]
         return np.asarray(below + np.stack(added, axis=1) / lab_slope(below))
@@ -90,20 +88,20 @@ class SmoothResidual:
         added = np.concatenate([
             likeness(grid[here], self.centres, self.length) @ self.weights for here in _chunks(len(grid))
         ])  # fmt: skip
-        return [spline_filter(each.reshape((axis.size,) * 3), order=3, mode="mirror") for each in added.T]
+        return [scipy.ndimage.spline_filter(each.reshape((axis.size,) * 3), order=3, mode="mirror") for each in added.T]
 
     def standard_error(self, code: Array) -> Array:
         """Standard error at code values (m, 3), as shares of white, (m, 3)."""
         variance = np.empty(len(code))
         for here in _chunks(len(code)):
             like = likeness(self.drive(code[here]), self.centres, self.length)
-            variance[here] = 1.0 - (solve_triangular(self._root, like.T, lower=True) ** 2).sum(axis=0)
+            variance[here] = 1.0 - (scipy.linalg.solve_triangular(self._root, like.T, lower=True) ** 2).sum(axis=0)
         return np.asarray(np.sqrt(np.maximum(variance, 0.0))[:, np.newaxis] * self.size / lab_slope(self.below(code)))
 
     @cached_property
     def _root(self) -> Array:
         own = likeness(self.centres, self.centres, self.length) + np.diag(self.noise)
-        return np.asarray(cholesky(own, lower=True))
+        return np.asarray(scipy.linalg.cholesky(own, lower=True))
 
 
 def _chunks(count: int) -> list[slice]:
@@ -112,7 +110,7 @@ def _chunks(count: int) -> list[slice]:
 
 def likeness(one: Array, other: Array, length: float) -> Array:
     """Covariance of the process between driven values, (m, 3) and (n, 3) → (m, n)."""
-    return np.asarray(np.exp(cdist(one, other, "sqeuclidean") / (-2.0 * length**2)))
+    return np.asarray(np.exp(scipy.spatial.distance.cdist(one, other, "sqeuclidean") / (-2.0 * length**2)))
 
 
 def fit(sample: Sample, below: Callable[[Array], Array], drive: Drive, length: float, noise: float) -> SmoothResidual:
@@ -121,6 +119,6 @@ def fit(sample: Sample, below: Callable[[Array], Array], drive: Drive, length: f
     driven = drive(sample.drive)
     noises = noise / np.maximum(sample.certainty * trust(left), 1e-6)
     own = likeness(driven, driven, length) + np.diag(noises)
-    weights = np.asarray(cho_solve(cho_factor(own, lower=True), left))
+    weights = np.asarray(scipy.linalg.cho_solve(scipy.linalg.cho_factor(own, lower=True), left))
     size = np.sqrt(np.maximum((left * weights).mean(axis=0), 0.0))
     return SmoothResidual(below, drive, driven, weights, noises, length, size)

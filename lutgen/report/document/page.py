@@ -11,7 +11,7 @@ from lutgen.files import write_atomically
 from lutgen.report.document.evidence import Evidence, answer, evidence_section
 from lutgen.report.document.lifetimes import finding, lifetimes_section, picture_caption
 from lutgen.report.document.origin import BuildFolder, certificates_section, effects_section, label, provenance_section
-from lutgen.report.document.section import render
+from lutgen.report.document.section import render, style_and_script
 from lutgen.report.document.viewer import frames_section, script_data, viewer_section
 
 if TYPE_CHECKING:
@@ -64,6 +64,7 @@ def html(run: Run) -> str:
         caption=picture_caption(run.lifetimes, run.scenes),
         sections=list(_sections(run)),
         data=script_data(run.scenes),
+        **style_and_script(),
     )
 
 

@@ -1,23 +1,31 @@
-"""The scenes of a report: for each mode and hour the aged picture, its ΔE2000 map and the numbers beside them."""
+"""The scenes of a report: for each mode and hour a table that the picture is drawn through, and numbers beside it.
+
+A script blends the tables of two hours, so that the slider stands anywhere between them; how far that is from the model
+is measured and told. The last hour of each mode is in the page as a picture and a map too: it is printed.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import xyz_to_xyY
+from lutgen.bake.lut import Lut, Sampler, tetrahedra
+from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab, xyz_to_xyY
 from lutgen.display.hours import parse_hours
 from lutgen.errors import LutgenError
 from lutgen.pictures.png import page_png
+from lutgen.pictures.viewer import viewer_table
 from lutgen.report.drawing import data_address
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
+    from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay, DisplayModel
     from lutgen.pictures.difference import DifferenceCurve
     from lutgen.pictures.frame import Frame
@@ -30,17 +38,20 @@ REACHES = (2.0, 3.0, 5.0, 8.0, 12.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 100.0)
 #: Colours of a map: so many look continuous, and few colours keep the file small.
 STEPS = 128
 
-#: Pixels of all frames of a page together: with their maps about 10 MB as text.
-PIXELS = 3_500_000
+#: Pixels of the picture, and of a row of it. The page holds a still and a map of each mode too, and is sent by mail.
+PIXELS, WIDTH = 700_000, 1200
 
-#: Width of a frame in pixels, at most.
-WIDTH = 900
+#: Points along an edge of the tables: 20 kB each.
+SIZE = 17
 
-#: Hours for which a page shows frames by default.
-USUAL = 7
+#: Hours for which a page has tables by default.
+USUAL = 13
 
-#: Hours of a page, at most: with more, the frames would be too small.
+#: Hours of a page, at most: with more, the file would be too large.
 MOST = 40
+
+#: Pixels whose colours are compared with the model.
+_COMPARED = 20_000
 
 
 @dataclass(frozen=True)
@@ -63,11 +74,27 @@ class Numbers:
 
 @dataclass(frozen=True)
 class Scene:
-    """One mode at one hour; ``picture`` and ``map`` are data addresses of a PNG."""
+    """One mode at one hour; ``table`` is that of :func:`lutgen.pictures.viewer.viewer_table`, (n, n, n, 4)."""
 
     numbers: Numbers
+    table: NDArray[np.uint16]
+
+
+@dataclass(frozen=True)
+class Still:
+    """The last hour of a mode; ``picture`` and ``map`` are data addresses of a PNG."""
+
     picture: str
     map: str
+
+
+@dataclass(frozen=True)
+class Blending:
+    """ΔE2000 between what the slider draws and the model, over the picture's pixels, at hours and half way between."""
+
+    mean: float
+    p95: float
+    max: float
 
 
 @dataclass(frozen=True)
@@ -80,24 +107,33 @@ class Scenes:
         The picture.
     unaged
         Data address of what the un-aged display shows.
+    source
+        Data address of the picture itself, which tables are applied to.
     hours
         Increasing from 0.
     modes
         Mode → one scene for each hour.
+    stills
+        Mode → its last hour.
     reach
         ΔE2000 at the end of the colours of all maps; larger values have the last colour.
+    blending
+        How far the slider's pictures are from the model.
 
     """
 
     frame: Frame
     unaged: str
+    source: str
     hours: tuple[float, ...]
     modes: dict[str, tuple[Scene, ...]]
+    stills: dict[str, Still]
     reach: float
+    blending: Blending
 
 
 def hours_of(text: str | None, model: DisplayModel) -> tuple[list[float], list[float]]:
-    """Return the hours of the slider, hour 0 first, and of the curve, which adds the measured times up to the last.
+    """Return the hours of the tables, hour 0 first, and of the curve, which adds the measured times up to the last.
 
     Raises
     ------
@@ -114,19 +150,11 @@ def hours_of(text: str | None, model: DisplayModel) -> tuple[list[float], list[f
     frames = sorted({0.0, *hours})
     if len(frames) > MOST:
         message = (
-            f"--hours {text}: a page shows at most {MOST} hours, not {len(frames)}. Give a step, such as "
+            f"--hours {text}: a page holds tables of at most {MOST} hours, not {len(frames)}. Give a step, such as "
             f"0..{measured[-1]:g}:{measured[-1] / 6:g}."
         )
         raise LutgenError(message)
     return frames, sorted({*frames, *(float(hour) for hour in measured if hour <= frames[-1])})
-
-
-def pixels_of_a_frame(hours: int, modes: int) -> int:
-    """Return the most pixels of a frame, so that a page with this many hours stays small enough for mail.
-
-    At hour 0 all modes share one frame.
-    """
-    return PIXELS // (1 + (hours - 1) * modes)
 
 
 def scenes_of(
@@ -154,25 +182,56 @@ def scenes_of(
     """
     reach = reach_of(lifetimes, hours)
     curves, unaged = lifetimes.images[0].curves, model.at("stable", 0.0)
-    count, modes = 0, {}
+    sampler = Sampler()
+    modes: dict[str, tuple[Scene, ...]] = {}
     for mode, curve in curves.items():
         scenes = []
         for hour in hours:
-            scenes.append(_scene(frame, unaged, model.at(mode, hour), curve, reach))
-            count += 1
-            progress(count, len(curves) * len(hours))
+            scenes.append(_scene(sampler, unaged, model.at(mode, hour), curve))
+            progress(len(modes) * len(hours) + len(scenes), len(curves) * len(hours))
         modes[mode] = tuple(scenes)
-    return Scenes(frame, _picture(frame, frame.shown(unaged)), tuple(hours), modes, reach)
+    lasts = {mode: model.at(mode, hours[-1]) for mode in modes}
+    stills = {mode: _still(frame, unaged, aged, reach) for mode, aged in lasts.items()}
+    seen, source = (_picture(frame, shown) for shown in (frame.shown(unaged), frame.colours[frame.places]))
+    return Scenes(frame, seen, source, tuple(hours), modes, stills, reach, _blending(frame, model, modes))
 
 
-def _scene(frame: Frame, unaged: AgedDisplay, aged: AgedDisplay, curve: DifferenceCurve, reach: float) -> Scene:
+def _scene(sampler: Sampler, unaged: AgedDisplay, aged: AgedDisplay, curve: DifferenceCurve) -> Scene:
     (row,) = np.flatnonzero(curve.hours == aged.hours)
     x, y, luminance = xyz_to_xyY(aged.code_to_xyz(np.ones(3)))
     luminance /= unaged.code_to_xyz(np.ones(3))[1]
     mean, sd, p95, largest = (float(values[row]) for values in (curve.mean, curve.sd, curve.p95, curve.largest))
     numbers = Numbers(aged.mode, aged.hours, mean, sd, p95, largest, float(x), float(y), float(luminance))
+    shown, before = (sampler.lut(display, SIZE, "code", clip=True).table for display in (aged, unaged))
+    return Scene(numbers, viewer_table(shown, before))
+
+
+def _blending(frame: Frame, model: DisplayModel, modes: dict[str, tuple[Scene, ...]]) -> Blending:
+    """Compare what the viewer draws with the model."""
+    places = frame.places[frame.visible]
+    code = frame.colours[places[:: max(1, len(places) // _COMPARED)]] / 255.0
+    nodes, weights = tetrahedra(code, "code", SIZE)
+    found = []
+    for mode, scenes in modes.items():
+        for hours, table in _drawn(scenes):
+            drawn = Lut("code", table).mix(nodes, weights)
+            both = (linear_to_lab(code_to_linear(each)) for each in (drawn, model.at(mode, hours).code_to_code(code)))
+            found.append(delta_e_2000(*both))
+    away = np.concatenate(found)
+    return Blending(float(away.mean()), float(np.quantile(away, 0.95)), float(away.max()))
+
+
+def _drawn(scenes: Sequence[Scene]) -> Iterator[tuple[float, Array]]:
+    """Give the hours of the tables and those half way between, with what the viewer makes of the tables there."""
+    tables = [(each.numbers.hours, each.table[..., :3] / 65_535.0) for each in scenes]
+    yield from tables
+    for (before, first), (after, second) in pairwise(tables):
+        yield (before + after) / 2.0, (first + second) / 2.0
+
+
+def _still(frame: Frame, unaged: AgedDisplay, aged: AgedDisplay, reach: float) -> Still:
     (difference,) = frame.differences(unaged, [aged])
-    return Scene(numbers, _picture(frame, frame.shown(aged)), _map(frame, difference, reach))
+    return Still(_picture(frame, frame.shown(aged)), _map(frame, difference, reach))
 
 
 def _picture(frame: Frame, shown: NDArray[np.uint8]) -> str:

@@ -1,18 +1,24 @@
-"""The picture as the display ages: the viewer, which needs a script, and all frames, which are printed."""
+"""The picture as the display ages: the viewer, which needs a script, and the last hours, which are printed."""
 
 from __future__ import annotations
 
+import zlib
+from base64 import b64encode
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from lutgen.numerals import spaced
 from lutgen.pictures.png import page_png
 from lutgen.report.document.chart import ticks
-from lutgen.report.document.scenes import map_colours
+from lutgen.report.document.scenes import SIZE, map_colours
 from lutgen.report.document.section import PageSection
 from lutgen.report.drawing import data_address
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lutgen.report.document.scenes import Numbers, Scenes
 
 #: Mode → what happens to the display in it.
@@ -72,51 +78,53 @@ def viewer_section(scenes: Scenes) -> PageSection:
             "modes": list(scenes.modes),
             "hours": scenes.hours,
             "tiles": TILES,
+            "source": scenes.source,
             "width": scenes.frame.width,
             "height": scenes.frame.height,
             "bar": colour_bar(scenes.reach),
+            "blending": blending_in_words(scenes),
         },
         kind="live",
         label="The picture on the aged display",
     )
 
 
+def blending_in_words(scenes: Scenes) -> str:
+    """Say how far the slider's picture is from the model."""
+    found, hours = scenes.blending, len(scenes.hours)
+    between = "a table an hour, blended between hours" if hours > 1 else "one table"
+    return (
+        f"The slider draws through {hours} × {SIZE}³ colours a mode, {between}: ΔE2000 {found.mean:.2f} from the model "
+        f"in mean, {found.p95:.2f} at 95 % and {found.max:.1f} at most, over this picture's pixels."
+    )
+
+
 def frames_section(scenes: Scenes) -> PageSection:
-    """Gather every frame and map, and the numbers."""
+    """Gather the un-aged picture, and picture, map and numbers at the last hour of each mode."""
     modes = [
-        (
-            mode,
-            MODES_IN_WORDS.get(mode, mode),
-            [
-                {
-                    "hours": each.numbers.hours,
-                    "picture": each.picture,
-                    "map": each.map,
-                    "mean": f"{each.numbers.mean:.1f}",
-                    "p95": f"{each.numbers.p95:.1f}",
-                    "as_unaged": each.picture == scenes.unaged,
-                }
-                for each in scenes_of_mode
-            ],
-        )
-        for mode, scenes_of_mode in scenes.modes.items()
+        (mode, MODES_IN_WORDS.get(mode, mode), still, scenes.modes[mode][-1].numbers)
+        for mode, still in scenes.stills.items()
     ]
     values = {"unaged": scenes.unaged, "bar": colour_bar(scenes.reach), "modes": modes}
-    return PageSection("frames", "The picture at each hour", "frames.html", values, kind="still")
+    title = f"The picture at {spaced(scenes.hours[-1])} h"
+    return PageSection("frames", title, "frames.html", values, kind="still")
 
 
 def script_data(scenes: Scenes) -> dict[str, Any]:
     """Return what the script needs, and other programs may read."""
     return {
-        "schema": 1,
+        "schema": 2,
         "hours": list(scenes.hours),
-        "modes": {
-            mode: [asdict(each.numbers) for each in scenes_of_mode] for mode, scenes_of_mode in scenes.modes.items()
-        },
-        "shown": {
-            mode: [numbers_in_words(each.numbers) for each in scenes_of_mode]
-            for mode, scenes_of_mode in scenes.modes.items()
-        },
+        "modes": {mode: [asdict(each.numbers) for each in all_hours] for mode, all_hours in scenes.modes.items()},
+        "table_size": SIZE,
+        "tables": {mode: [packed(each.table) for each in all_hours] for mode, all_hours in scenes.modes.items()},
         "map_reach": scenes.reach,
-        "hour_names": [f"{spaced(hours)} h" for hours in scenes.hours],
     }
+
+
+def packed(table: NDArray[np.uint16]) -> str:
+    """Pack a table (n, n, n, 4) as text: what changes along red, first all high bytes, then all low ones, deflated."""
+    steps = table.copy()
+    steps[:, :, 1:] -= table[:, :, :-1]
+    planes = steps.astype(">u2").reshape(-1, 1).view(np.uint8).T
+    return b64encode(zlib.compress(np.ascontiguousarray(planes).tobytes(), 9)).decode()

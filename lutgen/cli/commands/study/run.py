@@ -41,8 +41,9 @@ def command(*, study: str, reader: str, session: int, override: str | None, port
     import webbrowser
     from contextlib import suppress
 
+    from lutgen.server import port_taken
     from lutgen.study.reading import begin_reading
-    from lutgen.study.server import port_taken, serve
+    from lutgen.study.server import serve
 
     def opened(address: str) -> None:
         # Print the place and the images left: a reader whose name was mistyped has another place and all images left.

@@ -1,0 +1,205 @@
+"""Rows of ``bench``: how soon `lutgen explore` shows a picture and answers, and the memory that it takes.
+
+The readings are those of the rows of criticism: 1094 of them at 10 hours, two effects hidden. Goals are those of the
+project's issue 14. A 95th percentile is given as a figure against its limit.
+"""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import tempfile
+import time
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from http.client import HTTPConnection
+from itertools import permutations
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from examples.bench_criticism import HIDDEN, SESSIONS
+from examples.racing import LUTGEN, Peer, against_limit, memory, race
+from tests.browser import CHROMIUM, browser
+from tests.virtual_display.campaign import Campaign, csv_text
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from examples.racing import Row
+
+#: Chromium's own time to a blank page over that from the command to a picture: 2.5 times as long is allowed.
+PICTURE = 1 / 2.5
+
+TABLE_LIMIT_S, PROVISIONAL_LIMIT_S, FINAL_LIMIT_S, MEMORY_LIMIT_MB = 0.040, 0.3, 2.0, 400.0
+
+#: Effects that are switched on, two at a time, in either order.
+SWITCHES = ("eotf-drift", "black-level", "recalibration", "crosstalk", "loading", "warm-up")
+
+#: JavaScript that is true when the page has drawn its picture.
+DRAWN = "document.body && document.body.dataset.picture === 'drawn'"
+
+
+@dataclass(frozen=True)
+class Work:
+    """How much to do: the sessions' hours and design, tables, switches, starts of the page, width of the image."""
+
+    sessions: tuple[float, ...] = SESSIONS
+    design: str = "full"
+    tables: int = 100
+    switches: int = 6
+    starts: int = 5
+    width: int = 3464
+    height: int = 2309
+
+    @classmethod
+    def quick(cls) -> Work:
+        """Every row on little work."""
+        return cls((0.0, 1000.0, 2500.0), design="colours", tables=5, switches=2, starts=1, width=300, height=200)
+
+
+def exploring(work: Work, folder: Path) -> Iterator[Row]:
+    """Yield all rows."""
+    readings = folder / "explored.csv"
+    hidden = HIDDEN["two effects hidden"]
+    readings.write_text(csv_text(Campaign(design=work.design, hours=work.sessions, hidden=hidden)), encoding="utf-8")
+    yield from _picture(work)
+    with served(str(readings)) as (address, pid):
+        page = Asking(address)
+        size = f"{page.overview['readings']} readings at {len(page.overview['hours'])} hours"
+        page.hears("error")
+        yield from _switches(work, page, size)
+        yield _tables(work, page)
+        page.post("image", image_of(work, folder), "&name=large.png")
+        page.hears("measured")
+        page.get("difference", f"&mode=chroma&hours={page.overview['max_hours']}")
+        title = f"memory of the server (PSS), image of {work.width * work.height / 1e6:.2g} Mpx, {size}"
+        yield against_limit(title, [memory(pid)], MEMORY_LIMIT_MB, "MB")
+
+
+def _picture(work: Work) -> list[Row]:
+    blank = Peer("Chromium alone, to a blank page", _blank if CHROMIUM else None, PICTURE)
+    return race("from the command to a picture, in Chromium", _pictured, blank, times=work.starts) if CHROMIUM else []
+
+
+def _blank() -> None:
+    with tempfile.TemporaryDirectory() as profile, browser(Path(profile)) as page:
+        page.wait("document.readyState === 'complete'")
+
+
+def _pictured() -> None:
+    with served() as (address, _), tempfile.TemporaryDirectory() as profile, browser(Path(profile)) as page:
+        page.call("Page.navigate", url=address)
+        page.wait(DRAWN)
+
+
+def _switches(work: Work, page: Asking, size: str) -> Iterator[Row]:
+    """Add a second effect to a first that is fitted: what was fitted before is remembered, so each pair stands once."""
+    page.hears("effects", lambda effects: all(each["tried"] for each in effects))
+    provisional, final = [], []
+    for first, second in permutations(SWITCHES[: work.switches], 2):
+        page.post("switch", {"effects": [first]})
+        page.hears("error", partial(_is_of, 1))
+        start = time.perf_counter()
+        page.post("switch", {"effects": [first, second]})
+        provisional.append(time.perf_counter() - start)
+        page.hears("error", partial(_is_of, 2))
+        final.append(time.perf_counter() - start)
+    yield _p95(f"effect switched, provisional error, {size}", provisional, PROVISIONAL_LIMIT_S)
+    yield _p95(f"effect switched, final error, {size}", final, FINAL_LIMIT_S)
+
+
+def _is_of(count: int, error: dict[str, Any]) -> bool:
+    return len(error["effects"]) == count
+
+
+def _tables(work: Work, page: Asking) -> Row:
+    page.post("switch", {"effects": SWITCHES[:2]})
+    page.hears("error", partial(_is_of, 2))
+    hours = np.linspace(0.0, page.overview["max_hours"], work.tables)
+    seconds = []
+    for hour in hours:
+        start = time.perf_counter()
+        page.get("table", f"&mode=chroma-luma&hours={hour:.2f}&size=33")
+        seconds.append(time.perf_counter() - start)
+    return _p95("slider moved, new 33³ table", seconds, TABLE_LIMIT_S)
+
+
+def _p95(what: str, seconds: list[float], limit: float) -> Row:
+    return against_limit(f"{what} (95 % of {len(seconds)})", [float(np.quantile(seconds, 0.95))], limit, "s")
+
+
+def image_of(work: Work, folder: Path) -> bytes:
+    """Return a large picture with as many colours as a photograph: tissue, enlarged, with a little noise; seeded."""
+    from PIL import Image
+
+    from lutgen.explore.example import tissue
+
+    with Image.open(tissue()) as small:
+        pixels = np.asarray(small.resize((work.width, work.height), Image.Resampling.BICUBIC)).astype(np.int16)
+    pixels += np.random.default_rng(14).integers(-6, 7, pixels.shape, dtype=np.int16)
+    file = folder / "large.png"
+    Image.fromarray(np.clip(pixels, 0, 255).astype(np.uint8)).save(file, compress_level=1)
+    return file.read_bytes()
+
+
+@contextmanager
+def served(*arguments: str) -> Iterator[tuple[str, int]]:
+    """Run `lutgen explore` and give its address and process."""
+    command = [*LUTGEN, "explore", "--no-browser", *arguments]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            lines = iter(process.stdout or ())
+            yield next(line for line in lines if "http://" in line).split()[-1], process.pid
+        finally:
+            process.send_signal(signal.SIGINT)
+            process.wait(20)
+
+
+class Asking:
+    """One window, asked without a browser over one connection, and its news over another."""
+
+    def __init__(self, address: str) -> None:
+        """Open a window."""
+        _, _, self._host, word, _ = address.split("/")
+        self._path, self._asking = f"/{word}/api/", HTTPConnection(self._host, timeout=600)
+        self._query = ""
+        self.overview = json.loads(self.post("window"))
+        self._query = f"window={self.overview['window']}"
+        self._listening = HTTPConnection(self._host, timeout=600)
+        self._listening.request("GET", f"{self._path}events?{self._query}")
+        self._news = self._listening.getresponse()
+
+    def post(self, what: str, content: Any = None, query: str = "") -> bytes:
+        """Send JSON, or bytes."""
+        body = content if isinstance(content, bytes) else json.dumps(content or {}).encode()
+        self._asking.request(
+            "POST", f"{self._path}{what}?{self._query}{query}", body, {"Origin": f"http://{self._host}"}
+        )
+        return self._answer()
+
+    def get(self, what: str, query: str) -> bytes:
+        """Ask for something."""
+        self._asking.request("GET", f"{self._path}{what}?{self._query}{query}")
+        return self._answer()
+
+    def _answer(self) -> bytes:
+        reply = self._asking.getresponse()
+        data = reply.read()
+        if reply.status != 200:
+            raise SystemExit(f"bench: the page was refused: {data.decode()}")
+        return data
+
+    def hears(self, what: str, holds: Callable[[Any], bool] = lambda _content: True) -> Any:
+        """Wait for news."""
+        name = ""
+        for line in self._news:
+            key, _, value = line.decode().strip().partition(": ")
+            if key == "event":
+                name = value
+            elif key == "data" and name == what and holds(content := json.loads(value)):
+                return content
+        raise SystemExit("bench: the server has ended")

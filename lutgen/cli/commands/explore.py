@@ -1,0 +1,56 @@
+"""``lutgen explore``."""
+
+from __future__ import annotations
+
+import click
+
+from lutgen.cli.command import Command, Section
+from lutgen.cli.number_types import WHOLE
+from lutgen.cli.words import say
+from lutgen.names import BASELINES
+
+
+@click.command(cls=Command, section=Section.CRITICISM, place=6)
+@click.argument("data", metavar="[DATA]", required=False)
+@click.option("--image", metavar="IMAGE", help="Look at this image [default: stained tissue].")
+@click.option("--model", metavar="FILE", help="Start from a saved model (.toml), and from its readings without DATA.")
+@click.option(
+    "--baseline", type=click.Choice(BASELINES), help="What the model knows, as for compare [default: colour-points]."
+)
+@click.option("--port", type=WHOLE, default=0, metavar="PORT", help="Port on this computer [default: any free one].")
+@click.option("--no-browser", is_flag=True, help="Print the address only.")
+def command(
+    *, data: str | None, image: str | None, model: str | None, baseline: str | None, port: int, no_browser: bool
+) -> None:
+    """See a display age, switch physical effects on, watch the error fall, look through the LUT: one page.
+
+    Serves a page on this computer alone (127.0.0.1) until Ctrl-C. The page shows IMAGE through the LUT of any hour; the
+    error of the model on DATA, a table of readings (.csv) or a campaign file (.toml); and the effects as switches. Each
+    number is what compare, diagnose, refine and build print, and the page gives the commands. Without DATA it shows a
+    simulated campaign, and says so.
+
+    \b
+    Example:
+      lutgen explore
+      lutgen explore examples/display-a.csv --image slide.png
+    """
+    import webbrowser
+    from contextlib import suppress
+
+    from lutgen.explore.commands import Asked
+    from lutgen.explore.example import example_readings, tissue
+    from lutgen.explore.serve import serve
+    from lutgen.server import port_taken
+
+    def opened(address: str) -> None:
+        if not (data or model):
+            say("These readings are simulated, with two hidden effects: nobody measured them.")
+        say(f"Ctrl-C ends the page. See it at {address}")
+        if not no_browser:
+            webbrowser.open(address)
+
+    with port_taken(port) as listening:
+        readings = data or ("" if model else str(example_readings()))
+        asked = Asked(readings, image or str(tissue()), model, baseline)
+        with suppress(KeyboardInterrupt):
+            serve(asked, listening, opened=opened, wait=bool(data or image or model))

@@ -1,0 +1,341 @@
+"""What the page may ask, and the windows that answer: no maths, no files but those of the windows."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import re
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
+from starlette.routing import Route
+
+from lutgen.cells import number, number_list
+from lutgen.errors import LutgenError
+from lutgen.explore.commands import commands
+from lutgen.explore.drop import CODE, IMAGE, LIMITS, MOST_FILES, READINGS, kept
+from lutgen.explore.take import taken
+from lutgen.explore.window import Window
+from lutgen.server import HEADERS, KINDS, RefusedError, application, json_body, page_file
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
+
+    from starlette.requests import Request
+    from starlette.types import ASGIApp
+
+    from lutgen.explore.commands import Asked
+
+PAGE = Path(__file__).parent / "page"
+
+#: Files that this page shares with the report; where they are is not asked of their package, which needs numpy.
+VIEWER = Path(__file__).parents[1] / "pictures" / "viewer"
+VIEWER_FILES = ("viewer.js", "viewer.css")
+
+#: Windows that are open at the same time: each has two processes.
+MOST_WINDOWS = 6
+
+#: Seconds for which a window that nobody listens to is kept: a page that is loaded again finds it.
+FORGOTTEN = 60.0
+
+JSON = "application/json"
+
+#: Beside what every page may do: this one shows pictures that it has made itself, or was given by a drop.
+PICTURES = {
+    "Content-Security-Policy": HEADERS["Content-Security-Policy"].replace(
+        "img-src 'self'", "img-src 'self' blob: data:"
+    )
+}
+
+
+@dataclass
+class Windows:
+    """The windows that are open."""
+
+    folder: Path
+    first: Asked
+    _open: dict[str, Window] = field(default_factory=dict)
+    _spare: asyncio.Task[Window] | None = None
+    _count: int = 0
+
+    def prepare(self) -> None:
+        """Make the first window before its page asks: processes start while the browser does."""
+        self._spare = asyncio.create_task(self._new())
+
+    async def ready(self) -> None:
+        """Wait for the first window. Raises LutgenError for readings, a model or an image that cannot be shown."""
+        if self._spare:
+            await self._spare
+
+    async def _new(self) -> Window:
+        self._count += 1
+        name = f"w{self._count}"
+        folder = self.folder / name
+        folder.mkdir()
+        window = Window(name, folder, self.first)
+        try:
+            await window.start()
+        except BaseException:
+            window.end()
+            await window.gone()
+            raise
+        return window
+
+    async def open(self) -> Window:
+        """Open a window, in the place of one that nobody listens to. Raises RefusedError where there are too many."""
+        if len(self._open) >= MOST_WINDOWS:
+            silent = [window for window in self._open.values() if not window.listeners]
+            for window in silent[:1]:
+                self._forget(window)
+        if len(self._open) >= MOST_WINDOWS:
+            raise RefusedError(503, "busy", f"{MOST_WINDOWS} windows are open. Close one, and wait a minute.")
+        spare, self._spare = self._spare, None
+        window = await (spare or self._new())
+        self._open[window.name] = window
+        self._forget_later(window)
+        return window
+
+    def _forget_later(self, window: Window) -> None:
+        asyncio.get_running_loop().call_later(FORGOTTEN, self._forget, window)
+
+    def _forget(self, window: Window) -> None:
+        if window.listeners:
+            self._forget_later(window)
+        elif self._open.pop(window.name, None):
+            window.end()
+
+    def of(self, request: Request) -> Window:
+        """Return the window that a request names. Raises RefusedError where there is none."""
+        window = self._open.get(request.query_params.get("window", ""))
+        if window is None:
+            raise RefusedError(410, "gone", "This window is closed. Load the page again.")
+        return window
+
+    def end(self) -> None:
+        """End all windows."""
+        for window in self._open.values():
+            window.end()
+
+    async def gone(self) -> None:
+        """End all windows, that of no page yet too, and wait until their processes have ended."""
+        if self._spare:
+            with suppress(LutgenError):
+                await self.open()
+        self.end()
+        await asyncio.gather(*(window.gone() for window in self._open.values()))
+
+
+def explore_application(windows: Windows) -> ASGIApp:
+    """Return the page's application."""
+
+    def ask(path: str, answer: Callable[[Window, Request], Awaitable[Response]], *methods: str) -> Route:
+        async def endpoint(request: Request) -> Response:
+            window = windows.of(request)
+            try:
+                return await answer(window, request)
+            except RefusedError:
+                raise
+            except LutgenError as error:
+                # Files that were dropped lie in the window's folders; their owner knows them by their names.
+                raise LutgenError(re.sub(rf"{re.escape(str(window.folder))}/\d+/", "", str(error))) from None
+
+        return Route(f"/api/{path}", endpoint, methods=list(methods))
+
+    async def opened(_request: Request) -> Response:
+        window = await windows.open()
+        return _overview(window)
+
+    return application(
+        [
+            Route("/api/window", opened, methods=["POST"]),
+            ask("overview", _get_overview, "GET"),
+            ask("drop", _drop, "POST"),
+            ask("image", _image, "GET", "POST"),
+            ask("table", _table, "GET"),
+            ask("difference", _difference, "GET"),
+            ask("effects", _effects, "GET"),
+            ask("switch", _switch, "POST"),
+            ask("what-if", _what_if, "POST"),
+            ask("own", _own, "POST"),
+            ask("find", _find, "POST"),
+            ask("cancel", _cancel, "POST"),
+            ask("events", _events, "GET"),
+            ask("take", _take, "GET"),
+            ask("commands", _commands, "GET"),
+            Route("/{path:path}", _page, methods=["GET"]),
+        ]
+    )
+
+
+async def _page(request: Request) -> Response:
+    name = request.path_params["path"] or "index.html"
+    data, kind = page_file(VIEWER if name in VIEWER_FILES else PAGE, name)
+    return Response(data, media_type=kind, headers=PICTURES)
+
+
+def _overview(window: Window) -> Response:
+    error = window.news.get("error")
+    more = {
+        "window": window.name,
+        "image": window.image or None,
+        "error": json.loads(error) if error else None,
+        "on": list(window.asked.on),
+        "limits": LIMITS,
+    }
+    return JSONResponse({**window.overview, **more})
+
+
+async def _get_overview(window: Window, _request: Request) -> Response:
+    return _overview(window)
+
+
+async def _drop(window: Window, request: Request) -> Response:
+    query = request.query_params
+    if "name" in query:
+        if len(window.dropping) >= MOST_FILES:
+            window.dropping.clear()
+            raise RefusedError(413, "bad", f"more than {MOST_FILES} files were dropped.")
+        folder = window.dropping[0].parent if window.dropping else window.new_folder()
+        window.dropping.append(await kept(request, folder, READINGS, "A file of readings"))
+        if query.get("more"):
+            return JSONResponse({})
+    hours = number_list(query["hours"]) if query.get("hours") else None
+    if query.get("hours") and hours is None:
+        raise LutgenError(f"hours={query['hours']!r}: give operating hours in a list, such as 0,8000.")
+    needed = await window.drop(hours)
+    return JSONResponse(needed) if needed else _overview(window)
+
+
+async def _image(window: Window, request: Request) -> Response:
+    if request.method == "POST":
+        path = await kept(request, window.new_folder(), IMAGE, "An image")
+        window.asked = replace(window.asked, dropped=window.asked.dropped | {str(path)})
+        return JSONResponse(await window.take_image(str(path)))
+    if window.picture is None:
+        raise RefusedError(404, "none", "There is no image yet.")
+    return FileResponse(window.picture, media_type=KINDS[window.picture.suffix])
+
+
+def _seen(request: Request) -> dict[str, Any]:
+    """Return mode and hours that a request names."""
+    hours = number(request.query_params.get("hours", "0"))
+    if hours is None or not isfinite(hours):
+        raise LutgenError(f"hours={request.query_params['hours']!r}: is no number.")
+    return {"mode": request.query_params.get("mode", "chroma"), "hours": hours}
+
+
+async def _table(window: Window, request: Request) -> Response:
+    size = request.query_params.get("size", "33")
+    kind = request.query_params.get("kind", "aged")
+    table = await window.table(
+        **_seen(request),
+        size=int(size) if size.isdecimal() and len(size) < 4 else 0,
+        kind=kind,
+        differences=request.query_params.get("map") == "yes",
+    )
+    return Response(table, media_type="application/octet-stream", headers={"X-Lutgen-Size": size})
+
+
+async def _difference(window: Window, request: Request) -> Response:
+    return Response(await window.difference(**_seen(request)), media_type=JSON)
+
+
+async def _effects(window: Window, _request: Request) -> Response:
+    return Response(window.news.get("effects", b"[]"), media_type=JSON)
+
+
+async def _switch(window: Window, request: Request) -> Response:
+    asked = await json_body(request)
+    names, baseline = asked.get("effects"), asked.get("baseline")
+    if not (isinstance(names, list) and all(isinstance(name, str) for name in names)):
+        raise LutgenError('send {"effects": [names]}.')
+    if not (baseline is None or isinstance(baseline, str)):
+        raise LutgenError("baseline: give a name.")
+    return Response(await window.switch(names, baseline), media_type=JSON)
+
+
+async def _what_if(window: Window, request: Request) -> Response:
+    asked = await json_body(request)
+    if not asked:
+        return Response(await window.what_if(), media_type=JSON)
+    effect, parameter, value = (asked.get(name) for name in ("effect", "parameter", "value"))
+    if not (isinstance(effect, str) and isinstance(parameter, str) and isinstance(value, int | float)):
+        raise LutgenError('send {"effect": name, "parameter": name, "value": number}, or {} for the fit.')
+    return Response(await window.what_if(effect=effect, parameter=parameter, value=float(value)), media_type=JSON)
+
+
+async def _own(window: Window, request: Request) -> Response:
+    asked = window.asked
+    if "name" in request.query_params:
+        if request.query_params.get("trusted") != "yes":
+            raise RefusedError(
+                403, "code", "A Python file is code that runs with your rights. Send trusted=yes for it."
+            )
+        path = await kept(request, window.new_folder(), CODE, "A file of effects")
+        asked = replace(asked, files=(*asked.files, str(path)), dropped=asked.dropped | {str(path)})
+    else:
+        content = await json_body(request)
+        name, text = content.get("name"), content.get("expression")
+        if not (isinstance(name, str) and isinstance(text, str)):
+            raise LutgenError('send {"name": text, "expression": text}.')
+        others = tuple(each for each in asked.expressions if each[0] != name)
+        asked = replace(asked, expressions=(*others, (name, text)))
+    return Response(await window.own(asked), media_type=JSON)
+
+
+async def _find(window: Window, _request: Request) -> Response:
+    await window.find()
+    return JSONResponse({})
+
+
+async def _cancel(window: Window, _request: Request) -> Response:
+    await window.give_up()
+    return JSONResponse({})
+
+
+async def _events(window: Window, _request: Request) -> Response:
+    async def stream() -> AsyncIterator[bytes]:
+        # A comment at once: the page knows then that it is listening.
+        yield b": listening\n\n"
+        async for what, body in window.events():
+            yield b"event: %s\ndata: %s\n\n" % (what.encode(), body)
+
+    return StreamingResponse(stream(), media_type="text/event-stream")
+
+
+async def _take(window: Window, request: Request) -> Response:
+    kind = request.query_params.get("kind", "aged")
+    what = request.query_params.get("what", "")
+    name, data = await _while_wanted(request, taken(window, what, **_seen(request), kind=kind))
+    ascii_name = "".join(
+        letter if letter.isascii() and letter.isprintable() and letter not in '"\\' else "_" for letter in name
+    )
+    headers = {"Content-Disposition": f'attachment; filename="{ascii_name}"'}
+    return Response(data, media_type="application/octet-stream", headers=headers)
+
+
+async def _while_wanted(request: Request, work: Coroutine[Any, Any, tuple[str, bytes]]) -> tuple[str, bytes]:
+    """Do a work of minutes; it is ended when the page hangs up."""
+
+    async def hung_up() -> None:
+        while (await request.receive())["type"] != "http.disconnect":
+            pass
+
+    working, waiting = asyncio.create_task(work), asyncio.create_task(hung_up())
+    await asyncio.wait({working, waiting}, return_when=asyncio.FIRST_COMPLETED)
+    waiting.cancel()
+    if not working.done():
+        working.cancel()
+        raise RefusedError(499, "gone", "The page did not wait.")
+    return working.result()
+
+
+async def _commands(window: Window, request: Request) -> Response:
+    error = json.loads(window.news.get("error", b"{}"))
+    kind = request.query_params.get("kind", "aged")
+    last = window.overview["max_hours"]
+    return JSONResponse(commands(window.asked, last=last, keep=bool(error.get("keep")), **_seen(request), kind=kind))

@@ -1,0 +1,121 @@
+"""What the page shows, as commands that do the same: to copy, and to make what is taken away."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+#: Name of the model file in the commands.
+MODEL = "my-display.toml"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a window shows, as the command line would be told of it.
+
+    Attributes
+    ----------
+    data, image
+        Files of readings and of the image.
+    model, baseline
+        A saved model, and the baseline; None where not given.
+    files, expressions
+        Effects of the user's own: Python files, and formulas by name.
+    on
+        Effects that are switched on.
+    dropped
+        Files that the page has sent, which are shown by their names alone.
+
+    """
+
+    data: str
+    image: str
+    model: str | None = None
+    baseline: str | None = None
+    files: tuple[str, ...] = ()
+    expressions: tuple[tuple[str, str], ...] = ()
+    on: tuple[str, ...] = ()
+    dropped: frozenset[str] = frozenset()
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """The formulas as ``--add-expr`` takes them."""
+        return tuple(f"{name}: {text}" for name, text in self.expressions)
+
+    def shown(self, path: str) -> str:
+        """Name a file as its owner knows it."""
+        return Path(path).name if path in self.dropped else path
+
+
+def refine_words(asked: Asked, *, keep: bool) -> list[str]:
+    """Return the command that makes the model of what is switched on."""
+    formulas = dict(asked.expressions)
+    add = ",".join(name for name in asked.on if name not in formulas)
+    words = ["lutgen", "refine", *_data(asked)]
+    words += ["--add", add] if add else []
+    for name in asked.on:
+        words += ["--add-expr", f"{name}: {formulas[name]}"] if name in formulas else []
+    return [*words, *(["--keep"] if keep else []), "-o", MODEL]
+
+
+def build_words(model: Sequence[str], *options: str, to: str) -> list[str]:
+    """Return the command that builds LUTs of a model."""
+    return ["lutgen", "build", *model, *options, "-o", to]
+
+
+def lut_options(mode: str, hours: float, form: str, kind: str) -> list[str]:
+    """Return the options of build for one LUT."""
+    direction = ["--direction", "compensate"] if kind == "compensated" else []
+    return ["--hours", f"{hours:.12g}", "--mode", mode, "--format", form, *direction]
+
+
+def commands(
+    asked: Asked, *, last: float, keep: bool, mode: str, hours: float, kind: str = "aged"
+) -> list[dict[str, str]]:
+    """Return the commands that do what the page shows, each with its words."""
+    model = model_options(asked)
+    first = (
+        ("The same model", refine_words(asked, keep=keep))
+        if asked.on
+        else ("Where the model fails", ["lutgen", "compare", *_data(asked)])
+    )
+    listed = [
+        first,
+        ("Find what is missing", ["lutgen", "diagnose", *_data(asked)]),
+        ("All LUTs and configs", build_words(model, "--hours", f"0..{last:g}", to="aged")),
+        ("This hour's LUT", build_words(model, *lut_options(mode, hours, "cube", kind), to="this-hour")),
+        ("The report", report_words(asked, model, to="report.html")),
+    ]
+    # Without effects a display that is known at hour 0 alone does not age.
+    kept = listed[:2] if asked.baseline == "first-hour" and not (asked.on or asked.model) else listed
+    return [{"words": words, "command": shlex.join(command)} for words, command in kept]
+
+
+def model_options(asked: Asked) -> list[str]:
+    """Return how the model that is shown is named to build."""
+    if asked.on:
+        return ["--model", MODEL]
+    if asked.model:
+        return ["--model", asked.model]
+    baseline = ["--baseline", asked.baseline] if asked.baseline else []
+    return ["--display", asked.shown(asked.data), *baseline]
+
+
+def report_words(asked: Asked, model: Sequence[str], *, to: str) -> list[str]:
+    """Return the command that writes the report."""
+    return ["lutgen", "report", asked.shown(asked.image), *model, "--data", asked.shown(asked.data), "-o", to]
+
+
+def _data(asked: Asked) -> list[str]:
+    """DATA and the options of the model."""
+    words = [asked.shown(asked.data)]
+    for name, value in (("baseline", asked.baseline), ("model", asked.model)):
+        words += [f"--{name}", value] if value else []
+    for file in asked.files:
+        words += ["--effects", asked.shown(file)]
+    return words

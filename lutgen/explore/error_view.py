@@ -1,0 +1,236 @@
+"""The error, the effects and the verdict as the page draws them: plain values of what the library found."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.colorimetry import D65, linear_to_code, xy_to_uv, xyz_to_linear, xyz_to_xyY
+from lutgen.criticism.diagnose import parameters_of
+from lutgen.criticism.families import slices
+from lutgen.criticism.search import STRONG
+from lutgen.numerals import readable
+from lutgen.readings.conditions import COLUMNS
+from lutgen.readings.rest import TIP_DRIVES
+from lutgen.readings.table import TIP_NAMES
+from lutgen.report.criticism.comparison import NAMES
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from lutgen.colorimetry import Array
+    from lutgen.criticism.compare import Comparison
+    from lutgen.criticism.diagnose import Diagnosis
+    from lutgen.criticism.problem import Problem
+    from lutgen.criticism.refine import Refinement
+    from lutgen.explore.fitting import Opened
+
+#: Standard errors to either side of a parameter: its 95 % interval.
+INTERVAL = 1.96
+
+
+def error_json(
+    comparison: Comparison,
+    opened: Opened,
+    *,
+    refinement: Refinement | None = None,
+    provisional: bool = False,
+    what_if: bool = False,
+) -> dict[str, Any]:
+    """Return the error of a model; ``refinement``: the fit that it is of, which knows what the readings support."""
+    return {
+        "provisional": provisional,
+        "what_if": what_if,
+        "noise_ratio": comparison.ratio,
+        "mean_de2000": comparison.error.delta_e_mean,
+        "noise_de2000": comparison.floor.delta_e_mean,
+        "sentence": refinement.sentence() if refinement and refinement.steps else comparison.sentence(),
+        "agrees": comparison.agrees,
+        "keep": bool(refinement and not refinement.improves),
+        "effects": _fitted(comparison, opened, refinement),
+        "slices": _slices(comparison),
+        "readings": _readings(comparison),
+        "drift": _drift(comparison),
+    }
+
+
+def _fitted(comparison: Comparison, opened: Opened, refinement: Refinement | None) -> list[dict[str, Any]]:
+    estimates = parameters_of(refinement.found) if refinement else {}
+    support = _support(opened, refinement) if refinement else {}
+    found = []
+    for term in comparison.terms:
+        name, parameters = term.effect.name, []
+        for key, parameter in term.effect.parameters.items():
+            known = estimates.get(name, {}).get(key, {})
+            if known and not known["free"]:
+                continue
+            value = float(term.values[key])
+            low, high = _interval(value, known.get("stderr"), parameter.bounds)
+            parameters.append(
+                {
+                    "name": key,
+                    "words": parameter.meaning,
+                    "value": value,
+                    "low": low,
+                    "high": high,
+                    "bounds": list(map(float, parameter.bounds)),
+                    "unit": parameter.unit,
+                }
+            )
+        supported, why = support.get(name, (True, ""))
+        found.append({"name": name, "parameters": parameters, "supported": supported, "said": why})
+    return found
+
+
+def _interval(value: float, stderr: float | None, bounds: tuple[float, float]) -> tuple[float | None, float | None]:
+    """Ends of the 95 % interval within the bounds; None where no fit tells."""
+    if stderr is None:
+        return None, None
+    return max(value - INTERVAL * stderr, bounds[0]), min(value + INTERVAL * stderr, bounds[1])
+
+
+def _support(opened: Opened, refinement: Refinement) -> dict[str, tuple[bool, str]]:
+    """Whether the readings support each effect that was added, and why not: its BIC and its error, in turn."""
+    support, before, error = {}, opened.course.base, refinement.before.ratio
+    names = tuple(step.effect for step in refinement.steps)
+    for place, step in enumerate(refinement.steps):
+        found = opened.course.fit(names[: place + 1])
+        gain, ratio = before.bic - found.bic, step.comparison.ratio
+        supported = bool(gain > STRONG and ratio < error)
+        why = f"BIC falls by {gain:.1f}, where {STRONG:g} is strong; the error goes from {error:.2f} to {ratio:.2f}."
+        support[step.effect] = supported, "" if supported else f"The readings do not support {step.effect}: {why}"
+        before, error = found, ratio
+    return support
+
+
+def _slices(comparison: Comparison) -> list[dict[str, Any]]:
+    problem, found = comparison.problem, []
+    labels, judged = slices(problem), ~problem.is_anchor
+    for by, of in labels.items():
+        points = [
+            {
+                "at": _place(problem, by, each.slice, rows := np.flatnonzero(judged & (of == each.slice))),
+                "label": each.slice,
+                "ratio": each.rms_sigma / each.floor_rms_sigma if each.floor_rms_sigma else 0.0,
+                "mean_de2000": each.delta_e_mean,
+                "noise_de2000": each.floor_delta_e_mean,
+                "rows": rows.tolist(),
+            }
+            for each in comparison.where
+            if each.by == by
+        ]
+        if points:
+            column = COLUMNS.get(by)
+            unit = "h" if by == "hour" else column.unit if column else ""
+            found.append({"name": by, "label": NAMES.get(by, by), "unit": unit, "points": points})
+    return found
+
+
+def _place(problem: Problem, by: str, label: str, rows: Any) -> float | str:
+    """Where a slice stands on its axis: its hour, the mean of its column, or its name where it is no number."""
+    if by == "hour":
+        return float(problem.hours[problem.hour_of[rows[0]]])
+    if by not in COLUMNS:
+        return label
+    values = problem.readings.column(by)[problem.rows][rows]
+    return float(values.mean()) if np.isfinite(values).all() else label
+
+
+def _readings(comparison: Comparison) -> list[dict[str, Any]]:
+    problem = comparison.problem
+    readings, rows = problem.readings, problem.rows
+    delta_e, sigma = comparison.sizes
+    measured, predicted = (_shown(problem, xyz) for xyz in (problem.xyz, comparison.predicted))
+    conditions = {name: np.round(values[rows], 4) for name, values in readings.conditions.items()}
+    return [
+        {
+            "row": place,
+            "line": int(readings.lines[row]),
+            "patch": readings.drive[row].tolist(),
+            "hours": float(readings.hours[row]),
+            "measured": measured[place].tolist(),
+            "predicted": predicted[place].tolist(),
+            "de2000": round(float(delta_e[place]), 4),
+            "sigma": round(float(sigma[place]), 3),
+            "conditions": {name: float(v[place]) if np.isfinite(v[place]) else None for name, v in conditions.items()},
+        }
+        for place, row in enumerate(rows)
+    ]
+
+
+def _shown(problem: Problem, xyz: Array) -> Any:
+    """Code values 0..255 of light beside the white of hour 0, which is shown as D65: (n, 3)."""
+    linear = xyz_to_linear(xyz / problem.measured_tips[0, 0] * D65)
+    return np.rint(255.0 * linear_to_code(np.clip(linear, 0.0, 1.0))).astype(int)
+
+
+def _drift(comparison: Comparison) -> list[dict[str, Any]]:
+    """Chromaticity u'v' of white and primaries at each hour at which they were read: measured and predicted."""
+    problem = comparison.problem
+    rest = problem.readings.at_rest()[problem.rows]
+    drive = problem.readings.drive[problem.rows]
+    found = []
+    for name, tip in zip(TIP_NAMES, TIP_DRIVES, strict=True):
+        points = []
+        for place, hour in enumerate(problem.hours):
+            here = rest & (problem.hour_of == place) & (drive == tip).all(axis=1)
+            if here.any():
+                uv = [_uv(xyz[here].mean(axis=0)) for xyz in (problem.xyz, comparison.predicted)]
+                points.append([float(hour), *uv[0], *uv[1]])
+        found.append({"name": name, "points": points})
+    return found
+
+
+def _uv(xyz: Array) -> list[float]:
+    return [round(float(value), 6) for value in xy_to_uv(xyz_to_xyY(xyz)[:2])]
+
+
+def effects_json(opened: Opened, alone: Mapping[str, float | None], on: Sequence[str]) -> list[dict[str, Any]]:
+    """List the effects that a search under this baseline may choose from, and those that the model has already."""
+    seen, found = opened.visibility(), []
+    given = opened.given
+    for name in (*given, *opened.choices):
+        effect, each = opened.course.effects[name], seen.get(name)
+        size = each.smallest_detectable if each and each.visible else None
+        found.append(
+            {
+                "name": name,
+                "sentence": effect.summary,
+                "stage": effect.stage,
+                "sees_from": size,
+                "sees_words": _sees(each) if each else "has it already",
+                "visible": bool(each and each.visible) or name in given,
+                "alone_noise": alone.get(name),
+                "tried": name in alone or name in given,
+                "on": name in on or name in given,
+                "given": name in given,
+                "own": effect.origin != "built-in",
+            }
+        )
+    return found
+
+
+def _sees(each: Any) -> str:
+    """From which size on these readings can see an effect: what stands below the page's heading of that name."""
+    if not each.visible:
+        return "cannot"
+    if each.smallest_detectable is None:
+        return "any size"
+    unit = f" {each.unit}" if each.unit not in {"1", ""} else ""
+    return f"{each.parameter} {readable(each.smallest_detectable, 3)}{unit}"
+
+
+def verdict_json(diagnosis: Diagnosis, opened: Opened) -> dict[str, Any]:
+    """Return the verdict's sentence, what it names, and what to measure next."""
+    verdict = diagnosis.verdict
+    return {
+        "name": verdict.name,
+        "sentence": verdict.sentence,
+        "effects": list(opened.in_order(verdict.effects)),
+        "rivals": [list(each) for each in verdict.rivals],
+        "shares": dict(verdict.shares_delta_e),
+        "remarks": list(verdict.remarks),
+        "next": " ".join(f"To tell {' from '.join(each.separates)}: {each.name}." for each in diagnosis.measure_next),
+        "has_patches": True,
+    }

@@ -1,0 +1,133 @@
+// What the server says; for the type checker alone.
+
+export interface Overview {
+  window: string;
+  name: string;
+  provenance: string;
+  simulated: boolean;
+  readings: number;
+  hours: number[];
+  max_hours: number;
+  modes: string[];
+  baseline: string;
+  baselines: string[];
+  image: ImageSize | null;
+  /** Null until the first comparison, which comes as an event. */
+  error: ModelError | null;
+  on: string[];
+  /** Bytes of each kind of file that the server takes. */
+  limits: { readings: number; image: number; code: number };
+  can_diagnose: boolean;
+}
+
+export interface NeededHours {
+  needs_hours: { name: string; dated: string | null }[];
+}
+
+export interface ImageSize {
+  width: number;
+  height: number;
+  shown_width: number;
+  shown_height: number;
+  note: string;
+}
+
+export interface ModelError {
+  provisional?: boolean;
+  what_if?: boolean;
+  noise_ratio: number;
+  mean_de2000: number;
+  noise_de2000: number;
+  /** The noise explains the error. */
+  agrees: boolean;
+  effects: FittedEffect[];
+  slices: Slice[];
+  readings: Reading[];
+  drift: Drift[];
+}
+
+export interface FittedEffect {
+  name: string;
+  parameters: Parameter[];
+  supported: boolean;
+  said: string;
+}
+
+export interface Parameter {
+  name: string;
+  words: string;
+  value: number;
+  low: number | null;
+  high: number | null;
+  bounds: [number, number];
+  unit: string;
+}
+
+export interface Slice {
+  name: string;
+  label: string;
+  unit: string;
+  points: Point[];
+}
+
+export interface Point {
+  at: number | string;
+  label: string;
+  ratio: number;
+  rows: number[];
+}
+
+export interface Reading {
+  row: number;
+  /** In the file. */
+  line: number;
+  patch: [number, number, number];
+  hours: number;
+  measured: [number, number, number];
+  predicted: [number, number, number];
+  de2000: number;
+  sigma: number;
+  conditions: Record<string, number | null>;
+}
+
+export interface Drift {
+  name: string;
+  /** Hours, u′ and v′ measured, u′ and v′ predicted. */
+  points: [number, number, number, number, number][];
+}
+
+export interface Effect {
+  name: string;
+  sentence: string;
+  sees_from: number | null;
+  sees_words: string;
+  visible: boolean;
+  /** The model came with it. */
+  given: boolean;
+  alone_noise: number | null;
+  /** It was tried alone, whether or not it could be fitted. */
+  tried: boolean;
+  on: boolean;
+  own: boolean;
+}
+
+export interface Verdict {
+  sentence: string;
+  name: string;
+  effects: string[];
+  rivals: string[][];
+  next: string;
+  has_patches: boolean;
+}
+
+export interface Figures {
+  mean: number | null;
+  mean_2sd: number | null;
+  hours_to_3: number | null;
+  hours_to_5: number | null;
+}
+
+export interface Command {
+  words: string;
+  command: string;
+}

@@ -1,0 +1,220 @@
+// The error: one number and its bar, where it sits, the patches behind it, and the drift of colours.
+
+import { driftChart, multiple } from "./chart.js";
+import { byId, element, ratio, spaced } from "./words.js";
+
+/** @typedef {import("./contract").ModelError} ModelError */
+/** @typedef {import("./contract").Reading} Reading */
+
+/** Swatches that are drawn: more than any screen shows. */
+const MOST = 200;
+
+/** Readings that a tip lists. */
+const LISTED = 5;
+
+/** Ends of the charts' axis. */
+const TOPS = [10, 30, 100, 300, 1000, 3000, 10_000, 100_000];
+
+/** @param {number[]} values */
+const meanSquare = (values) => values.reduce((sum, each) => sum + each * each, 0) / values.length;
+
+/** @param {readonly number[]} colour */
+const css = (colour) => `rgb(${colour.map((each) => Math.round(each)).join(" ")})`;
+
+/** @param {readonly number[]} patch */
+const code = (patch) => patch.map((each) => Number(each.toFixed(3))).join(", ");
+
+/** A slice whose points stand in the order of their numbers, or of the numbers that their names begin with. @param {import("./contract").Slice} slice */
+function ordered(slice) {
+  const number = (/** @type {import("./contract").Point} */ { at }) =>
+    typeof at === "number" ? at : Number.parseFloat(at);
+  if (slice.points.some((each) => Number.isNaN(number(each)))) return slice;
+  const length = (/** @type {import("./contract").Point} */ { label }) => label.length;
+  return { ...slice, points: [...slice.points].sort((a, b) => number(a) - number(b) || length(a) - length(b)) };
+}
+
+export function errorOf() {
+  /** Not yet there while the first comparison runs. @type {ModelError} */
+  let error;
+  /** The largest error since the session was opened: the bar's end. */
+  let first = 0;
+  /** @type {{slice: string, at: number | string} | null} */
+  let choice = null;
+  /** @type {Map<number, Reading>} */
+  let readings = new Map();
+  let top = 10;
+
+  const bar = () => {
+    const { noise_ratio: now, provisional, what_if: whatIf } = error;
+    const end = Math.max(first, 4);
+    byId("ratio-number").textContent = `${ratio(now)} ×`;
+    const share = (/** @type {number} */ value) => `${Math.min(100, (100 * value) / end)}%`;
+    byId("ratio-bar").style.width = share(now);
+    byId("ratio-first").style.left = share(first);
+    byId("noise-line").style.left = share(1);
+    byId("error").classList.toggle("good", error.agrees);
+    byId("error").classList.toggle("provisional", Boolean(provisional || whatIf));
+    byId("error-mean").textContent =
+      `mean ΔE2000 ${error.mean_de2000.toFixed(2)}; noise alone ${error.noise_de2000.toFixed(2)}`;
+    byId("error-state").textContent = whatIf
+      ? "what if: not the fit"
+      : provisional
+        ? "provisional: one linear step, the fit is running …"
+        : "";
+  };
+
+  /** Rows behind the chosen point, or null for all. */
+  const chosenRows = () => {
+    const slice = error.slices.find((each) => each.name === choice?.slice);
+    const point = slice?.points.find((each) => each.at === choice?.at);
+    return point ? new Set(point.rows) : null;
+  };
+
+  const most = () => {
+    const worst = error.slices
+      .map((slice) => ({ slice, point: slice.points.reduce((a, b) => (b.ratio > a.ratio ? b : a)) }))
+      .sort((a, b) => b.point.ratio - a.point.ratio)
+      .slice(0, 3);
+    byId("error-most").textContent = error.agrees
+      ? "The model agrees with the readings to their noise."
+      : `Largest at ${worst.map(({ slice, point }) => `${slice.label} ${point.label} (${ratio(point.ratio)} ×)`).join(", ")}.`;
+  };
+
+  const charts = () => {
+    // What has the focus is drawn anew: the focus goes to its successor.
+    const had = document.activeElement?.closest(".slice")?.getAttribute("data-slice");
+    const place = had
+      ? [...(document.activeElement?.parentElement?.children ?? [])].indexOf(
+          /** @type {Element} */ (document.activeElement),
+        )
+      : -1;
+    const rows = chosenRows();
+    const ends = error.slices.flatMap((slice) => slice.points.map((point) => point.ratio));
+    // The axis does not shrink while effects are tried, so that the points are seen to fall.
+    top = Math.max(top, TOPS.find((each) => each >= Math.max(...ends)) ?? 100_000);
+    const boxes = error.slices.map((slice) =>
+      multiple(slice, {
+        top,
+        other: rows && slice.name !== choice?.slice ? slice.points.map((point) => within(point, rows)) : null,
+        chosen: slice.name === choice?.slice ? slice.points.findIndex((point) => point.at === choice?.at) : -1,
+        point: (number, button) => tip(slice, slice.points[number], button),
+        choose: (number) => {
+          const { at } = slice.points[number];
+          choice = choice?.slice === slice.name && choice.at === at ? null : { slice: slice.name, at };
+          charts();
+          patches();
+        },
+      }),
+    );
+    if (error.drift.some((each) => each.points.length > 1)) boxes.push(driftChart(error.drift));
+    byId("slices").replaceChildren(...boxes);
+    if (had && place >= 0) {
+      const next = document.querySelectorAll(`[data-slice="${had}"] .point`)[place];
+      if (next instanceof HTMLElement) next.focus({ preventScroll: true });
+    }
+  };
+
+  /** The error of those readings of a point that are among the chosen ones. @param {import("./contract").Point} point @param {Set<number>} rows */
+  const within = (point, rows) => {
+    const sigmas = (/** @type {number[]} */ some) => some.flatMap((row) => readings.get(row)?.sigma ?? []);
+    const kept = sigmas(point.rows.filter((row) => rows.has(row)));
+    return kept.length ? point.ratio * Math.sqrt(meanSquare(kept) / meanSquare(sigmas(point.rows))) : null;
+  };
+
+  const patches = () => {
+    const rows = chosenRows();
+    const shown = error.readings.filter((each) => !rows || rows.has(each.row)).sort((a, b) => b.de2000 - a.de2000);
+    const slice = error.slices.find((each) => each.name === choice?.slice);
+    const point = slice?.points.find((each) => each.at === choice?.at);
+    const title = byId("readings-title");
+    title.replaceChildren("Patches, measured | predicted, largest ΔE2000 first");
+    if (slice && point) {
+      const all = element("button", { type: "button" }, "all readings");
+      all.addEventListener("click", () => {
+        choice = null;
+        charts();
+        patches();
+      });
+      title.replaceChildren(`${shown.length} readings at ${slice.label} ${point.label} `, all);
+    }
+    byId("patches").replaceChildren(
+      ...shown.slice(0, MOST).map((each) => {
+        const item = element("li", {}, swatch(each), element("span", {}, each.de2000.toFixed(1)));
+        const words = inWords(each);
+        item.setAttribute("aria-label", words);
+        item.addEventListener("pointerenter", () => showTip(item, [words]));
+        item.addEventListener("pointerleave", () => showTip(null));
+        return item;
+      }),
+    );
+  };
+
+  /** @param {import("./contract").Slice} slice @param {import("./contract").Point} point @param {HTMLElement | null} button */
+  const tip = (slice, point, button) => {
+    if (!button) return showTip(null);
+    const behind = point.rows.flatMap((row) => readings.get(row) ?? []).sort((a, b) => b.de2000 - a.de2000);
+    const head = element(
+      "b",
+      {},
+      `${slice.label} ${point.label}: ${ratio(point.ratio)} × the noise, ${point.rows.length} readings`,
+    );
+    const lines = behind.slice(0, LISTED).map((each) => element("div", {}, swatch(each), ` ${inWords(each)}`));
+    if (behind.length > LISTED) lines.push(element("div", {}, "…"));
+    showTip(button, [head, ...lines]);
+  };
+
+  document.addEventListener("keydown", (event) => {
+    if (event.key === "Escape") showTip(null);
+  });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => error && charts());
+
+  return {
+    /** Show an error. @param {ModelError} next */
+    show(next) {
+      error = { ...next, slices: next.slices.map(ordered) };
+      first = Math.max(first, error.noise_ratio);
+      readings = new Map(error.readings.map((each) => [each.row, each]));
+      bar();
+      most();
+      charts();
+      patches();
+    },
+    /** Another session has begun. */
+    forget() {
+      first = 0;
+      top = 10;
+      choice = null;
+      byId("ratio-number").textContent = "…";
+      byId("error-mean").textContent = "Comparing the model with the readings …";
+      for (const id of ["error-most", "error-state", "readings-title", "slices", "patches"]) byId(id).replaceChildren();
+      byId("ratio-bar").style.width = "0";
+      byId("error").classList.remove("good", "provisional");
+    },
+    get now() {
+      return error;
+    },
+  };
+}
+
+/** @param {Reading} reading */
+function swatch(reading) {
+  const box = element("i", { class: "swatch" });
+  box.style.backgroundImage = `linear-gradient(to right, ${css(reading.measured)} 50%, ${css(reading.predicted)} 50%)`;
+  return box;
+}
+
+/** @param {Reading} reading */
+const inWords = (reading) =>
+  `line ${reading.line}: ${code(reading.patch)} at ${spaced(reading.hours)} h, ΔE2000 ${reading.de2000.toFixed(2)}, ${ratio(reading.sigma)} σ`;
+
+/** Show a tip beside an element, or none. @param {HTMLElement | null} beside @param {(Node | string)[]} content */
+function showTip(beside, content = []) {
+  const tip = byId("tip");
+  tip.hidden = !beside;
+  if (!beside) return;
+  tip.replaceChildren(...content);
+  const { left, bottom, top } = beside.getBoundingClientRect();
+  const { offsetWidth: width, offsetHeight: height } = tip;
+  tip.style.left = `${Math.max(4, Math.min(left, innerWidth - width - 4))}px`;
+  tip.style.top = `${bottom + height + 6 < innerHeight ? bottom + 4 : Math.max(top - height - 4, 4)}px`;
+}

@@ -1,0 +1,322 @@
+// The physics: the catalogue of effects with a switch each, their parameters, the search, and an effect of one's own.
+
+import { latest, Refusal } from "./server.js";
+import { byId, element, input, ratio, readable, save, tell } from "./words.js";
+
+/** @typedef {import("./contract").Effect} Effect */
+/** @typedef {import("./contract").ModelError} ModelError */
+
+/** Steps of a parameter's slider. */
+const STEPS = 1000;
+
+/**
+ * @param {import("./server.js").Server} server
+ * @param {{error: (error: ModelError) => void}} page is told of each new error
+ */
+export function physicsOf(server, page) {
+  /** @type {Effect[]} */
+  let effects = [];
+  /** What the diagnosis found, and what these readings do not tell from it. @type {string[]} */
+  let found = [];
+  /** @type {string[]} */
+  let rivals = [];
+  /** The error of the model without effects, for the bars. */
+  let start = 0;
+  /** Effects that were switched on, until the server has taken them. @type {string[] | null} */
+  let pending = null;
+  /** What-if values that are set: "effect parameter" → value. @type {Map<string, number>} */
+  const whatIf = new Map();
+
+  /** Do what the server may refuse. @param {() => Promise<void>} task */
+  const trying = async (task) => {
+    tell("physics-trouble");
+    try {
+      await task();
+      return true;
+    } catch (error) {
+      if (!(error instanceof Refusal)) throw error;
+      tell("physics-trouble", error.message);
+      return false;
+    }
+  };
+
+  const on = () => effects.filter((each) => each.on).map((each) => each.name);
+
+  const switching = latest(async (/** @type {string[]} */ names) => {
+    const taken = await trying(async () => {
+      whatIf.clear();
+      page.error(await server.post("switch", { effects: names }));
+    });
+    if (pending === names) pending = null;
+    // Where it was refused, what was on before stays.
+    if (!taken) take(await server.get("effects").catch(() => effects));
+  });
+
+  /** @param {string} name @param {boolean} wanted */
+  const turn = (name, wanted) => {
+    effects = effects.map((each) => (each.name === name ? { ...each, on: wanted } : each));
+    pending = on();
+    void switching(pending);
+  };
+
+  const supposing = latest(async (/** @type {{effect: string, parameter: string, value: number}} */ asked) => {
+    await trying(async () => page.error(await server.post("what-if", asked)));
+  });
+
+  /** The row of each effect, and what brings it up to date. @type {Map<string, {item: HTMLLIElement, update: (effect: Effect) => void}>} */
+  let lines = new Map();
+
+  const rows = () => {
+    const old = lines;
+    lines = new Map(effects.map((each) => [each.name, old.get(each.name) ?? row(each)]));
+    for (const each of effects) lines.get(each.name)?.update(each);
+    const list = byId("effects");
+    const items = order().map((each) => /** @type {{item: HTMLLIElement}} */ (lines.get(each.name)).item);
+    if (items.length === list.children.length && items.every((item, place) => item === list.children[place])) return;
+    const focused = document.activeElement;
+    list.replaceChildren(...items);
+    if (focused instanceof HTMLElement && list.contains(focused)) focused.focus({ preventScroll: true });
+  };
+
+  /** What was found stands first, then what takes the error down furthest; what cannot be seen, last. */
+  const order = () => {
+    const rank = (/** @type {Effect} */ each) =>
+      found.includes(each.name) ? -1 : each.visible ? (each.alone_noise ?? 1e9) : 1e12;
+    // Rows do not move while one effect after the other is tried.
+    const tried = effects.every((each) => each.tried || each.given);
+    if (tried || found.length || !lines.size) return [...effects].sort((a, b) => rank(a) - rank(b));
+    const places = [...byId("effects").children].map((each) => each.id);
+    return [...effects].sort((a, b) => places.indexOf(`row-${a.name}`) - places.indexOf(`row-${b.name}`));
+  };
+
+  /** @param {Effect} effect */
+  const row = ({ name, sentence, sees_words: sees, own, given }) => {
+    const id = `effect-${name}`;
+    const box = element("input", { type: "checkbox", role: "switch", id, "aria-describedby": `${id}-words` });
+    box.disabled = given;
+    box.addEventListener("change", () => turn(name, box.checked));
+    const seen = element("div", { class: "seen" }, sees);
+    const words = element("div", { class: "words", id: `${id}-words` }, sentence.replaceAll("``", ""));
+    const rival = element(
+      "span",
+      { class: "rival", title: "These readings do not tell it from what was found" },
+      "rival",
+    );
+    const label = element("label", { for: id }, name, " ", rival);
+    if (own) label.append(element("span", { class: "rival" }, "own"));
+    const bar = element("div", { class: "alone" });
+    const item = element(
+      "li",
+      { id: `row-${name}` },
+      box,
+      label,
+      words,
+      seen,
+      bar,
+      element("div", { class: "parameters", id: `${id}-parameters` }),
+    );
+    const update = (/** @type {Effect} */ effect) => {
+      box.checked = effect.on;
+      rival.hidden = !rivals.includes(name);
+      seen.textContent = effect.sees_words;
+      item.classList.toggle("unseen-by-data", !effect.visible);
+      alone(bar, effect.alone_noise);
+    };
+    return { item, update };
+  };
+
+  /** How far the error falls with an effect alone. @param {HTMLElement} box @param {number | null} value */
+  const alone = (box, value) => {
+    if (value === null) return box.replaceChildren();
+    const fill = element("i");
+    fill.style.width = `${Math.min(100, (100 * value) / start)}%`;
+    box.replaceChildren(fill, element("span", {}, `${ratio(value)} ×`));
+  };
+
+  /** @param {ModelError} error */
+  const parameters = (error) => {
+    start ||= error.noise_ratio;
+    // The sliders stay in the hand, beside the intervals of the fit.
+    if (error.what_if) return;
+    for (const place of document.querySelectorAll(".parameters")) place.replaceChildren();
+    for (const fitted of error.effects) {
+      const place = document.getElementById(`effect-${fitted.name}-parameters`);
+      if (!place) continue;
+      if (!fitted.supported && fitted.said) place.append(element("p", { class: "caution" }, fitted.said));
+      place.append(...fitted.parameters.map((each) => parameter(fitted.name, each)));
+      if (fitted.parameters.length) {
+        const reset = element("button", { type: "button" }, "Reset to the fit");
+        reset.addEventListener("click", () =>
+          trying(async () => {
+            whatIf.clear();
+            page.error(await server.post("what-if", {}));
+          }),
+        );
+        place.append(reset);
+      }
+    }
+  };
+
+  /** @param {string} effect @param {import("./contract").Parameter} fitted */
+  const parameter = (effect, fitted) => {
+    const key = `${effect} ${fitted.name}`;
+    const [least, greatest] = fitted.bounds;
+    const value = whatIf.get(key) ?? fitted.value;
+    const unit = fitted.unit && fitted.unit !== "1" ? ` ${fitted.unit}` : "";
+    const slider = element("input", {
+      type: "range",
+      min: "0",
+      max: String(STEPS),
+      step: "1",
+      "aria-label": `What if ${fitted.name} of ${effect}: ${fitted.words}`,
+    });
+    slider.value = String(Math.round((STEPS * (value - least)) / (greatest - least || 1)));
+    const now = element("output", {});
+    const interval =
+      fitted.low !== null && fitted.high !== null
+        ? `fit ${readable(fitted.value)}, ${readable(fitted.low, 3)} to ${readable(fitted.high, 3)}${unit}`
+        : `fit ${readable(fitted.value)}${unit}`;
+    const line = element(
+      "div",
+      { class: "parameter" },
+      element("span", { class: "parameter-name", title: fitted.words }, fitted.name),
+      slider,
+      now,
+      element("span", { class: "quiet" }, interval),
+    );
+    const write = (/** @type {number} */ number) => {
+      now.textContent = `${readable(number, 3)}${unit}`;
+      slider.setAttribute("aria-valuetext", now.textContent);
+      const outside = (fitted.low !== null && number < fitted.low) || (fitted.high !== null && number > fitted.high);
+      line.classList.toggle("outside", whatIf.has(key) && outside);
+    };
+    slider.addEventListener("input", () => {
+      const number = least + ((greatest - least) * Number(slider.value)) / STEPS;
+      whatIf.set(key, number);
+      write(number);
+      void supposing({ effect, parameter: fitted.name, value: number });
+    });
+    write(value);
+    return line;
+  };
+
+  const ended = () => {
+    byId("finding").hidden = true;
+    input("find").disabled = false;
+  };
+
+  byId("find").addEventListener("click", async () => {
+    byId("verdict").replaceChildren();
+    byId("finding").hidden = false;
+    input("find").disabled = true;
+    /** @type {HTMLProgressElement} */ (byId("find-progress")).removeAttribute("value");
+    byId("find-what").textContent = "";
+    byId("cancel").focus();
+    if (!(await trying(async () => void (await server.post("find"))))) ended();
+  });
+  byId("cancel").addEventListener("click", () => {
+    byId("find-what").textContent = "stopping …";
+    void trying(async () => void (await server.post("cancel")));
+  });
+
+  /** Add what the user wrote, and switch it on beside what is on. */
+  const added = async (/** @type {unknown} */ body, /** @type {Record<string, unknown>} */ query = {}) =>
+    trying(async () => {
+      const before = on();
+      const known = new Set(effects.map((each) => each.name));
+      take(await server.post("own", body, query));
+      const names = [...before, ...effects.map((each) => each.name).filter((name) => !known.has(name))];
+      effects = effects.map((each) => ({ ...each, on: names.includes(each.name) }));
+      rows();
+      page.error(await server.post("switch", { effects: names }));
+    });
+  byId("own").addEventListener("submit", async (event) => {
+    event.preventDefault();
+    const expression = input("own-line").value.trim();
+    if (!expression) return;
+    const taken = new Set(effects.map((each) => each.name));
+    let number = 1;
+    while (taken.has(`own-${number}`)) number += 1;
+    if (await added({ name: `own-${number}`, expression })) input("own-line").value = "";
+  });
+  const own = (/** @type {File} */ file) => {
+    const dialog = /** @type {HTMLDialogElement} */ (byId("trust"));
+    byId("trust-name").textContent = file.name;
+    dialog.returnValue = "no";
+    dialog.onclose = () => {
+      if (dialog.returnValue === "yes") void added(file, { name: file.name, trusted: "yes" });
+    };
+    dialog.showModal();
+  };
+  input("own-file").addEventListener("change", () => {
+    const file = input("own-file").files?.[0];
+    if (file) own(file);
+    input("own-file").value = "";
+  });
+
+  /** @param {Effect[]} list */
+  const take = (list) => {
+    const names = pending;
+    effects = names ? list.map((each) => ({ ...each, on: each.given || names.includes(each.name) })) : list;
+    rows();
+  };
+
+  return {
+    own,
+    /** Another session has begun. */
+    async begin(/** @type {import("./contract").Overview} */ overview) {
+      start = 0;
+      lines.clear();
+      byId("effects").replaceChildren();
+      rivals = [];
+      found = [];
+      whatIf.clear();
+      byId("verdict").replaceChildren();
+      input("find").disabled = !overview.can_diagnose;
+      tell("physics-trouble");
+      await trying(async () => take(await server.get("effects")));
+    },
+    effects: take,
+    parameters,
+    /** @param {{what: string, done: number, of: number}} progress */
+    progress({ what, done, of }) {
+      const bar = /** @type {HTMLProgressElement} */ (byId("find-progress"));
+      bar.max = of;
+      bar.value = done;
+      byId("find-what").textContent = `${what}, ${done} of ${of}`;
+    },
+    /** @param {import("./contract").Verdict} verdict */
+    verdict(verdict) {
+      rivals = verdict.rivals.flat().filter((each) => !verdict.effects.includes(each));
+      found = verdict.effects;
+      effects = effects.map((each) => ({ ...each, on: verdict.effects.includes(each.name) }));
+      rows();
+      const parts = [element("p", {}, element("b", {}, `${verdict.name}: `), verdict.sentence)];
+      if (verdict.next || verdict.has_patches) {
+        const next = element(
+          "p",
+          { class: "quiet" },
+          `What to measure next${verdict.next ? `: ${verdict.next}` : ""} `,
+        );
+        if (verdict.has_patches) {
+          const button = element("button", { type: "button", id: "patch-list" }, "Patch list");
+          button.addEventListener("click", () =>
+            trying(async () => {
+              const response = await server.fetch(server.address("take", { what: "patches" }));
+              save(await response.blob(), "patches.csv");
+            }),
+          );
+          next.append(button);
+        }
+        parts.push(next);
+      }
+      byId("verdict").replaceChildren(...parts);
+    },
+    ended,
+    /** @param {string} sentence */
+    failed(sentence) {
+      ended();
+      tell("physics-trouble", sentence);
+    },
+  };
+}

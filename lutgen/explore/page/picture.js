@@ -1,0 +1,223 @@
+// The picture: hours, modes, wiper, map and zoom around the viewer, and the numbers beside it.
+
+import { latest, Refusal } from "./server.js";
+import { MAP_COLOURS, Viewer } from "./viewer.js";
+import { byId, element, input, spaced, tell } from "./words.js";
+
+/** ΔE2000 at which a map's colours may end. */
+const REACHES = [2, 3, 5, 8, 12, 15, 20, 25, 30, 40, 50, 100];
+
+/** Points along an edge of the tables. */
+const SIZE = 33;
+
+/** Hours by which keys move the slider. */
+const STEPS = new Map([
+  ["ArrowLeft", -100],
+  ["ArrowDown", -100],
+  ["ArrowRight", 100],
+  ["ArrowUp", 100],
+  ["PageDown", -1000],
+  ["PageUp", 1000],
+]);
+
+/** A viewer, or null and the reason on the page where the browser cannot draw. @param {HTMLElement} host */
+function viewerIn(host) {
+  try {
+    return Object.assign(host, { viewer: new Viewer(host, ["un-aged", "aged", "compensated"]) }).viewer;
+  } catch (error) {
+    tell("image-trouble", error instanceof Error ? error.message : String(error));
+    return null;
+  }
+}
+
+/** @param {import("./server.js").Server} server */
+export function pictureOf(server) {
+  const slider = input("hours");
+  const viewer = viewerIn(byId("viewer"));
+  byId("frame").hidden = !viewer;
+  let reach = 0;
+  let mode = "";
+
+  const hours = () => Number(slider.value);
+  const asked = (more = {}) => ({ mode, hours: hours(), size: SIZE, map: input("map").checked ? "yes" : "", ...more });
+
+  /** @param {"aged" | "compensated"} kind @param {(table: import("./viewer.js").Table) => void} hand */
+  const fetching = (kind, hand) =>
+    latest(async () => {
+      try {
+        hand(await server.table(asked({ kind })));
+        tell("image-trouble");
+      } catch (error) {
+        if (error instanceof Refusal) tell("image-trouble", error.message);
+        else throw error;
+      }
+    });
+  const aged = fetching("aged", (table) => {
+    viewer?.age(table);
+    drawn();
+  });
+  const compensated = fetching("compensated", (table) => viewer?.correct(table));
+
+  const figures = latest(async () => {
+    /** @type {import("./contract").Figures} */
+    const found = await server.get("difference", { mode, hours: hours() }).catch(() => ({}));
+    for (const name of /** @type {const} */ (["mean", "mean_2sd"])) {
+      byId(`figure-${name}`).textContent = found[name] == null ? "…" : found[name].toFixed(2);
+    }
+    for (const name of /** @type {const} */ (["hours_to_3", "hours_to_5"])) {
+      const last = Number(slider.max);
+      byId(`figure-${name}`).textContent =
+        found.mean == null ? "…" : found[name] == null ? `> ${spaced(last)} h` : `${spaced(found[name])} h`;
+    }
+    if (found.mean_2sd != null) widen(found.mean_2sd);
+  });
+
+  /** Let the map's colours reach a ΔE2000; they never reach less than before, so that pictures can be compared. @param {number} difference */
+  const widen = (difference) => {
+    const wanted = REACHES.find((each) => each >= difference) ?? 100;
+    if (wanted <= reach) return;
+    reach = wanted;
+    const step = [0.5, 1, 2, 2.5, 5, 10, 20, 25].find((each) => reach / each <= 5) ?? reach;
+    const marks = Array.from({ length: Math.ceil(reach / step) }, (_, number) => number * step).concat(reach);
+    byId("scale-bar").replaceChildren(
+      ...marks.map((value) => {
+        const mark = element("span", {}, value === reach ? `≥ ${value}` : String(value));
+        mark.style.left = `${(100 * value) / reach}%`;
+        return mark;
+      }),
+    );
+    if (input("map").checked) viewer?.map(reach);
+  };
+
+  /** Mark that picture and table are drawn, for whoever measures how soon. */
+  const drawn = () => {
+    if (viewer?.picture && viewer.aged.first.size === SIZE) document.body.dataset.picture = "drawn";
+  };
+
+  const draw = () => {
+    if (viewer) void aged(null);
+    if (viewer && viewer.cuts[1] < 1) void compensated(null);
+  };
+
+  const show = () => {
+    const text = `${spaced(hours())} h`;
+    byId("hours-now").textContent = text;
+    slider.setAttribute("aria-valuetext", text);
+    draw();
+    void figures(null);
+  };
+
+  slider.addEventListener("input", show);
+  slider.addEventListener("keydown", (event) => {
+    const step = STEPS.get(event.key);
+    if (!step) return;
+    event.preventDefault();
+    slider.value = String(hours() + step);
+    show();
+  });
+  byId("modes").addEventListener("change", (event) => {
+    mode = /** @type {HTMLInputElement} */ (event.target).value;
+    show();
+  });
+  byId("scale-bar").style.backgroundImage = `linear-gradient(to right, ${MAP_COLOURS.join(", ")})`;
+  input("map").addEventListener("change", () => {
+    byId("scale").hidden = !input("map").checked;
+    if (!reach) widen(5);
+    viewer?.map(input("map").checked ? reach : 0);
+    show();
+  });
+  if (viewer) {
+    const zooms = {
+      fit: () => 0,
+      pixels: () => 1,
+      nearer: () => viewer.scale * 1.5,
+      farther: () => viewer.scale / 1.5,
+    };
+    for (const [id, zoom] of Object.entries(zooms)) byId(id).addEventListener("click", () => viewer.zoomTo(zoom()));
+    viewer.zoomed = () => {
+      byId("zoom").textContent = `${Math.round(100 * viewer.scale)} %`;
+    };
+    new ResizeObserver(() => viewer.zoomed()).observe(byId("viewer"));
+    byId("viewer").addEventListener("pointerup", draw);
+  }
+
+  /** Say that a large image is shown smaller. @param {import("./contract").ImageSize | null} image */
+  const note = (image) => {
+    const smaller = image && image.shown_width < image.width;
+    byId("image-note").textContent = smaller
+      ? `${spaced(image.width)} × ${spaced(image.height)} pixels. ${image.note}`
+      : "";
+  };
+
+  const load = async () => {
+    if (!viewer) return;
+    const response = await server.fetch(server.address("image"));
+    const options = /** @type {ImageBitmapOptions} */ ({ colorSpaceConversion: "none", premultiplyAlpha: "none" });
+    viewer.show(await createImageBitmap(await response.blob(), options));
+    viewer.zoomed();
+  };
+
+  return {
+    /** What is shown, as a request's query. */
+    shown: () => ({ mode, hours: hours() }),
+    note,
+    /** The image has been counted: its numbers can be had. */
+    measure: () => void figures(null),
+    /** The model has changed: the same picture anew. */
+    refresh: show,
+    /** Begin with a session. @param {import("./contract").Overview} overview */
+    async begin(overview) {
+      const modes = byId("modes");
+      mode = overview.modes.includes(mode)
+        ? mode
+        : (overview.modes.find((each) => each === "chroma-luma") ?? overview.modes[0]);
+      modes.replaceChildren(
+        modes.firstElementChild ?? "",
+        ...overview.modes.map((each) => {
+          const radio = element("input", { type: "radio", name: "mode", value: each });
+          radio.checked = each === mode;
+          return element("label", {}, radio, ` ${each}`);
+        }),
+      );
+      slider.max = String(overview.max_hours);
+      slider.value = slider.max;
+      reach = 0;
+      const last = overview.max_hours || 1;
+      // Hours that would stand in one another are left out; the first and the last stay.
+      let right = Number.NEGATIVE_INFINITY;
+      const kept = overview.hours.filter((hour) => {
+        const fits = hour === last || (hour / last - right > 0.09 && (hour === 0 || 1 - hour / last > 0.09));
+        if (fits) right = hour / last;
+        return fits;
+      });
+      byId("hours-ticks").replaceChildren(
+        ...kept.map((hour) => {
+          const tick = element("span", {}, spaced(hour));
+          tick.style.left = `${(100 * hour) / last}%`;
+          return tick;
+        }),
+      );
+      note(overview.image);
+      show();
+      await load();
+      drawn();
+    },
+    /** Take another image. @param {File} file */
+    async take(file) {
+      tell("image-trouble");
+      byId("image-note").textContent = "Reading the image …";
+      try {
+        server.check([file], "image");
+        const size = await server.post("image", file, { name: file.name });
+        await load();
+        note(size);
+        reach = 0;
+        show();
+      } catch (error) {
+        byId("image-note").textContent = "";
+        if (!(error instanceof Refusal)) throw error;
+        tell("image-trouble", error.message);
+      }
+    },
+  };
+}

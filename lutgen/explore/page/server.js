@@ -1,0 +1,122 @@
+// The server behind the page: requests of this window, its events, and the word when it has gone.
+
+export const GONE =
+  "The server has ended, so nothing here answers any more. Start lutgen explore again; it opens a new page.";
+
+/** A refusal in the server's own sentence. */
+export class Refusal extends Error {}
+
+export class Server {
+  constructor() {
+    this.window = "";
+    /** Called with what to do when the server or its window has gone, with "" when it is back. */
+    this.gone = (/** @type {string} */ _sentence) => {};
+    /** @type {EventSource | null} */
+    this.source = null;
+    /** @type {Record<string, number>} */
+    this.limits = {};
+  }
+
+  /** Refuse files that the server would not take, before they are sent. @param {File[]} files @param {string} kind */
+  check(files, kind) {
+    const large = files.find((each) => each.size > this.limits[kind]);
+    if (large)
+      throw new Refusal(
+        `${large.name} has ${Math.ceil(large.size / 1e6)} MB. At most ${this.limits[kind] / 1e6} MB are taken here; the command line takes more.`,
+      );
+  }
+
+  /** Open a window; the answer is its overview. @returns {Promise<import("./contract").Overview>} */
+  async open() {
+    const overview = await this.post("window");
+    this.window = overview.window;
+    this.limits = overview.limits;
+    return overview;
+  }
+
+  /** @param {string} what @param {Record<string, unknown>} query */
+  address(what, query = {}) {
+    const words = Object.entries({ window: this.window, ...query }).filter(([, value]) => value !== "");
+    return `api/${what}?${new URLSearchParams(words.map(([name, value]) => [name, String(value)]))}`;
+  }
+
+  /** @param {string} address @param {RequestInit} [request] */
+  async fetch(address, request) {
+    let response;
+    try {
+      response = await fetch(address, request);
+    } catch (error) {
+      if (error instanceof DOMException && error.name === "AbortError") throw error;
+      this.gone(GONE);
+      throw new Refusal("");
+    }
+    this.gone("");
+    if (response.ok) return response;
+    const refused = await response.json().catch(() => null);
+    if (response.status === 410) this.gone(refused?.error);
+    throw new Refusal(refused?.error ?? `The server answers ${response.status} ${response.statusText}.`);
+  }
+
+  /** @param {string} what @param {Record<string, unknown>} query */
+  async get(what, query = {}) {
+    return (await this.fetch(this.address(what, query))).json();
+  }
+
+  /** Send JSON, a file's bytes or a form. @param {string} what @param {unknown} [body] @param {Record<string, unknown>} query */
+  async post(what, body, query = {}) {
+    const raw = body instanceof Blob || body instanceof FormData;
+    const request =
+      raw || body === undefined
+        ? { method: "POST", body: /** @type {BodyInit | undefined} */ (body) }
+        : { method: "POST", body: JSON.stringify(body), headers: { "Content-Type": "application/json" } };
+    return (await this.fetch(this.address(what, query), request)).json();
+  }
+
+  /** A table as the viewer takes it. @param {Record<string, unknown>} query @returns {Promise<import("./viewer.js").Table>} */
+  async table(query) {
+    const response = await this.fetch(this.address("table", query));
+    const size = Number(response.headers.get("X-Lutgen-Size"));
+    return { size, values: new Uint16Array(await response.arrayBuffer()) };
+  }
+
+  /** Call back on the server's events, by their names. @param {Record<string, (content: any) => void>} listeners */
+  listen(listeners) {
+    this.source?.close();
+    this.source = new EventSource(this.address("events"));
+    for (const [name, listener] of Object.entries(listeners)) {
+      // The browser's own "error" has no data: the connection was lost.
+      this.source.addEventListener(name, (event) => {
+        if (event instanceof MessageEvent) listener(JSON.parse(event.data));
+      });
+    }
+    this.source.addEventListener("error", (event) => {
+      if (!(event instanceof MessageEvent)) this.get("overview").catch(() => {});
+    });
+    this.source.addEventListener("open", () => this.gone(""));
+  }
+}
+
+/**
+ * Let one request run at a time, and after it only the last that was asked for meanwhile: a slider asks faster than
+ * anybody answers.
+ * @template A @param {(asked: A) => Promise<void>} task
+ */
+export function latest(task) {
+  let running = false;
+  /** @type {{asked: A} | null} */
+  let next = null;
+  return async (/** @type {A} */ asked) => {
+    next = { asked };
+    if (running) return;
+    running = true;
+    try {
+      while (next) {
+        const { asked: now } = next;
+        next = null;
+        await task(now);
+      }
+    } finally {
+      running = false;
+    }
+  };
+}

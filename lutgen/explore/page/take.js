@@ -1,0 +1,86 @@
+// Take it away: files of what is shown, and the commands that make the same.
+
+import { Refusal } from "./server.js";
+import { byId, element, save, spaced, tell } from "./words.js";
+
+/** What can be taken: the server's name → the button. */
+const FILES = {
+  model: "Model (.toml)",
+  cube: "This hour (.cube)",
+  clf: "This hour (.clf)",
+  icc: "This hour (.icc)",
+  build: "All hours, with OCIO config (.zip)",
+  report: "Report (.html)",
+};
+
+/**
+ * @param {import("./server.js").Server} server
+ * @param {{shown: () => {mode: string, hours: number}, error: () => import("./contract").ModelError | undefined}} page
+ */
+export function takeOf(server, page) {
+  /** @param {string} what @param {HTMLButtonElement} button */
+  const take = async (what, button) => {
+    tell("take-trouble");
+    const { mode, hours } = page.shown();
+    byId("take-state").textContent = `Making it, ${mode} at ${spaced(hours)} h …`;
+    button.disabled = true;
+    try {
+      const response = await server.fetch(server.address("take", { what, mode, hours }));
+      const named = /filename="?([^";]+)/.exec(response.headers.get("Content-Disposition") ?? "");
+      const name = named?.[1] ?? `lutgen.${what}`;
+      const blob = await response.blob();
+      save(blob, name);
+      byId("take-state").textContent = `${name}, ${spaced(Math.max(blob.size / 1000, 1))} kB`;
+    } catch (error) {
+      byId("take-state").textContent = "";
+      if (!(error instanceof Refusal)) throw error;
+      tell("take-trouble", error.message);
+    } finally {
+      button.disabled = false;
+      button.focus();
+    }
+  };
+
+  byId("take-files").append(
+    ...Object.entries(FILES).map(([what, words]) => {
+      const button = element("button", { type: "button", id: `take-${what}` }, words);
+      button.addEventListener("click", () => take(what, button));
+      return button;
+    }),
+  );
+
+  /** @param {import("./contract").Command} command */
+  const line = ({ words, command }) => {
+    const copy = element("button", { type: "button", "aria-label": `Copy: ${command}` }, "Copy");
+    copy.addEventListener("click", async () => {
+      await navigator.clipboard.writeText(command);
+      copy.textContent = "Copied";
+    });
+    return element("li", {}, element("span", {}, words), element("code", {}, command), copy);
+  };
+
+  const commands = async () => {
+    const doubtful = page.error()?.effects.filter((each) => !each.supported) ?? [];
+    tell("take-warning", doubtful.map((each) => each.said || `The readings do not support ${each.name}.`).join(" "));
+    try {
+      /** @type {import("./contract").Command[]} */
+      const listed = await server.get("commands", page.shown());
+      byId("commands").replaceChildren(...listed.map(line));
+    } catch (error) {
+      if (!(error instanceof Refusal)) throw error;
+      tell("take-trouble", error.message);
+    }
+  };
+
+  byId("take").addEventListener("beforetoggle", (event) => {
+    if (/** @type {ToggleEvent} */ (event).newState !== "open") return;
+    tell("take-trouble");
+    byId("take-state").textContent = "";
+    void commands();
+  });
+
+  return {
+    /** The model has changed: its commands anew, where they are seen. */
+    refresh: () => byId("take").matches(":popover-open") && void commands(),
+  };
+}

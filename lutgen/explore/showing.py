@@ -1,0 +1,97 @@
+"""What the showing process holds: the model that is shown, for tables, and the colours of the image, to measure."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lutgen.bake.lut import SIZES, Sampler
+from lutgen.bake.plan import display_to_bake
+from lutgen.errors import LutgenError, pick_one
+from lutgen.names import AGING_MODES, DIRECTIONS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lutgen.colorimetry import Array
+    from lutgen.display import AgedDisplay, DisplayModel
+    from lutgen.pictures.difference import DifferenceCurve
+    from lutgen.pictures.distinct import Colours
+
+#: Kind of a table → the direction of ``lutgen build``.
+KINDS = dict(zip(("aged", "compensated"), DIRECTIONS, strict=True))
+
+
+class Showing:
+    """A model and colours, asked by the window (:mod:`lutgen.explore.process`)."""
+
+    #: Measuring an image takes a while: tables do not wait.
+    beside = frozenset({"difference"})
+
+    def __init__(self, _tell: Callable[..., None]) -> None:
+        """Begin with neither."""
+        self._model: DisplayModel | None = None
+        self._sampler = Sampler()
+        self._colours: Colours | None = None
+        self._curves: dict[str, DifferenceCurve] = {}
+
+    def idle(self) -> bool:
+        """Nothing is done unasked."""
+        return False
+
+    def show(self, body: bytes) -> dict[str, Any]:
+        """Show another model."""
+        self._model, self._sampler, self._curves = pickle.loads(body), Sampler(), {}  # noqa: S301 - the other process's
+        return {}
+
+    @property
+    def _shown(self) -> DisplayModel:
+        if self._model is None:
+            raise LutgenError("no readings are open. Drop a table of readings (.csv) first.")
+        return self._model
+
+    def table(self, mode: str, hours: float, size: int, kind: str, *, differences: bool = False) -> bytes:
+        """Bake the table that ``lutgen build --format cube`` writes, in 16 bits (:mod:`lutgen.pictures.viewer`).
+
+        Of the kind ``compensated`` it is what the aged display shows of the corrected signal, which such a LUT holds.
+        """
+        from lutgen.pictures.viewer import viewer_table
+
+        if kind not in KINDS:
+            raise pick_one("kind", kind, KINDS)
+        if size not in SIZES:
+            raise pick_one("size", size, map(str, SIZES))
+
+        def baked(display: AgedDisplay) -> Array:
+            return self._sampler.lut(display, size, "code", clip=True).table.reshape(-1, 3)
+
+        shown = baked(display_to_bake(self._shown, mode, hours, direction=KINDS[kind]))
+        if kind == "compensated":
+            shown = self._shown.at(mode, hours).code_to_code(shown)
+        return viewer_table(shown, baked(self._shown.at("stable", hours)) if differences else None).tobytes()
+
+    def colours(self, path: str) -> dict[str, Any]:
+        """Measure other colours, as the imaging process has counted them."""
+        self._colours, self._curves = pickle.loads(Path(path).read_bytes()), {}  # noqa: S301 - our own file
+        return {}
+
+    def difference(self, mode: str, hours: float) -> dict[str, float | None]:
+        """Measure the whole image as ``lutgen lifetime`` does: at an hour, and the hours until it passes 3 and 5."""
+        from lutgen.pictures.difference import curves_of
+        from lutgen.pictures.lifetime import TOLERANCES
+        from lutgen.pictures.threads import few_threads
+
+        if mode not in AGING_MODES:
+            raise pick_one("mode", mode, AGING_MODES)
+        model = self._shown
+        colours, curves = self._colours, self._curves
+        if colours is None:
+            return dict.fromkeys(("mean", "mean_2sd", "hours_to_3", "hours_to_5"))
+        with few_threads(1):
+            now = curves_of(colours, model, [mode], [hours])[mode]
+            if mode not in curves:
+                measured = sorted({0.0, *map(float, model.tips.hours)})
+                curves[mode] = curves_of(colours, model, [mode], measured)[mode]
+        until = {f"hours_to_{each:g}": curves[mode].hours_until("mean", each) for each in TOLERANCES}
+        return {"mean": float(now.mean[0]), "mean_2sd": float(now.max[0]), **until}

@@ -1,0 +1,331 @@
+"""One window of the page: its readings, its image, its two processes, and the news that it waits for."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from lutgen.errors import LutgenError
+from lutgen.explore.commands import Asked
+from lutgen.explore.example import tissue
+from lutgen.explore.process import DIED, Process
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
+    from pathlib import Path
+
+#: Seconds that a table or a step may take before its process is taken for hung: a user's own effect may loop for ever.
+PATIENCE = 30.0
+
+#: News that a page which comes later must hear too.
+LASTING = ("error", "effects", "verdict", "image")
+
+#: The processes' objects.
+FITTING, SHOWING, IMAGING = (
+    f"lutgen.explore.{name}" for name in ("fitting:Fitting", "showing:Showing", "imaging:Imaging")
+)
+
+
+@dataclass
+class Window:
+    """A window; every process of its own."""
+
+    name: str
+    folder: Path
+    asked: Asked
+    overview: dict[str, Any] = field(default_factory=dict)
+    image: dict[str, Any] = field(default_factory=dict)
+    picture: Path | None = None
+    dropping: list[Path] = field(default_factory=list)
+    news: dict[str, bytes] = field(default_factory=dict)
+    listeners: set[asyncio.Queue[tuple[str, bytes] | None]] = field(default_factory=set)
+    _ended: bool = False
+    _processes: set[Process] = field(default_factory=set)
+    _folders: int = 0
+    _model: bytes = b""
+    _colours: str = ""
+    _waiting_image: str = ""
+    _verdict: dict[str, Any] = field(default_factory=dict)
+    _unfinished: bool = False
+    _finding: asyncio.Task[None] | None = None
+    _mending: asyncio.Task[None] | None = None
+    _tasks: set[asyncio.Task[None]] = field(default_factory=set)
+
+    async def start(self) -> None:
+        """Start both processes, and open what the command was given. Raises LutgenError where it cannot be shown."""
+        self._fitting, self._showing = await asyncio.gather(
+            self._begun(FITTING, self._hear_fitting), self._begun(SHOWING, self._hear_showing)
+        )
+        if self.asked.image == str(tissue()):
+            # Every browser shows this file as it is; it is measured when the error is known.
+            self.picture = tissue()
+            self._waiting_image = self.asked.image
+            await self.open(self.asked)
+        else:
+            works = self.open(self.asked), self.take_image(self.asked.image)
+            for refused in await asyncio.gather(*works, return_exceptions=True):
+                if isinstance(refused, BaseException):
+                    raise refused
+
+    def end(self) -> None:
+        """End all processes; whoever listens is told."""
+        self._ended = True
+        for process in self._processes:
+            process.end()
+        for listener in self.listeners:
+            listener.put_nowait(None)
+
+    async def gone(self) -> None:
+        """Wait until all processes have ended."""
+        while tasks := [each for each in (*self._tasks, self._finding, self._mending) if each and not each.done()]:
+            await asyncio.wait(tasks)
+        await asyncio.gather(*(process.gone() for process in self._processes))
+
+    async def _begun(self, home: str, hear: Callable[[str, bytes], None]) -> Process:
+        process = Process(hear)
+        self._processes.add(process)
+        await process.start(home)
+        if self._ended:
+            process.end()
+        return process
+
+    def new_folder(self) -> Path:
+        """Make a folder of the window's for files that belong together."""
+        self._folders += 1
+        folder = self.folder / str(self._folders)
+        folder.mkdir()
+        return folder
+
+    # News.
+
+    def _hear_fitting(self, what: str, body: bytes) -> None:
+        if what == DIED:
+            self._mend(self._restart_fitting(()), body)
+        elif what == "model":
+            self._model = body
+            self._later(self._showing.ask("show", body))
+        else:
+            if what == "failed":
+                self.asked = replace(self.asked, on=tuple(json.loads(body)["on"]))
+            self.tell(what, body)
+
+    def _hear_showing(self, what: str, body: bytes) -> None:
+        if what == DIED:
+            self._mend(self._restart_showing(), body)
+
+    def tell(self, what: str, body: bytes) -> None:
+        """Tell the page news, and remember what lasts."""
+        if what in LASTING:
+            self.news[what] = body
+        if what in ("error", "failed"):
+            self._unfinished = False
+            if image := self._waiting_image:
+                self._waiting_image = ""
+                self._later(self.take_image(image))
+        for listener in self.listeners:
+            listener.put_nowait((what, body))
+
+    async def events(self) -> AsyncIterator[tuple[str, bytes]]:
+        """Give the page's news: what it has missed, then all that comes, until the window ends."""
+        listener: asyncio.Queue[tuple[str, bytes] | None] = asyncio.Queue()
+        for news in self.news.items():
+            listener.put_nowait(news)
+        self.listeners.add(listener)
+        try:
+            while (each := await listener.get()) is not None:
+                yield each
+        finally:
+            self.listeners.discard(listener)
+
+    def _later(self, work: Coroutine[Any, Any, Any]) -> None:
+        async def quiet() -> None:
+            with suppress(LutgenError):
+                await work
+
+        task = asyncio.create_task(quiet())
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    # Processes: asked for an answer soon, and started again where one ends or hangs.
+
+    async def _fits(self, method: str, **values: Any) -> bytes:
+        if self._mending:
+            await self._mending
+        return await self._soon(self._fitting, self._fitting.ask(method, **values))
+
+    async def _shows(self, method: str, **values: Any) -> bytes:
+        if self._mending:
+            await self._mending
+        return await self._soon(self._showing, self._showing.ask(method, **values))
+
+    async def _soon(self, process: Process, asking: Coroutine[Any, Any, bytes]) -> bytes:
+        try:
+            async with asyncio.timeout(PATIENCE):
+                return await asking
+        except TimeoutError:
+            process.kill()
+            raise LutgenError(f"this took longer than {PATIENCE:g} s and was ended.") from None
+
+    def _mend(self, work: Coroutine[Any, Any, None], why: bytes) -> None:
+        async def mended() -> None:
+            try:
+                await work
+            finally:
+                self._mending = None
+            self.tell("failed", json.dumps({"error": why.decode()}).encode())
+
+        self._mending = asyncio.create_task(mended())
+
+    async def _restart_fitting(self, on: tuple[str, ...]) -> None:
+        """Begin again with these effects switched on."""
+        self._fitting.end()
+        self.asked = replace(self.asked, on=on)
+        self._fitting = await self._begun(FITTING, self._hear_fitting)
+        await self._fitting.ask("open", **_readings(self.asked))
+
+    async def _restart_showing(self) -> None:
+        self._showing.end()
+        self._showing = await self._begun(SHOWING, self._hear_showing)
+        await self._showing.ask("show", self._model)
+        if self._colours:
+            await self._showing.ask("colours", path=self._colours)
+
+    # What the page asks.
+
+    async def open(self, asked: Asked) -> None:
+        """Open readings; where they are refused, those that are open stay."""
+        await self.cancel()
+        overview = json.loads(await self._fits("open", **_readings(asked)))
+        self.asked = replace(asked, data=overview.pop("data"), image=self.asked.image)
+        self.overview, self._verdict = overview, {}
+        for each in ("error", "effects", "verdict"):
+            self.news.pop(each, None)
+
+    async def drop(self, hours: Sequence[float] | None) -> dict[str, Any]:
+        """Open the files that were dropped; where their hours must be told, say so and keep them."""
+        await self.cancel()
+        paths = [str(path) for path in self.dropping]
+        if not paths:
+            raise LutgenError("no file was dropped. Drop a table of readings (.csv), a campaign file or sessions.")
+        try:
+            gathered = json.loads(await self._fits("gather", paths=paths, hours=hours))
+        except LutgenError:
+            self.dropping.clear()
+            raise
+        if "needs_hours" in gathered:
+            return dict(gathered)
+        self.dropping.clear()
+        data = gathered["data"]
+        await self.open(Asked(data, self.asked.image, dropped=self.asked.dropped | {data}))
+        return {}
+
+    async def take_image(self, path: str) -> dict[str, Any]:
+        """Take another image; where it is refused, the one that is shown stays. Its colours are counted meanwhile."""
+        folder, reading = self.new_folder(), await self._begun(IMAGING, lambda _what, _body: None)
+        picture = folder / "shown.png"
+        try:
+            image = json.loads(await self._soon(reading, reading.ask("read", path=path, to=str(picture))))
+        except BaseException:
+            reading.end()
+            raise
+        self.image, self.picture, self.asked = image, picture, replace(self.asked, image=path)
+        self.tell("image", json.dumps(image).encode())
+        self._later(self._count(reading, path, str(folder / "colours")))
+        return self.image
+
+    async def _count(self, reading: Process, path: str, to: str) -> None:
+        try:
+            await reading.ask("count", path=path, to=to)
+        finally:
+            reading.end()
+        if self.asked.image == path:
+            self._colours = to
+            await self._shows("colours", path=to)
+            self.tell("measured", b"{}")
+
+    async def table(self, **asked: Any) -> bytes:
+        """Return a table of the model that is shown; errors as ``DisplayModel.at``."""
+        return await self._shows("table", **asked)
+
+    async def difference(self, **asked: Any) -> bytes:
+        """Measure the image."""
+        return await self._shows("difference", **asked)
+
+    async def switch(self, effects: Sequence[str], baseline: str | None = None) -> bytes:
+        """Switch effects on, and all others off; the fit follows as news."""
+        await self.cancel()
+        if baseline and baseline != self.overview["baseline"]:
+            await self.open(replace(self.asked, baseline=baseline, on=()))
+        error = await self._fits("switch", effects=list(effects))
+        self.asked, self._unfinished = replace(self.asked, on=tuple(json.loads(error)["on"])), True
+        return error
+
+    async def what_if(self, **asked: Any) -> bytes:
+        """Set a parameter; nothing: the fit again."""
+        await self.cancel()
+        return await self._fits("what_if", **asked)
+
+    async def own(self, asked: Asked) -> bytes:
+        """Take effects of the user's own; where one is refused, or loops for ever, those before stay."""
+        await self.cancel()
+        effects = await self._fits("own", files=asked.files, expressions=asked.texts)
+        self.asked = replace(asked, on=())
+        return effects
+
+    async def find(self) -> None:
+        """Begin a diagnosis; progress, verdict and the switches that it sets follow as news."""
+        await self.cancel()
+        self._finding = asyncio.create_task(self._find())
+
+    async def _find(self) -> None:
+        try:
+            verdict = await self._fitting.ask("find")
+        except LutgenError as error:
+            self.tell("failed", json.dumps({"error": str(error)}).encode())
+        else:
+            self._verdict, self._finding = json.loads(verdict), None
+            self.tell("verdict", verdict)
+            with suppress(LutgenError):
+                await self.switch(self._verdict["effects"])
+        finally:
+            self.tell("ended", b"{}")
+
+    async def cancel(self) -> None:
+        """End a diagnosis that runs; the fits begin again with what was switched on."""
+        finding, self._finding = self._finding, None
+        if finding and not finding.done():
+            finding.cancel()
+            await self._restart_fitting(self.asked.on)
+
+    async def give_up(self) -> None:
+        """End a diagnosis, or else a fit that is not finished, which then is that of nothing switched on."""
+        if self._unfinished and not self._finding:
+            await self._restart_fitting(())
+        await self.cancel()
+
+    async def patches(self) -> bytes:
+        """Return what to measure next: to tell rivals apart where there are any."""
+        rivals = self._verdict.get("rivals", [])
+        return await self._fits("patches", between=rivals[0][:2] if rivals else [])
+
+    async def save_model(self, path: Path) -> None:
+        """Write the model of what is switched on, as seen from its own place."""
+        await self._fits("save", path=str(path))
+
+    async def model_text(self) -> bytes:
+        """Return the model file as it is where the readings lie beside it."""
+        return await self._fits("model_text")
+
+
+def _readings(asked: Asked) -> dict[str, Any]:
+    return {
+        "data": asked.data,
+        "baseline": asked.baseline,
+        "model": asked.model,
+        "files": asked.files,
+        "expressions": asked.texts,
+        "on": asked.on,
+    }

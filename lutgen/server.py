@@ -1,0 +1,277 @@
+"""The local server of lutgen's pages: on the loopback address alone, for whoever has its address.
+
+Other machines cannot reach 127.0.0.1. Other pages in the same browser could: a name that resolves to it is refused by
+``Host``, a page of another origin by ``Origin``, and both lack the random word in the address, as other users of the
+computer do.
+"""
+
+from __future__ import annotations
+
+import secrets
+import sys
+from contextlib import contextmanager
+from importlib.util import find_spec
+from socket import AF_INET, SO_REUSEADDR, SOCK_STREAM, SOL_SOCKET, socket
+from threading import Thread
+from typing import TYPE_CHECKING, Any
+
+from lutgen.cells import whole
+from lutgen.errors import LutgenError, reason_of
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+    from pathlib import Path
+
+    from starlette.requests import Request
+    from starlette.responses import Response
+    from starlette.routing import BaseRoute
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
+    from uvicorn import Server
+
+HOST = "127.0.0.1"
+
+#: Requests that are answered at the same time; one more is refused.
+MOST_AT_ONCE = 64
+
+#: What every reply says: nothing is stored, nothing foreign runs, nothing is told to other pages.
+HEADERS = {
+    "Cache-Control": "no-store",
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; "
+    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "same-origin",
+    "Server": "lutgen",
+    "X-Content-Type-Options": "nosniff",
+}
+
+#: Suffix of a page's file → what it is.
+KINDS = {
+    ".html": "text/html; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".json": "application/json",
+    ".jpg": "image/jpeg",
+    ".png": "image/png",
+    ".svg": "image/svg+xml",
+    ".woff2": "font/woff2",
+}
+
+
+class RefusedError(LutgenError):
+    """The page asked what it may not have; ``why`` is for the page, ``status`` for HTTP."""
+
+    def __init__(self, status: int, why: str, message: str) -> None:
+        """Take the HTTP status, the page's word for it, and a sentence for the reader."""
+        super().__init__(message)
+        self.status, self.why = status, why
+
+
+NOTHING = RefusedError(404, "bad", "There is nothing here.")
+
+
+class Guard:
+    """Lets a request pass that has the right Host, Origin and random word; takes the word out of its path."""
+
+    def __init__(self, app: ASGIApp, listening: socket) -> None:
+        """Guard an application that is served on a port."""
+        self._app, self._at_once = app, 0
+        self._host = f"{HOST}:{listening.getsockname()[1]}".encode()
+        self._word = secrets.token_urlsafe(24)
+        self.address = f"http://{self._host.decode()}/{self._word}/"
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request (ASGI)."""
+
+        async def send_marked(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                given = {name.lower() for name, _ in message["headers"]}
+                new = [(name.lower().encode(), value.encode()) for name, value in HEADERS.items()]
+                message["headers"] = [*message["headers"], *(each for each in new if each[0] not in given)]
+            await send(message)
+
+        refusal = self._refusal(scope)
+        if refusal:
+            await refused(refusal)(scope, receive, send_marked)
+            return
+        self._at_once += 1
+        try:
+            path = scope["path"].removeprefix(f"/{self._word}")
+            await self._app({**scope, "path": path, "raw_path": path.encode()}, receive, send_marked)
+        finally:
+            self._at_once -= 1
+
+    def _refusal(self, scope: Scope) -> RefusedError | None:
+        headers = dict(scope["headers"])
+        own = b"" if scope["method"] != "GET" else b"http://" + self._host
+        _, _, below = scope["path"].partition("/")
+        word, slash, _ = below.partition("/")
+        if scope["method"] not in ("GET", "POST"):
+            return RefusedError(501, "bad", "That cannot be asked.")
+        if headers.get(b"host") != self._host:
+            return RefusedError(421, "bad", "This address is not served.")
+        if headers.get(b"origin", own) != b"http://" + self._host:
+            return RefusedError(403, "bad", "Another page may not ask.")
+        if not secrets.compare_digest(word.encode(), self._word.encode()) or not slash:
+            return NOTHING
+        if self._at_once >= MOST_AT_ONCE:
+            return RefusedError(503, "busy", f"{MOST_AT_ONCE} requests are being answered. Ask again in a moment.")
+        return None
+
+
+def application(routes: Sequence[BaseRoute]) -> ASGIApp:
+    """Return an application whose errors are sentences in JSON."""
+    from starlette.applications import Starlette
+    from starlette.exceptions import HTTPException
+
+    async def refuse(_request: Request, error: Exception) -> Response:
+        if isinstance(error, RefusedError):
+            return refused(error)
+        if isinstance(error, HTTPException):
+            return refused(NOTHING if error.status_code == 404 else RefusedError(501, "bad", "That cannot be asked."))
+        return refused(RefusedError(400, "bad", str(error)))
+
+    handlers: dict[Any, Any] = {LutgenError: refuse, RefusedError: refuse, HTTPException: refuse}
+    return Starlette(routes=list(routes), exception_handlers=handlers)
+
+
+def refused(error: RefusedError) -> Response:
+    """Return the reply of a refusal, after which the connection is closed: a body may not have been read."""
+    from starlette.responses import JSONResponse
+
+    headers = {"Connection": "close"}
+    return JSONResponse({"why": error.why, "error": str(error)}, status_code=error.status, headers=headers)
+
+
+async def pieces(request: Request, most: int, what: str) -> AsyncIterator[bytes]:
+    """Give what a page sends, piece by piece, refused where it is more than so many bytes.
+
+    Raises
+    ------
+    RefusedError
+        It says that it is larger, turns out to be, or says no length that is one.
+
+    """
+    length = request.headers.get("content-length")
+    if length is not None and whole(length, least=0, most=most) is None:
+        raise _too_large(most, what)
+    size = 0
+    async for piece in request.stream():
+        size += len(piece)
+        if size > most:
+            raise _too_large(most, what)
+        yield piece
+
+
+def _too_large(most: int, what: str) -> RefusedError:
+    size = f"{most // 1_000_000} MB" if most >= 1_000_000 else f"{most} bytes"
+    return RefusedError(413, "bad", f"{what} larger than {size} is not taken here.")
+
+
+async def body(request: Request, most: int, what: str = "A request") -> bytes:
+    """Read what a page sends; errors as :func:`pieces`."""
+    return b"".join([piece async for piece in pieces(request, most, what)])
+
+
+async def json_body(request: Request, most: int = 16_384) -> dict[str, Any]:
+    """Read the JSON object that a page sends; errors as :func:`pieces`, and for what is none."""
+    from lutgen.documents import from_json
+
+    data = await body(request, most)
+    try:
+        content = from_json(data)
+    except ValueError:
+        content = None
+    if not isinstance(content, dict):
+        raise RefusedError(400, "bad", "Send a JSON object.")
+    return content
+
+
+def page_file(folder: Path, name: str) -> tuple[bytes, str]:
+    """Return a file of a page and what it is. Raises RefusedError for all that is no file in the folder."""
+    from pathlib import PurePosixPath
+
+    kind = KINDS.get(PurePosixPath(name).suffix)
+    parts = name.split("/")
+    if kind is None or any(part in ("", ".", "..") or "\\" in part or "\0" in part for part in parts):
+        raise NOTHING
+    file = folder.joinpath(*parts)
+    if not file.is_file() or file.is_symlink():
+        raise NOTHING
+    return file.read_bytes(), kind
+
+
+def port_taken(port: int) -> socket:
+    """Take a port of this computer, 0 for any that is free, before anything else is done.
+
+    Raises
+    ------
+    LutgenError
+        The port is another program's, or none; or what serves pages is not installed.
+
+    """
+    check_installed()
+    if not 0 <= port <= 65535:
+        raise LutgenError(f"--port {port}: give 1 to 65535, or 0 for any that is free.")
+    listening = socket(AF_INET, SOCK_STREAM)
+    try:
+        # A port of a server that has ended may be taken at once. Windows would share one in use.
+        if sys.platform != "win32":
+            listening.setsockopt(SOL_SOCKET, SO_REUSEADDR, 1)
+        listening.bind((HOST, port))
+        listening.listen(128)
+    except OSError as error:
+        listening.close()
+        reason = reason_of(error)
+        raise LutgenError(f"--port {port}: {reason}. Choose another, or leave --port out for any.") from None
+    return listening
+
+
+def check_installed() -> None:
+    """Raise LutgenError, which says what to install, where what serves pages is missing."""
+    if not (find_spec("starlette") and find_spec("uvicorn")):
+        raise LutgenError(
+            "pages need starlette and uvicorn, which are not installed. Run: pip install 'lutgen[explore]'"
+        )
+
+
+def server_of(guarded: Guard, ending: Callable[[], None] = lambda: None) -> Server:
+    """Return what serves a guarded application, for the caller to run; ``ending`` is called before it ends replies."""
+    from uvicorn import Config, Server
+
+    class Ending(Server):
+        async def shutdown(self, sockets: list[socket] | None = None) -> None:
+            ending()
+            await super().shutdown(sockets)
+
+    return Ending(
+        Config(
+            guarded,
+            http="h11",
+            ws="none",
+            lifespan="off",
+            loop="asyncio",
+            log_config=None,
+            log_level="error",
+            access_log=False,
+            server_header=False,
+            date_header=False,
+            timeout_keep_alive=600,
+            timeout_graceful_shutdown=1,
+        )
+    )
+
+
+@contextmanager
+def served(app: ASGIApp, listening: socket) -> Iterator[str]:
+    """Serve an application in the background until the end of the block; gives its address."""
+    guarded = Guard(app, listening)
+    server = server_of(guarded)
+    thread = Thread(target=server.run, kwargs={"sockets": [listening]}, daemon=True)
+    thread.start()
+    try:
+        yield guarded.address
+    finally:
+        server.should_exit = True
+        thread.join()
+        listening.close()

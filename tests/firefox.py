@@ -1,0 +1,171 @@
+"""A Firefox that tests drive over its own Marionette: no driver program, no package.
+
+It has a screen that nobody sees (Xvfb), since without one Firefox draws no WebGL.
+
+https://firefox-source-docs.mozilla.org/testing/marionette/Protocol.html; each message is JSON behind its length and a
+colon. What :class:`Page` offers is what ``tests.browser.Page`` offers of the same name.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import time
+from base64 import b64decode
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from tests.browser import PATIENCE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+#: The program, by the names that it has on Debian and elsewhere; None where it or its screen is missing.
+FIREFOX = next(filter(None, map(shutil.which, ("firefox-esr", "firefox"))), None) if shutil.which("Xvfb") else None
+
+#: Nothing is fetched that no test asked for, downloads go to a folder, and WebGL does without a graphics card.
+_PREFERENCES = {
+    "app.normandy.enabled": False,
+    "app.update.enabled": False,
+    "browser.download.folderList": 2,
+    "browser.newtabpage.enabled": False,
+    "browser.safebrowsing.malware.enabled": False,
+    "browser.safebrowsing.phishing.enabled": False,
+    "datareporting.policy.dataSubmissionEnabled": False,
+    "extensions.getAddons.cache.enabled": False,
+    "marionette.port": 0,
+    "network.captive-portal-service.enabled": False,
+    "network.connectivity-service.enabled": False,
+    "network.http.speculative-parallel-limit": 0,
+    "toolkit.telemetry.enabled": False,
+    "webgl.force-enabled": True,
+}
+
+#: Keys as WebDriver names them (https://www.w3.org/TR/webdriver2/#keyboard-actions).
+_KEYS = {"Enter": "\ue007", "Tab": "\ue004", " ": " ", "ArrowLeft": "\ue012", "ArrowRight": "\ue014", "Home": "\ue011"}
+
+
+class Page:
+    """One page in the browser."""
+
+    def __init__(self, port: int) -> None:
+        """Connect to a port of this computer, and begin a session."""
+        self.connection = socket.create_connection(("127.0.0.1", port), PATIENCE)
+        self._waiting, self._last = b"", 0
+        self._next()
+        self.call("WebDriver:NewSession")
+        self.call("WebDriver:SetTimeouts", script=int(PATIENCE * 1000))
+
+    def call(self, method: str, **parameters: Any) -> Any:
+        """Send a command and wait for its result."""
+        self._last += 1
+        message = json.dumps([0, self._last, method, parameters]).encode()
+        self.connection.sendall(b"%d:%s" % (len(message), message))
+        _, number, error, result = self._next()
+        assert number == self._last
+        assert error is None, (method, error)
+        return result
+
+    def open_address(self, address: str) -> None:
+        """Open an address and wait until it has loaded."""
+        self.call("WebDriver:Navigate", url=address)
+
+    def ask(self, expression: str) -> Any:
+        """Evaluate a JavaScript expression, waiting for promises."""
+        script = f"""const done = arguments[arguments.length - 1];
+            const failed = (error) => done({{ error: String(error) }});
+            (async () => ({expression}))().then((value) => done({{ value }}), failed);"""
+        found = self.call("WebDriver:ExecuteAsyncScript", script=script, args=[], sandbox=None)["value"]
+        assert "error" not in found, (expression, found)
+        return found.get("value")
+
+    def wait(self, expression: str, patience: float = PATIENCE) -> None:
+        """Wait until a JavaScript expression is true."""
+        end = time.monotonic() + patience
+        while not self.ask(expression):
+            assert time.monotonic() < end, expression
+            time.sleep(0.05)
+
+    def press(self, key: str, _code: int = 0, _text: str = "") -> None:
+        """Press and release a key."""
+        actions = [{"type": kind, "value": _KEYS.get(key, key)} for kind in ("keyDown", "keyUp")]
+        self.call("WebDriver:PerformActions", actions=[{"type": "key", "id": "keys", "actions": actions}])
+
+    def size(self, width: int, height: int, _ratio: float = 1) -> None:
+        """Give the page inside the window a size in CSS pixels."""
+        chrome = self.ask("[outerWidth - innerWidth, outerHeight - innerHeight]")
+        self.call("WebDriver:SetWindowRect", width=width + chrome[0], height=height + chrome[1])
+
+    def picture(self) -> bytes:
+        """Return a PNG of the window."""
+        return b64decode(self.call("WebDriver:TakeScreenshot", full=False)["value"])
+
+    def _next(self) -> Any:
+        while b":" not in self._waiting:
+            self._receive()
+        length, _, self._waiting = self._waiting.partition(b":")
+        while len(self._waiting) < int(length):
+            self._receive()
+        message, self._waiting = self._waiting[: int(length)], self._waiting[int(length) :]
+        return json.loads(message)
+
+    def _receive(self) -> None:
+        part = self.connection.recv(1 << 20)
+        assert part, "Firefox has ended"
+        self._waiting += part
+
+
+@contextmanager
+def _screen() -> Iterator[str]:
+    """Start a screen in memory; gives its name."""
+    reading, writing = os.pipe()
+    command = ["Xvfb", "-displayfd", str(writing), "-screen", "0", "2000x1300x24", "-nolisten", "tcp"]
+    with subprocess.Popen(
+        command, pass_fds=(writing,), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    ) as process:
+        os.close(writing)
+        try:
+            with os.fdopen(reading) as answer:
+                number = answer.readline().strip()
+            assert number, "Xvfb does not start"
+            yield f":{number}"
+        finally:
+            process.kill()
+
+
+@contextmanager
+def firefox(profile: Path) -> Iterator[Page]:
+    """Start Firefox with a new profile, whose folder ``downloads`` takes what is saved; end it afterwards."""
+    assert FIREFOX
+    downloads = profile / "downloads"
+    downloads.mkdir(parents=True)
+    preferences = {**_PREFERENCES, "browser.download.dir": str(downloads)}
+    lines = [f"user_pref({json.dumps(name)}, {json.dumps(value)});" for name, value in preferences.items()]
+    (profile / "user.js").write_text("\n".join(lines))
+    command = [FIREFOX, "--marionette", "--no-remote", "--profile", str(profile), "about:blank"]
+    with (
+        _screen() as display,
+        subprocess.Popen(
+            command,
+            env=os.environ | {"HOME": str(profile), "DISPLAY": display},
+            start_new_session=True,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        ) as process,
+    ):
+        try:
+            port = profile / "MarionetteActivePort"
+            end = time.monotonic() + 3 * PATIENCE
+            while not (port.is_file() and port.read_text().strip()):
+                assert time.monotonic() < end, "Firefox does not start"
+                time.sleep(0.1)
+            page = Page(int(port.read_text()))
+            with page.connection:
+                yield page
+        finally:
+            os.killpg(process.pid, signal.SIGKILL)

@@ -1,0 +1,540 @@
+"""`lutgen explore` without a browser: its numbers are the command line's, and nothing that a page sends hurts it."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import shlex
+import struct
+import subprocess
+import sys
+import zlib
+from contextlib import closing, contextmanager
+from http.client import HTTPConnection
+from pathlib import Path
+from queue import Queue
+from threading import Thread
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from lutgen import DisplayModel
+from lutgen.errors import LutgenError
+from lutgen.explore.commands import Asked, commands
+from lutgen.explore.drop import IMAGE, READINGS
+from lutgen.explore.example import example_readings, tissue
+from lutgen.explore.fitting import Fitting
+from lutgen.explore.imaging import Imaging
+from lutgen.explore.process import ENDED, Process
+from lutgen.explore.sessions import gathered
+from lutgen.explore.showing import Showing
+from lutgen.readings import read_measurements
+from lutgen.server import HOST, MOST_AT_ONCE, RefusedError, page_file
+from tests.command import Done, in_process
+from tests.test_study_server import Client
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+EXAMPLE = str(example_readings())
+BOTH = ["eotf-drift", "black-level"]
+
+
+@pytest.fixture
+def lutgen(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
+    return in_process(monkeypatch, capsys)
+
+
+class Told(list[tuple[str, Any]]):
+    """What an object tells its window."""
+
+    def __call__(self, what: str, content: Any) -> None:
+        self.append((what, content))
+
+    def last(self, what: str) -> Any:
+        return [content for name, content in self if name == what][-1]
+
+
+def fitting(data: str = EXAMPLE, **given: Any) -> tuple[Fitting, Told]:
+    told = Told()
+    held = Fitting(told)
+    held.open(data=data, **{"baseline": None, "model": None, "files": [], "expressions": [], **given})
+    return held, told
+
+
+def settled(held: Fitting) -> None:
+    """Wait for the fit, not for the effects that are tried alone."""
+    assert held.idle()
+
+
+@pytest.mark.numbers
+def test_the_error_is_what_compare_and_refine_print(lutgen: Callable[..., Done]) -> None:
+    held, told = fitting()
+    settled(held)
+    compared = json.loads(lutgen("compare", EXAMPLE, "--json", "-").out)
+    before = told.last("error")
+    assert before["mean_de2000"] == compared["error"]["delta_e_mean"]
+    assert before["noise_ratio"] == compared["error"]["rms_sigma"] / compared["floor"]["rms_sigma"]
+    by_hour = [each["rms_sigma"] / each["floor_rms_sigma"] for each in compared["where"] if each["by"] == "hour"]
+    assert [
+        point["ratio"] for each in before["slices"] if each["name"] == "hour" for point in each["points"]
+    ] == by_hour
+
+    assert held.switch(["black-level"])["provisional"]
+    settled(held)
+    refined = json.loads(lutgen("refine", EXAMPLE, "--add", "black-level", "--json", "-").out)
+    after = told.last("error")
+    assert (after["provisional"], after["keep"]) == (False, not refined["improves"])
+    assert after["mean_de2000"] == refined["after"]["delta_e_mean"]
+    assert after["noise_ratio"] == refined["after"]["rms_sigma"] / refined["floor"]["rms_sigma"]
+    fitted = refined["parameters"]["black-level"]
+    (effect,) = after["effects"]
+    assert {each["name"]: each["value"] for each in effect["parameters"]} == {
+        name: each["value"] for name, each in fitted.items() if each["free"]
+    }
+    assert len(after["readings"]) == compared["data"]["readings"] - len(compared["left_out"])
+
+
+@pytest.mark.numbers
+def test_a_switch_is_answered_by_one_linear_step_and_taken_back_by_another() -> None:
+    held, told = fitting()
+    settled(held)
+    alone = told.last("error")["noise_ratio"]
+    first = held.switch(["black-level"])
+    settled(held)
+    final = told.last("error")["noise_ratio"]
+    # Near the fit, and not the fit.
+    assert first["noise_ratio"] == pytest.approx(final, rel=0.02)
+    assert first["noise_ratio"] != final
+    assert held.switch([])["noise_ratio"] == pytest.approx(alone, rel=1e-9)
+    settled(held)
+    assert not held.switch(["black-level"])["provisional"]  # it was fitted before
+
+
+@pytest.mark.numbers
+def test_an_effect_that_the_readings_do_not_support_is_told_and_a_refused_one_changes_nothing() -> None:
+    held, told = fitting()
+    held.switch(["edge-falloff"])
+    settled(held)
+    error = told.last("error")
+    assert error["keep"]
+    assert error["effects"][0]["supported"] is False
+    assert "do not support edge-falloff" in error["effects"][0]["said"]
+    for names, sentence in [
+        (["nothing"], "unknown effect 'nothing'"),
+        (["yellowing"], "hidden by white"),
+        (BOTH[:1] * 2, "already"),
+    ]:
+        with pytest.raises(LutgenError, match=sentence):
+            held.switch(names)
+    assert [each["name"] for each in held.effects() if each["on"]] == ["edge-falloff"]
+
+
+@pytest.mark.numbers
+def test_where_a_fit_is_refused_what_was_on_is_on_again(tmp_path: Path) -> None:
+    head, *rows = Path(EXAMPLE).read_text().split("\nhour,")
+    lines = rows[0].splitlines()
+    # White, red, green and blue at rest, and one colour beside them.
+    few = [line for line in lines[1:] if is_plain(line)]
+    (tmp_path / "few.csv").write_text("\n".join([head, f"hour,{lines[0]}", *few, ""]))
+    held, told = fitting(str(tmp_path / "few.csv"))
+    settled(held)
+    assert held.switch(["eotf-drift"])["on"] == ("eotf-drift",)
+    settled(held)
+    assert told.last("failed")["on"] == ()
+    assert "different readings, which bear" in told.last("failed")["error"]
+    assert told.last("error")["effects"] == []
+    assert not any(each["on"] for each in told.last("effects"))
+
+
+def is_plain(line: str) -> bool:
+    hour, *code, u, v, room, minutes, _, window, _, _, _, _, note = line.split(",")
+    rest = (u, v, room, minutes, window, note) == ("0.5", "0.5", "0", "", "1", "")
+    tips = (["1", "1", "1"], ["1", "0", "0"], ["0", "1", "0"], ["0", "0", "1"])
+    return rest and (code in tips or (hour, *code) == ("0", "0.6", "0.6", "0.6"))
+
+
+@pytest.mark.numbers
+def test_what_if_changes_the_error_and_the_model_and_nothing_brings_both_back() -> None:
+    held, told = fitting()
+    held.switch(["black-level"])
+    settled(held)
+    fit, model = told.last("error"), told.last("model")
+    changed = held.what_if("black-level", "grown", 0.01)
+    assert changed["what_if"]
+    assert changed["noise_ratio"] > fit["noise_ratio"]
+    assert told.last("model") != model
+    assert held.what_if()["noise_ratio"] == fit["noise_ratio"]
+    settled(held)
+    assert told.last("model") == model
+    with pytest.raises(LutgenError, match="outside its bounds"):
+        held.what_if("black-level", "grown", 7.0)
+
+
+@pytest.mark.parametrize("kind", ["aged", "compensated"])
+def test_a_table_is_the_one_that_build_writes(kind: str, lutgen: Callable[..., Done], tmp_path: Path) -> None:
+    held, told = fitting()
+    showing = Showing(told)
+    del held
+    showing.show(told.last("model"))
+    size = 17
+    given = np.frombuffer(showing.table("chroma", 9000.5, size, kind), "<u2").reshape(-1, 4)
+    options = ["--direction", "compensate"] if kind == "compensated" else []
+    where = ("--hours", "9000.5", "--mode", "chroma", "--format", "cube", "--cubesize", str(size))
+    lutgen("build", "--display", EXAMPLE, *where, "--no-certificates", *options, "-o", str(tmp_path / "lut"))
+    (cube,) = (tmp_path / "lut").rglob("*.cube")
+    written = np.array([line.split() for line in cube.read_text().splitlines() if line[:1].isdigit()], float)
+    assert written.shape == (size**3, 3)
+    if kind == "compensated":
+        # The correction's numbers, as the aged display shows them.
+        written = DisplayModel(read_measurements(EXAMPLE)).at("chroma", 9000.5).code_to_code(written)
+    # Half a step of 16 bits; and of the seventh decimal, which a display makes a few times larger.
+    assert np.abs(given[:, :3] / 65535.0 - written).max() <= 0.5 / 65535 + 1e-6
+    assert (given[:, 3] == 65535).all()
+    for mode, hours, points, which in [
+        ("chroma", 0.0, 33, "new"), ("chroma", 0.0, 34, "aged"), ("sepia", 0.0, 33, "aged"),
+        ("chroma", 18_001.0, 33, "aged"), ("chroma", -1.0, 33, "aged"),
+    ]:  # fmt: skip
+        with pytest.raises(LutgenError):
+            showing.table(mode, hours, points, which)
+
+
+def test_the_difference_is_what_lifetime_prints(lutgen: Callable[..., Done], tmp_path: Path) -> None:
+    _, told = fitting()
+    showing = Showing(told)
+    showing.show(told.last("model"))
+    assert showing.difference("chroma", 18_000.0)["mean"] is None
+    imaging = Imaging(told)
+    shown = imaging.read(str(tissue()), str(tmp_path / "shown.png"))
+    assert (shown["width"], shown["shown_height"]) == (512, 512)
+    imaging.count(str(tissue()), str(tmp_path / "colours"))
+    showing.colours(str(tmp_path / "colours"))
+    given = showing.difference("chroma", 18_000.0)
+    printed = json.loads(lutgen("lifetime", str(tissue()), "--display", EXAMPLE, "--json", "-").out)
+    mode = printed["images"][0]["modes"]["chroma"]
+    assert given["mean"] == pytest.approx(mode["curve"][-1]["mean"], rel=1e-12)
+    assert given["mean_2sd"] == pytest.approx(mode["curve"][-1]["mean_plus_2_sd"], rel=1e-12)
+    assert [given["hours_to_3"], given["hours_to_5"]] == [mode["lifetimes"][each]["mean"] for each in ("3", "5")]
+
+
+def test_sessions_dropped_together_need_hours_and_then_are_a_campaign(tmp_path: Path) -> None:
+    files = []
+    for name in ("2021-01.ti3", "2024-12.ti3"):
+        files.append(str(tmp_path / name))
+        Path(files[-1]).write_bytes((Path(EXAMPLE).parent / "campaign" / name).read_bytes())
+    needed = gathered(files, None)["needs_hours"]
+    assert [each["name"] for each in needed] == ["2021-01.ti3", "2024-12.ti3"]
+    assert all(each["dated"].startswith(each["name"][:7]) for each in needed)
+    readings = read_measurements(gathered(files[::-1], [9000.0, 0.0])["data"])
+    assert sorted(set(readings.hours)) == [0.0, 9000.0]
+    with pytest.raises(LutgenError, match="1 hours were given for 2 sessions"):
+        gathered(files, [0.0])
+    assert gathered([EXAMPLE], None) == {"data": EXAMPLE}
+
+
+@pytest.mark.numbers
+def test_commands_are_lines_to_copy() -> None:
+    asked = Asked(
+        "my data.csv", "w1/slide.png", on=("leak", "eotf-drift"), expressions=(("leak", "xyz + k*tau*white"),),
+        dropped=frozenset({"w1/slide.png"}),
+    )  # fmt: skip
+    lines = [each["command"] for each in commands(asked, last=18_000.0, keep=True, mode="chroma", hours=9000.5)]
+    assert shlex.split(lines[0]) == [
+        "lutgen", "refine", "my data.csv", "--add", "eotf-drift", "--add-expr", "leak: xyz + k*tau*white", "--keep",
+        "-o", "my-display.toml",
+    ]  # fmt: skip
+    assert lines[3] == ("lutgen build --model my-display.toml --hours 9000.5 --mode chroma --format cube -o this-hour")
+    assert "lutgen report slide.png " in lines[4]
+    plain = commands(Asked("a.csv", "b.png"), last=100.0, keep=False, mode="chroma", hours=1.0)
+    assert plain[2]["command"] == "lutgen build --display a.csv --hours 0..100 -o aged"
+
+
+class Looping:
+    """An object whose method never ends."""
+
+    beside = frozenset[str]()
+
+    def __init__(self, tell: Any) -> None:
+        tell("begun", {"printed": print("to standard output, where the frames are")})
+
+    def idle(self) -> bool:
+        return False
+
+    def loop(self) -> None:
+        while True:
+            pass
+
+    def refuse(self) -> None:
+        raise LutgenError("no.")
+
+    def give(self, body: bytes) -> bytes:
+        return body * 2
+
+
+@pytest.mark.numbers
+def test_a_process_answers_refuses_and_can_be_ended_whatever_it_does() -> None:
+    async def run() -> list[Any]:
+        told = Told()
+        process = Process(told)
+        await process.start("tests.test_explore:Looping")
+        answers: list[Any] = [await process.ask("give", b"\n{}\0")]
+        for method in ("refuse", "loop"):
+            asking = asyncio.create_task(process.ask(method))
+            if method == "loop":
+                await asyncio.sleep(0.05)
+                process.end()
+            try:
+                await asking
+            except LutgenError as error:
+                answers.append(str(error))
+        await process.gone()
+        return [*answers, *told]
+
+    assert asyncio.run(run()) == [b"\n{}\0\n{}\0", "no.", ENDED, ("begun", b'{"printed": null}')]
+
+
+@pytest.mark.numbers
+@pytest.mark.parametrize(
+    "name", ["../app.py", "..", "", "/etc/passwd", "a\0.js", "..\\app.js", "vendor", "app.py", "."]
+)
+def test_a_page_has_its_own_files_alone(name: str) -> None:
+    page = Path(sys.modules["lutgen.explore"].__path__[0]) / "page"
+    assert page_file(page, "index.html")[1].startswith("text/html")
+    with pytest.raises(RefusedError):
+        page_file(page, name)
+
+
+@pytest.mark.texts
+def test_without_its_server_the_command_says_what_to_install(
+    lutgen: Callable[..., Done], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("lutgen.server.find_spec", lambda name: None if name == "uvicorn" else True)
+    done = lutgen("explore", "--no-browser")
+    assert (done.code, done.out) == (2, "")
+    assert "pip install 'lutgen[explore]'" in done.err
+
+
+@pytest.mark.slow
+def test_files_that_cannot_be_shown_end_the_command_with_2_and_a_sentence(lutgen: Callable[..., Done]) -> None:
+    for arguments, sentence in [
+        (("nothing.csv",), "nothing.csv: cannot read the measurements: no such file"),
+        (("README.md",), "names no format of measurements"),
+        ((EXAMPLE, "--image", "README.md"), "README.md: not an image"),
+        (("--model", "README.md"), "README.md: not a model file"),
+        ((EXAMPLE, "--port", "70000"), "--port 70000: give 1 to 65535"),
+    ]:
+        done = lutgen("explore", "--no-browser", *arguments)
+        assert (done.code, done.out) == (2, ""), arguments
+        assert sentence in done.err
+
+
+# The command in a process of its own.
+
+
+class Visitor(Client):
+    """A page without a browser: one window, and its news."""
+
+    def __init__(self, address: str) -> None:
+        super().__init__(address)
+        self.overview = self.post("window")
+        self.window = self.overview["window"]
+        self.news: Queue[tuple[str, Any]] = Queue()
+        Thread(target=self._listen, daemon=True).start()
+
+    def post(self, what: str, content: Any = None, status: int = 200, **more: str) -> Any:
+        body = content if isinstance(content, bytes) else json.dumps(content or {}).encode()
+        reply = self.request("POST", f"{self.path}api/{what}", body, Origin=f"http://{HOST}:{self.port}", **more)
+        assert reply.status == status, self.body
+        return json.loads(self.body)
+
+    def ask(self, what: str, content: Any = None, query: str = "", status: int = 200) -> Any:  # type: ignore[override]
+        return self.post(f"{what}?window={self.window}{query}", content, status)
+
+    def see(self, what: str, query: str = "", status: int = 200) -> bytes:
+        reply = self.request("GET", f"{self.path}api/{what}?window={self.window}{query}")
+        assert reply.status == status, self.body
+        return self.body
+
+    def _listen(self) -> None:
+        with closing(HTTPConnection(HOST, self.port, timeout=120)) as connection:
+            connection.request("GET", f"{self.path}api/events?window={self.window}")
+            what = ""
+            for line in connection.getresponse():
+                name, _, value = line.decode().strip().partition(": ")
+                if name == "event":
+                    what = value
+                elif name == "data":
+                    self.news.put((what, json.loads(value)))
+
+    def hears(self, what: str, holds: Callable[[Any], bool] = lambda _: True) -> Any:
+        """Wait for news."""
+        end = monotonic() + 60
+        while monotonic() < end:
+            name, content = self.news.get(timeout=60)
+            if name == what and holds(content):
+                return content
+        raise AssertionError(what)
+
+
+@contextmanager
+def exploring(*arguments: str) -> Iterator[str]:
+    command = [sys.executable, "-m", "lutgen", "explore", "--no-browser", *arguments]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout
+        first = process.stdout.readline()
+        assert arguments or "simulated" in first, first
+        line = process.stdout.readline() if "http" not in first else first
+        assert "http://127.0.0.1:" in line, process.stderr and process.stderr.read()
+        try:
+            yield line.split()[-1]
+            process.send_signal(2)
+            out, err = process.communicate(timeout=20)
+            assert (process.returncode, out, err) == (0, "", "")
+        finally:
+            process.kill()
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    with exploring() as address:
+        yield address
+
+
+@pytest.mark.slow
+def test_from_the_simulated_campaign_to_its_lut(address: str, lutgen: Callable[..., Done], tmp_path: Path) -> None:
+    page = Visitor(address)
+    assert page.overview["simulated"]
+    assert page.hears("error")["noise_ratio"] > 30
+    assert page.hears("image")["shown_width"] == 512
+    assert page.see("image").startswith(b"\x89PNG")
+    page.ask("find")
+    assert page.hears("progress")["of"] > 0
+    assert page.hears("verdict")["effects"] == BOTH
+    found = page.hears("error", lambda error: not error["provisional"] and len(error["effects"]) == 2)
+    assert found["noise_ratio"] < 1.1
+    line = shlex.split(json.loads(page.see("commands"))[0]["command"])
+    assert line[:2] == ["lutgen", "refine"]
+    model = tmp_path / "model.toml"
+    refined = json.loads(lutgen(*line[1:-1], str(model), "--json", "-").out)
+    assert found["mean_de2000"] == refined["after"]["delta_e_mean"]
+    (tmp_path / "display-a.csv").write_bytes(page.see("take", "&what=readings"))
+    (tmp_path / "taken.toml").write_bytes(page.see("take", "&what=model"))
+    # The same model, but for the way to its readings.
+    assert [text for text in (tmp_path / "taken.toml").read_text().splitlines() if not text.startswith("file")] == [
+        text for text in model.read_text().splitlines() if not text.startswith("file")
+    ]
+    cube = page.see("take", "&what=cube&mode=chroma&hours=9000.5")
+    where = ("--hours", "9000.5", "--mode", "chroma", "--format", "cube")
+    lutgen("build", "--model", str(model), *where, "-o", str(tmp_path / "lut"))
+    (built,) = (tmp_path / "lut").rglob("*.cube")
+    assert built.read_bytes() == cube
+    assert lutgen("check", str(tmp_path / "lut"), "--model", str(tmp_path / "taken.toml")).code == 0
+
+
+@pytest.mark.slow
+def test_two_windows_do_not_disturb_one_another_and_a_diagnosis_can_be_cancelled(address: str) -> None:
+    one, other = Visitor(address), Visitor(address)
+    for page in (one, other):
+        page.hears("error")
+    one.ask("find")
+    one.hears("progress")
+    other.ask("switch", {"effects": ["black-level"]})
+    assert other.hears("error", lambda error: error["effects"] and not error["provisional"])["noise_ratio"] < 35
+    one.ask("cancel")
+    one.hears("ended")
+    assert json.loads(one.see("overview"))["error"]["effects"] == []
+    one.ask("switch", {"effects": ["eotf-drift"]})
+    error = one.hears("error", lambda error: error["effects"] and not error["provisional"])
+    assert [each["name"] for each in error["effects"]] == ["eotf-drift"]
+    assert [each["name"] for each in json.loads(other.see("overview"))["error"]["effects"]] == ["black-level"]
+
+
+@pytest.mark.slow
+def test_files_are_dropped_and_what_was_there_stays_where_they_are_refused(address: str) -> None:
+    page = Visitor(address)
+    folder = Path(EXAMPLE).parent / "campaign"
+    refused = page.ask("drop", b"hour,R,G,B,X,Y,Z\n0,1,1,1,nothing,0,0\n", "&name=bad.csv", status=400)
+    assert "bad.csv" in refused["error"]
+    assert "line 2" in refused["error"]
+    assert json.loads(page.see("overview"))["name"] == "display-a.csv"
+    assert page.ask("drop", (folder / "2021-01.ti3").read_bytes(), "&name=2021-01.ti3&more=1") == {}
+    needed = page.ask("drop", (folder / "2024-12.ti3").read_bytes(), "&name=2024-12.ti3")
+    assert len(needed["needs_hours"]) == 2
+    assert page.ask("drop", b"", "&hours=0,9000")["hours"] == [0.0, 9000.0]
+    assert page.hears("error", lambda error: len(error["readings"]) < 600)["noise_ratio"] >= 0
+    opened = page.ask("drop", Path(EXAMPLE).read_bytes(), "&name=../../again.csv")
+    assert opened["name"] == "again.csv"
+    assert "lutgen compare again.csv" in page.see("commands").decode()
+
+
+@pytest.mark.slow
+def test_an_own_effect_of_one_line_is_added_and_code_only_when_it_is_trusted(address: str) -> None:
+    page = Visitor(address)
+    own = page.ask("own", {"name": "leak", "expression": "xyz + k*tau*white"})
+    assert [each["name"] for each in own if each["own"]] == ["leak"]
+    page.ask("switch", {"effects": ["leak", "eotf-drift"]})
+    error = page.hears("error", lambda error: len(error["effects"]) == 2 and not error["provisional"])
+    assert error["noise_ratio"] < 12
+    assert "--add eotf-drift --add-expr 'leak: xyz + k*tau*white'" in page.see("commands").decode()
+    code = b"import os\nos._exit(3)\n"
+    assert "code" in page.ask("own", code, "&name=mine.py", status=403)["error"]
+    assert page.ask("own", code, "&name=mine.py&trusted=yes", status=400)["error"] == ENDED
+    page.ask("switch", {"effects": ["eotf-drift"]})
+    assert page.hears("error", lambda error: len(error["effects"]) == 1)["effects"][0]["name"] == "eotf-drift"
+
+
+def png_of(width: int, height: int) -> bytes:
+    """A small file that says it is a picture of that size, all of one colour, compressed."""
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    rows = zlib.compress(bytes(1 + 3 * width) * min(height, 500), 9)
+    head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", rows) + chunk(b"IEND", b"")
+
+
+@pytest.mark.slow
+def test_hostile_input_is_refused_and_the_window_goes_on(address: str) -> None:
+    page = Visitor(address)
+    page.hears("error")
+    for what, name, most in (("drop", "a.csv", READINGS), ("image", "a.png", IMAGE)):
+        # 2 GB are announced; none of them need be sent to be refused.
+        with closing(HTTPConnection(HOST, page.port, timeout=10)) as connection:
+            connection.putrequest("POST", f"{page.path}api/{what}?window={page.window}&name={name}")
+            connection.putheader("Origin", f"http://{HOST}:{page.port}")
+            connection.putheader("Content-Length", str(2_000_000_000))
+            connection.endheaders()
+            assert f"larger than {most // 1_000_000} MB" in json.loads(connection.getresponse().read())["error"]
+    assert "million pixels" in page.ask("image", png_of(60_000, 60_000), "&name=bomb.png", 400)["error"]
+    assert "csv" in page.ask("drop", b"0,1,1,1,1,1,1\n" * 500_000, "&name=many.csv", 400)["error"]
+    assert page.ask("drop", b"x", "&name=a.exe", 400)["error"]
+    assert page.ask("drop", b"x", "&name=", 400)["error"]
+    assert page.ask("switch", [1, 2], status=400)["error"]
+    assert page.ask("switch", b"[" * 15_000, status=400)["error"]
+    page.see("table", "&mode=../../x&hours=1", 400)
+    page.see("table", "&mode=chroma&hours=nan", 400)
+    page.see("take", "&what=../../x", 400)
+    assert page.request("GET", f"{page.path}api/overview?window=w999").status == 410
+
+    statuses: Queue[int] = Queue()
+
+    def ask() -> None:
+        with closing(HTTPConnection(HOST, page.port, timeout=60)) as connection:
+            connection.request("GET", f"{page.path}api/table?window={page.window}&mode=chroma&hours=100")
+            reply = connection.getresponse()
+            reply.read()
+            statuses.put(reply.status)
+
+    threads = [Thread(target=ask) for _ in range(200)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    answers = [statuses.get_nowait() for _ in threads]
+    assert set(answers) <= {200, 503}
+    assert answers.count(200) >= MOST_AT_ONCE // 2
+    assert json.loads(page.see("overview"))["name"] == "display-a.csv"
+    assert page.ask("switch", {"effects": ["black-level"]})["noise_ratio"] < 35

@@ -1,0 +1,452 @@
+"""The page of `lutgen explore` in real browsers: the whole road, what is dropped on it, a server that has gone."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import signal
+import subprocess
+import sys
+import time
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from tests.browser import CHROMIUM, PATIENCE, browser
+from tests.firefox import FIREFOX, firefox
+from tests.session_files import ti3
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from tests import browser as chromium_browser
+    from tests import firefox as firefox_browser
+
+    Page = chromium_browser.Page | firefox_browser.Page
+
+pytestmark = [
+    pytest.mark.numbers,
+    pytest.mark.slow,
+    pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed (Debian: chromium)"),
+]
+
+ROOT = Path(__file__).resolve().parents[1]
+AXE = ROOT / "build/page/node_modules/axe-core/axe.min.js"
+
+#: Seconds for a fit or a diagnosis on a busy machine.
+LONG = 150.0
+
+READY = "document.body?.dataset.ready === 'yes' && document.getElementById('ratio-number').textContent.endsWith('×')"
+FINAL = "!document.getElementById('error-state').textContent"
+RATIO = "document.getElementById('ratio-number').textContent"
+
+
+@contextmanager
+def explored(folder: Path, *arguments: str) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """`lutgen explore` in a folder: its address, and the process."""
+    command = [sys.executable, "-m", "lutgen", "explore", "--no-browser", *arguments]
+    with subprocess.Popen(
+        command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True
+    ) as process:
+        try:
+            assert process.stdout
+            for line in process.stdout:
+                if "http://" in line:
+                    break
+            else:
+                raise AssertionError("no address was printed")
+            yield "http://" + line.split("http://")[1].strip(), process
+        finally:
+            with ExitStack() as stack:
+                stack.callback(process.wait)
+                if process.poll() is None:
+                    os.killpg(process.pid, signal.SIGINT)
+
+
+@pytest.fixture(scope="module")
+def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Page, Path]]:
+    """Chromium, and the folder that takes its downloads."""
+    folder = tmp_path_factory.mktemp("chromium")
+    with browser(folder / "profile") as page:
+        page.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder))
+        page.size(1280, 720)
+        yield page, folder
+
+
+@pytest.fixture(scope="module")
+def fox(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Page, Path]]:
+    """Firefox, and the folder that takes its downloads."""
+    if FIREFOX is None:
+        pytest.skip("Firefox and a screen for it are not installed (Debian: firefox-esr, xvfb)")
+    folder = tmp_path_factory.mktemp("firefox")
+    with firefox(folder / "profile") as page:
+        page.size(1280, 720)
+        yield page, folder / "profile" / "downloads"
+
+
+@pytest.fixture(params=["chromium", "fox"])
+def either(request: pytest.FixtureRequest) -> tuple[Page, Path]:
+    """Each browser in turn, and the folder that takes its downloads."""
+    browser_and_folder: tuple[Page, Path] = request.getfixturevalue(request.param)
+    return browser_and_folder
+
+
+@pytest.fixture
+def page(chromium: tuple[Page, Path]) -> Iterator[Page]:
+    """Chromium on the page of examples/display-a.csv."""
+    yield from _on_display_a(chromium[0])
+
+
+@pytest.fixture
+def page_of_either(either: tuple[Page, Path]) -> Iterator[Page]:
+    """Each browser in turn on the page of examples/display-a.csv."""
+    yield from _on_display_a(either[0])
+
+
+def _on_display_a(page: Page) -> Iterator[Page]:
+    with explored(ROOT, "examples/display-a.csv") as (address, _):
+        opened(page, address)
+        yield page
+        page.open_address("about:blank")
+
+
+def opened(page: Page, address: str) -> None:
+    page.open_address(address)
+    page.wait(f"{READY} && document.querySelectorAll('#effects li').length > 10", LONG)
+
+
+def lutgen(*arguments: str, cwd: Path = ROOT) -> str:
+    done = subprocess.run(
+        [sys.executable, "-m", "lutgen", *arguments], cwd=cwd, check=False, capture_output=True, text=True
+    )
+    return done.stdout + done.stderr
+
+
+def click(page: Page, selector: str) -> None:
+    page.ask(f"document.querySelector({json.dumps(selector)}).click()")
+
+
+def text(page: Page, selector: str) -> str:
+    return str(page.ask(f"document.querySelector({json.dumps(selector)}).textContent"))
+
+
+def drop(page: Page, *files: tuple[str, str]) -> None:
+    """Drop files, each a name and its text, on the page."""
+    page.ask(
+        f"""(() => {{
+            const dataTransfer = new window.DataTransfer();
+            for (const [name, text] of {json.dumps(files)}) dataTransfer.items.add(new window.File([text], name));
+            window.dispatchEvent(new window.DragEvent("drop", {{ dataTransfer, bubbles: true, cancelable: true }}));
+        }})()"""
+    )
+
+
+def until(condition: Callable[[], object], otherwise: str) -> None:
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end, otherwise
+        time.sleep(0.1)
+
+
+def switched_on(page: Page) -> set[str]:
+    found = page.ask("[...document.querySelectorAll('[role=switch]:checked')].map((each) => each.id)")
+    return {each.removeprefix("effect-") for each in found}
+
+
+def shown_pixels(page: Page) -> np.ndarray[Any, np.dtype[np.uint8]]:
+    """The picture's canvas, a pixel in 16."""
+    values = page.ask(
+        """(() => {
+            const canvas = document.querySelector("#viewer canvas");
+            const copy = new OffscreenCanvas(canvas.width / 4, canvas.height / 4);
+            const context = copy.getContext("2d");
+            context.drawImage(canvas, 0, 0, copy.width, copy.height);
+            return [...context.getImageData(0, 0, copy.width, copy.height).data];
+        })()"""
+    )
+    return np.array(values, np.uint8)
+
+
+# The road -----------------------------------------------------------------------------------------------------------
+
+
+def test_the_whole_road_from_the_error_to_a_lut(either: tuple[Page, Path], tmp_path: Path) -> None:
+    page, downloads = either
+    with explored(ROOT, "examples/display-a.csv") as (address, _):
+        opened(page, address)
+        lutgen("compare", "examples/display-a.csv", "--json", str(tmp_path / "c.json"))
+        found = json.loads((tmp_path / "c.json").read_text())
+        before = found["error"]["rms_sigma"] / found["floor"]["rms_sigma"]
+        assert text(page, "#ratio-number") == f"{before:.1f} ×"
+        assert page.ask("document.querySelectorAll('.slice .point').length") > 30
+        aged = shown_pixels(page)
+        click(page, "#find")
+        page.wait(f"document.querySelector('#verdict b') && document.getElementById('finding').hidden && {FINAL}", LONG)
+        page.wait(f"{RATIO} === '1.0 ×' && {FINAL}", LONG)
+        assert text(page, "#verdict b") == "several: "
+        assert switched_on(page) == {"eotf-drift", "black-level"}
+        page.wait("document.getElementById('error').classList.contains('good')")
+        until(lambda: not np.array_equal(shown_pixels(page), aged), "the picture stays as it was")
+        # What the page gives and what its commands print are the same.
+        click(page, "#take-open")
+        page.wait("document.querySelectorAll('#commands code').length > 2")
+        commands = page.ask("[...document.querySelectorAll('#commands code')].map((each) => each.textContent)")
+        (refine,) = (shlex.split(each) for each in commands if each.startswith("lutgen refine"))
+        (tmp_path / "examples").mkdir()
+        (tmp_path / "examples/display-a.csv").write_bytes((ROOT / "examples/display-a.csv").read_bytes())
+        printed = lutgen(*refine[1:], cwd=tmp_path)
+        assert f"falls from {before:.2f}" in printed, printed
+        (build,) = (shlex.split(each) for each in commands if "--format cube" in each)
+        assert lutgen(*build[1:], cwd=tmp_path).startswith("1 LUT"), build
+        click(page, "#take-cube")
+        page.wait("document.getElementById('take-state').textContent.endsWith('kB')", LONG)
+        until(lambda: any(each.stat().st_size for each in downloads.glob("*.cube")), "the .cube was not saved")
+        taken = list(downloads.glob("*.cube"))
+        (built,) = (tmp_path / build[-1]).rglob("*.cube")
+        numbers = [[line for line in path.read_text().splitlines() if line[:1].isdigit()] for path in (taken[0], built)]
+        assert numbers[0] == numbers[1]
+        assert len(numbers[0]) >= 17**3
+        assert "all true to the model" in lutgen("check", build[-1], cwd=tmp_path)
+        taken[0].unlink()
+        page.open_address("about:blank")
+
+
+# What is dropped ----------------------------------------------------------------------------------------------------
+
+
+def test_a_ti3_is_opened_and_several_are_asked_for_their_hours(page_of_either: Page) -> None:
+    page = page_of_either
+    drop(page, ("a.ti3", ti3()), ("b.ti3", ti3().replace("Tue May 26 13:21:48 2020", "Fri May 27 10:00:00 2022")))
+    page.wait("document.querySelectorAll('#drop-hours input').length === 2")
+    page.ask(
+        "[...document.querySelectorAll('#drop-hours input')].forEach((each, place) => { each.value = 4000 * place; })"
+    )
+    click(page, "#drop-hours button")
+    page.wait("document.getElementById('provenance').textContent.includes('at 2 hours')", LONG)
+    page.wait(READY, LONG)
+    assert page.ask("document.getElementById('hours').max") == "4000"
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [("broken.csv", "hour,R,G,B,X,Y,Z\n0,1,1,1,abc,100,100\n"), ("broken.ti3", "CTI3\n\nnothing\n")],
+)
+def test_a_broken_file_is_refused_in_the_commands_own_sentence_and_what_was_there_stays(
+    page_of_either: Page, tmp_path: Path, name: str, content: str
+) -> None:
+    page = page_of_either
+    before = text(page, "#name"), text(page, "#ratio-number"), text(page, "#provenance")
+    drop(page, (name, content))
+    page.wait("!document.getElementById('drop-trouble').hidden")
+    trouble = text(page, "#drop-trouble")
+    (tmp_path / name).write_text(content)
+    if name.endswith("csv"):
+        printed = " ".join(lutgen("compare", name, cwd=tmp_path).split()).removeprefix("lutgen: error: ")
+        assert trouble == printed
+    assert name in trouble
+    assert str(tmp_path.parents[1]) not in trouble
+    assert (text(page, "#name"), text(page, "#ratio-number"), text(page, "#provenance")) == before
+
+
+def test_an_image_is_dropped_and_one_that_is_none_is_refused(page: Page) -> None:
+    picture = "[viewer.size, viewer.aged.first.size]".replace("viewer", "document.getElementById('viewer').viewer")
+    before = page.ask(picture)
+    drop(page, ("a.png", "no image"))
+    page.wait("!document.getElementById('image-trouble').hidden")
+    assert "a.png" in text(page, "#image-trouble")
+    assert page.ask(picture) == before
+    page.ask(
+        """(() => {
+            const canvas = new OffscreenCanvas(60, 40);
+            canvas.getContext("2d").fillRect(0, 0, 60, 40);
+            return canvas.convertToBlob().then((blob) => {
+                const dataTransfer = new DataTransfer();
+                dataTransfer.items.add(new File([blob], "b.png"));
+                dispatchEvent(new DragEvent("drop", { dataTransfer, cancelable: true }));
+            });
+        })()"""
+    )
+    page.wait(picture.replace("[", "").split(",")[0] + "[0] === 60")
+    assert page.ask("document.getElementById('image-trouble').hidden")
+
+
+# Effects ------------------------------------------------------------------------------------------------------------
+
+
+def test_an_effect_of_ones_own_is_added_and_switched_on(page_of_either: Page) -> None:
+    page = page_of_either
+    before = text(page, "#ratio-number")
+    page.ask("void (document.getElementById('own-line').value = 'xyz + k*tau*white')")
+    click(page, "#own button")
+    page.wait(f"document.getElementById('effect-own-1')?.checked && {RATIO} !== {json.dumps(before)} && {FINAL}", LONG)
+    assert switched_on(page) == {"own-1"}
+    page.ask("void (document.getElementById('own-line').value = 'xyz + nonsense(')")
+    click(page, "#own button")
+    page.wait("!document.getElementById('physics-trouble').hidden")
+    assert switched_on(page) == {"own-1"}
+
+
+def test_a_program_is_run_only_after_a_warning(page: Page, tmp_path: Path) -> None:
+    mark = tmp_path / "ran"
+    drop(page, ("e.py", f"open({str(mark)!r}, 'w').close()\n"))
+    page.wait("document.getElementById('trust').open")
+    assert "e.py" in text(page, "#trust-name")
+    click(page, "#trust button[value=no]")
+    page.wait("!document.getElementById('trust').open")
+    assert not mark.exists()
+
+
+def test_a_switch_gives_an_error_at_once_and_what_if_moves_it(page: Page) -> None:
+    before = text(page, "#ratio-number")
+    click(page, "#effect-black-level")
+    # Effects that are tried meanwhile do not switch it off again.
+    for _ in range(5):
+        assert switched_on(page) == {"black-level"}, text(page, "#physics-trouble")
+    page.wait(f"{RATIO} !== {json.dumps(before)} && document.querySelector('.parameter input') && {FINAL}", LONG)
+    fitted = text(page, "#ratio-number")
+    page.ask(
+        """(() => {
+            const slider = document.querySelector(".parameter input");
+            slider.value = 900;
+            slider.dispatchEvent(new Event("input"));
+        })()"""
+    )
+    page.wait("document.getElementById('error-state').textContent.startsWith('what if')", LONG)
+    page.wait(f"{RATIO} !== {json.dumps(fitted)}")
+    assert page.ask("document.querySelector('.parameter').classList.contains('outside')")
+    page.ask("[...document.querySelectorAll('.parameters button')].at(-1).click()")
+    page.wait(f"{RATIO} === {json.dumps(fitted)} && {FINAL}", LONG)
+
+
+def test_the_diagnosis_is_cancelled(page_of_either: Page) -> None:
+    page = page_of_either
+    click(page, "#find")
+    page.wait("!document.getElementById('finding').hidden")
+    click(page, "#cancel")
+    page.wait("document.getElementById('finding').hidden", LONG)
+    assert not page.ask("document.getElementById('find').disabled")
+    assert text(page, "#verdict") == ""
+    page.wait(READY, LONG)
+
+
+# Windows, and the server --------------------------------------------------------------------------------------------
+
+
+def test_two_windows_do_not_disturb_one_another(chromium: tuple[Page, Path], tmp_path: Path) -> None:
+    first = chromium[0]
+    with explored(ROOT, "examples/display-a.csv") as (address, _), browser(tmp_path / "second") as second:
+        opened(first, address)
+        opened(second, address)
+        before = text(second, "#ratio-number")
+        click(first, "#effect-black-level")
+        first.wait(f"{RATIO} !== {json.dumps(before)} && {FINAL}", LONG)
+        assert text(second, "#ratio-number") == before
+        assert switched_on(second) == set()
+        first.open_address("about:blank")
+
+
+def test_the_page_says_when_the_server_has_gone(chromium: tuple[Page, Path]) -> None:
+    page = chromium[0]
+    with explored(ROOT, "examples/display-a.csv") as (address, process):
+        opened(page, address)
+        os.killpg(process.pid, signal.SIGKILL)
+        page.wait("!document.getElementById('dead').hidden")
+        assert "Start lutgen explore again" in text(page, "#dead")
+
+
+def test_without_webgl_the_rest_of_the_page_serves(chromium: tuple[Page, Path]) -> None:
+    page: Any = chromium[0]
+    none = (
+        "HTMLCanvasElement.prototype.getContext = ((get) => function (kind, ...more) { return kind === 'webgl2' ? null "
+    )
+    none += ": get.call(this, kind, ...more); })(HTMLCanvasElement.prototype.getContext);"
+    script = page.call("Page.addScriptToEvaluateOnNewDocument", source=none)["identifier"]
+    with explored(ROOT, "examples/display-a.csv") as (address, _):
+        opened(page, address)
+        assert "no WebGL2" in text(page, "#image-trouble")
+        click(page, "#effect-black-level")
+        page.wait(f"document.querySelector('.parameter input') && {FINAL}", LONG)
+        page.open_address("about:blank")
+    page.call("Page.removeScriptToEvaluateOnNewDocument", identifier=script)
+
+
+# Reach --------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (1920, 1080), (1024, 768)])
+def test_everything_is_inside_the_window(page_of_either: Page, size: tuple[int, int]) -> None:
+    page = page_of_either
+    page.size(*size)
+    time.sleep(0.3)
+    assert page.ask("[document.documentElement.scrollWidth, document.documentElement.scrollHeight]") == list(size)
+    for name in ("#viewer", "#hours", "#figures", "#ratio", "#slices", "#find", "#take-open", "#drop-open"):
+        at = page.ask(f"document.querySelector({name!r}).getBoundingClientRect().toJSON()")
+        assert at["left"] >= 0, name
+        assert at["top"] >= 0, name
+        assert at["right"] <= size[0], name
+        assert at["bottom"] <= size[1], name
+    page.size(1280, 720)
+
+
+def test_the_keyboard_reaches_everything(page_of_either: Page) -> None:
+    """From the top of the page Tab alone comes to each control, and keys work there."""
+    page = page_of_either
+    page.ask("document.body.tabIndex = -1, document.body.focus(), document.body.removeAttribute('tabindex')")
+    seen: list[str] = []
+    for _ in range(120):
+        page.press("Tab", 9)
+        seen.append(
+            page.ask("document.activeElement.id || document.activeElement.className || document.activeElement.tagName")
+        )
+        if seen[-1] == "own-file":
+            break
+    wanted = ["drop-open", "take-open", "map", "image", "viewer-bar", "hours", "patches", "find", "effect-black-level"]
+    assert [name for name in (*wanted, "own-line") if name not in seen] == []
+    assert sum("point" in each for each in seen) == page.ask("document.querySelectorAll('.points').length")
+    page.ask("document.getElementById('hours').focus()")
+    hours = page.ask("document.getElementById('hours').valueAsNumber")
+    page.press("ArrowLeft", 37)
+    assert page.ask("document.getElementById('hours').valueAsNumber") == hours - 100
+    page.ask("document.getElementById('effect-black-level').focus()")
+    page.press(" ", 32, " ")
+    page.wait("document.getElementById('effect-black-level').checked")
+    page.ask("document.querySelector('[data-slice=hour] .point').focus()")
+    assert not page.ask("document.getElementById('tip').hidden")
+    page.press("Enter", 13, "\r")
+    page.wait("document.querySelector('[data-slice=hour] .point').ariaPressed === 'true'")
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.skipif(not AXE.exists(), reason="axe-core is not there (make programs)")
+def test_axe_finds_no_violation(page: Page, theme: str) -> None:
+    call = page.call
+    call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": theme}])
+    call("Runtime.evaluate", expression=AXE.read_text())
+    for panel in ("", "take", "drop"):
+        if panel:
+            page.ask(f"document.getElementById({panel!r}).showPopover()")
+            time.sleep(0.3)
+        found = page.ask(
+            "axe.run().then((result) => result.violations.map(({ id, nodes }) => [id, nodes.map((each) => each.html)]))"
+        )
+        assert found == [], panel
+        if panel:
+            page.ask(f"document.getElementById({panel!r}).hidePopover()")
+    call("Emulation.setEmulatedMedia", features=[])
+
+
+def test_the_page_asks_nobody_but_its_server_and_has_no_complaint(chromium: tuple[Page, Path]) -> None:
+    page: Any = chromium[0]
+    page.requests.clear()
+    page.complaints.clear()
+    with explored(ROOT, "examples/display-a.csv") as (address, _):
+        opened(page, address)
+        click(page, "#map")
+        page.wait("!document.getElementById('scale').hidden")
+        page.open_address("about:blank")
+    assert {each for each in page.requests if not each.startswith((address, "data:", "blob:", "about:"))} == set()
+    assert [each for each in page.complaints if "ReadPixels" not in each] == []
