@@ -17,13 +17,20 @@ from lutgen.bake.fidelity import certificate_colours
 from lutgen.bake.lut import Sampler
 from lutgen.display import default_display
 from lutgen.pictures.viewer import FOLDER
-from tests.browser import CHROMIUM, Page, browser
+from tests.browser import CHROMIUM, browser
+from tests.firefox import FIREFOX, firefox
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
+    from contextlib import AbstractContextManager
     from pathlib import Path
 
     from numpy.typing import NDArray
+
+    from tests import browser as chromium_browser
+    from tests import firefox as firefox_browser
+
+    Page = chromium_browser.Page | firefox_browser.Page
 
 pytestmark = [
     pytest.mark.numbers,
@@ -66,14 +73,23 @@ def colours() -> NDArray[np.uint8]:
 
 
 @pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory, colours: NDArray[np.uint8]) -> Iterator[Page]:
-    folder = tmp_path_factory.mktemp("viewer")
+def file(tmp_path_factory: pytest.TempPathFactory, colours: NDArray[np.uint8]) -> Path:
+    """A page with the viewer, in which each colour has its pixel."""
     height, width = colours.shape[:2]
     style = f"body {{ margin: 0; }} #host {{ width: {width}px; height: {height}px; }} canvas {{ position: absolute; }}"
-    (folder / "v.html").write_text(PAGE.format(viewer=VIEWER.read_text(), style=style))
-    with browser(folder / "profile") as page:
+    file = tmp_path_factory.mktemp("viewer") / "v.html"
+    file.write_text(PAGE.format(viewer=VIEWER.read_text(), style=style))
+    return file
+
+
+@pytest.fixture(scope="module", params=["chromium", "firefox"])
+def page(request: pytest.FixtureRequest, file: Path) -> Iterator[Page]:
+    if request.param == "firefox" and FIREFOX is None:
+        pytest.skip("Firefox and a screen for it are not installed (Debian: firefox-esr, xvfb)")
+    started: dict[str, Callable[[Path], AbstractContextManager[Page]]] = {"chromium": browser, "firefox": firefox}
+    with started[request.param](file.parent / request.param) as page:
         page.size(600, 500)
-        page.open(folder / "v.html")
+        page.open_address(file.as_uri())
         yield page
 
 
@@ -100,11 +116,11 @@ def drawn(page: Page, picture: NDArray[np.uint8], script: str, *tables: NDArray[
     opaque = np.dstack([picture, np.full(picture.shape[:2], 255, np.uint8)])
     given = "".join(handed_over(f"table{number}", each) for number, each in enumerate(tables))
     text = page.ask(
-        f"""{{ {handed_over("picture", opaque)} {given}
+        f"""(() => {{ {handed_over("picture", opaque)} {given}
             viewer.show(new ImageData(picture, {picture.shape[1]}));
             viewer.cuts = [0, 1];
             {script}
-            pixels(); }}"""
+            return pixels(); }})()"""
     )
     read = np.frombuffer(b64decode(text), np.uint8).reshape(*picture.shape[:2], 4)
     return read[::-1, :, :3]
@@ -143,7 +159,7 @@ def test_two_tables_are_blended_and_the_map_has_the_colours_of_viridis(page: Pag
 
 def test_keys_move_bars_and_zoom(page: Page, colours: NDArray[np.uint8]) -> None:
     drawn(page, colours, "")
-    page.ask("viewer.cuts = [0.5, 1]; viewer.bars[0].focus(); null")
+    page.ask("(() => { viewer.cuts = [0.5, 1]; viewer.bars[0].focus(); })()")
     page.press("ArrowRight", 39)
     assert page.ask("viewer.cuts[0]") == pytest.approx(0.51)
     page.press("Home", 36)

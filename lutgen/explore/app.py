@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import re
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from math import isfinite
@@ -133,7 +134,14 @@ def explore_application(windows: Windows) -> ASGIApp:
 
     def ask(path: str, answer: Callable[[Window, Request], Awaitable[Response]], *methods: str) -> Route:
         async def endpoint(request: Request) -> Response:
-            return await answer(windows.of(request), request)
+            window = windows.of(request)
+            try:
+                return await answer(window, request)
+            except RefusedError:
+                raise
+            except LutgenError as error:
+                # Files that were dropped lie in the window's folders; their owner knows them by their names.
+                raise LutgenError(re.sub(rf"{re.escape(str(window.folder))}/\d+/", "", str(error))) from None
 
         return Route(f"/api/{path}", endpoint, methods=list(methods))
 
