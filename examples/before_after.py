@@ -25,7 +25,7 @@ from tests.virtual_display.campaign import truth
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
-    from lutgen.report.pictures.contact_sheet import Pixels
+    from lutgen.report.drawing import Pixels
 
 DISPLAY = "display-a.csv"
 MODE, HOURS, FOLDER_OF_HOUR = "chroma", 15_000.0, "chroma/15000h"

@@ -19,7 +19,7 @@ from lutgen import lifetime
 from lutgen.bindings import oiio
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab
 from lutgen.names import AGING_MODES
-from lutgen.pictures.curve import curves_of
+from lutgen.pictures.difference import curves_of
 from lutgen.pictures.distinct import count_colours
 
 if TYPE_CHECKING:

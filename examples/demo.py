@@ -28,13 +28,13 @@ from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab
 from lutgen.display import default_display, hour_name
 from lutgen.display.hours import parse_hours
 from lutgen.numerals import spaced
-from lutgen.report.pictures.contact_sheet import contact_sheet
+from lutgen.report.pictures.sheets import contact_sheet
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
-    from lutgen.report.pictures.contact_sheet import Pixels
+    from lutgen.report.drawing import Pixels
 
 #: Clockwise from the top, as in the paper.
 AGES = (("chroma", 10_000.0), ("chroma", 18_000.0), ("chroma-luma", 10_000.0), ("chroma-luma", 18_000.0))

@@ -22,7 +22,7 @@ _SOURCES = {
     "OpenImageIO": ("OpenImageIO", "python3-openimageio", "openimageio"),
 }
 
-#: More than ten times the .cube of 65³: what is larger is no LUT.
+#: Ten times the size of a .cube of 65³; a larger file is no LUT.
 LARGEST_LUT = 100_000_000
 
 #: Points along an edge of a table, and of a curve, that OpenColorIO takes.

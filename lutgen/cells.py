@@ -14,16 +14,16 @@ from math import isfinite
 #: a megabyte of them is refused in linear time.
 NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 
-#: How programs write values that are no number or no finite one.
+#: Texts that programs write for NaN and infinity.
 NON_FINITE = r"[-+]?(?:nan|inf|infinity)"
 
-#: Letters of a cell, at most: a double has 17 significant digits, and a file of one endless cell ends here.
+#: Most characters of a cell. A double has 17 significant digits; the limit is for files that are one endless cell.
 LONGEST = 1000
 
 _NUMBER, _WHOLE = re.compile(NUMBER), re.compile(r"[-+]?[0-9]+")
 _NON_FINITE = re.compile(NON_FINITE, re.IGNORECASE)
 
-#: What may stand around a number; other blanks of Unicode make it none.
+#: Blanks that may stand around a number. With other blanks of Unicode a text is no number.
 BLANKS = " \t\r\n"
 
 #: What spreadsheets write for a value that they do not have.
@@ -38,7 +38,7 @@ def is_comment(line: str) -> bool:
 
 
 def number(text: str, *, non_finite: bool = False) -> float | None:
-    """Return the number that ``text`` is, blanks around it aside; None where it is none or has no finite value.
+    """Read a number, with blanks around it; None for any other text and for a number without a finite value.
 
     ``non_finite`` also takes NaN and infinity by name, and numbers beyond the largest double as infinity.
     """
@@ -50,13 +50,13 @@ def number(text: str, *, non_finite: bool = False) -> float | None:
 
 
 def number_list(text: str) -> tuple[float, ...] | None:
-    """Return the numbers of a list with commas between them, or None where one is none."""
+    """Read a list of numbers with commas between them; None where one of them is no number."""
     found = [number(part) for part in text.split(",")]
     return None if None in found else tuple(value for value in found if value is not None)
 
 
 def whole(text: str, *, least: int, most: int) -> int | None:
-    """Return the whole number from ``least`` to ``most`` that ``text`` is, blanks around it aside, or None."""
+    """Read a whole number from ``least`` to ``most``, with blanks around it; None for any other text."""
     word = text.strip(BLANKS)
     # Leading zeros aside, what has more digits than both limits lies beyond them; `int` refuses 4301 digits and more.
     digits = word.lstrip("+-").lstrip("0")

@@ -28,8 +28,8 @@ Array = NDArray[np.float64]
 #: Chromaticities of the sRGB white and primaries (IEC 61966-2-1, table 1), in the order w, r, g, b.
 SRGB_XY = np.array([[0.3127, 0.3290], [0.64, 0.33], [0.30, 0.60], [0.15, 0.06]])
 
-#: Pixels that one step of a chunked routine works on. Its temporaries then stay in the cache, and below the 128 kB from
-#: which glibc fetches each from the kernel anew.
+#: Pixels in one step of a chunked routine. Its temporaries then stay in the cache, and below the 128 kB from which on
+#: glibc asks the kernel for each of them.
 CHUNK = 15_360
 
 

@@ -1,4 +1,4 @@
-"""What anybody's OpenColorIO config consists of: its views, colour spaces and looks, and the files that it names."""
+"""The parts of any OpenColorIO config: its views, colour spaces and looks, and the files that it names."""
 
 from __future__ import annotations
 

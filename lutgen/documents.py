@@ -1,4 +1,4 @@
-"""JSON and TOML of files that may be anything: bounded depth, and numbers that a computer can hold.
+"""JSON and TOML of files that may hold anything: bounded depth, and only numbers that a computer can hold.
 
 Python's own readers take NaN, numbers beyond every double and integers of 4000 digits, and a key of a hundred thousand
 parts keeps ``tomllib`` busy for minutes.

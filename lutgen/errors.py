@@ -17,7 +17,7 @@ class LutgenError(ValueError):
 
 
 def reason_of(error: OSError) -> str:
-    """Say what the computer said of a file, such as ``file name too long``, to go into a sentence."""
+    """Return the system's reason for an error on a file, such as ``file name too long``, as part of a sentence."""
     return (error.strerror or str(error)).lower()
 
 

@@ -1,4 +1,4 @@
-"""Reading files that may be anything; writing them so that a reader sees the old one or the new one, never a part."""
+"""Reading of files that may hold anything; writing so that a reader sees the old file or the new one, never a part."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def write_atomically(path: Path, data: bytes) -> None:
 
 
 def read_at_most(path: Path, most: int, *, what: str, none: str, advice: str = "") -> bytes:
-    """Read a file that may be anything: one of more than ``most`` bytes is refused before it is read.
+    """Read a file that may hold anything; a file of more than ``most`` bytes is refused before it is read.
 
     ``what`` it is, such as "the session", what no file of that size is, such as "session", and what to do, a sentence,
     are for the messages.
@@ -135,7 +135,7 @@ def _partial(path: Path) -> Path:
     return path.with_name(f".{name}{PARTIAL}")
 
 
-def room(folder: Path) -> float:
+def free_bytes(folder: Path) -> float:
     """Bytes that may still be written into ``folder``; infinite where its file system does not say."""
     usage = shutil.disk_usage(folder)
     return usage.free if usage.total else inf
@@ -155,7 +155,7 @@ def check_name(path: Path) -> None:
 
 
 def is_unicode(path: Path) -> bool:
-    """Whether a name is text: bytes of one that is none become surrogates, which cannot be encoded again."""
+    """Whether a name is Unicode: Python turns other bytes of a name into surrogates, which cannot be encoded again."""
     return str(path).encode(errors="replace").decode() == str(path)
 
 
@@ -166,7 +166,7 @@ def cannot_write(path: Path, error: OSError) -> LutgenError:
 
 
 def _discard(partial: Path) -> None:
-    # On a read-only disk, or below a file, there is nothing to remove; that the write failed is said already.
+    # On a read-only disk, or below a file, there is nothing to remove; the failure to write is reported already.
     with suppress(OSError):
         partial.unlink(missing_ok=True)
 

@@ -15,7 +15,7 @@ HEADER = 128
 #: Tags of a profile, at most: LittleCMS refuses more, and profiles have 10 to 20.
 MOST_TAGS = 100
 
-#: A tag's own type, four reserved bytes, and something.
+#: Least bytes of a tag: its type, four reserved bytes, and one byte of content.
 SMALLEST_TAG = 12
 
 
@@ -28,7 +28,7 @@ class Tag(NamedTuple):
 
 
 def is_profile(data: bytes) -> bool:
-    """Whether a file that begins so is an ICC profile."""
+    """Whether a file that begins with these bytes is an ICC profile."""
     return data[36:40] == b"acsp"
 
 

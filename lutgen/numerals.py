@@ -10,7 +10,7 @@ FIGURES, OF_AN_ERROR = 4, 2
 #: Significant figures of a value at most, however small its error is.
 MOST = 6
 
-#: An error below this is written with a power of ten: it has too many zeros.
+#: A smaller error is written with a power of ten, since it would have too many zeros.
 LEAST = 1e-5
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 PREFIX = "lutgen-"
 
-#: Seconds after which a folder that nobody holds is a killed run's: a new one is held within a few milliseconds.
+#: An unlocked folder that is older than this, in seconds, belongs to a killed run: a new one is locked within a few
+#: milliseconds.
 GRACE = 60.0
 
 
@@ -44,7 +45,7 @@ def scratch() -> Iterator[Path]:
 
 @cache
 def _clear(place: str) -> None:
-    """Remove what killed runs left; once a process."""
+    """Remove the folders that killed runs left; done once in each process."""
     if fcntl is None:
         return
     for folder in Path(place).glob(f"{PREFIX}*"):

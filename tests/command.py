@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import io
+import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
 from typing import TYPE_CHECKING, NamedTuple
 
 import pytest
@@ -24,6 +27,17 @@ class Done(NamedTuple):
     def lines(self) -> list[str]:
         """Lines of standard output."""
         return self.out.splitlines()
+
+
+def here(*arguments: object) -> subprocess.CompletedProcess[str]:
+    """Run ``lutgen`` in this process and return what a process of its own would leave, half a second earlier."""
+    out, err = io.StringIO(), io.StringIO()
+    words = ["lutgen", *map(str, arguments)]
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
+        patch.setattr(sys, "argv", words)
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+    return subprocess.CompletedProcess(words, int(ended.value.code or 0), out.getvalue(), err.getvalue())
 
 
 def in_process(

@@ -14,28 +14,28 @@ from PIL import Image
 from lutgen.study.design import UNAGED
 from lutgen.study.protocol import (
     IMAGES,
+    PAPER_CATEGORIES,
     Category,
-    Condition,
     Protocol,
     Render,
+    StudyCondition,
     StudyImage,
-    Trial,
+    StudyTrial,
     write_protocol,
 )
 from lutgen.study.reading import Decision
-from lutgen.study.scales import PAPER_CATEGORIES
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from numpy.typing import NDArray
 
-    from lutgen.study.reading import Reading
+    from lutgen.study.reading import ReadingSession
 
 CONDITIONS = (
     UNAGED,
-    Condition("chroma@18000", "chroma", 18000.0),
-    Condition("chroma-luma@18000", "chroma-luma", 18000.0),
+    StudyCondition("chroma@18000", "chroma", 18000.0),
+    StudyCondition("chroma-luma@18000", "chroma-luma", 18000.0),
 )
 
 
@@ -46,7 +46,7 @@ def small_protocol(
     readers: int = 2,
     sessions: int = 2,
     size: tuple[int, int] = (64, 48),
-    conditions: tuple[Condition, ...] = CONDITIONS,
+    conditions: tuple[StudyCondition, ...] = CONDITIONS,
     washout_days: float = 24.0,
     categories: tuple[Category, ...] = PAPER_CATEGORIES,
     seed: int = 1,
@@ -56,7 +56,7 @@ def small_protocol(
     names = [f"case-{number:03}" for number in range(1, images + 1)]
     trying = [f"try-{number}" for number in range(1, practice + 1)]
     trials = [
-        Trial(reader, session, position, names[at], conditions[at % len(conditions) if session == 1 else 0].name)
+        StudyTrial(reader, session, position, names[at], conditions[at % len(conditions) if session == 1 else 0].name)
         for reader in range(1, readers + 1)
         for session in range(1, sessions + 1)
         for position, at in enumerate(map(int, random.permutation(images)), start=1)
@@ -123,7 +123,7 @@ def said(number: int) -> Decision:
     return Decision(names[number % 4], number % 10 + 1, seconds, seconds, 0, 0.0, "animation-frame")
 
 
-def read_on(reading: Reading, count: int | None = None) -> None:
+def read_on(reading: ReadingSession, count: int | None = None) -> None:
     """Read images as :func:`said`, all that are left or some of them."""
     while (task := reading.task()) is not None and count != 0:
         reading.show(task)

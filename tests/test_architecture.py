@@ -23,8 +23,8 @@ PACKAGE = ROOT / "lutgen"
 #: file's in ``lutgen/``.
 ROWS = (
     {"errors", "cells", "names", "scratch"},
-    {"colorimetry", "bindings", "documents", "files", "icc_tags", "numerals", "schemas", "time_law"},
-    {"config_parts", "server"},
+    {"colorimetry", "bindings", "documents", "files", "icc_tags", "numerals"},
+    {"config_parts", "server", "time_law"},
     {"readings"},
     {"effects"},
     {"display"},

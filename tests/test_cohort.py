@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import multiprocessing
 import os
+import signal
 import subprocess
 import sys
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 import pytest
@@ -20,12 +22,11 @@ from lutgen import LutgenError, cohort, lifetime
 from lutgen.bindings import oiio
 from lutgen.pictures.cohort import cluster, local
 from lutgen.pictures.cohort.find import find_slides
-from lutgen.pictures.cohort.folder import RunFolder
-from lutgen.pictures.cohort.record import image_from_json
+from lutgen.pictures.cohort.folder import RunFolder, image_from_json
 from lutgen.pictures.cohort.spread import bands_of, coverage, left_out, lives_of
 from lutgen.pictures.cohort.task import Asked, Outcome
-from lutgen.pictures.curve import STATISTICS
-from lutgen.pictures.difference import few_threads, threads
+from lutgen.pictures.difference import STATISTICS
+from lutgen.pictures.threads import few_threads, threads
 from tests.cohort_slides import HOURS, break_slide, deadly_model, make_slides, model, seven_colours
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 
     from lutgen.display import DisplayModel
     from lutgen.pictures.cohort import Cohort
-    from lutgen.pictures.cohort.find import Slide
+    from lutgen.pictures.cohort.find import CohortSlide
 
 FEW: Any = {"hours": HOURS}
 
@@ -377,6 +378,27 @@ def _asked(display: DisplayModel) -> Asked:
 
 # Dask -----------------------------------------------------------------------------------------------------------------
 
+#: Seconds after which a test with a cluster fails instead of waiting for ever: ten times what it takes.
+ENDLESS = 300
+
+
+@pytest.fixture
+def bounded() -> Iterator[None]:
+    """A limit for tests that wait for processes of Dask: its clusters may lose a worker and wait for it without end."""
+
+    def give_up(_signal: int, _frame: object) -> NoReturn:
+        raise TimeoutError(f"a cluster of Dask has not answered for {ENDLESS} s")
+
+    before = signal.signal(signal.SIGALRM, give_up)
+    signal.alarm(ENDLESS)
+    yield
+    signal.alarm(0)
+    signal.signal(signal.SIGALRM, before)
+
+
+def dask_config() -> Any:
+    return import_module("dask").config
+
 
 @pytest.fixture(scope="module")
 def dask() -> Iterator[Any]:
@@ -389,6 +411,7 @@ def dask() -> Iterator[Any]:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("bounded")
 def test_a_cluster_whose_worker_is_killed_loses_nothing_and_counts_nothing_twice(
     dask: Any, tmp_path: Path, written: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -409,15 +432,19 @@ def test_a_cluster_whose_worker_is_killed_loses_nothing_and_counts_nothing_twice
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("bounded")
 def test_a_slide_under_which_dask_workers_die_is_named_and_the_others_finish(tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
     files = make_slides(tmp_path / "in", 3)
     deadly = seven_colours(tmp_path / "in/deadly.png")
     display = deadly_model(tmp_path, order=False)
-    # The only worker: it is started again each time, also where it died before it was known to have started.
-    with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address=":0"
-    ) as single:
+    # The only worker: it is started again each time, also where it died before it was known to have started. Dask lets
+    # a task kill three more workers, each a new process of some seconds; here the first one is enough.
+    few = dask_config().set({"distributed.scheduler.allowed-failures": 0})
+    with (
+        few,
+        distributed.LocalCluster(n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address=":0") as single,
+    ):
         single.adapt(minimum=1, maximum=1, interval="200ms")
         found = cohort([deadly, *files], display, tmp_path / "run", scheduler=single.scheduler_address, **FEW)
     ((file, reason),) = ((each.file, each.reason) for each in found.broken)
@@ -430,8 +457,8 @@ def test_slides_that_dask_suspects_are_tried_again_alone(tmp_path: Path, monkeyp
     found, tried = Outcome({"found": 1}), []
 
     def done(
-        _dask: Any, _client: Any, _asked: Any, slides: tuple[Slide, ...]
-    ) -> Iterator[tuple[Slide, Outcome | None]]:
+        _dask: Any, _client: Any, _asked: Any, slides: tuple[CohortSlide, ...]
+    ) -> Iterator[tuple[CohortSlide, Outcome | None]]:
         tried.append(list(slides))
         for slide in slides:
             blamed = slide == deadly or (slide == second and len(slides) > 1)
@@ -444,6 +471,7 @@ def test_slides_that_dask_suspects_are_tried_again_alone(tmp_path: Path, monkeyp
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("bounded")
 def test_what_a_worker_cannot_do_is_said(dask: Any, tmp_path: Path) -> None:
     slides = find_slides(make_slides(tmp_path / "in", 3))
     unseen, other = replace(slides[0], path="/elsewhere/s.png"), replace(_asked(model()), version="0.0.1")
@@ -479,6 +507,7 @@ def test_a_scheduler_that_is_not_there(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("bounded")
 def test_a_scheduler_without_workers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
     monkeypatch.setattr(cluster, "PATIENCE_S", 1.0)
@@ -492,6 +521,7 @@ def test_a_scheduler_without_workers(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("bounded")
 def test_a_scheduler_that_goes_away_leaves_what_is_finished(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
     files, run = make_slides(tmp_path / "in", 12, side=200), tmp_path / "run"

@@ -11,17 +11,15 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
-from referencing import Registry, Resource
 
 from lutgen import lifetime, save_model
 from lutgen.pictures.cohort import cluster
-from lutgen.pictures.schema import NAMES, schema
 from lutgen.report.pictures.lifetime import hours_or_never
 from tests.altered import altered
 from tests.cohort_slides import break_slide, make_slides, model, seven_colours, waiting_model
 from tests.command import Done, in_process
+from tests.schemas import validator
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -114,17 +112,12 @@ def test_nothing_but_broken_slides(run: Callable[..., Done]) -> None:
 # What is written ------------------------------------------------------------------------------------------------------
 
 
-def validator() -> Draft202012Validator:
-    known = Registry().with_resources((schema(each)["$id"], Resource.from_contents(schema(each))) for each in NAMES)
-    return Draft202012Validator(schema("cohort"), registry=known)
-
-
 def test_json_is_as_the_schema_says_and_csv_says_the_same(run: Callable[..., Done], tmp_path: Path) -> None:
     done = run("in", "gone, too.png", "-o", "run", "--json", "c.json", "--csv", "c.csv", "--tolerance", "3,9,70")
     assert done.code == 1
     assert written(tmp_path) == {"run", "c.json", "c.csv"}
     said: dict[str, Any] = json.loads((tmp_path / "c.json").read_text())
-    validator().validate(said)
+    validator("cohort").validate(said)
     head, *rows = [line.split(",") for line in (tmp_path / "c.csv").read_text().splitlines()]
     assert head[:4] == ["row", "file", "mode", "mean_3"]
     assert [row[0] for row in rows] == ["slide"] * 14 + ["broken"] + ["median", "low", "high"] * 2
@@ -153,9 +146,9 @@ def test_json_is_as_the_schema_says_and_csv_says_the_same(run: Callable[..., Don
 )
 def test_the_schema_refuses_what_is_wrong(run: Callable[..., Done], path: tuple[Any, ...], value: object) -> None:
     content = json.loads(run("in/s00.png", "-o", "run", "--json", "-").out)
-    validator().validate(content)
+    validator("cohort").validate(content)
     with pytest.raises(ValidationError):
-        validator().validate(altered(content, path, value))
+        validator("cohort").validate(altered(content, path, value))
 
 
 # Bad input ------------------------------------------------------------------------------------------------------------

@@ -5,12 +5,14 @@ from __future__ import annotations
 import fcntl
 import os
 import pty
+import re
 import signal
 import struct
 import subprocess
 import sys
 import termios
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -24,7 +26,6 @@ from tests.examples_folder import COMMANDS, ROOT, make_folder
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from pathlib import Path
 
 PROGRAM = [sys.executable, "-m", "lutgen"]
 DISPLAY_A = ROOT / "examples/display-a.csv"
@@ -164,6 +165,13 @@ def until_closed(terminal: int) -> Iterator[bytes]:
         yield part
 
 
+def handles_sigterm(pid: int) -> bool:
+    """Whether a process has begun to run a command: from then on it answers SIGINT and SIGTERM itself."""
+    (caught,) = re.findall(r"SigCgt:\s*([0-9a-f]+)", Path(f"/proc/{pid}/status").read_text())
+    return bool(int(caught, 16) >> (signal.SIGTERM - 1) & 1)
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="only Linux says which signals a process handles")
 @pytest.mark.parametrize(
     "command",
     [
@@ -183,8 +191,10 @@ def test_an_interrupt_ends_with_130_and_without_a_traceback(command: str, folder
         text=True,
         start_new_session=True,
     )
-    time.sleep(1.5)
-    assert started.poll() is None, "the command was over before it was interrupted"
+    output = next((Path(word.replace("OUT", str(tmp_path))) for word in command.split() if "OUT" in word), folder)
+    while not (handles_sigterm(started.pid) and output.exists()):
+        assert started.poll() is None, "the command was over before it was interrupted"
+        time.sleep(0.01)
     os.killpg(started.pid, signal.SIGINT)
     out, err = started.communicate(timeout=60)
     assert started.returncode == 130

@@ -9,12 +9,13 @@ import pytest
 from PIL import Image
 
 from lutgen import LutgenError
-from lutgen.report.pictures.contact_sheet import GREY, PLACES, Layout, contact_sheet
+from lutgen.report.drawing import SURROUND
+from lutgen.report.pictures.sheets import PLACES, Layout, contact_sheet
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from lutgen.report.pictures.contact_sheet import Pixels
+    from lutgen.report.drawing import Pixels
 
 SIZES = ((512, 512), (61, 47), (333, 701), (700, 401))
 
@@ -61,11 +62,11 @@ def test_nothing_but_texts_is_on_the_grey(tmp_path: Path, height: int, width: in
         top, left = layout.corner(place)
         below = sheet[top + height : top + height + layout.caption, left : left + width]
         captions.append(below.max())
-        piece(sheet, layout, place)[:] = GREY
+        piece(sheet, layout, place)[:] = SURROUND
     assert captions == [255] * 5, "a caption under each image"
     assert (sheet == sheet[..., :1]).all(), "greys only"
     edges = np.concatenate([sheet[:4].ravel(), sheet[-4:].ravel(), sheet[:, :4].ravel(), sheet[:, -4:].ravel()])
-    assert (edges == GREY).all(), "no text is cut off"
+    assert (edges == SURROUND).all(), "no text is cut off"
 
 
 def test_a_sheet_has_the_same_bytes_on_every_run_and_no_date(tmp_path: Path) -> None:

@@ -59,9 +59,25 @@ def test_compare_says_how_well_the_model_does_and_where_it_fails(
         assert word in done.out
 
 
+def test_compare_fails_above_a_ratio_that_is_asked_for(run: Callable[..., Done], tmp_path: Path) -> None:
+    data = write("leak", tmp_path).name
+    done = run("compare", data, "--fail-above", "1.5")
+    assert done.code == 1
+    assert done.lines[0].startswith("The model fails")
+    assert re.fullmatch(r"[\d.]+ times the noise is more than --fail-above 1\.5\.\n", done.err)
+    done = run("compare", data, "--fail-above", "1e6")
+    assert (done.code, done.err) == (0, "")
+
+
 #: Data set and options → what the page says of it: the verdict's beginning, and some words.
 DIAGNOSED: dict[str, tuple[str, ...]] = {
-    "leak": ("named: black-level", "lutgen refine leak.csv --add black-level", "meter-offset instead"),
+    "leak": (
+        "named: black-level",
+        "lutgen refine leak.csv --add black-level",
+        "to rule out meter-offset",
+        "black leaks",
+        "of the excess error",
+    ),
     "curve": ("named: eotf-drift", "grown", "±", "cannot be seen"),
     "healthy": ("consistent: ", "lutgen plan healthy.csv"),
     "tips only": ("consistent: ", "cannot be seen", "These data could not have seen"),
@@ -70,7 +86,7 @@ DIAGNOSED: dict[str, tuple[str, ...]] = {
 
 
 @pytest.mark.parametrize(("asked", "says"), DIAGNOSED.items(), ids=list(DIAGNOSED))
-def test_diagnose_says_what_can_be_seen_then_what_is_missing_then_what_to_do(
+def test_diagnose_says_what_is_missing_then_what_to_do_then_what_can_be_seen(
     run: Callable[..., Done], tmp_path: Path, asked: str, says: tuple[str, ...]
 ) -> None:
     name, _, options = asked.partition(" --")
@@ -81,7 +97,9 @@ def test_diagnose_says_what_can_be_seen_then_what_is_missing_then_what_to_do(
     def place(pattern: str) -> int:
         return next(number for number, line in enumerate(done.lines) if re.match(pattern, line))
 
-    assert place("What these data can see") < place(verdict) < place("What would refute this") < place("Next")
+    assert place(verdict) == 0
+    assert place("Next") < place("What would refute this") < place("What these data can see")
+    assert "ΔBIC" not in done.out
     for word in words:
         assert word in done.out
 
@@ -221,7 +239,7 @@ def test_json_on_standard_output_is_alone_there(run: Callable[..., Done], tmp_pa
     alone = run(command, data, *more, "--json", "-")
     assert (alone.code, alone.err) == (0, "")
     beside = run(command, data, *more, "--json", "deep/numbers.json")
-    assert beside.lines[0][:4] in {"The ", "With", "For "}
+    assert beside.lines[0][:4] in {"The ", "With", "For ", "name"}
     assert json.loads(alone.out) == json.loads((tmp_path / "deep/numbers.json").read_text())
 
 

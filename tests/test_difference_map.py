@@ -16,9 +16,9 @@ from lutgen import DisplayModel, LutgenError, default_display, lifetime, read_me
 from lutgen.bindings import oiio
 from lutgen.colorimetry import LINEAR_TO_XYZ
 from lutgen.pictures import difference_map as module
-from lutgen.pictures.area_means import AreaMeans, Grid, whole_factor
 from lutgen.pictures.blocks import Place
 from lutgen.pictures.difference_map import BIN, difference_map
+from lutgen.pictures.frame import AreaMeans, Grid, whole_factor
 from lutgen.report.pictures.difference_map import (
     MAGENTA,
     RANGE,

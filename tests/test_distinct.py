@@ -14,7 +14,7 @@ from skimage.filters import threshold_otsu
 from lutgen import LutgenError
 from lutgen.bindings import oiio
 from lutgen.colorimetry import code_to_linear, linear_to_code, linear_to_lab
-from lutgen.pictures import distinct, slides
+from lutgen.pictures import blocks, distinct
 from lutgen.pictures.distinct import Colours, count_colours
 from lutgen.pictures.tissue import BINS, otsu, tissue_only
 
@@ -222,7 +222,7 @@ def without_tile(path: Path, tile: int) -> Path:
     return path
 
 
-@pytest.mark.parametrize("suffix", slides.SUFFIXES)
+@pytest.mark.parametrize("suffix", blocks.SUFFIXES)
 def test_slides_are_counted_like_images(suffix: str, tissue: Pixels, tmp_path: Path) -> None:
     pytest.importorskip("openslide", reason="the extra `slides` is not installed")
     found = count_colours(slide(tmp_path / f"a{suffix}", tissue))

@@ -180,3 +180,26 @@ def test_every_module_docstring_gives_its_equation() -> None:
     for effect in EFFECTS:
         if effect.name != "matrix-switching":
             assert re.search(r"[×→=]|exp", effect.text), effect.name
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "says"),
+    [
+        ("black-level", {"new": 0.0022}, "black leaks 0.22 % of white"),
+        ("black-level", {"grown": 0.003}, "black leaks 0.3 % of white by 18 000 h"),
+        ("black-level", {"new": 0.0022, "grown": 0.0055}, "black leaks 0.22 % of white, growing to 0.77 % by 18 000 h"),
+        ("black-level", {"new": 0.002, "grown": -0.001}, "black leaks 0.2 % of white, falling to 0.1 % by 18 000 h"),
+        ("eotf-drift", {"level_25": 0.1}, "the transfer curve drifts"),
+        ("quantization", {"bits": 8.0}, "code values are rounded to 8 bits"),
+        ("yellowing", {"depth": 0.2}, "optics yellow"),
+    ],
+)
+def test_an_effect_says_in_a_clause_what_it_does(name: str, values: dict[str, float], says: str) -> None:
+    effect = catalogue()[name]
+    assert effect.in_words(effect.rest() | values) == says
+
+
+def test_every_clause_can_be_said() -> None:
+    for effect in catalogue().values():
+        assert effect.in_words(effect.typical())
+        assert "{" not in effect.in_words(effect.rest())

@@ -23,7 +23,7 @@ from lutgen.effects.expression import parse
 from lutgen.effects.scene import LIFE_H
 from lutgen.report.display.aging_plot import PAGE
 from lutgen.report.display.effect_plot import plot_effect
-from lutgen.report.drawing.figure import DPI
+from lutgen.report.drawing import DPI
 
 pytestmark = pytest.mark.numbers
 

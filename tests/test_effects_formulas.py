@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 from lutgen.colorimetry import D65, linear_to_code
 from lutgen.display.trace import panel, reported
 from lutgen.effects import Scene, catalogue, growth
-from lutgen.effects.level_curve import LEAST_EXPONENT, bent, level_curve
+from lutgen.effects.shapes import LEAST_EXPONENT, bent, level_curve
 from tests.effect_scenes import TIPS, N, Term, at, one, scene_of
 
 if TYPE_CHECKING:

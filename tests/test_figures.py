@@ -17,11 +17,10 @@ from lutgen.cli.commands import animate as animate_command
 from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.pictures import published
 from lutgen.pictures.aged_series import GREY, aged_series
-from lutgen.report.pictures.age_sheet import COLUMNS, check_hours, longest
 from lutgen.report.pictures.animation import LONGEST, SECONDS, animate, frame
-from lutgen.report.pictures.contact_sheet import Layout
-from lutgen.report.pictures.lifetime_plot import plot_lifetime
+from lutgen.report.pictures.lifetime import plot_lifetime
 from lutgen.report.pictures.paper_figures import draw_figure
+from lutgen.report.pictures.sheets import COLUMNS, Layout, check_hours, longest
 from tests.command import Done, in_process
 
 if TYPE_CHECKING:

@@ -16,9 +16,8 @@ from lutgen.display.origin import found_by
 from lutgen.effects.own import load_file
 from lutgen.files import bytes_at_most, file_sha256, read_at_most
 from lutgen.pictures.cohort.find import find_slides
-from lutgen.study.analysis.answer_table import read_answer_table
-from lutgen.study.analysis.figures import read_counts, read_summary
-from lutgen.study.design_table import read_design
+from lutgen.study.analysis.tables import read_answer_table, read_counts, read_summary
+from lutgen.study.design import read_design
 from lutgen.study.protocol import read_protocol
 
 if TYPE_CHECKING:

@@ -403,7 +403,7 @@ def test_carries_and_zeros_are_written_right() -> None:
     assert rows_of_text(values) == expected
 
 
-@pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf, 10.0, -10.0, 9.99999999])
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf, 10.0, -10.0, 9.99999999, 10 - 1e-7, 1e-7 - 10])
 def test_numbers_that_do_not_fit_are_refused(wrong: float) -> None:
     with pytest.raises(ValueError, match="NaN, infinity or a number of 10 or more"):
         rows_of_text(np.array([[0.5, wrong, 0.5]]))

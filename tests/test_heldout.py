@@ -44,7 +44,7 @@ def refitted(found: Fit) -> list[float]:
 
 @pytest.mark.parametrize(("name", "tolerance"), [
     ("ambient-reflection", 1e-6),  # linear
-    ("black-level", 1e-3),
+    ("black-level", 2e-3),
     ("crosstalk", 0.01),
     ("eotf-drift", 0.03),
 ])  # fmt: skip
@@ -131,7 +131,8 @@ def test_a_true_effect_predicts_withheld_readings_better_and_a_false_one_does_no
     assert gain > 3.0 * deviation > 0
     gain, deviation = held_out(false).gain_over(held_out(bare))
     assert gain < 2.0 * deviation
-    assert held_out(true).rms_sigma == pytest.approx(1.05, abs=0.12)
+    # The noise of these readings has one correlation of 0.6; stated noise is taken to have 0.3 in the floor.
+    assert held_out(true).rms_sigma == pytest.approx(0.96, abs=0.12)
     assert held_out(bare).rms_sigma > 2.0
 
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
 from skimage.data import immunohistochemistry
 from skimage.io import imsave
@@ -21,14 +20,13 @@ from lutgen.colorimetry import xyY_to_xyz
 from lutgen.display import Estimate, LatentTips, default_display
 from lutgen.effects import catalogue
 from lutgen.names import AGING_MODES
-from lutgen.pictures import curve, distinct
-from lutgen.pictures.curve import STATISTICS, Curve, quantile, statistics
-from lutgen.pictures.difference import differences
+from lutgen.pictures import difference, distinct
+from lutgen.pictures.difference import STATISTICS, DifferenceCurve, differences, quantile, statistics
 from lutgen.pictures.distinct import Colours, count_colours
 from lutgen.pictures.lifetime import TOLERANCES, binning_error
-from lutgen.pictures.schema import NAMES, schema
 from lutgen.pictures.uncertainty import DRAWS, coarse, drawn
 from tests.altered import altered
+from tests.schemas import validator
 from tests.twin import SRGB_XY, Twin, rows_of_csv, srgb_matrix
 
 if TYPE_CHECKING:
@@ -123,7 +121,7 @@ def test_lifetimes_are_where_straight_lines_between_hours_cross(model: DisplayMo
 )
 def test_the_first_crossing_counts(values: tuple[float, ...], tolerance: float, expected: float | None) -> None:
     some = np.array(values, dtype=float)
-    made = Curve(np.array([0.0, 10.0, 20.0, 30.0]), some, np.zeros(4), some, some, some)
+    made = DifferenceCurve(np.array([0.0, 10.0, 20.0, 30.0]), some, np.zeros(4), some, some, some)
     for name in STATISTICS:
         assert made.hours_until(name, tolerance) == expected
 
@@ -190,7 +188,7 @@ def test_groups_of_displays_do_not_show(
     file = save(tmp_path / "in.png", tissue[:64, :64])
     whole = curves([file], model)
     for held in (1, 9000):
-        monkeypatch.setattr(curve, "HELD", held)
+        monkeypatch.setattr(difference, "HELD", held)
         assert curves([file], model) == whole
 
 
@@ -328,7 +326,7 @@ def test_json_is_as_the_issue_and_the_schema_say(
     assert point["hours"] == 9000.0
     assert point["mean_plus_2_sd"] == pytest.approx(point["mean"] + 2 * point["sd"])
     assert point["mean"] < point["p95"] <= point["p99"] <= point["max"]
-    check = Draft202012Validator(schema("lifetime"))
+    check = validator("lifetime")
     check.validate(said)
     check.validate(json.loads(json.dumps(lifetime(files[:1], refined, hours=HOURS, tissue=True).as_json())))
 
@@ -350,17 +348,7 @@ def test_the_schema_refuses_what_is_wrong(
     file = save(tmp_path / "in.png", np.full((2, 2, 3), 120, np.uint8))
     content = lifetime([file], model, hours=(9000,)).as_json()
     with pytest.raises(ValidationError):
-        Draft202012Validator(schema("lifetime")).validate(altered(content, path, value))
-
-
-def test_schemas_are_schemas_and_known_by_name() -> None:
-    for name in NAMES:
-        Draft202012Validator.check_schema(schema(name))
-        assert schema(name)["$id"] == f"urn:lutgen:schema:{name}:1"
-    with pytest.raises(
-        LutgenError, match=r"unknown schema 'plan'\. Pick one of: cohort, lifetime, map, nuclei, table\."
-    ):
-        schema("plan")
+        validator("lifetime").validate(altered(content, path, value))
 
 
 def test_csv_is_table_1_a_line_an_image_and_mode(tissue: Pixels, model: DisplayModel, tmp_path: Path) -> None:

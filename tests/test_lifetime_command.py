@@ -16,8 +16,14 @@ from lutgen.cli.commands import lifetime as lifetime_command
 from lutgen.display import default_display
 from lutgen.numerals import pixels_of_colours
 from lutgen.pictures.lifetime import TOLERANCES
-from lutgen.report.pictures.lifetime import hours_or_never, lifetime_page
-from lutgen.report.pictures.lifetime_plot import draw_curve, draw_lives, plot_lifetimes, title_of
+from lutgen.report.pictures.lifetime import (
+    draw_curve,
+    draw_lives,
+    hours_or_never,
+    lifetime_page,
+    plot_lifetimes,
+    title_of,
+)
 from tests.command import Done, in_process
 
 if TYPE_CHECKING:

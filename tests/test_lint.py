@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from jsonschema import Draft202012Validator
 
 import lutgen
 from lutgen.bindings import ocio
@@ -26,11 +25,11 @@ from lutgen.lint.cube.statistics import Gatherer
 from lutgen.lint.finding import OCIO_21, READS, REFUSES, WRONG, Fate, Finding, Linted, Trial
 from lutgen.lint.formats import formats, rule_names
 from lutgen.lint.programs import Absent, Program, Refusal, opencolorio, programs
-from lutgen.lint.schema import NAMES, schema
 from lutgen.lint.stream import blocks
 from lutgen.merge import Merging
 from tests.command import in_process
 from tests.lint_cases import BAD, CURVES, GOOD, MARK, PLAIN, SIZE, N, R, curved, lines, rows
+from tests.schemas import validator
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -276,7 +275,7 @@ def test_lines_are_whole_whatever_blocks_are(ends: bytes, tmp_path: Path, monkey
 def test_rubbish_is_a_finding_in_every_format(suffix: str, data: bytes, tmp_path: Path) -> None:
     found = linted(tmp_path, data, suffix=suffix)
     assert not found.clean
-    Draft202012Validator(schema("lint")).validate(json.loads(json.dumps({"schema": 1, "files": [found.as_json()]})))
+    validator("lint").validate(json.loads(json.dumps({"schema": 1, "files": [found.as_json()]})))
 
 
 @pytest.mark.parametrize(
@@ -422,20 +421,10 @@ def test_the_command_shows_what_was_tried(run: Callable[..., Done]) -> None:
 def test_its_json_is_as_the_schema_says(run: Callable[..., Done]) -> None:
     done = run("good.cube", "bad.cube", "--json", "-", "--try")
     content = json.loads(done.out)
-    Draft202012Validator(schema("lint")).validate(content)
+    validator("lint").validate(content)
     assert [each["clean"] for each in content["files"]] == [True, False]
     assert content["files"][1]["readers"]["pillow_lut"]["outcome"] == WRONG
     assert run("good.cube", "--json", "good.cube").code == 2
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_schemas_are_schemas(name: str) -> None:
-    Draft202012Validator.check_schema(schema(name))
-
-
-def test_an_unknown_schema_is_refused_by_name() -> None:
-    with pytest.raises(LutgenError, match=r"unknown schema 'map'\. Pick one of: lint\."):
-        schema("map")
 
 
 def test_every_program_stands_for_a_reader_of_cubes() -> None:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from jsonschema import Draft202012Validator
 from PIL import Image
 from skimage.data import immunohistochemistry
 from skimage.io import imsave
@@ -15,9 +14,9 @@ from skimage.io import imsave
 from lutgen import DisplayModel, default_display, lifetime, read_measurements
 from lutgen.cli.commands import map as map_command
 from lutgen.pictures import published
-from lutgen.pictures.schema import schema
 from lutgen.report.pictures.difference_map import RANGE
 from tests.command import Done, in_process
+from tests.schemas import validator
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -58,7 +57,7 @@ def test_one_run_writes_picture_numbers_and_json_that_agree(run: Callable[..., D
     assert (done.code, done.err) == (0, "")
     assert written(tmp_path) == {"m.png", "m.exr", "m.tif", "m.json"}
     said: dict[str, Any] = json.loads((tmp_path / "m.json").read_text())
-    Draft202012Validator(schema("map")).validate(said)
+    validator("map").validate(said)
     tif = np.asarray(Image.open(tmp_path / "sub/m.tif"))
     assert tif.dtype == np.float32
     assert said["delta_e"]["mean"] == pytest.approx(tif.mean(dtype=float), abs=1e-4)
@@ -151,7 +150,7 @@ def test_table_1_stands_beside_the_papers(run: Callable[..., Done], tmp_path: Pa
     done = run("table", "1", "a.png", "b.png", "--json", "t.json", "--csv", "t.csv")
     assert (done.code, done.err) == (0, "")
     said = json.loads((tmp_path / "t.json").read_text())
-    Draft202012Validator(schema("table")).validate(said)
+    validator("table").validate(said)
     first, _ = lifetime(["a.png", "b.png"], DisplayModel(read_measurements(default_display()))).images
     assert len(said["rows"]) == 16
     row = said["rows"][5]
@@ -173,7 +172,7 @@ def test_a_lifetime_that_is_never_reached_is_a_dash_and_null(run: Callable[..., 
     (tmp_path / "young.csv").write_text("\n".join(rows) + "\n")
     done = run("table", "1", "a.png", "--display", "young.csv", "--json", "t.json", "--csv", "t.csv")
     said = json.loads((tmp_path / "t.json").read_text())
-    Draft202012Validator(schema("table")).validate(said)
+    validator("table").validate(said)
     assert {row["hours"] for row in said["rows"]} == {row["difference"] for row in said["rows"]} == {None}
     assert (tmp_path / "t.csv").read_text().splitlines()[1] == "a.png,chroma,3,max,,4500,"
     assert "–: not within 500 h." in words(done.out)

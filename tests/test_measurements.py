@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -17,6 +15,7 @@ from hypothesis import strategies as st
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
 from lutgen.readings import formats, read_measurements
+from tests.command import here
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -356,11 +355,6 @@ def test_a_bad_file_is_refused_in_one_sentence_that_names_it_and_helps(name: str
     assert len(message.replace(str(path), "").split()) >= 6, message
 
 
-def build(display: Path, output: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "lutgen", "build", "--display", str(display), "-o", str(output)]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-
-
 @pytest.mark.parametrize(
     "name",
     ["empty", "binary", "NaN", "a decimal comma", "a missing primary", "only one time", "8-bit drive",
@@ -369,7 +363,7 @@ def build(display: Path, output: Path) -> subprocess.CompletedProcess[str]:
 def test_the_command_line_prints_that_sentence_exits_with_2_and_writes_nothing(name: str, tmp_path: Path) -> None:
     path = file_with(tmp_path, BAD[name].content)
     before = set(tmp_path.rglob("*"))
-    done = build(path, tmp_path / "out")
+    done = here("build", "--display", path, "-o", tmp_path / "out")
     assert done.returncode == 2, done.stderr
     assert done.stdout == ""
     assert done.stderr.startswith("lutgen: error: ")

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from jsonschema import Draft202012Validator
 
 from lutgen.bake.build import Plan, build
 from lutgen.bindings import ocio
@@ -17,10 +16,10 @@ from lutgen.config_parts import file_transforms
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
 from lutgen.merge import Merging, merge
-from lutgen.merge.schema import schema
 from lutgen.names import MODES
 from lutgen.readings import read_measurements
 from tests.command import in_process
+from tests.schemas import validator
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -345,6 +344,6 @@ def test_the_command_says_what_was_added(
     assert f"display Screen sRGB, view {VIEW}" in done.out
     assert "the same pixels as before" in " ".join(done.out.split())
     done = lutgen("-o", str(tmp_path / "b"), "--source-space", "sRGB", "--json", "-")
-    Draft202012Validator(schema("merge")).validate(json.loads(done.out))
+    validator("merge").validate(json.loads(done.out))
     assert lutgen("-o", str(tmp_path / "a"), "--source-space", "sRGB").code == 2
     assert lutgen("-o", str(tmp_path / "c")).code == 2

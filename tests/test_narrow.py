@@ -10,8 +10,7 @@ from rich.table import Table as TerminalTable
 
 from lutgen.cli import outputs
 from lutgen.cli.narrow import LONGEST_WORD, WHOLE, fitted
-from lutgen.report.parts import Headline, Table
-from lutgen.report.terminal import terminal_table
+from lutgen.report.parts import Headline, Table, terminal_table
 from tests.command import in_process
 
 pytestmark = pytest.mark.numbers

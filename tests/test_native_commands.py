@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from jsonschema import Draft202012Validator
-from referencing import Registry, Resource
 
 from lutgen.colorimetry import linear_to_code, xyz_to_linear
-from lutgen.criticism.schema import NAMES, schema
 from lutgen.names import AGING_BASELINES, BASELINES
 from tests.command import Done, in_process
 from tests.native_displays import BLACK, GREYS, MIXTURES, RAMPS, TIPS, Panel, session, write
+from tests.schemas import validator
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -50,8 +48,7 @@ def test_compare_says_what_both_fresh_displays_miss(run: Callable[..., Done]) ->
 
 def test_its_json_is_as_the_schema_says(run: Callable[..., Done]) -> None:
     content = json.loads(run("compare", "panel.csv", "--baseline", "native", "--json", "-").out)
-    known = Registry().with_resources((schema(each)["$id"], Resource.from_contents(schema(each))) for each in NAMES)
-    Draft202012Validator(schema("compare"), registry=known).validate(content)
+    validator("compare").validate(content)
     assert content["baseline"] == "native"
     assert content["first_session"]["native"] < content["first_session"]["paper"]
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
 from scipy import ndimage
 from skimage.color import combine_stains, rgb_from_hdx, rgb_from_hed
@@ -22,13 +21,11 @@ from lutgen import DisplayModel, LutgenError, nuclei, read_measurements
 from lutgen.display import default_display
 from lutgen.names import AGING_MODES
 from lutgen.pictures import contrast, field
-from lutgen.pictures.contrast import FEWEST, PERCENT, contrast_of
+from lutgen.pictures.contrast import FEWEST, LEAST_PIXELS, PERCENT, contrast_of, outlines, rings_of
 from lutgen.pictures.field import read_field
-from lutgen.pictures.nuclei import segment, width_of
-from lutgen.pictures.nuclei_mask import read_mask
-from lutgen.pictures.rings import LEAST_PIXELS, outlines, rings_of
-from lutgen.pictures.schema import schema
+from lutgen.pictures.nuclei import read_mask, segment, width_of
 from tests.altered import altered
+from tests.schemas import validator
 from tests.twin import SRGB_XY, Twin, rows_of_csv, srgb_matrix
 
 if TYPE_CHECKING:
@@ -502,7 +499,7 @@ def said(model: DisplayModel, tmp_path_factory: pytest.TempPathFactory) -> dict[
 
 
 def test_json_is_as_the_schema_says(said: dict[str, Any]) -> None:
-    Draft202012Validator(schema("nuclei")).validate(said)
+    validator("nuclei").validate(said)
     assert (said["nuclei"], said["width"], said["loss_percent"]) == (36, 150, 10.0)
     point = said["modes"]["chroma-luma"][2]
     assert point["hours"] == 18_000.0
@@ -526,7 +523,7 @@ def test_json_is_as_the_schema_says(said: dict[str, Any]) -> None:
 )
 def test_the_schema_refuses_what_is_wrong(path: tuple[str | int, ...], value: object, said: dict[str, Any]) -> None:
     with pytest.raises(ValidationError):
-        Draft202012Validator(schema("nuclei")).validate(altered(said, path, value))
+        validator("nuclei").validate(altered(said, path, value))
 
 
 def test_csv_is_a_line_a_nucleus(model: DisplayModel, tmp_path: Path) -> None:

@@ -15,8 +15,20 @@ from lutgen.cli.commands import nuclei as nuclei_command
 from lutgen.display import default_display
 from lutgen.pictures.conspicuity import LOSS
 from lutgen.report.parts import Headline
-from lutgen.report.pictures.nuclei import ROWS, headline, nuclei_page, percent, shown_hours
-from lutgen.report.pictures.nuclei_plot import DETAIL, NUCLEUS, RING, crowded, draw_contrast, outlined, plot_nuclei
+from lutgen.report.pictures.nuclei import (
+    DETAIL,
+    NUCLEUS,
+    RING,
+    ROWS,
+    crowded,
+    draw_contrast,
+    headline,
+    nuclei_page,
+    outlined,
+    percent,
+    plot_nuclei,
+    shown_hours,
+)
 from tests.command import Done, in_process
 
 if TYPE_CHECKING:

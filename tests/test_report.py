@@ -29,7 +29,7 @@ from lutgen.pictures.frame import fitting, read_frame, turned
 from lutgen.pictures.png import page_png
 from lutgen.report.document.chart import ticks
 from lutgen.report.document.scenes import MOST, SIZE, STEPS, hours_of, map_colours, reach_of
-from lutgen.report.document.templates import environment
+from lutgen.report.document.section import environment
 from lutgen.report.parts import Table
 
 if TYPE_CHECKING:

@@ -9,13 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
-from jsonschema import Draft202012Validator
 
-from lutgen.history.schema import schema
 from lutgen.history.trend import trend
 from lutgen.readings.campaign import read_campaign
-from lutgen.report.history.trend_plot import plot_trend
+from lutgen.report.history.campaign import plot_trend
 from tests.command import Done, in_process
+from tests.schemas import validator
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -43,8 +42,7 @@ def test_explain_prints_a_page_and_writes_json_as_its_schema_says(lutgen: Callab
     assert (done.code, done.err) == (0, "")
     assert done.lines[0].startswith("Simulated, not measured")
     content = json.loads(Path("explain.json").read_text())
-    Draft202012Validator.check_schema(schema("explain"))
-    Draft202012Validator(schema("explain")).validate(content)
+    validator("explain").validate(content)
     causes = {Path(each["file"]).stem: each["causes"] for each in content["sessions"]}
     # As examples/make_campaign.py made them.
     assert causes["2022-01"] == ["brightness"]
@@ -55,7 +53,7 @@ def test_explain_prints_a_page_and_writes_json_as_its_schema_says(lutgen: Callab
 def test_sessions_are_explained_without_a_campaign_file_too(lutgen: Callable[..., Done]) -> None:
     first, dimmed = (str(Path(CAMPAIGN).with_name(name)) for name in ("2021-01.ti3", "2022-01.ti3"))
     done = lutgen("sessions", "explain", first, dimmed, "--json", "-")
-    Draft202012Validator(schema("explain")).validate(json.loads(done.out))
+    validator("explain").validate(json.loads(done.out))
     assert "brightness" in json.loads(done.out)["sessions"][-1]["causes"]
     for files, said in (((first,), "one session"), ((first, first), "the same bytes"), ((first, "x.ti3"), "x.ti3")):
         done = lutgen("sessions", "explain", *files)
@@ -72,8 +70,7 @@ def test_trend_prints_draws_and_writes_the_same_every_time(lutgen: Callable[...,
     assert "Left out: 2022-01.ti3, which differs by brightness" in done.out
     assert "white>=60%: as given by --limit." in done.lines
     content = json.loads(Path("a.json").read_text())
-    Draft202012Validator.check_schema(schema("trend"))
-    Draft202012Validator(schema("trend")).validate(content)
+    validator("trend").validate(content)
     assert content["limits"][0]["extrapolated"]
     assert Path("a.png").read_bytes()[:4] == b"\x89PNG"
     alone = lutgen("trend", CAMPAIGN, "--limit", "white>=60%", "--json", "-")

@@ -19,7 +19,7 @@ from lutgen.display.aging import cct_and_duv, toward
 from lutgen.display.modes import luminance_law
 from lutgen.numerals import spaced
 from lutgen.report.display.aging_plot import PAGE, plot_display
-from lutgen.report.drawing.figure import DPI
+from lutgen.report.drawing import DPI
 
 if TYPE_CHECKING:
     from pathlib import Path

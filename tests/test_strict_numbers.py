@@ -20,7 +20,7 @@ from lutgen.readings import read_measurements
 from lutgen.readings.sessions import read_session
 from lutgen.study.csv_rows import read_rows
 from lutgen.study.design import condition_of
-from lutgen.study.scales import ease_of
+from lutgen.study.protocol import ease_of
 from tests.command import in_process
 
 if TYPE_CHECKING:

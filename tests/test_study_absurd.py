@@ -8,7 +8,7 @@ import pytest
 
 from lutgen.errors import LutgenError
 from lutgen.study.analysis import analyse_answers
-from lutgen.study.answer import MAX_SECONDS, Answer, sensible
+from lutgen.study.answers import MAX_SECONDS, Answer, sensible
 
 ANSWERS = tuple(
     Answer(

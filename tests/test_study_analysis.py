@@ -19,18 +19,24 @@ from statsmodels.stats.multitest import multipletests
 
 from lutgen import LutgenError
 from lutgen.study.analysis import analyse_answers, analyse_figures
-from lutgen.study.analysis.agreement import Counts, counts, pairs
-from lutgen.study.analysis.answer_table import answer_table, condition_order, read_answer_table
-from lutgen.study.analysis.effect_size import _gamma_ratio, hedges_g, odds_ratio
-from lutgen.study.analysis.figures import read_counts, read_summary
+from lutgen.study.analysis.agreement import AgreementCounts, cohen, condition_order, counts, kappas, odds_ratio, pairs
 from lutgen.study.analysis.further import further_agreement, further_means
-from lutgen.study.analysis.holm import holm
-from lutgen.study.analysis.intervals import mean_interval, newcombe, wilson
-from lutgen.study.analysis.kappa import cohen, kappas
-from lutgen.study.analysis.sample import Sample, sample_of
-from lutgen.study.analysis.t_test import Figures, equal_variances, pooled, welch
-from lutgen.study.analysis.table_2 import samples
-from lutgen.study.answer import Answer
+from lutgen.study.analysis.paper_tables import holm, samples
+from lutgen.study.analysis.statistics import (
+    SampleFigures,
+    StudySample,
+    _gamma_ratio,
+    equal_variances,
+    hedges_g,
+    mean_interval,
+    newcombe,
+    pooled,
+    sample_of,
+    welch,
+    wilson,
+)
+from lutgen.study.analysis.tables import answer_table, read_answer_table, read_counts, read_summary
+from lutgen.study.answers import Answer
 
 pytestmark = pytest.mark.numbers
 
@@ -104,7 +110,7 @@ def test_table_2_s_p_values_are_those_printed_within_the_rounding_of_its_figures
     assert min(spanned) < printed < max(spanned)
 
 
-def _moved(one: Sample, mean: float, half: float) -> Sample:
+def _moved(one: StudySample, mean: float, half: float) -> StudySample:
     return replace(one, mean=one.mean + mean, sd=one.sd + half * sqrt(one.n) / 1.959964)
 
 
@@ -134,7 +140,7 @@ def test_the_paper_s_own_findings_beyond_it_hang_on_the_choice_of_test() -> None
     [((39, 41.0, 17.2), (40, 50.1, 23.6)), ((5, 1.0, 0.1), (50, 0.5, 2.0)), ((2, 3.0, 1.0), (2, 3.0, 0.5))],
 )
 def test_t_tests_are_scipy_s(first: tuple[int, float, float], second: tuple[int, float, float]) -> None:
-    figures = Figures(*first), Figures(*second)
+    figures = SampleFigures(*first), SampleFigures(*second)
     by_scipy = (*first[1:], first[0], *second[1:], second[0])
     t, p = stats.ttest_ind_from_stats(*by_scipy)
     assert pooled(*figures)[::2] == pytest.approx((t, p))
@@ -147,7 +153,7 @@ def test_t_tests_are_scipy_s(first: tuple[int, float, float], second: tuple[int,
 def test_tests_of_many_studies_at_once_are_those_of_each() -> None:
     random = np.random.default_rng(1)
     first, second = random.normal(size=(7, 12)), random.normal(0.5, 2.0, size=(7, 15))
-    figures = [Figures(each.shape[1], each.mean(axis=1), each.std(axis=1, ddof=1)) for each in (first, second)]
+    figures = [SampleFigures(each.shape[1], each.mean(axis=1), each.std(axis=1, ddof=1)) for each in (first, second)]
     np.testing.assert_allclose(pooled(*figures).p, stats.ttest_ind(first, second, axis=1).pvalue)
     np.testing.assert_allclose(welch(*figures).p, stats.ttest_ind(first, second, axis=1, equal_var=False).pvalue)
     for row in range(7):
@@ -158,12 +164,12 @@ def test_tests_of_many_studies_at_once_are_those_of_each() -> None:
 
 def test_p_of_equal_variances_is_never_above_1() -> None:
     n = np.arange(2, 200)
-    assert equal_variances(Figures(n, 0.5, 0.5), Figures(n, 0.5, 0.5)).max() <= 1.0
+    assert equal_variances(SampleFigures(n, 0.5, 0.5), SampleFigures(n, 0.5, 0.5)).max() <= 1.0
 
 
 def test_without_any_variance_there_is_no_test() -> None:
-    assert isnan(float(pooled(Figures(3, 1.0, 0.0), Figures(3, 2.0, 0.0)).p))
-    assert isnan(float(welch(Figures(3, 1.0, 0.0), Figures(3, 1.0, 0.0)).p))
+    assert isnan(float(pooled(SampleFigures(3, 1.0, 0.0), SampleFigures(3, 2.0, 0.0)).p))
+    assert isnan(float(welch(SampleFigures(3, 1.0, 0.0), SampleFigures(3, 1.0, 0.0)).p))
 
 
 @pytest.mark.parametrize(
@@ -194,7 +200,7 @@ def test_newcombe_s_intervals_are_those_published(
 
 
 def test_fisher_and_odds_are_those_of_r_s_tea_tasting_example() -> None:
-    guessed, missed = Counts("milk", 3, 1), Counts("tea", 1, 3)
+    guessed, missed = AgreementCounts("milk", 3, 1), AgreementCounts("tea", 1, 3)
     (found,) = further_agreement((guessed, missed))
     assert (found.fisher_one_tailed, found.fisher) == pytest.approx((0.2429, 0.4857), abs=5e-5)
     odds, ends = odds_ratio(missed, guessed)
@@ -229,7 +235,7 @@ def test_hedges_g_is_that_of_tables_and_of_statsmodels() -> None:
     # Hedges 1981: c(2) = 1/√π, and c grows to 1.
     assert _gamma_ratio(2) == pytest.approx(1 / sqrt(pi))
     assert _gamma_ratio(1000) == pytest.approx(1 - 3 / 3999, abs=1e-6)
-    first, second = Sample("ease", "a", 39, 9.7, 0.64), Sample("ease", "b", 40, 8.4, 1.29)
+    first, second = StudySample("ease", "a", 39, 9.7, 0.64), StudySample("ease", "b", 40, 8.4, 1.29)
     g, (low, high) = hedges_g(first, second)
     expected, variance = effectsize_smd(8.4, 1.29, 40, 9.7, 0.64, 39)
     assert g == pytest.approx(float(expected), rel=1e-4)
@@ -265,7 +271,7 @@ def test_the_paper_s_design_pairs_session_1_with_session_2() -> None:
     assert [(pair.answer.image, pair.answer.session, pair.reference.session) for pair in found] == [
         ("i1", 1, 2), ("i2", 1, 2), ("i3", 1, 2),
     ]  # fmt: skip
-    assert counts(["none", "chroma"], found) == (Counts("none", 0, 1), Counts("chroma", 1, 1))
+    assert counts(["none", "chroma"], found) == (AgreementCounts("none", 0, 1), AgreementCounts("chroma", 1, 1))
 
 
 @pytest.mark.parametrize(
@@ -398,7 +404,7 @@ def test_an_analysis_of_answers_says_what_its_design_cannot_show() -> None:
     ],
 )
 def test_the_smallest_fall_that_is_found_is_that_of_simulated_studies(counts_: tuple[int, int], said: str) -> None:
-    rows = [Counts("none", *counts_), Counts("chroma", *counts_)]
+    rows = [AgreementCounts("none", *counts_), AgreementCounts("chroma", *counts_)]
     sentences = [each for each in analyse_figures(rows, ()).limits if "pairs a condition" in each]
     assert [each.startswith(said) for each in sentences] == [True] * bool(said)
     if found := re.search(r"about (\d+) perc", said):

@@ -8,31 +8,27 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
 from skimage.io import imread
 
-from lutgen import LutgenError
 from lutgen.report.study.analysis import between, figure, p_value, signed
 from lutgen.report.study.analysis_plot import PICTURE, _draw_agreement, abreast, changes, title
 from lutgen.study.analysis import analyse_answers, analyse_figures
-from lutgen.study.analysis.agreement import Counts
-from lutgen.study.analysis.answer_table import answer_table, read_answer_table
-from lutgen.study.analysis.figures import read_counts, read_summary
-from lutgen.study.analysis.tables_csv import FILES
-from lutgen.study.begin import begin_reading
+from lutgen.study.analysis.agreement import AgreementCounts
+from lutgen.study.analysis.tables import TABLE_FILES, answer_table, read_answer_table, read_counts, read_summary
 from lutgen.study.protocol import write_protocol
-from lutgen.study.schema import NAMES, schema
+from lutgen.study.reading import begin_reading
 from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, paper_trials, simulate
 from tests.altered import altered
 from tests.command import Done, in_process
+from tests.schemas import validator
 from tests.studies import CONDITIONS, Clock, make_study, read_on, small_protocol
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from lutgen.study.analysis import Analysis
-    from lutgen.study.answer import Answer
+    from lutgen.study.answers import Answer
 
 pytestmark = pytest.mark.numbers
 
@@ -157,7 +153,7 @@ def strict(analysis: Analysis, capsys: pytest.CaptureFixture[str]) -> Any:
 @pytest.mark.parametrize("name", ["figures", "counts", "paper", "readers", "one condition", "one answer"])
 def test_json_is_as_its_schema_says(name: str, found: dict[str, Analysis], capsys: pytest.CaptureFixture[str]) -> None:
     content = strict(found[name], capsys)
-    Draft202012Validator(schema("analyse")).validate(content)
+    validator("study-analyse").validate(content)
     assert {"schema", "table2", "table3", "table4", "beyond", "limits"} <= content.keys()
 
 
@@ -178,15 +174,7 @@ def test_the_schema_refuses_what_is_wrong(
 ) -> None:
     content = strict(found["paper"], capsys)
     with pytest.raises(ValidationError):
-        Draft202012Validator(schema("analyse")).validate(altered(content, path, value))
-
-
-def test_schemas_are_schemas_and_unknown_ones_are_refused() -> None:
-    assert "analyse" in NAMES
-    for name in NAMES:
-        Draft202012Validator.check_schema(schema(name))
-    with pytest.raises(LutgenError, match="unknown schema 'map'"):
-        schema("map")
+        validator("study-analyse").validate(altered(content, path, value))
 
 
 def test_json_csv_and_picture_are_written_and_the_same_again(run: Callable[..., Done], tmp_path: Path) -> None:
@@ -194,14 +182,14 @@ def test_json_csv_and_picture_are_written_and_the_same_again(run: Callable[..., 
     outputs = ("--json", "s.json", "--csv", "tables", "--plots", "plots")
     assert run("analyse", "--answers", "s.csv", *outputs).code == 0
     written = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
-    assert {path.name for path in written} >= {*FILES, PICTURE, "s.json"}
+    assert {path.name for path in written} >= {*TABLE_FILES, PICTURE, "s.json"}
     again = run("analyse", "--answers", "s.csv", *outputs)
     assert (again.code, again.out) == (2, "")
     assert "--force" in again.err
     assert run("analyse", "--answers", "s.csv", *outputs, "--force").code == 0
     assert {path: path.read_bytes() for path in written} == written
     content = json.loads(Path("s.json").read_text(encoding="utf-8"))
-    for name in FILES:
+    for name in TABLE_FILES:
         assert Path("tables", name).read_text(encoding="utf-8").startswith("# SIMULATED answers, nobody read anything")
     with Path("tables/table3.csv").open(encoding="utf-8") as lines:
         next(lines)
@@ -290,7 +278,7 @@ def test_shares_of_all_are_written_inside_the_picture_and_apart(conditions: int)
     FigureCanvasAgg(page)
     # As wide and high as the last of three panels.
     axes = page.add_axes((0.68, 0.2, 0.258, 0.55))
-    rows = [Counts(f"chroma-luma@{hours}000", 20, 0) for hours in range(10, 10 + conditions)]
+    rows = [AgreementCounts(f"chroma-luma@{hours}000", 20, 0) for hours in range(10, 10 + conditions)]
     _draw_agreement(axes, analyse_figures(rows, ()))
     page.draw_without_rendering()
     shares = [text.get_window_extent() for text in axes.texts]

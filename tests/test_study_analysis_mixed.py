@@ -10,13 +10,12 @@ import pytest
 
 from lutgen.study import analysis
 from lutgen.study.analysis import analyse_answers, mixed
-from lutgen.study.analysis.agreement import pairs
-from lutgen.study.analysis.answer_table import condition_order
+from lutgen.study.analysis.agreement import condition_order, pairs
 from lutgen.study.analysis.mixed import MixedModel, fit_crossed, mixed_models
 from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, paper_trials, simulate
 
 if TYPE_CHECKING:
-    from lutgen.study.answer import Answer
+    from lutgen.study.answers import Answer
 
 pytestmark = pytest.mark.numbers
 
@@ -161,7 +160,7 @@ def test_a_fit_that_does_not_converge_or_warns_says_so(monkeypatch: pytest.Monke
             warnings.warn("Gradient optimization failed.\nTry again", ConvergenceWarning, stacklevel=1)
         return Stuck()
 
-    _, errors, said = mixed._said(stuck, "bse_fe")
+    _, errors, said = mixed._fitted(stuck, "bse_fe")
     assert errors.tolist() == [1.0]
     assert said == ("statsmodels: Gradient optimization failed", "the fit did not converge: do not rely on it")
 

@@ -15,8 +15,8 @@ import pytest
 from lutgen.errors import LutgenError
 from lutgen.study.answer_file import AnswerFile, NotSavedError, read_entries
 from lutgen.study.answers import read_answers, reader_name, take_place
-from lutgen.study.begin import begin_reading
 from lutgen.study.protocol import read_protocol, write_protocol
+from lutgen.study.reading import begin_reading
 from tests.studies import Clock, make_study, read_on, said
 
 if TYPE_CHECKING:

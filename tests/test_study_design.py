@@ -11,13 +11,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lutgen import LutgenError
-from lutgen.study.design import PAPER_CONDITIONS, UNAGED, Design, balanced_design, condition_of, conditions_of
-from lutgen.study.design_table import read_design
+from lutgen.study.design import (
+    PAPER_CONDITIONS,
+    UNAGED,
+    Design,
+    balanced_design,
+    condition_of,
+    conditions_of,
+    read_design,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from lutgen.study.protocol import Trial
+    from lutgen.study.protocol import StudyTrial
 
 pytestmark = pytest.mark.numbers
 
@@ -28,7 +35,7 @@ def names(count: int) -> list[str]:
     return [f"i{place:03}" for place in range(count)]
 
 
-def session(design: Design, reader: int, number: int) -> list[Trial]:
+def session(design: Design, reader: int, number: int) -> list[StudyTrial]:
     return [trial for trial in design.trials if (trial.reader, trial.session) == (reader, number)]
 
 

@@ -17,12 +17,11 @@ import pytest
 from PIL import Image
 
 from lutgen.study.analysis import analyse_answers
-from lutgen.study.answer_file import Entry, NotSavedError, read_entries
+from lutgen.study.answer_file import AnswerRow, NotSavedError, read_entries
 from lutgen.study.answers import read_answers
-from lutgen.study.begin import begin_reading
 from lutgen.study.conversation import Conversation
 from lutgen.study.protocol import Category, read_protocol
-from lutgen.study.reading import Decision
+from lutgen.study.reading import Decision, begin_reading
 from lutgen.study.server import serving
 from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, simulate
 from tests.browser import CHROMIUM, Page, browser
@@ -35,9 +34,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from lutgen.study.answer import Answer
-    from lutgen.study.protocol import Trial
-    from lutgen.study.reading import Reading
+    from lutgen.study.answers import Answer
+    from lutgen.study.protocol import StudyTrial
+    from lutgen.study.reading import ReadingSession
 
 pytestmark = [
     pytest.mark.numbers,
@@ -72,7 +71,7 @@ def window(page: Page) -> None:
 
 
 @contextmanager
-def served(folder: Path, **more: Any) -> Iterator[tuple[str, Reading]]:
+def served(folder: Path, **more: Any) -> Iterator[tuple[str, ReadingSession]]:
     """A new study's first session, served in this process."""
     make_study(folder / "study", **more)
     with begin_reading(folder / "study", reader="Dr A", session=1, clock=Clock()) as reading:
@@ -115,7 +114,7 @@ def begin(page: Page, address: str) -> None:
     wait_for_image(page)
 
 
-def rows(reading: Reading, kind: str) -> list[Entry]:
+def rows(reading: ReadingSession, kind: str) -> list[AnswerRow]:
     path = reading.study / f"answers/reader-{reading.place}.sqlite"
     return [entry for entry in read_entries(path, reading.protocol.sha256) if entry.kind == kind]
 
@@ -125,7 +124,7 @@ def shot(page: Page) -> NDArray[np.uint8]:
         return np.asarray(picture.convert("RGB"))
 
 
-def planned(reading: Reading) -> NDArray[np.uint8]:
+def planned(reading: ReadingSession) -> NDArray[np.uint8]:
     """Pixels of the image to be read now."""
     task = reading.task()
     assert task is not None
@@ -154,7 +153,7 @@ class Reader:
     """Reads with real keys as the simulated reader would, and notes what it pressed and when."""
 
     page: Page
-    trials: list[Trial]
+    trials: list[StudyTrial]
     pressed: list[tuple[str, int]] = field(default_factory=list)
     bounds: list[tuple[float, float]] = field(default_factory=list)
     left_last: float = 0.0
@@ -178,7 +177,7 @@ class Reader:
         press(self.page, "Enter")
 
 
-def answer_of(trial: Trial) -> tuple[float, int, str]:
+def answer_of(trial: StudyTrial) -> tuple[float, int, str]:
     return SIMULATED.answer(trial, DIFFERENCES[trial.condition], SIMULATED.difficulty(trial.image))
 
 

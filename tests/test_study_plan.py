@@ -12,22 +12,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
 from PIL import Image, ImageCms
-from referencing import Registry, Resource
 from skimage.data import immunohistochemistry
 from skimage.io import imsave
 
 from lutgen import DisplayModel, LutgenError, read_measurements
 from lutgen.display import default_display
 from lutgen.files import PARTIAL, file_sha256
-from lutgen.study.pictures import find_images, look_at, shown_pixels
+from lutgen.study.pictures import blind_name, find_images, look_at, render_images, shown_pixels
 from lutgen.study.protocol import ANSWERS, IMAGES, PROTOCOL, read_protocol
-from lutgen.study.render import blind_name, render_images
-from lutgen.study.schema import NAMES, schema
 from tests.altered import altered
 from tests.command import Done, in_process
+from tests.schemas import validator
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -205,7 +202,7 @@ def test_a_table_gives_any_other_design(run: Callable[..., Done], tmp_path: Path
         for rest in ((1, "s1", "chroma@9000"), (2, "s1", "stable@0"), (2, "s2", "none"))
     }
     content = json.loads((tmp_path / "plan.json").read_text())
-    validator("plan").validate(content)
+    validator("study-plan").validate(content)
     assert content["power"] is None
     assert content["left_out"] == ["s0", "s3", "s4", "s5", "s6"]
 
@@ -319,7 +316,7 @@ def test_a_float_image_is_refused(tmp_path: Path) -> None:
         (("in", *SMALL, "--model", "gone.toml"), "gone.toml"),
         (("in", *SMALL, "--json", "in"), "in: is a folder"),
         (("in", "--design", "gone.csv"), "gone.csv: cannot read the table"),
-        (("in", "--design", "gone.csv", "--sessions", "1"), "--design says it all"),
+        (("in", "--design", "gone.csv", "--sessions", "1"), "--design holds the whole design"),
     ],
 )
 def test_bad_input_is_named_and_nothing_is_written(
@@ -452,9 +449,9 @@ def test_an_image_that_changes_while_the_study_is_planned_is_named(
 INTERRUPTED = """
 import os, signal, sys
 from lutgen.cli import main
-from lutgen.study import render
+from lutgen.study import pictures
 
-apply, calls = render.apply_to_images, []
+apply, calls = pictures.apply_to_images, []
 
 def interrupted(*arguments, **options):
     calls.append(arguments)
@@ -462,7 +459,7 @@ def interrupted(*arguments, **options):
         os.killpg(0, signal.SIGINT)
     return apply(*arguments, **options)
 
-render.apply_to_images = interrupted
+pictures.apply_to_images = interrupted
 main()
 """
 
@@ -485,26 +482,10 @@ def test_an_interrupted_plan_leaves_nothing(tmp_path: Path) -> None:
 # JSON -----------------------------------------------------------------------------------------------------------------
 
 
-def validator(name: str) -> Draft202012Validator:
-    known = Registry().with_resources((schema(each)["$id"], Resource.from_contents(schema(each))) for each in NAMES)
-    return Draft202012Validator(schema(name), registry=known)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_schemas_are_schemas(name: str) -> None:
-    Draft202012Validator.check_schema(schema(name))
-    assert schema(name)["$id"] == f"urn:lutgen:schema:study-{name}:1"
-
-
-def test_an_unknown_schema_is_refused_by_name() -> None:
-    with pytest.raises(LutgenError, match=r"unknown schema 'lifetime'\. Pick one of: .*plan, power"):
-        schema("lifetime")
-
-
 def test_json_is_as_the_schema_says_and_ties_to_the_protocol(run: Callable[..., Done], tmp_path: Path) -> None:
     done = run("in", *SMALL, "-o", "study", "--json", "-")
     content = json.loads(done.out)
-    validator("plan").validate(content)
+    validator("study-plan").validate(content)
     protocol = read_protocol(tmp_path / "study")
     assert content["protocol_sha256"] == protocol.sha256
     assert (content["trials"], content["renders"]) == (len(protocol.trials), len(protocol.renders))
@@ -521,4 +502,4 @@ def test_json_is_as_the_schema_says_and_ties_to_the_protocol(run: Callable[..., 
         (("images",), []),
     ):
         with pytest.raises(ValidationError):
-            validator("plan").validate(altered(content, path, value))
+            validator("study-plan").validate(altered(content, path, value))

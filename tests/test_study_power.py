@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from jsonschema import Draft202012Validator
 from PIL import Image
 from scipy import stats
 from statsmodels.stats.power import TTestIndPower
@@ -33,8 +32,8 @@ from lutgen.study.power import (
     study_power,
     t_power,
 )
-from lutgen.study.schema import schema
 from tests.command import Done, in_process
+from tests.schemas import validator
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -242,7 +241,7 @@ def words(text: str) -> str:
 
 def test_the_page_says_what_json_says(run: Callable[..., Done]) -> None:
     content: dict[str, Any] = json.loads(run("--per-condition", "60", "--readers", "2", "--json", "-").out)
-    Draft202012Validator(schema("power")).validate(content)
+    validator("study-power").validate(content)
     assert content["answers"] == 120
     page = words(run("--per-condition", "60", "--readers", "2").out)
     assert page.startswith("With 120 answers per condition a fall of agreement from 69.2 % to 52.5 %")

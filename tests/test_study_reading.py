@@ -10,19 +10,18 @@ import pytest
 
 from lutgen.errors import LutgenError
 from lutgen.report.parts import Table
-from lutgen.report.study.status import study_status_page
-from lutgen.study.answer_file import Entry, read_entries
+from lutgen.report.study.plan import study_status_page
+from lutgen.study.answer_file import AnswerRow, read_entries
 from lutgen.study.answers import read_answers
-from lutgen.study.begin import begin_reading
+from lutgen.study.progress import study_status
 from lutgen.study.protocol import read_protocol
-from lutgen.study.reading import PastError
-from lutgen.study.status import study_status
+from lutgen.study.reading import PastError, begin_reading
 from tests.studies import Clock, make_study, read_on, said
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from lutgen.study.reading import Reading
+    from lutgen.study.reading import ReadingSession
 
 pytestmark = pytest.mark.numbers
 
@@ -33,7 +32,7 @@ def study(tmp_path: Path) -> Path:
     return tmp_path / "study"
 
 
-def entries(study: Path) -> list[Entry]:
+def entries(study: Path) -> list[AnswerRow]:
     return read_entries(study / "answers/reader-1.sqlite", read_protocol(study).sha256)
 
 
@@ -169,7 +168,7 @@ def test_a_session_goes_on_where_it_was_and_the_image_that_was_shown_comes_again
     assert len(read_answers(study)) == 4
 
 
-def prepared(reading: Reading) -> None:
+def prepared(reading: ReadingSession) -> None:
     """Practice and the first image are answered, the second is shown."""
     read_on(reading, 2)
     task = reading.task()

@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 from lutgen.cli.commands.study.plan import command
 from lutgen.errors import LutgenError
-from lutgen.study.scales import PAPER_EASE, PAPER_NEGATIVE, PAPER_POSITIVE, categories_of, ease_of
+from lutgen.study.protocol import PAPER_EASE, PAPER_NEGATIVE, PAPER_POSITIVE, categories_of, ease_of
 
 if TYPE_CHECKING:
     from pathlib import Path

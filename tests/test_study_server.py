@@ -13,22 +13,21 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from jsonschema import Draft202012Validator
 
 from lutgen.server import HOST
 from lutgen.study.answers import read_answers
-from lutgen.study.begin import begin_reading
 from lutgen.study.conversation import LEASE, Conversation
-from lutgen.study.schema import NAMES, schema
+from lutgen.study.reading import begin_reading
 from lutgen.study.server import serving
 from tests.command import Done, in_process
+from tests.schemas import validator
 from tests.studies import Clock, make_study, read_on, said
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
-    from lutgen.study.reading import Reading
+    from lutgen.study.reading import ReadingSession
 
 pytestmark = pytest.mark.numbers
 
@@ -66,7 +65,7 @@ class Client:
 class Desk(Client):
     """A session that is served in this process: the server's clock, and what its operator was told, are at hand."""
 
-    def __init__(self, address: str, reading: Reading, time: list[float], told: list[str]) -> None:
+    def __init__(self, address: str, reading: ReadingSession, time: list[float], told: list[str]) -> None:
         super().__init__(address)
         self.address, self.reading, self.time, self.told = address, reading, time, told
 
@@ -424,12 +423,10 @@ def test_status_is_as_its_schema_says_and_its_page_names_what_comes_next(
     with begin_reading(study, reader="Dr A", session=1, clock=Clock()) as reading:
         read_on(reading)
     content = json.loads(lutgen("status", str(study), "--json", "-").out)
-    for name in NAMES:
-        Draft202012Validator.check_schema(schema(name))
-    Draft202012Validator(schema("status")).validate(content)
+    validator("study-status").validate(content)
     assert [each["state"] for each in content["readers"][0]["sessions"]] == ["complete", "not begun"]
     content["readers"][0]["sessions"][0]["answers"] = []
-    assert list(Draft202012Validator(schema("status")).iter_errors(content))
+    assert list(validator("study-status").iter_errors(content))
     page = lutgen("status", str(study)).out
     assert "1 of 4 sessions are complete" in page
     assert "may begin 2026-03-26 09:00 UTC" in page

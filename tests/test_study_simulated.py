@@ -14,14 +14,26 @@ from lutgen import LutgenError
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab
 from lutgen.study.analysis import analyse_answers
 from lutgen.study.analysis.agreement import pairs
-from lutgen.study.analysis.intervals import mean_interval, wilson
 from lutgen.study.analysis.mixed import mixed_models
-from lutgen.study.analysis.sample import Sample
-from lutgen.study.analysis.t_test import Figures, equal_variances, pooled, welch
-from lutgen.study.analysis.table_2 import samples, table_2
-from lutgen.study.nuclear_difference import measured_differences, nuclear_difference
-from lutgen.study.protocol import Category, Trial
-from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, paper_trials, simulate
+from lutgen.study.analysis.paper_tables import samples, table_2
+from lutgen.study.analysis.statistics import (
+    SampleFigures,
+    StudySample,
+    equal_variances,
+    mean_interval,
+    pooled,
+    welch,
+    wilson,
+)
+from lutgen.study.protocol import Category, StudyTrial
+from lutgen.study.simulated import (
+    PAPER_DIFFERENCES,
+    SimulatedReader,
+    measured_differences,
+    nuclear_difference,
+    paper_trials,
+    simulate,
+)
 from tests.studies import CONDITIONS as PLANNED
 from tests.studies import small_protocol
 
@@ -29,7 +41,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lutgen.colorimetry import Array
-    from lutgen.study.answer import Answer
+    from lutgen.study.answers import Answer
 
 #: Simulated studies; where nothing is planted, between 16 and 35 of them (95 % of a binomial) should report something.
 STUDIES = 500
@@ -78,7 +90,7 @@ def test_vectors_and_single_answers_are_the_same_reader() -> None:
     reader = SimulatedReader(seed=5)
     random = np.random.default_rng(6)
     arrays = reader.readings(5.1, random.standard_normal(100_000), random)
-    trials = [Trial(place, 1, 1, f"i{place}", "chroma") for place in range(4000)]
+    trials = [StudyTrial(place, 1, 1, f"i{place}", "chroma") for place in range(4000)]
     alone = [reader.answer(trial, 5.1, reader.difficulty(trial.image)) for trial in trials]
     assert np.median([seconds for seconds, _, _ in alone]) == pytest.approx(np.median(arrays.seconds), rel=0.04)
     assert np.mean([ease for _, ease, _ in alone]) == pytest.approx(arrays.ease.mean(), abs=0.08)
@@ -146,7 +158,9 @@ def null_studies(seed: int, *, readers: int = 1, crossed: bool = False) -> dict[
 
 def reports(values: Array, *, one_tailed: bool) -> list[int]:
     """How many studies report a difference from the first condition at 5 %, by the paper's test."""
-    figures = [Figures(each.shape[1], each.mean(axis=1), each.std(axis=1, ddof=1)) for each in values.swapaxes(0, 1)]
+    figures = [
+        SampleFigures(each.shape[1], each.mean(axis=1), each.std(axis=1, ddof=1)) for each in values.swapaxes(0, 1)
+    ]
     return [int((pooled(figures[0], other, one_tailed=one_tailed).p < 0.05).sum()) for other in figures[1:]]
 
 
@@ -159,14 +173,14 @@ def test_in_the_paper_s_design_its_tests_find_nothing_where_nothing_is(what: str
 
 def test_welch_s_test_finds_nothing_where_nothing_is_either() -> None:
     first, second, _ = null_studies(1)["time"].swapaxes(0, 1)
-    figures = [Figures(40, each.mean(axis=1), each.std(axis=1, ddof=1)) for each in (first, second)]
+    figures = [SampleFigures(40, each.mean(axis=1), each.std(axis=1, ddof=1)) for each in (first, second)]
     assert LEAST <= int((welch(*figures).p < 0.05).sum()) <= MOST
 
 
 def test_the_f_test_beside_table_4_is_no_test_of_agreement() -> None:
     """Of 0 and 1 the variance follows from the mean; normal theory then hardly ever rejects it."""
     first, second, _ = null_studies(1)["agreement"].swapaxes(0, 1)
-    figures = [Figures(40, each.mean(axis=1), each.std(axis=1, ddof=1)) for each in (first, second)]
+    figures = [SampleFigures(40, each.mean(axis=1), each.std(axis=1, ddof=1)) for each in (first, second)]
     assert int((equal_variances(*figures) < 0.05).sum()) < LEAST
 
 
@@ -190,7 +204,7 @@ def test_the_mixed_model_holds_its_level_where_the_paper_s_test_does_not() -> No
     for seed in range(60):
         # Every reader gets the first one's images: the design in which the t-test fails.
         trials = [
-            Trial(reader, trial.session, trial.position, trial.image, trial.condition)
+            StudyTrial(reader, trial.session, trial.position, trial.image, trial.condition)
             for reader in (1, 2, 3)
             for trial in paper_trials(seed, per_condition=12)
         ]
@@ -219,7 +233,7 @@ def test_planted_effects_of_the_paper_s_size_are_recovered_in_their_intervals() 
     for values, whole in ((aged.seconds, truth.seconds), (aged.ease, truth.ease)):
         held = 0
         for row in values:
-            low, high = mean_interval(Sample("time", "", 40, float(row.mean()), float(row.std(ddof=1))))
+            low, high = mean_interval(StudySample("time", "", 40, float(row.mean()), float(row.std(ddof=1))))
             held += low <= whole.mean() <= high
         assert 0.90 * STUDIES <= held <= 0.98 * STUDIES
     intervals = [wilson(int(number), 40) for number in (aged.kept == again.kept).sum(axis=1)]

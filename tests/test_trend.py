@@ -14,7 +14,7 @@ from lutgen.history.limits import SETS, Limit, limits_of, parse_limit
 from lutgen.history.trend import FEWEST, trend
 from lutgen.names import LIMIT_SETS
 from lutgen.readings.campaign import read_campaign
-from lutgen.report.history.trend import headline
+from lutgen.report.history.campaign import trend_headline
 from tests.virtual_sessions.campaigns import life, write
 from tests.virtual_sessions.display import State
 
@@ -105,7 +105,7 @@ def test_a_limit_passed_is_passed_at_the_session_that_shows_it(tmp_path: Path) -
 def test_too_few_sessions_promise_nothing(tmp_path: Path) -> None:
     found = trend(fading(tmp_path, 3000.0, days=[0, 250]), [parse_limit("white>=50%")])
     assert found.passings[0].status == "cannot-tell"
-    assert headline(found).endswith("when one will be cannot be told from these sessions.")
+    assert trend_headline(found).endswith("when one will be cannot be told from these sessions.")
 
 
 def test_a_session_of_another_setting_is_left_out_unless_asked_for(tmp_path: Path) -> None:

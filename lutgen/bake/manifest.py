@@ -17,7 +17,8 @@ import numpy as np
 
 from lutgen import __version__
 from lutgen.display import AppliedEffect, DisplayModel, LatentTips, default_display
-from lutgen.display.conditions import REFERENCE, conditions_of, what_luts_carry
+from lutgen.display.carried import what_luts_carry
+from lutgen.display.conditions import REFERENCE, conditions_of
 from lutgen.display.modes import law_of_table, luminance_law
 from lutgen.display.native import NativeDisplay
 from lutgen.display.origin import found_by, record_of

@@ -27,7 +27,7 @@ TERMINATED = 143
 
 
 class _TerminatedError(BaseException):
-    """SIGTERM came: what is half written is taken away on the way out, as after Ctrl-C."""
+    """SIGTERM came: half-written files are removed before the process ends, as after Ctrl-C."""
 
 
 @click.group(
@@ -62,7 +62,7 @@ def main() -> None:
 
 
 def _end_at_sigterm() -> None:
-    # Only where nobody has said otherwise; a thread that is not the first cannot.
+    # Only if no other handler is set, and only in the main thread: Python allows it nowhere else.
     if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
         signal.signal(signal.SIGTERM, _terminate)
 

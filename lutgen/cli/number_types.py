@@ -70,8 +70,8 @@ def _read(
 ) -> Any:
     if not isinstance(value, str):  # a default
         return value
-    found = read(value)
-    if found is None:
+    parsed = read(value)
+    if parsed is None:
         what = "a whole number, such as 8" if read is _whole else "a finite number, such as 8 or 0.5"
         kind.fail(f"{value[:40]!r} is not {what}, in digits 0 to 9.", param, ctx)
-    return found
+    return parsed

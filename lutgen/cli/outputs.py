@@ -113,8 +113,7 @@ def _print(part: Headline | Table) -> None:
     from rich.console import Console
 
     from lutgen.cli.narrow import fitted
-    from lutgen.report.parts import Headline
-    from lutgen.report.terminal import headline_text, terminal_table
+    from lutgen.report.parts import Headline, headline_text, terminal_table
 
     console = Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH)
     if isinstance(part, Headline):

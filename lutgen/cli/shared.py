@@ -84,7 +84,10 @@ def model_from(
 
     if model:
         if display or baseline or selection or reference or luminance:
-            message = "--model says it all: leave --display, --baseline, --selection, --reference and --luminance out."
+            message = (
+                "--model holds the whole model: leave --display, --baseline, --selection, --reference and --luminance "
+                "out."
+            )
             raise click.UsageError(message)
         saved = load_model(model)
         return replace(saved, conditions=parse_at(at, saved.conditions))
@@ -108,11 +111,11 @@ def numbers(option: str, text: str) -> list[float]:
     from lutgen.cells import number_list
     from lutgen.errors import LutgenError
 
-    found = number_list(text)
-    if found is None:
+    values = number_list(text)
+    if values is None:
         message = f"{option} {text}: give numbers above 0 in a list, such as 3,5."
         raise LutgenError(message)
-    return list(found)
+    return list(values)
 
 
 def echo_json(content: Any) -> None:

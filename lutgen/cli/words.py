@@ -1,4 +1,4 @@
-"""Sentences on the terminal: wrapped at words, and harmless when nobody reads them any more."""
+"""Sentences on the terminal, wrapped at words; a pipe that its reader has closed is no error."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class _Unread(io.FileIO):
     _failed = False
 
     def write(self, data: Any, /) -> int:
-        """Write to the stream, or do as if. Raises OSError, once, when the stream fails otherwise than by EPIPE."""
+        """Write to the stream, or drop the data after a failure. Raises OSError once, and never for EPIPE."""
         if self._failed:
             return memoryview(data).nbytes
         try:

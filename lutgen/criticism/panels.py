@@ -32,7 +32,7 @@ CELLS = {dimension(each): each.cell for each in CONDITIONS if each.heading}
 
 
 @dataclass(frozen=True)
-class Panel:
+class ResidualPanel:
     """Errors by one dimension, k slices in order.
 
     Attributes
@@ -65,7 +65,7 @@ class Panel:
         return float(self.ratio[self.headed])
 
 
-def panels(comparison: Comparison) -> list[Panel]:
+def panels(comparison: Comparison) -> list[ResidualPanel]:
     """Sort the residuals of a comparison into panels."""
     problem, predicted = comparison.problem, comparison.predicted
     judged = ~problem.is_anchor
@@ -89,7 +89,7 @@ def panels(comparison: Comparison) -> list[Panel]:
         means = np.array([[each[1][here].mean(axis=0) for here in chosen] for each in noise])
         ratio = np.sqrt([measured[0][here].mean() for here in chosen]) / floor
         by_dimension.append(
-            Panel(
+            ResidualPanel(
                 by,
                 _headed(problem, by, chosen, ratio),
                 tuple(names),

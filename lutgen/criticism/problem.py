@@ -33,6 +33,7 @@ from lutgen.names import BASELINES
 from lutgen.readings.conditions import COLUMNS
 from lutgen.readings.rest import TIP_DRIVES, is_tip
 from lutgen.readings.table import is_capped, is_shrouded
+from lutgen.time_law import between, error_between
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -47,12 +48,6 @@ if TYPE_CHECKING:
 
 #: Readings (three numbers each) that a free parameter needs beside those of the tips.
 READINGS_A_PARAMETER = 2
-
-#: A straight line between three equidistant points of a parabola misses it by ⅛ of the second difference.
-CURVATURE = 1 / 8
-
-#: Latent tips at an hour between are known no better than this share of themselves.
-LEAST_SLACK = 2e-4
 
 
 @dataclass(frozen=True)
@@ -285,34 +280,21 @@ class Problem:
         return self.interpolated(tips)
 
     def interpolated(self, tips: Array) -> Array:
-        """Fill the hours without tips from their neighbours, linearly: (..., H, 4, 3)."""
+        """Fill the hours without tips from their neighbours, by the law of :mod:`lutgen.time_law`: (..., H, 4, 3)."""
         tips = tips.copy()
-        knots = np.flatnonzero(self.is_knot)
+        by_hour = np.moveaxis(tips, -3, 0)
+        times, values = self.hours[self.is_knot], by_hour[self.is_knot]
         for index in np.flatnonzero(~self.is_knot):
-            after = int(np.clip(np.searchsorted(knots, index), 1, knots.size - 1))
-            start, end = knots[after - 1], knots[after]
-            share = (self.hours[index] - self.hours[start]) / (self.hours[end] - self.hours[start])
-            tips[..., index, :, :] = (1 - share) * tips[..., start, :, :] + share * tips[..., end, :, :]
+            by_hour[index] = between(times, values, self.hours[index])
         return tips
 
     @cached_property
     def slack(self) -> Array:
         """How well interpolation knows the tips of each hour, 1 σ, (H, 4, 3); infinite at hours that have their own."""
         slack = np.full((self.hours.size, 4, 3), np.inf)
-        knots = np.flatnonzero(self.is_knot)
-        tips, hours = self.measured_tips, self.hours
+        times, values = self.hours[self.is_knot], self.measured_tips[self.is_knot]
         for index in np.flatnonzero(~self.is_knot):
-            after = int(np.clip(np.searchsorted(knots, index), 1, knots.size - 1))
-            span = hours[knots[after]] - hours[knots[after - 1]]
-            bends = []
-            for middle in {after - 1, after} & set(range(1, knots.size - 1)):
-                a, b, c = knots[middle - 1], knots[middle], knots[middle + 1]
-                left = (tips[b] - tips[a]) / (hours[b] - hours[a])
-                right = (tips[c] - tips[b]) / (hours[c] - hours[b])
-                bends.append(np.abs(right - left) * 2 / (hours[c] - hours[a]) * span**2)
-            bend = np.max(bends, axis=0) if bends else np.zeros((4, 3))
-            floor = LEAST_SLACK * np.abs(tips[index]) + 1e-6
-            slack[index] = np.maximum(CURVATURE * bend, floor)
+            slack[index] = error_between(times, values, self.hours[index])
         return slack
 
     @cached_property

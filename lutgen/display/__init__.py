@@ -1,7 +1,13 @@
-"""The display: measured tips, aging modes, the paper's matrices, and the chain from code value to light."""
+"""The display: its white and primaries over time, aging modes, the paper's matrices, and the chain from code to light.
 
+A model (``model``) gives for each mode and hour an aged display (``chain``), which turns code values into XYZ;
+``inverse`` and ``search`` go back. One more file here holds one more part of that chain, or one more thing that a model
+file keeps.
+"""
+
+from lutgen.display.carried import seen_on, what_luts_carry, what_pictures_carry
 from lutgen.display.chain import STAGES, AgedDisplay, Link
-from lutgen.display.conditions import REFERENCE, Conditions, parse_at, what_luts_carry, what_pictures_carry
+from lutgen.display.conditions import REFERENCE, Conditions, parse_at
 from lutgen.display.fitted import AppliedEffect, Estimate, LatentTips
 from lutgen.display.inverse import Compensation, compensated, compensation_of
 from lutgen.display.model import DisplayModel, default_display, hour_name
@@ -33,6 +39,7 @@ __all__ = [
     "load_model",
     "parse_at",
     "save_model",
+    "seen_on",
     "what_luts_carry",
     "what_pictures_carry",
 ]

@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, make_dataclass, replace
-from itertools import product
 from math import inf, isfinite
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from lutgen.cells import BLANKS, number
-from lutgen.effects.probe import reacts_to
 from lutgen.errors import LutgenError, pick_one
 from lutgen.readings.conditions import COLUMNS, CONDITIONS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from lutgen.display.model import DisplayModel
 
 #: What people call the power-on time of a display that is warm.
 WARM = "warm"
@@ -45,7 +40,7 @@ class Conditions(_Columns):  # type: ignore[misc] # its fields are the columns t
     """
 
     def __post_init__(self) -> None:
-        """Refuse what no display meets."""
+        """Refuse values outside their ranges."""
         for name, value in self.as_dict().items():
             column = COLUMNS[name]
             allowed = isfinite(value) and column.low <= value <= column.high
@@ -64,7 +59,7 @@ class Conditions(_Columns):  # type: ignore[misc] # its fields are the columns t
         return {name: value for name, value in self.as_dict().items() if value != usual[name]}
 
 
-#: Centre, dark room, warm, 25 °C, full screen: what is meant when nothing is said.
+#: The default conditions: centre, dark room, warm, 25 °C, full screen.
 REFERENCE = Conditions()
 
 
@@ -109,54 +104,8 @@ def _known(values: Mapping[str, float]) -> Mapping[str, float]:
     return values
 
 
-def told(conditions: Conditions, names: Iterable[str]) -> str:
+def in_words(conditions: Conditions, names: Iterable[str]) -> str:
     """Say some conditions in words: ``centre, dark room, warm``."""
     wanted, values = set(names), conditions.as_dict()
     asked = [each for each in CONDITIONS if wanted & {column.name for column in each.columns}]
     return ", ".join(dict.fromkeys(each.told(values) for each in asked))
-
-
-#: Column → what an effect depends on that needs it.
-_DEPENDS = {column.name: condition.depends for condition in CONDITIONS for column in condition.columns}
-
-
-def what_luts_carry(model: DisplayModel) -> list[str]:
-    """Say by name what a bake of ``model`` fixes, and what no LUT can carry: sentences, none where there is nothing."""
-    steps = [
-        f"{name} makes stairs of the curves, which are finer than a LUT's grid: its error is in the group border."
-        for name in model.names_of_steps()
-    ]
-    return _fixed(model, "Baked at", "which a LUT cannot carry") + steps
-
-
-def what_pictures_carry(model: DisplayModel) -> list[str]:
-    """Say by name what is fixed when ``model`` is applied to a picture: sentences, none where there is nothing."""
-    return _fixed(model, "Shown at", "which is taken as the same in all of the picture")
-
-
-def _fixed(model: DisplayModel, made: str, but: str) -> list[str]:
-    stated = model.conditions.stated()
-    asks = {each.effect.name: reacts_to(each.effect) for each in model.baked}
-    needs = {name for names in asks.values() for name in names} | set(stated)
-    lines = [f"{made}: {told(model.conditions, needs)}."] if needs else []
-    for each in model.baked:
-        if names := asks[each.effect.name]:
-            what = " and ".join(dict.fromkeys(_DEPENDS[name] for name in names))
-            lines.append(f"{each.effect.name} depends on {what}, {but}.")
-    lines += [f"Nothing in this model depends on {name}." for name in stated if not _matters(model, name)]
-    return lines + [
-        f"{each.effect.name} is left out: it belongs to the instrument, not to the display."
-        for each in model.effects
-        if each.effect.stage == "instrument"
-    ]
-
-
-def _matters(model: DisplayModel, name: str) -> bool:
-    """Whether any of some colours looks otherwise under the usual value of a condition, at the first or last hour."""
-    usual = replace(model, conditions=replace(model.conditions, **{name: getattr(REFERENCE, name)}))
-    code = np.array(list(product((0.0, 0.25, 0.5, 1.0), repeat=3)))
-    ends = (float(model.tips.hours[0]), float(model.tips.hours[-1]))
-    return any(
-        (model.at("chroma", hours).code_to_xyz(code) != usual.at("chroma", hours).code_to_xyz(code)).any()
-        for hours in ends
-    )

@@ -40,13 +40,13 @@ _WHITE = np.ones((1, 3))
 #: Steps of a curve are looked for on a ramp of this many code values: four times as fine as 12 bits.
 _RAMP = 2**14
 
-#: Colours on which ``nearest`` and ``continuous`` differ, where they do.
+#: Colours on which ``nearest`` and ``continuous`` differ, if they differ at all.
 _GREYS_AND_MORE = np.array(list(product((0.3, 0.6, 1.0), repeat=3)))
 
 #: Linear light that differs by less is the same: float32 cannot tell.
 _NO_JUMP = 1e-8
 
-#: White's luminance is held to this share of itself: rounding alone.
+#: White's luminance is brought to the wanted one within this share of it, which is rounding alone.
 _HELD = 1e-13
 
 #: XYZ of white, red, green, blue, as tuples, so that links can be compared and sent to workers.

@@ -132,7 +132,7 @@ class LatentTips:
     xyz_cd_m2: Array
 
     def __post_init__(self) -> None:
-        """Refuse what is no history."""
+        """Check shapes, hours and light."""
         hours = np.asarray(self.hours, dtype=np.float64)
         xyz = np.asarray(self.xyz_cd_m2, dtype=np.float64)
         object.__setattr__(self, "hours", hours)

@@ -12,10 +12,10 @@ from lutgen.errors import LutgenError
 if TYPE_CHECKING:
     from lutgen.display.tips import Tips
 
-#: More hours than this in one request is a slip of the keyboard: at 1 MB a LUT it would be 10 GB.
+#: More hours than this in one request are treated as a typing error: at 1 MB a LUT they would be 10 GB.
 MAX_HOURS = 10_000
 
-#: Hours that no display reaches; left as they are, for the measured span to refuse.
+#: No display reaches this hour. Larger hours are not rounded; the check of the measured span refuses them.
 _ENDLESS = 10**9
 
 #: Stands for hours that are larger than any double.
@@ -55,7 +55,7 @@ def parse_hours(text: str, tips: Tips) -> list[float]:
 def _steps(first: Decimal, last: Decimal, given: str, text: str) -> set[Decimal]:
     step = _number(given, text)
     if step <= 0:
-        message = f"--hours {text}: a step of {given} never arrives. Give one from 0.000001 on, such as 500."
+        message = f"--hours {text}: a step of {given} does not advance. Give one from 0.000001 on, such as 500."
         raise LutgenError(message)
     count = int((last - first) / step) + 1
     if count > MAX_HOURS:

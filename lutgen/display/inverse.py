@@ -5,9 +5,9 @@ With q the target in the light of the aged primaries, P·q = XYZ, and d what the
 
 ``continuous``  s = min l = min_c q_c / (1 + d_c)
 ``nearest``     near a primary s = ⅓ of the two smaller channels, the least of ⅓Σ_{j≠i} q_j / (1 + ⅓Σ_{j≠i} d_j) over i;
-                near white s = ⅓Σq / (1 + ⅓Σd). Whose drive lies in the region that it assumes is taken. Where both do
-                (the jump folds), the one nearer to the colour asked for; where none does (the jump leaves a gap), the
-                point on the border that looks more alike by ΔE2000.
+                near white s = ⅓Σq / (1 + ⅓Σd). The drive that lies in its own region is taken. If both do (the jump
+                folds), the one nearer to the colour asked for; if neither does (the jump leaves a gap), the point on
+                the border with the smaller ΔE2000.
 
 A display with effects is searched (``display/search.py``): a lattice of code values from coarse to fine, each from the
 answers of the coarser one, then any colours from those of their neighbours on the finest.
@@ -54,8 +54,8 @@ ON_BORDER = 1e-5
 #: A drive may exceed 1 by this: a tenth of what counts as outside.
 _FULL = 1e-7
 
-#: Points along the edges of the lattices that are searched for starts. So few colours do without: the lattices would
-#: cost more than they save.
+#: Points along the edges of the lattices that are searched for starts. Fewer colours than the second are searched
+#: without lattices, which would cost more time than they save.
 _LATTICES, _FEW = (9, 17, 33), 1000
 
 #: Interpolated sides: from one alone, and from the other alone, give or take rounding.
@@ -193,17 +193,17 @@ class _LatticeDrives:
 @lru_cache(maxsize=1)
 def _lattice_drives(link: Compensation) -> _LatticeDrives:
     """Search the lattices, each from the answers of the coarser one. Kept for the next colours of the same display."""
-    found: _LatticeDrives | None = None
+    coarser: _LatticeDrives | None = None
     for size in _LATTICES:
         axis = np.linspace(0.0, 1.0, size)
         code = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
-        drives = link.drive_from(code, found.between(code) if found else None, thorough=False)
+        drives = link.drive_from(code, coarser.between(code) if coarser else None, thorough=False)
         shape = (size, size, size)
         sides = link.side(drives).astype(np.float64).reshape(shape)
-        found = _LatticeDrives(linear_to_code(drives).reshape(*shape, 3), sides)
-    if found is None:
+        coarser = _LatticeDrives(linear_to_code(drives).reshape(*shape, 3), sides)
+    if coarser is None:
         raise AssertionError
-    return found
+    return coarser
 
 
 def drive_of(

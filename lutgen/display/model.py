@@ -1,4 +1,4 @@
-"""``DisplayModel``: a measured display, and how its aging is told. Gives an ``AgedDisplay`` per mode and hour."""
+"""``DisplayModel``: a measured display and the model of its aging. Gives an ``AgedDisplay`` for each mode and hour."""
 
 from __future__ import annotations
 
@@ -162,7 +162,7 @@ class DisplayModel:
         Raises
         ------
         LutgenError
-            The model has effects, or curves and black of its own: then matrices do not tell it.
+            The model has effects, or curves and black of its own: then four matrices do not describe it.
 
         """
         if self._acting or self._shown_native:

@@ -8,8 +8,11 @@ perhaps the conditions that it is seen under. Numbers are written so that they r
 
 from __future__ import annotations
 
+import json
 import os
+import re
 from math import isfinite
+from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,18 +24,62 @@ from lutgen.display.model import DisplayModel, default_display
 from lutgen.display.modes import LAWS, law_of_table, luminance_law
 from lutgen.display.native import CHANNELS, NativeDisplay
 from lutgen.display.origin import found_by, record_of
-from lutgen.display.toml import document, table_lines
 from lutgen.documents import from_toml
 from lutgen.errors import LutgenError
 from lutgen.files import read_at_most, write_atomically
 from lutgen.readings import read_measurements
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from lutgen.display.modes import LuminanceLaw
     from lutgen.effects import Effect
     from lutgen.readings import Measurements
+
+#: Keys that need no quotes.
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def value_text(value: Any) -> str:
+    """Write a text, a number (of numpy too), a truth value, or a list of them, as TOML 1.0 with all digits."""
+    if isinstance(value, str):
+        # JSON's escapes are TOML's; JSON lets DEL stand, TOML does not.
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, Integral):
+        return repr(int(value))
+    if isinstance(value, Real):
+        return repr(float(value))
+    return f"[{', '.join(map(value_text, value))}]"
+
+
+def key_text(key: str) -> str:
+    """Write a key."""
+    return key if _BARE.fullmatch(key) else value_text(key)
+
+
+def table_lines(head: str, values: Mapping[str, Any], comments: Mapping[str, str] | None = None) -> list[str]:
+    """Write a table: its head, one line a key, with the comments that are given; keys whose value is None are left out.
+
+    A list of lists takes one line a row.
+    """
+    lines = [head] if head else []
+    for key, value in values.items():
+        if value is None:
+            continue
+        comment = f"  # {(comments or {})[key]}" if comments and key in comments else ""
+        if isinstance(value, list) and value and isinstance(value[0], list):
+            lines += [f"{key_text(key)} = [{comment}", *(f"  {value_text(row)}," for row in value), "]"]
+        else:
+            lines.append(f"{key_text(key)} = {value_text(value)}{comment}")
+    return lines
+
+
+def document(parts: Iterable[list[str]]) -> bytes:
+    """Join tables, an empty line between them."""
+    return ("\n\n".join("\n".join(part) for part in parts if part) + "\n").encode()
+
 
 SCHEMA = 1
 
@@ -265,40 +312,40 @@ class _Table:
             raise LutgenError(f"unknown key {unknown[0]!r} in {self.where}. Pick one of: {', '.join(keys)}.")
 
     def table(self, key: str, allowed: tuple[str, ...] | None, where: str = "") -> _Table:
-        found = _Table(self.values.get(key, {}), where or f"[{key}]")
+        table = _Table(self.values.get(key, {}), where or f"[{key}]")
         if allowed is not None:
-            found.allow(*allowed)
-        return found
+            table.allow(*allowed)
+        return table
 
     def tables(self, key: str) -> list[Any]:
-        found = self.values.get(key, [])
-        if not isinstance(found, list):
+        tables = self.values.get(key, [])
+        if not isinstance(tables, list):
             raise LutgenError(f"{key} is a list of tables: write [[{key}]].")
-        return found
+        return tables
 
     def text(self, key: str, absent: str) -> str:
-        found = self.values.get(key, absent)
-        if not isinstance(found, str):
+        value = self.values.get(key, absent)
+        if not isinstance(value, str):
             raise self._wrong(key, "a text")
-        return found
+        return value
 
     def flag(self, key: str) -> bool:
-        found = self.values.get(key, False)
-        if not isinstance(found, bool):
+        value = self.values.get(key, False)
+        if not isinstance(value, bool):
             raise self._wrong(key, "true or false")
-        return found
+        return value
 
     def number(self, key: str) -> float:
-        found = self.values.get(key)
-        if isinstance(found, bool) or not isinstance(found, int | float) or not isfinite(found):
+        value = self.values.get(key)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
             raise self._wrong(key, "a finite number")
-        return float(found)
+        return float(value)
 
     def scalar(self, key: str) -> str | float:
-        found = self.values[key]
-        if not isinstance(found, str | int | float):
+        value = self.values[key]
+        if not isinstance(value, str | int | float):
             raise self._wrong(key, "a text or a number")
-        return found
+        return value
 
     def numbers(self, key: str) -> np.ndarray:
         try:

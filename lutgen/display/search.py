@@ -4,8 +4,8 @@ Bounded least squares by Levenberg's damped Gauss-Newton steps with an active se
 doi:10.1090/qam/10666; bounds by projection, Bertsekas 1982, doi:10.1137/0320018). What is made small is the distance in
 the light of the aged primaries: for a display that adds up, the nearest drive is then the one clipped by channels.
 
-Slopes, which cost three times what a step does, serve again while steps with them converge fast: the simplified Newton
-method. What ends the search of a colour is what is missing there, not the number of steps.
+Slopes cost three times as much as a step, so they are used again while steps converge fast (simplified Newton method).
+The search of a colour ends when its residual is small enough, not after a number of steps.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ if TYPE_CHECKING:
 #: Red, green, blue and black as code values.
 _TIPS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
 
-#: Difference in linear light from which slopes are taken: the square root of what doubles resolve, and some.
+#: Step in linear light of the finite differences: a little more than the square root of double precision.
 _STEP = 1e-7
 
-#: A colour is done when its drive moves by less, or is off by less; both in linear light. Where light is missing, the
-#: slopes' own rounding moves the drive by up to the first.
+#: The search of a colour ends when a step moves the drive by less than the first, or the residual is below the second;
+#: both in linear light. Out of reach, rounding of the slopes moves the drive by up to the first.
 _STILL, _FOUND = 1e-8, 1e-11
 
 #: Slopes serve again after a step that left at most this share of the sum of squares.
 _FAST = 1e-4
 
-#: What is missing inside 0..1 by more than this was not found; then other starts are tried, so far aside.
+#: A residual above the first, inside 0..1, means that the search failed; it then starts again, moved by the second.
 _STUCK_AT, _ASIDE = 1e-6, (0.02, -0.02, 0.08, -0.08)
 
-#: Steps at most: of all colours alike, of those that take long, and of those that are starts for others.
+#: Most steps: for all colours together, for the slow ones, and for lattices that only give starts to other colours.
 _FIRST_ROUNDS, _ROUNDS, _ROUGH_ROUNDS = 4, 60, 12
 
-#: Where the damping starts and stays above, by how much it changes, and where it gives up.
+#: Damping: its first and least value, the factor by which it changes, and the value at which a search gives up.
 _DAMPING, _DAMPED, _STUCK = 1e-8, 10.0, 1e8
 
 

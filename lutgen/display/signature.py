@@ -52,7 +52,7 @@ class _Applied:
 
 
 @dataclass(frozen=True)
-class Difference:
+class EffectDifference:
     """Colours with an effect. All CIE L*a*b* of the un-aged white, (n, 3).
 
     Attributes
@@ -101,7 +101,9 @@ class Signature:
             shown = {name: COLUMNS[name].shown for name in ("window", "surround")} | shown
         return cls(effect, shown)
 
-    def seen(self, code: Array, hours: Array | float, conditions: Mapping[str, Array] | None = None) -> Difference:
+    def seen(
+        self, code: Array, hours: Array | float, conditions: Mapping[str, Array] | None = None
+    ) -> EffectDifference:
         """Compute the colours of ``code``, (n or 1, 3), at ``hours``, (n or 1,), under ``conditions``, (n, 1)."""
         tips, light = _display()
         columns: dict[str, Any] = {name: np.full((1, 1), value) for name, value in self.conditions.items()}
@@ -118,7 +120,7 @@ class Signature:
         without = panel([], rest, self._selection)
         measured = [self._report(replace(rest, code=np.broadcast_to(drive, (count, 3)))) for drive in _DRIVES]
         aged = self._report(replace(rest, **columns))
-        return Difference(
+        return EffectDifference(
             *(_lab(xyz, tips[0]) for xyz in (aged, without.emit(tips), without.emit(np.stack(measured, axis=-2))))
         )
 

@@ -1,4 +1,4 @@
-"""The tips (white and primaries) over time: piecewise-linear interpolation and the two references."""
+"""The tips (white and primaries) over time, and the two references."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from lutgen.colorimetry import LINEAR_TO_XYZ, SRGB_XY, xyY_to_xyz
 from lutgen.errors import LutgenError, pick_one
 from lutgen.names import REFERENCES
 from lutgen.readings import TIP_NAMES
+from lutgen.time_law import between
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -73,13 +74,9 @@ class Tips:
             raise LutgenError(message)
 
     def at(self, hours: float) -> Array:
-        """Return xyY at ``hours``, shape (4, 3): x, y and Y each piecewise linear between measured times."""
+        """Return xyY at ``hours``, shape (4, 3): x, y and Y each by the law of :mod:`lutgen.time_law`."""
         self.check_span(hours)
-        after = int(np.clip(np.searchsorted(self.hours, hours), 1, self.hours.size - 1))
-        start, end = self.hours[after - 1], self.hours[after]
-        share = (hours - start) / (end - start)
-        # At a measured time this returns the measurement itself, to the last bit.
-        return np.asarray((1.0 - share) * self.xyY[after - 1] + share * self.xyY[after])
+        return between(self.hours, self.xyY, hours)
 
     def referenced(self, hours: float, reference: str) -> Array:
         """Return xyY at ``hours`` with white's Y = 1 at hour 0, shape (4, 3), by ``relative`` or ``absolute``."""

@@ -1,7 +1,10 @@
-"""Physical effects: the catalogue, and everybody's own.
+"""Physical effects: the catalogue, and users' own effects.
 
 Built-in effects are the modules of ``lutgen/effects/catalogue``; installed packages add theirs by the entry-point
 group ``lutgen.effects``; :func:`lutgen.effects.own.load_file` reads a user's file.
+
+``declare`` holds the declaration, ``clauses`` the contract that every effect keeps, ``scene`` what an effect may know
+besides its signal. One more file in the catalogue is one more effect; one more file here serves all effects.
 """
 
 from __future__ import annotations
@@ -23,11 +26,11 @@ _FOLDER = import_module("lutgen.effects.catalogue")
 @cache
 def catalogue() -> dict[str, Effect]:
     """Return the built-in effects by name, in the order of the light's way, then of the alphabet."""
-    found = []
+    effects = []
     for module in iter_modules(_FOLDER.__path__):
         declared = getattr(import_module(f"{_FOLDER.__name__}.{module.name}"), module.name, None)
         if not isinstance(declared, Effect):
             message = f"lutgen/effects/catalogue/{module.name}.py holds no effect named {module.name}."
             raise LutgenError(message)
-        found.append(declared)
-    return {each.name: each for each in sorted(found, key=chain_order)}
+        effects.append(declared)
+    return {each.name: each for each in sorted(effects, key=chain_order)}

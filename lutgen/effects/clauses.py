@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.effects.declare import Effect
-    from lutgen.effects.probe import Reading
+    from lutgen.effects.probe import ProbeReading
 
 
 @dataclass(frozen=True)
 class Clause:
-    """A promise, whether it is kept, and one sentence that says how, or why not."""
+    """A clause of the contract, whether an effect keeps it, and one sentence that says how, or why not."""
 
     clause: str
     passed: bool
@@ -39,7 +39,7 @@ class Broken(LutgenError):  # noqa: N818 - a clause is broken, which is a findin
 
 
 def examine(effect: Effect) -> Iterator[Clause]:
-    """Try clause after clause, in this process, as long as the results can be relied on at all."""
+    """Try one clause after the other, in this process, until a broken one makes the others meaningless."""
     if effect.stage == "selection":
         yield Clause("runs", passed=True, sentence="There is nothing to run: it chooses among the paper's matrices.")
         return
@@ -189,7 +189,7 @@ def _influence(effect: Effect) -> str:
     return "Every parameter changes something." if effect.parameters else "Has no parameters."
 
 
-#: Name of each clause → what tries it, in the order in which they are told.
+#: Name of each clause → the function that tries it, in the order of the report.
 CLAUSES: dict[str, Callable[[Effect], str]] = {
     "runs": _runs,
     "shapes": _shapes,
@@ -202,14 +202,14 @@ CLAUSES: dict[str, Callable[[Effect], str]] = {
     "parameters matter": _influence,
 }
 
-#: Where one of these is broken, no other can be tried.
+#: If an effect breaks one of these, the clauses after it cannot be tried.
 BASIC = ("runs", "shapes", "repeatable")
 
 #: Stages whose signals come for many sets of tips at once.
 _STACKED = {"emission", "optics", "viewing", "instrument"}
 
 
-def _cases(stage: str) -> dict[str, Reading]:
+def _cases(stage: str) -> dict[str, ProbeReading]:
     """Readings in every arrangement that fits and LUTs use."""
     full, rest = probe.readings(stage), probe.readings(stage, at_rest=True)
     one = probe.some(full, slice(0, 1), stage)
@@ -222,7 +222,7 @@ def _cases(stage: str) -> dict[str, Reading]:
     return cases
 
 
-def _apply(effect: Effect, reading: Reading, values: Mapping[str, float], *, copy: bool = True) -> Array:
+def _apply(effect: Effect, reading: ProbeReading, values: Mapping[str, float], *, copy: bool = True) -> Array:
     """Send a reading through an effect; whatever a user's function raises breaks the clause."""
     given = probe.copied(reading) if copy else reading
     try:
@@ -262,7 +262,7 @@ def _worst(change: Array) -> tuple[int, ...]:
     return (int(np.argmax(change.reshape(len(change), -1).max(axis=1))),)
 
 
-def _which(reading: Reading, row: tuple[int, ...]) -> str:
+def _which(reading: ProbeReading, row: tuple[int, ...]) -> str:
     code = ", ".join(f"{value:.3g}" for value in reading.scene.code[row])
     hours = np.broadcast_to(reading.scene.hours, (probe.READINGS, 1))[row][0]
     return f"the reading of code ({code}) at hour {hours:g}"

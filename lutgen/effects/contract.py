@@ -1,4 +1,4 @@
-"""Whether an effect keeps the contract, built-in or a user's own, tried in this process.
+"""Try the contract of an effect, built-in or a user's own, in this process.
 
 The clauses of the contract are in :mod:`lutgen.effects.clauses`. :mod:`lutgen.effects.child` tries a file under limits
 of time and memory, for ``lutgen effects --check``.

@@ -1,4 +1,4 @@
-"""How a physical effect is declared: one decorator over one pure function, for built-in effects and for anybody's own.
+"""The declaration of a physical effect: one decorator over one pure function, for built-in effects and users' own.
 
 ::
 
@@ -138,7 +138,7 @@ class Effect:
     origin: str = "built-in"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle where it is to be found again: the decorator has put the effect in its function's place."""
+        """Pickle the place of the effect: the decorator has put the effect under the name of its function."""
         return _recalled, (self.name, self.origin, self.function.__module__, getattr(self.function, "__name__", ""))
 
     @property
@@ -183,9 +183,9 @@ def chain_order(declared: Effect) -> tuple[int, str]:
 def _recalled(name: str, origin: str, module: str, attribute: str) -> Effect:
     """Find a pickled effect again: in its module, else, for a file's or an expression's, by its origin."""
     home = import_module(module) if origin.startswith(CODE) else sys.modules.get(module)
-    found = getattr(home, attribute, None)
-    if isinstance(found, Effect) and found.origin == origin:
-        return found
+    effect = getattr(home, attribute, None)
+    if isinstance(effect, Effect) and effect.origin == origin:
+        return effect
     recalled: Effect = import_module("lutgen.effects.own").recall(name, origin)  # by name: it imports this module
     return recalled
 
@@ -203,7 +203,7 @@ def effect(
     source: str = "",
     **parameters: Parameter,
 ) -> Callable[[Callable[..., Array]], Effect]:
-    """Declare a function as an effect; what is declared is checked at once.
+    """Declare a function as an effect; the declaration is checked at once.
 
     Raises
     ------

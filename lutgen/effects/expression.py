@@ -29,19 +29,19 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: An effect of one line is read by a person; longer or with more parameters it is a file.
+#: Limits of a one-line effect, which a person reads: a longer one, or one of more parameters, belongs in a file.
 MAX_LETTERS, MAX_PARAMETERS = 500, 8
 
-#: Where amplitudes start and how far they go to either side; what shapes starts at 1 and spans a decade to either side.
+#: Start of an amplitude and its reach to either side. Other parameters start at 1 and reach a factor 10 to either side.
 AMPLITUDE, REACH, DECADE = 0.01, 1.0, 10.0
 
-#: How much like a quantity's name a parameter's may look; `whte` and `ambient` look too much so.
+#: Largest similarity of a parameter's name to that of a quantity; `whte` and `ambient` are above it.
 _LIKENESS = 0.74
 
 _NUMBER = rf"\s*({NUMBER})\s*"
 _VALUE = re.compile(rf"\s*([A-Za-z]\w*)\s*={_NUMBER}(?:\[{_NUMBER},{_NUMBER}\]\s*)?", re.ASCII)
 
-#: What the user wrote of a parameter: its start, and its bounds where he did.
+#: A parameter as the user wrote it: its start, and its bounds if they are given.
 _Given = tuple[float, tuple[float, float] | None]
 
 
@@ -91,7 +91,7 @@ def _given(formula: Formula, values: Sequence[str]) -> dict[str, _Given]:
     if len(formula.parameters) > MAX_PARAMETERS:
         listed = ", ".join(formula.parameters)
         refuse(formula.text, f"has {len(formula.parameters)} parameters ({listed}); {MAX_PARAMETERS} are allowed")
-    found: dict[str, _Given] = {}
+    given: dict[str, _Given] = {}
     for value in filter(str.strip, values):
         read = _VALUE.fullmatch(value)
         if not read:
@@ -102,12 +102,12 @@ def _given(formula: Formula, values: Sequence[str]) -> dict[str, _Given]:
             refuse(formula.text, f"`{value.strip()}`: {name!r} is none of its parameters, which are: {known}")
         if len(numbers) == 3 and not numbers[1] <= numbers[0] <= numbers[2] > numbers[1]:
             refuse(formula.text, f"`{value.strip()}`: write start[low,high], the start between the bounds")
-        found[name] = numbers[0], (numbers[1], numbers[2]) if len(numbers) == 3 else None
-    return found
+        given[name] = numbers[0], (numbers[1], numbers[2]) if len(numbers) == 3 else None
+    return given
 
 
 def _check_spelling(formula: Formula, names: Sequence[str]) -> None:
-    """Refuse a parameter that looks like a misspelt quantity: it would be fitted in silence."""
+    """Refuse a parameter that looks like a misspelt quantity: the fit would treat it as a new parameter."""
     known = {name.replace("_", ""): name for name in (*SIGNALS, *QUANTITIES, *FUNCTIONS)}
     for name in names:
         plain = name.lower().replace("_", "")

@@ -70,10 +70,10 @@ _SIGNS: dict[type[ast.AST], tuple[str, Callable[..., Array], int]] = {
 }
 _OPERATIONS = FUNCTIONS | {sign: (compute, count) for sign, compute, count in _SIGNS.values()}
 
-#: Deeper, a formula is not read by a person either.
+#: Deepest nesting of a formula: no person reads a deeper one.
 MAX_DEPTH = 40
 
-#: Larger powers are slips, and overflow.
+#: A larger power is treated as a typing error; it would overflow.
 MAX_POWER = 20
 
 _HINTS = {
@@ -108,7 +108,7 @@ class Formula:
 
     @property
     def __signature__(self) -> Signature:
-        """What it takes, for those who inspect it."""
+        """The signature, for programs that inspect the function."""
         taken = [Argument(name, Argument.POSITIONAL_ONLY) for name in ("signal", "scene")]
         return Signature([*taken, *(Argument(name, Argument.KEYWORD_ONLY) for name in self.parameters)])
 
@@ -160,11 +160,11 @@ def read_formula(text: str) -> Formula:
 
 def _signal(text: str, names: Mapping[str, None]) -> str:
     """Return which signal the formula changes: `xyz` or `linear`, beside which `code` may be read; else `code`."""
-    found = [name for name in ("xyz", "linear") if name in names] or [name for name in ("code",) if name in names]
-    if len(found) != 1:
-        said = "names both xyz and linear, which belong to two stages" if found else "names no signal to change"
-        refuse(text, f"{said}. Begin with exactly one of: {', '.join(SIGNALS)}")
-    return found[0]
+    signals = [name for name in ("xyz", "linear") if name in names] or [name for name in ("code",) if name in names]
+    if len(signals) != 1:
+        why = "names both xyz and linear, which belong to two stages" if signals else "names no signal to change"
+        refuse(text, f"{why}. Begin with exactly one of: {', '.join(SIGNALS)}")
+    return signals[0]
 
 
 def _steps(node: ast.expr, text: str, depth: int) -> Iterator[tuple[str, str | float]]:

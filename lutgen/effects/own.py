@@ -60,21 +60,21 @@ def everything(files: Iterable[str | Path] = (), expressions: Iterable[str] = ()
     """
     from lutgen.effects.expression import parse
 
-    found = dict(catalogue())
+    effects = dict(catalogue())
     own = [
         *installed(),
         *(each for path in files for each in load_file(path)),
         *map(parse, expressions),
     ]
     for each in own:
-        if each.name in found and found[each.name].origin != each.origin:
+        if each.name in effects and effects[each.name].origin != each.origin:
             message = (
-                f"two effects are named {each.name!r}: of {found[each.name].origin} and of {each.origin}. Rename one: "
-                f"a file's effect by its function, an expression by `another-name: …` before it."
+                f"two effects are named {each.name!r}: of {effects[each.name].origin} and of {each.origin}. Rename "
+                f"one: a file's effect by its function, an expression by `another-name: …` before it."
             )
             raise LutgenError(message)
-        found[each.name] = each
-    return {each.name: each for each in sorted(found.values(), key=chain_order)}
+        effects[each.name] = each
+    return {each.name: each for each in sorted(effects.values(), key=chain_order)}
 
 
 def load_file(path: str | Path) -> tuple[Effect, ...]:
@@ -94,22 +94,22 @@ def load_file(path: str | Path) -> tuple[Effect, ...]:
     """
     name = _module_name(path)
     module = sys.modules.get(name) or _run(name, path)
-    found = {name: value for name, value in vars(module).items() if _declared_in(value, module.__name__)}
+    declared = {name: value for name, value in vars(module).items() if _declared_in(value, module.__name__)}
     refusals = [
         f"{each.name!r} is a built-in effect. Rename the function."
-        for each in found.values()
+        for each in declared.values()
         if each.name in catalogue()
     ]
-    if not found:
+    if not declared:
         refusals = ["declares no effect. Put the decorator `@effect(stage=…, …)` of lutgen.effects on a function."]
     if refusals:
         del sys.modules[module.__name__]
         raise LutgenError(f"{path}: {refusals[0]}")
-    for attribute, each in found.items():
+    for attribute, each in declared.items():
         # Several effects in a file tell their mechanisms apart in their own docstrings.
-        text = (len(found) > 1 and each.function.__doc__) or each.text
+        text = (len(declared) > 1 and each.function.__doc__) or each.text
         setattr(module, attribute, replace(each, origin=str(path), text=text))
-    return tuple(sorted((getattr(module, attribute) for attribute in found), key=chain_order))
+    return tuple(sorted((getattr(module, attribute) for attribute in declared), key=chain_order))
 
 
 def installed() -> tuple[Effect, ...]:
@@ -121,18 +121,18 @@ def installed() -> tuple[Effect, ...]:
         A package's entry point cannot be loaded, or is no effect.
 
     """
-    found = {}
+    effects = {}
     for point in sorted(entry_points(group=GROUP), key=lambda point: (_distribution(point), point.name)):
         for each in _effects_of(point):
             if each.name in catalogue():
                 message = f"{_whose(point)}: {each.name!r} is a built-in effect. Ask its authors to rename it."
                 raise LutgenError(message)
-            found[each.name] = replace(each, origin=_distribution(point))
-    return tuple(sorted(found.values(), key=chain_order))
+            effects[each.name] = replace(each, origin=_distribution(point))
+    return tuple(sorted(effects.values(), key=chain_order))
 
 
 def recall(name: str, origin: str) -> Effect:
-    """Find the effect of a name and an origin again, as a saved model or a worker process names it.
+    """Find an effect by name and origin, as a saved model or a worker process names it.
 
     Raises
     ------
@@ -143,19 +143,19 @@ def recall(name: str, origin: str) -> Effect:
     from lutgen.effects.expression import parse
 
     if origin == "built-in":
-        found: dict[str, Effect] = catalogue()
+        known: dict[str, Effect] = catalogue()
     elif origin.startswith(CODE):
         message = f"effect {name!r} was declared by a running program ({origin}). Put it into a file of its own."
         raise LutgenError(message)
     elif origin.endswith(".py"):
-        found = {each.name: each for each in load_file(origin)}
+        known = {each.name: each for each in load_file(origin)}
     else:
         packages = {each.name: each for each in installed() if each.origin.split()[:1] == origin.split()[:1]}
-        found = packages or {each.name: each for each in (parse(origin),)}
-    if name not in found:
-        message = f"{origin}: {pick_one('effect', name, found)}"
+        known = packages or {each.name: each for each in (parse(origin),)}
+    if name not in known:
+        message = f"{origin}: {pick_one('effect', name, known)}"
         raise LutgenError(message)
-    return found[name]
+    return known[name]
 
 
 def _module_name(path: str | Path) -> str:
@@ -176,7 +176,7 @@ def _module_name(path: str | Path) -> str:
 
 
 class _Loader(SourceFileLoader):
-    """Runs the file as it stands: no bytecode is written beside it, and none that is out of date is read."""
+    """Imports the file from its source: bytecode is neither written beside it nor read."""
 
     def get_code(self, fullname: str) -> Any:  # noqa: ARG002 - importlib's interface
         return self.source_to_code(self.get_data(self.path), self.path)
@@ -212,7 +212,7 @@ def what_was_raised(error: BaseException, file: str) -> str:
 
 
 def _sentence(error: BaseException, file: str) -> str:
-    """Tell what a module raised: a refused declaration as it is, anything else with the advice to look there."""
+    """Describe what a module raised: a refused declaration as it is, another error with its line in the file."""
     told = what_was_raised(error, file)
     return told if isinstance(error, LutgenError) else f"cannot be loaded: {told}. Run it with Python to see more."
 
@@ -231,11 +231,11 @@ def _effects_of(point: EntryPoint) -> tuple[Effect, ...]:
         message = f"{_whose(point)}: {what_was_raised(error, '')}. Update, mend or uninstall the package."
         raise LutgenError(message) from None
     values = (loaded,) if isinstance(loaded, Effect) else vars(loaded).values() if hasattr(loaded, "__dict__") else ()
-    found = tuple(value for value in values if isinstance(value, Effect) and value.origin != "built-in")
-    if not found:
+    effects = tuple(value for value in values if isinstance(value, Effect) and value.origin != "built-in")
+    if not effects:
         message = f"{_whose(point)}: {point.value} holds no effect. Update, mend or uninstall the package."
         raise LutgenError(message)
-    return found
+    return effects
 
 
 def _distribution(point: EntryPoint) -> str:

@@ -1,4 +1,4 @@
-"""Readings and parameters to try an effect on: synthetic, seeded, and hard on careless formulas.
+"""Synthetic readings and parameters, seeded, on which the contract of an effect is tried: extremes included.
 
 Blacks, primaries, greys and mixtures at hours from 0 to 18 000, under every condition: at the centre and in the
 corners, dark and lit, cold and warm (where the minutes are infinite), small windows on bright surrounds.
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from lutgen.effects.declare import Effect
 
     #: Sends a reading through an effect with some values of its parameters.
-    Applied = Callable[[Effect, "Reading", Mapping[str, float]], Array]
+    Applied = Callable[[Effect, "ProbeReading", Mapping[str, float]], Array]
 
-#: Readings of a probe; neither 1 nor 3 nor 4, which would broadcast by accident.
+#: Readings of a probe. The number is not 1, 3 or 4: a wrong formula would broadcast with those and stay unnoticed.
 READINGS = 48
 
 #: Sets of tips that are sent through at once: what the fits do to find how readings depend on the tips.
@@ -48,7 +48,7 @@ _FRESH_TIPS = 250.0 * np.array([LINEAR_TO_XYZ.sum(axis=1), *LINEAR_TO_XYZ.T])
 
 
 @dataclass(frozen=True)
-class Reading:
+class ProbeReading:
     """What an effect is given: the signal of its stage for some readings, and their scene."""
 
     signal: Array
@@ -56,7 +56,7 @@ class Reading:
 
 
 @cache
-def readings(stage: str, *, at_rest: bool = False) -> Reading:
+def readings(stage: str, *, at_rest: bool = False) -> ProbeReading:
     """Return ``READINGS`` readings under all conditions, or under the reference ones; arrays are read-only."""
     random = np.random.default_rng(3)
     corners = np.array(list(product((0.0, 1.0), repeat=3)))
@@ -76,7 +76,7 @@ def readings(stage: str, *, at_rest: bool = False) -> Reading:
     signal = _signal(stage, scene)
     for array in (signal, *arrays(scene).values()):
         array.flags.writeable = False
-    return Reading(signal, scene)
+    return ProbeReading(signal, scene)
 
 
 def _signal(stage: str, scene: Scene) -> Array:
@@ -99,32 +99,32 @@ def arrays(scene: Scene) -> dict[str, Array]:
     return {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
 
 
-def copied(reading: Reading) -> Reading:
+def copied(reading: ProbeReading) -> ProbeReading:
     """Return a reading in arrays of its own, which may be written."""
     own: dict[str, Any] = {name: array.copy() for name, array in arrays(reading.scene).items()}
-    return Reading(reading.signal.copy(), replace(reading.scene, **own))
+    return ProbeReading(reading.signal.copy(), replace(reading.scene, **own))
 
 
-def some(reading: Reading, rows: slice, stage: str) -> Reading:
+def some(reading: ProbeReading, rows: slice, stage: str) -> ProbeReading:
     """Return the readings of ``rows`` alone."""
     scene: dict[str, Any] = {
         name: array[..., rows, :] if array.shape[-2] > 1 else array for name, array in arrays(reading.scene).items()
     }
     signal = reading.signal[..., rows, :, :] if stage == "emission" else reading.signal[..., rows, :]
-    return Reading(signal, replace(reading.scene, **scene))
+    return ProbeReading(signal, replace(reading.scene, **scene))
 
 
-def at_once(reading: Reading) -> Reading:
+def at_once(reading: ProbeReading) -> ProbeReading:
     """Return ``TIPS_AT_ONCE`` versions along a leading axis: other tips, hence another white; the same scene else."""
     factors = np.linspace(0.9, 1.1, TIPS_AT_ONCE)
     signal = np.multiply.outer(factors, reading.signal)
-    return Reading(signal, replace(reading.scene, white=np.multiply.outer(factors, reading.scene.white)))
+    return ProbeReading(signal, replace(reading.scene, white=np.multiply.outer(factors, reading.scene.white)))
 
 
-def with_column(reading: Reading, column: str, values: Array) -> Reading:
+def with_column(reading: ProbeReading, column: str, values: Array) -> ProbeReading:
     """Return the readings with another value of one column each."""
     changed: dict[str, Any] = {column: values}
-    return Reading(reading.signal, replace(reading.scene, **changed))
+    return ProbeReading(reading.signal, replace(reading.scene, **changed))
 
 
 def other_values(column: str) -> Array:
@@ -182,6 +182,6 @@ def reacts(effect: Effect, column: str, apply: Applied, *, at_rest: bool) -> boo
     )
 
 
-def _apply(effect: Effect, reading: Reading, values: Mapping[str, float]) -> Array:
+def _apply(effect: Effect, reading: ProbeReading, values: Mapping[str, float]) -> Array:
     given = copied(reading)
     return effect.function(given.signal, given.scene, **values)

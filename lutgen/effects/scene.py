@@ -1,4 +1,4 @@
-"""``Scene``: all that an effect may know of a reading besides the signal that passes."""
+"""``Scene``: all that an effect may know of a reading besides the signal."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: What is meant where nothing is said: most displays on desks.
+#: The class of a display whose readings state none: most desktop displays belong to it.
 DEFAULT_CLASS = "white-led"
 
 #: Class → pattern of the words that name it, the first that fits.
@@ -40,15 +40,15 @@ _WORDS = {
     "white-led": r"w.?led|white.{0,3}led|led|edge.?lit",
 }
 
-#: Smallest share of a primary's X + Y + Z that X, Y or Z is taken to have: no light has less.
+#: Smallest share of a primary's X + Y + Z that each of X, Y and Z is given: no real light has less.
 _LEAST = 1e-5
 
 #: Pass bands of the colour filters: lower edge, upper edge, width of the edges (nm), floor.
 _FILTERS = ((590.0, 900.0, 6.0, 0.008), (488.0, 592.0, 9.0, 0.018), (300.0, 486.0, 7.0, 0.003))
 
 
-class _Light(NamedTuple):
-    """Typical spectra of a class: of what wears, first what wears most; of what does not; and of the filters (3, 81).
+class _ClassLight(NamedTuple):
+    """Typical spectra of a class: the wearing parts, fastest first; the stable part; and the filters (3, 81).
 
     Without filters each part is a primary's emitter, in the order of ``emitters``.
     """
@@ -85,11 +85,11 @@ def _filters() -> Array:
     return np.asarray(floor + (1.0 - floor) * band)
 
 
-def _lights() -> dict[str, _Light]:
+def _lights() -> dict[str, _ClassLight]:
     """Typical spectra; the areas give white near D65 behind the filters."""
     floor = np.full(WAVELENGTHS.size, 1e-5)  # light at every wavelength, so that any correction finds some
     return {
-        "ccfl": _Light(
+        "ccfl": _ClassLight(
             {
                 "blue phosphor (BAM)": _bell(450.0, 40.0, 64.0, 1.0),
                 "green phosphor (Tb)": _lines(10.0, (490.0, 0.18), (544.0, 0.80), (585.0, 0.16), (620.0, 0.06)),
@@ -99,14 +99,14 @@ def _lights() -> dict[str, _Light]:
             },
             floor + _lines(8.0, (404.7, 0.02), (435.8, 0.06), (546.1, 0.05), (578.0, 0.015)),
         ),
-        "white-led": _Light(
+        "white-led": _ClassLight(
             {
                 "yellow phosphor (YAG)": _bell(545.0, 70.0, 130.0, 2.6),
                 "blue chip": _bell(450.0, 18.0, 24.0, 1.0),
             },
             floor,
         ),
-        "rgb-led": _Light(
+        "rgb-led": _ClassLight(
             {
                 "blue chip": _bell(458.0, 20.0, 26.0, 1.0),
                 "green chip": _bell(527.0, 32.0, 40.0, 1.4),
@@ -114,7 +114,7 @@ def _lights() -> dict[str, _Light]:
             },
             floor,
         ),
-        "oled": _Light(
+        "oled": _ClassLight(
             {
                 "blue emitter": _bell(461.0, 20.0, 36.0, 1.0),
                 "green emitter": _bell(528.0, 30.0, 46.0, 1.0),
@@ -127,7 +127,7 @@ def _lights() -> dict[str, _Light]:
 
 
 @cache
-def _light_of(display_class: str) -> _Light:
+def _light_of(display_class: str) -> _ClassLight:
     lights = _lights()
     if display_class not in lights:
         raise pick_one("display class", display_class, lights)
@@ -228,7 +228,7 @@ def mapped(xyz: Array, maps: Array) -> Array:
 
 
 def of_scene(light: SpectralDisplay | None, who: str) -> SpectralDisplay:
-    """Return a scene's light, or refuse: an effect that acts by wavelength does not guess a display."""
+    """Return the light of a scene. Raises LutgenError if it is unknown: an effect on wavelengths needs a display."""
     if light is None:
         message = f"{who} acts on the display's spectra, and the scene has none. Give it light=SpectralDisplay.of(…)."
         raise LutgenError(message)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay, DisplayModel
-    from lutgen.pictures.curve import Curve
+    from lutgen.pictures.difference import DifferenceCurve
     from lutgen.pictures.distinct import Colours
 
 #: Kind of a table → the direction of ``lutgen build``.
@@ -34,7 +34,7 @@ class Showing:
         self._model: DisplayModel | None = None
         self._sampler = Sampler()
         self._colours: Colours | None = None
-        self._curves: dict[str, Curve] = {}
+        self._curves: dict[str, DifferenceCurve] = {}
 
     def idle(self) -> bool:
         """Nothing is done unasked."""
@@ -78,9 +78,9 @@ class Showing:
 
     def difference(self, mode: str, hours: float) -> dict[str, float | None]:
         """Measure the whole image as ``lutgen lifetime`` does: at an hour, and the hours until it passes 3 and 5."""
-        from lutgen.pictures.curve import curves_of
-        from lutgen.pictures.difference import few_threads
+        from lutgen.pictures.difference import curves_of
         from lutgen.pictures.lifetime import TOLERANCES
+        from lutgen.pictures.threads import few_threads
 
         if mode not in AGING_MODES:
             raise pick_one("mode", mode, AGING_MODES)

@@ -15,10 +15,10 @@ from lutgen.merge.merging import Merged, Merging, merge
 __all__ = ["Merged", "Merging", "merge"]
 
 
-class _Callable(ModuleType):
+class _MergePackage(ModuleType):
     """Keeps ``lutgen.merge(…)`` working: importing this package replaces the function of that name by the package."""
 
     __call__ = staticmethod(merge)
 
 
-sys.modules[__name__].__class__ = _Callable
+sys.modules[__name__].__class__ = _MergePackage

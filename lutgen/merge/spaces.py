@@ -117,24 +117,24 @@ def add_aged(config: Any, names: AgedNames, *, source: str, onto: Sequence[str],
     """
     lib = ocio()
     table = lib.FileTransform(src=lut, interpolation=lib.INTERP_TETRAHEDRAL)
-    said = f"The code values of {source} as the aged display shows them, on a viewer that is not aged."
+    description = f"The code values of {source} as the aged display shows them, on a viewer that is not aged."
     _free(names.space, space_names(config), "colour space")
     aged = lib.ColorSpace(
         referenceSpace=lib.REFERENCE_SPACE_SCENE,
         name=names.space,
         family="lutgen",
         bitDepth=lib.BIT_DEPTH_F32,
-        description=said,
+        description=description,
     )
     steps = [*_from_reference(lib, config.getColorSpace(source)), table]
     aged.setTransform(lib.GroupTransform(steps), lib.COLORSPACE_DIR_FROM_REFERENCE)
     config.addColorSpace(aged)
     _free(names.look, config.getLookNames(), "look")
-    config.addLook(lib.Look(name=names.look, processSpace=source, description=said, transform=table))
+    config.addLook(lib.Look(name=names.look, processSpace=source, description=description, transform=table))
     if config.getMajorVersion() >= 2:
         _free(names.named, config.getNamedTransformNames(), "named transform")
         config.addNamedTransform(
-            lib.NamedTransform(name=names.named, family="lutgen", description=said, forwardTransform=table)
+            lib.NamedTransform(name=names.named, family="lutgen", description=description, forwardTransform=table)
         )
     for display in onto:
         _free(names.view, config.getViews(display), f"view of {display}")

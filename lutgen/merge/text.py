@@ -76,8 +76,8 @@ def _parts(lines: Sequence[str], section: str) -> list[list[str]]:
 
 
 def _name(part: Sequence[str]) -> str:
-    found = re.search(r"name: (.*)", "\n".join(part))
-    return found[1].strip("\"'") if found else ""
+    match = re.search(r"name: (.*)", "\n".join(part))
+    return match[1].strip("\"'") if match else ""
 
 
 def _with_parts(lines: Sequence[str], section: str, parts: Sequence[Sequence[str]]) -> list[str]:
@@ -110,7 +110,7 @@ def _with_view(lines: Sequence[str], display: str, aged: AgedNames) -> list[str]
 
 def _with_active(lines: Sequence[str], views: Sequence[str]) -> list[str] | None:
     """Return the lines with views added to active_views; None where the config lists those on several lines."""
-    found = list(lines)
+    changed = list(lines)
     for place, line in enumerate(lines):
         if line.startswith("active_views:"):
             head, bracket, rest = line.rpartition("]")
@@ -118,5 +118,5 @@ def _with_active(lines: Sequence[str], views: Sequence[str]) -> list[str] | None
                 return None
             inside = head.partition("[")[2].strip()
             if inside:
-                found[place] = f"{head.rstrip(', ')}, {', '.join(views)}]{rest}"
-    return found
+                changed[place] = f"{head.rstrip(', ')}, {', '.join(views)}]{rest}"
+    return changed

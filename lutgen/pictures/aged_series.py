@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from lutgen.colorimetry import linear_to_code
 from lutgen.errors import LutgenError, pick_one
 from lutgen.names import AGING_MODES, SOURCES
-from lutgen.pictures.area_means import Grid, light_means, whole_factor
 from lutgen.pictures.blocks import open_blocks
-from lutgen.pictures.curve import Curve, curves_of
+from lutgen.pictures.difference import DifferenceCurve, curves_of
 from lutgen.pictures.distinct import count_colours
+from lutgen.pictures.frame import Grid, light_means, whole_factor
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -64,7 +64,7 @@ class AgedSeries:
     factor: int
     pixels: int
     colours: int
-    curves: dict[str, Curve]
+    curves: dict[str, DifferenceCurve]
 
     @property
     def hours(self) -> list[float]:

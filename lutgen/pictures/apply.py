@@ -8,7 +8,6 @@ un-aged one alike.
 
 from __future__ import annotations
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -21,9 +20,9 @@ from lutgen.errors import LutgenError, pick_one
 from lutgen.files import check_name, replacing
 from lutgen.names import SOURCES
 from lutgen.pictures.encoding import NotFiniteError
-from lutgen.pictures.engines import Unaged, engine_for
+from lutgen.pictures.engines import Shader, TableShader, Unaged, engine_for, shader_for
 from lutgen.pictures.images import Target, format_of_suffix, open_source
-from lutgen.pictures.shading import Shader, TableShader, shader_for
+from lutgen.pictures.threads import threads
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -32,11 +31,11 @@ if TYPE_CHECKING:
     from lutgen.display import AgedDisplay
     from lutgen.pictures.encoding import Stored
     from lutgen.pictures.engines import Engine
-    from lutgen.pictures.images import Source
+    from lutgen.pictures.images import ImageSource
 
 
 @dataclass(frozen=True)
-class Applied:
+class AppliedImage:
     """One aged image.
 
     Attributes
@@ -71,7 +70,7 @@ def apply_to_image(
     side_by_side: bool = False,
     source: str = "auto",
     force: bool = False,
-) -> Applied:
+) -> AppliedImage:
     """Write what ``image`` looks like on an aged display.
 
     Parameters
@@ -126,7 +125,7 @@ def apply_to_images(
     source: str = "auto",
     force: bool = False,
     progress: Callable[[int, int], None] = lambda _done, _total: None,
-) -> list[Applied]:
+) -> list[AppliedImage]:
     """Age several images, given with their outputs: all of them are written, or none.
 
     ``progress`` is called with the rows done and the rows in all. Otherwise as :func:`apply_to_image`.
@@ -141,7 +140,7 @@ def apply_to_images(
             Target(opened, format_of_suffix(output), wide=side_by_side)
             _check_turned(opened, side_by_side=side_by_side)
             rows.append(opened.height)
-    done: list[Applied] = []
+    done: list[AppliedImage] = []
     with ExitStack() as stack:
         for number, (image, output) in enumerate(pairs):
             before = sum(rows[:number])
@@ -149,16 +148,16 @@ def apply_to_images(
             with open_source(image, source) as opened:
                 target = Target(opened, format_of_suffix(output), wide=side_by_side)
                 with target.open(partial):
-                    work = _Work(opened, target, engine, side_by_side=side_by_side)
+                    work = _ImageWork(opened, target, engine, side_by_side=side_by_side)
                     work.run(lambda row, before=before: progress(before + row, sum(rows)))  # type: ignore[misc]
                 done.append(work.applied(output))
     return done
 
 
-class _Work:
+class _ImageWork:
     """One image from source to target."""
 
-    def __init__(self, source: Source, target: Target, engine: Engine, *, side_by_side: bool) -> None:
+    def __init__(self, source: ImageSource, target: Target, engine: Engine, *, side_by_side: bool) -> None:
         self._source, self._target = source, target
         self._shader = shader_for(source.storage, target.storage, engine)
         self._unaged = Shader(source.storage, target.storage, Unaged(target.storage.encoding)) if side_by_side else None
@@ -168,8 +167,7 @@ class _Work:
     def run(self, progress: Callable[[int], None]) -> None:
         """Read the next band and write the last one while this one is aged."""
         bands = self._source.bands()
-        threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        with ThreadPoolExecutor(2) as files, ThreadPoolExecutor(threads) as workers:
+        with ThreadPoolExecutor(2) as files, ThreadPoolExecutor(threads()) as workers:
             reading = files.submit(self._source.read, *bands[0])
             writing: Future[None] | None = None
             for band, following in zip(bands, [*bands[1:], None], strict=True):
@@ -184,11 +182,11 @@ class _Work:
             if writing:
                 writing.result()
 
-    def applied(self, output: Path) -> Applied:
+    def applied(self, output: Path) -> AppliedImage:
         """Sum up."""
         source = self._source
         pixels = source.width * source.height
-        return Applied(
+        return AppliedImage(
             file=str(source.path),
             output=str(output),
             width=int(self._target.spec.width),
@@ -250,7 +248,7 @@ def _check_output(image: Path, output: Path, *, force: bool) -> None:
             raise LutgenError(f"{output}: exists already. Choose another name with -o, or replace it with --force.")
 
 
-def _check_turned(source: Source, *, side_by_side: bool) -> None:
+def _check_turned(source: ImageSource, *, side_by_side: bool) -> None:
     if side_by_side and source.sideways:
         message = f"{source.path}: is stored on its side (Orientation): its rows have no left and right. Turn it first."
         raise LutgenError(message)

@@ -18,17 +18,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.colorimetry import CHUNK, delta_e_2000
-from lutgen.display import what_pictures_carry
+from lutgen.display import seen_on, what_pictures_carry
 from lutgen.display.hours import MAX_HOURS
 from lutgen.errors import LutgenError, pick_one
 from lutgen.names import AGING_MODES, SOURCES
-from lutgen.pictures.contrast import Contrast, check_loss, contrast_of
-from lutgen.pictures.difference import shown_lab, threads
+from lutgen.pictures.contrast import Contrast, check_loss, contrast_of, rings_of
+from lutgen.pictures.difference import shown_lab
 from lutgen.pictures.field import code_of, read_field
-from lutgen.pictures.nuclei import segment
-from lutgen.pictures.nuclei_mask import read_mask
-from lutgen.pictures.rings import rings_of
-from lutgen.pictures.schema import seen_on
+from lutgen.pictures.nuclei import read_mask, segment
+from lutgen.pictures.threads import threads
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -38,9 +36,9 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay, DisplayModel
+    from lutgen.pictures.contrast import Rings
     from lutgen.pictures.field import Field
     from lutgen.pictures.nuclei import Nuclei
-    from lutgen.pictures.rings import Rings
 
 #: Loss of ΔE2000 in per cent whose share of nuclei is told.
 LOSS = 10.0
@@ -181,43 +179,43 @@ def nuclei(
     displays = [model.at(mode, hour) for mode, hour in product(modes, chosen)]
     field = read_field(image, source)
     if mask is None:
-        found = segment(field, stain=stain or "auto", min_area=min_area)
+        segmented = segment(field, stain=stain or "auto", min_area=min_area)
     else:
-        found = read_mask(mask, field, min_area=min_area)
-    found, rings, ringless = rings_of(found, field.visible)
-    if not found.count:
+        segmented = read_mask(mask, field, min_area=min_area)
+    segmented, rings, ringless = rings_of(segmented, field.visible)
+    if not segmented.count:
         message = (
             f"{image}: no nucleus (of {ringless}) has room around it for a ring of {rings.width} pixels. Give a mask "
             "in which nuclei are apart."
         )
         raise LutgenError(message)
-    means = _Means(field, found, rings)
+    means = _Means(field, segmented, rings)
     unaged = means.apart(model.at("stable", 0.0))
-    aged = np.empty((len(displays), found.count))
+    aged = np.empty((len(displays), segmented.count))
     with ThreadPoolExecutor(threads()) as workers:
         for done, row in enumerate(workers.map(means.apart, displays)):
             aged[done] = row
             progress(done + 1, len(displays))
-    by_mode = aged.reshape(len(modes), len(chosen), found.count)
+    by_mode = aged.reshape(len(modes), len(chosen), segmented.count)
     contrasts = {mode: contrast_of(unaged, part, loss) for mode, part in zip(modes, by_mode, strict=True)}
     return Conspicuity(
-        field, found, rings, ringless, len(means.colours), np.array(chosen), float(loss), contrasts, model
+        field, segmented, rings, ringless, len(means.colours), np.array(chosen), float(loss), contrasts, model
     )
 
 
 class _Means:
     """Mean Lab of nuclei and rings on any display, from their distinct colours."""
 
-    def __init__(self, field: Field, found: Nuclei, rings: Rings) -> None:
+    def __init__(self, field: Field, segmented: Nuclei, rings: Rings) -> None:
         from scipy import sparse
 
         # Rings follow the nuclei: rows 0..n−1 and n..2n−1.
-        part = np.where(rings.labels > 0, rings.labels + found.count, np.maximum(found.labels, 0))
+        part = np.where(rings.labels > 0, rings.labels + segmented.count, np.maximum(segmented.labels, 0))
         within = part > 0
         self.colours, colour = np.unique(field.keys[within], return_inverse=True)
         rows: NDArray[np.int32] = part[within] - 1
         counts = sparse.coo_matrix(
-            (np.ones(rows.size), (rows, colour.ravel())), shape=(2 * found.count, len(self.colours))
+            (np.ones(rows.size), (rows, colour.ravel())), shape=(2 * segmented.count, len(self.colours))
         ).tocsr()
         self._shares = sparse.diags_array(1.0 / np.bincount(rows)) @ counts
 

@@ -10,25 +10,22 @@ first hour is no aging. With the paper's model and the reference ``relative`` it
 
 from __future__ import annotations
 
-import os
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
-from contextvars import ContextVar
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lutgen.colorimetry import CHUNK, delta_e_2000, linear_to_lab, xyz_to_linear
+from lutgen.pictures.threads import threads
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Sequence
 
     from lutgen.colorimetry import Array
-    from lutgen.display import AgedDisplay
+    from lutgen.display import AgedDisplay, DisplayModel
     from lutgen.display.chain import Link
-
-#: Threads that the work in hand may use; 0: one a core.
-_FEW = ContextVar("lutgen_threads", default=0)
+    from lutgen.pictures.distinct import Colours, Counts
 
 
 def differences(
@@ -85,17 +82,146 @@ def shown_lab(xyz: Array) -> Array:
     return linear_to_lab(np.clip(linear, 0.0, 1.0, out=linear))
 
 
-def threads() -> int:
-    """Return the threads to use: those of :func:`few_threads`, else the cores that this process may use."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return _FEW.get() or cores
+#: Statistic → what it is, for reports; in this order.
+STATISTICS = {
+    "mean": "mean over all pixels",
+    "max": "mean + 2 standard deviations: the paper's Max",
+    "p95": "95 % of the pixels are at most this different",
+    "p99": "99 % of the pixels are at most this different",
+    "largest": "the largest of all pixels",
+}
+
+#: Differences in memory at a time (128 MB): a group of displays has this number over the number of colours.
+HELD = 1 << 24
+
+#: Bins in which a quantile is looked for, before the values in its bin are sorted.
+_BINS = 4096
 
 
-@contextmanager
-def few_threads(count: int) -> Iterator[None]:
-    """Use so many threads inside, since others share the cores; 0: one a core."""
-    before = _FEW.set(count)
-    try:
-        yield
-    finally:
-        _FEW.reset(before)
+@dataclass(frozen=True)
+class DifferenceCurve:
+    """ΔE2000 of an image in one mode, at increasing hours from 0; every array has shape (h,).
+
+    Attributes
+    ----------
+    hours
+        Operating hours.
+    mean, sd
+        Over all pixels.
+    p95, p99
+        The smallest ΔE2000 that at least 95 %, and 99 %, of the pixels do not exceed.
+    largest
+        Of all pixels.
+
+    """
+
+    hours: Array
+    mean: Array
+    sd: Array
+    p95: Array
+    p99: Array
+    largest: Array
+
+    @property
+    def max(self) -> Array:
+        """The paper's Max: mean + 2 standard deviations."""
+        return self.mean + 2.0 * self.sd
+
+    def hours_until(self, statistic: str, tolerance: float) -> float | None:
+        """Hours until a statistic first reaches ``tolerance``, linear between the curve's hours; None: never."""
+        values: Array = getattr(self, statistic)
+        reached = values >= tolerance
+        if not reached.any():
+            return None
+        after = int(np.argmax(reached))
+        if after == 0:
+            return float(self.hours[0])
+        share = (tolerance - values[after - 1]) / (values[after] - values[after - 1])
+        return float(self.hours[after - 1] + share * (self.hours[after] - self.hours[after - 1]))
+
+
+def curves_of(
+    colours: Colours,
+    model: DisplayModel,
+    modes: Sequence[str],
+    hours: Sequence[float],
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
+) -> dict[str, DifferenceCurve]:
+    """Return the curve of each mode.
+
+    The work is that of one image of ``len(colours)`` pixels; memory does not grow with hours or modes.
+
+    Parameters
+    ----------
+    colours
+        Distinct colours of an image.
+    model, modes, hours
+        The display, and how it is seen; hours in increasing order.
+    progress
+        Called with the differences computed and those in all.
+
+    Raises
+    ------
+    LutgenError
+        Hours outside the measured span or the luminance law's.
+
+    """
+    unaged = model.at("stable", 0.0)
+    displays = [model.at(mode, hour) for mode in modes for hour in hours]
+    group = max(HELD // len(colours), 1)
+    rows: list[tuple[float, ...]] = []
+    for first in range(0, len(displays), group):
+        some = displays[first : first + group]
+
+        def report(done: int, size: int, first: int = first, share: int = len(some)) -> None:
+            progress(first * size + share * done, len(displays) * size)
+
+        rows += [
+            statistics(values, colours.counts)
+            for values in differences(colours.code, len(colours), unaged, some, report)
+        ]
+    table = np.array(rows).reshape(len(modes), len(hours), -1)
+    return {mode: DifferenceCurve(np.array(hours), *part.T) for mode, part in zip(modes, table, strict=True)}
+
+
+def statistics(values: Array, counts: Counts) -> tuple[float, float, float, float, float]:
+    """Mean, standard deviation, 95 % and 99 % quantile, and largest of values that occur so often; (n,) and (n,).
+
+    To the last bit the same when all counts are multiplied by a number.
+    """
+    total = int(counts.sum())
+    parts = [slice(start, start + CHUNK) for start in range(0, len(values), CHUNK)]
+    mean = sum(float((values[part] * (counts[part] / total)).sum()) for part in parts)
+    square = sum(float(((values[part] - mean) ** 2 * (counts[part] / total)).sum()) for part in parts)
+    largest = float(values.max())
+    # Rounding of the sum must not bring the mean of equal values above them.
+    return (
+        min(mean, largest),
+        square**0.5,
+        quantile(values, counts, 95),
+        quantile(values, counts, 99),
+        largest,
+    )
+
+
+def quantile(values: Array, counts: Counts, percent: int) -> float:
+    """The smallest value that at least ``percent`` of all do not exceed; values ≥ 0, (n,), occur ``counts`` times."""
+    total, largest = int(counts.sum()), float(values.max())
+    if values.min() == largest:
+        return largest
+    scale = (_BINS - 1) / largest
+    held = np.zeros(_BINS)
+    for start in range(0, len(values), CHUNK):
+        part = slice(start, start + CHUNK)
+        held += np.bincount((values[part] * scale).astype(np.intp), counts[part], _BINS)
+    below = np.concatenate([[0.0], np.cumsum(held)])
+    place = int(np.argmax(below[1:] * 100.0 >= total * float(percent)))
+    inside = np.concatenate(
+        [
+            start + np.flatnonzero((values[start : start + CHUNK] * scale).astype(np.intp) == place)
+            for start in range(0, len(values), CHUNK)
+        ]
+    )
+    inside = inside[np.argsort(values[inside], kind="stable")]
+    reached = (below[place] + np.cumsum(counts[inside])) * 100.0 >= total * float(percent)
+    return float(values[inside[int(np.argmax(reached))]])

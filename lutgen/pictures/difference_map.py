@@ -18,18 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.bindings import oiio
-from lutgen.display import what_pictures_carry
+from lutgen.display import seen_on, what_pictures_carry
 from lutgen.errors import LutgenError, pick_one
 from lutgen.files import check_name, replacing
 from lutgen.names import AGING_MODES, MAP_SUFFIXES, SIGNAL, SOURCES
-from lutgen.pictures.area_means import AreaMeans, Grid, whole_factor
 from lutgen.pictures.blocks import open_blocks
-from lutgen.pictures.curve import statistics
-from lutgen.pictures.difference import differences
+from lutgen.pictures.difference import differences, statistics
 from lutgen.pictures.distinct import count_colours
 from lutgen.pictures.encoding import Decoder
+from lutgen.pictures.frame import AreaMeans, Grid, whole_factor
 from lutgen.pictures.lifetime import binning_error
-from lutgen.pictures.schema import seen_on
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -65,7 +63,7 @@ class DifferenceMap:
         The most that a statistic is off because colours were counted in bins, as in ``lifetime``; 0: exact. The maps
         themselves are exact.
     mean, sd, p95, p99, largest
-        As in ``Curve``.
+        As in ``DifferenceCurve``.
     shown
         The map for people, (h, w): means over ``factor`` × ``factor`` pixels; NaN where there is nothing to see.
     factor
@@ -184,10 +182,10 @@ def difference_map(
         with ExitStack() as stack:
             writers = [stack.enter_context(_floats(file, blocks)) for file in files]
             for place, stored in blocks.read(lambda done, total: progress(500 + 500 * done // total, 1000)):
-                found = _of_block(find, stored, blocks.storage)
-                means.add(place, found[..., np.newaxis].astype(np.float64), np.isfinite(found).astype(np.float64))
+                block = _of_block(find, stored, blocks.storage)
+                means.add(place, block[..., np.newaxis].astype(np.float64), np.isfinite(block).astype(np.float64))
                 for write in writers:
-                    write(place, found)
+                    write(place, block)
     mean, sd, p95, p99, largest = statistics(values, colours.counts)
     return DifferenceMap(
         file=str(image),
@@ -213,8 +211,8 @@ def _computed(unaged: AgedDisplay, aged: AgedDisplay, storage: Storage, stored: 
     """ΔE2000 of pixels, (n, channels) → (n,), each for itself."""
     planes, _ = Decoder(storage, SIGNAL)(stored)
     code = planes.T
-    (found,) = differences(code.__getitem__, len(code), unaged, [aged])
-    return np.asarray(found, np.float32)
+    (values,) = differences(code.__getitem__, len(code), unaged, [aged])
+    return np.asarray(values, np.float32)
 
 
 def _table_of(colours: Colours, values: Array) -> Singles:
@@ -236,10 +234,10 @@ def _of_block(find: Callable[[Stored], Singles], stored: Stored, storage: Storag
     if not storage.alpha or (flat[:, 3] != 0).all():
         return find(flat).reshape(stored.shape[:2])
     seen = flat[:, 3] != 0
-    found = np.full(len(flat), np.nan, np.float32)
+    values = np.full(len(flat), np.nan, np.float32)
     if seen.any():
-        found[seen] = find(flat[seen])
-    return found.reshape(stored.shape[:2])
+        values[seen] = find(flat[seen])
+    return values.reshape(stored.shape[:2])
 
 
 def _check_floats(path: Path, image: Path, *, force: bool) -> Path:

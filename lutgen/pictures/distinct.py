@@ -11,28 +11,24 @@ others count whole.
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
-from itertools import islice
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.errors import LutgenError
 from lutgen.names import SIGNAL
-from lutgen.pictures.difference import threads
+from lutgen.pictures.blocks import open_blocks
 from lutgen.pictures.encoding import Decoder, NotFiniteError
-from lutgen.pictures.images import open_source
-from lutgen.pictures.slides import SUFFIXES, open_slide
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable
     from pathlib import Path
 
     from lutgen.colorimetry import Array
+    from lutgen.pictures.blocks import Place
     from lutgen.pictures.encoding import Storage, Stored
 
 #: Distinct colours of images of more than 8 bits: 130 MB while they are sorted.
@@ -94,7 +90,7 @@ def count_colours(
     Parameters
     ----------
     path
-        PNG, JPEG, TIFF, EXR, or a slide (:data:`lutgen.pictures.slides.SUFFIXES`).
+        PNG, JPEG, TIFF, EXR, or a slide (:data:`lutgen.pictures.blocks.SUFFIXES`).
     source
         What the numbers are: ``auto``, ``signal`` or ``linear``, as for ``apply``.
     progress
@@ -106,51 +102,19 @@ def count_colours(
         A file that cannot be read to its end, a pixel that is NaN or infinite, or nothing but pixels of alpha 0.
 
     """
-    with _opened(path, source) as (storage, reads, workers):
+    with open_blocks(path, source) as blocks:
+        storage = blocks.storage
         exact = storage.dtype == np.uint8 and not storage.associated
         counter: _Exact | _Binned = _Exact(storage) if exact else _Binned(storage)
-        for done, stored in enumerate(_ahead(reads, workers)):
+        for place, stored in blocks.read(progress):
             try:
                 counter.add(_visible(stored.reshape(-1, storage.channels)))
             except NotFiniteError:
-                raise _not_finite(path, reads[done].args, stored) from None
-            progress(done + 1, len(reads))
+                raise _not_finite(path, place, stored) from None
     colours = counter.colours()
     if not len(colours):
         raise LutgenError(f"{path}: every pixel is transparent (alpha 0): there is nothing to see.")
     return colours
-
-
-class _Opened(NamedTuple):
-    storage: Storage
-    reads: list[partial[Stored]]
-    workers: int
-
-
-@contextmanager
-def _opened(path: Path, source: str) -> Iterator[_Opened]:
-    """Give an image's storage, what reads each of its blocks, and how many may be read at a time."""
-    if path.suffix.lower() in SUFFIXES:
-        with open_slide(path) as slide:
-            yield _Opened(slide.storage, [partial(slide.read, *corner) for corner in slide.regions()], threads())
-    else:
-        with open_source(path, source) as image:
-            yield _Opened(image.storage, [partial(image.read, *block) for block in image.blocks()], 1)
-
-
-def _ahead(reads: Sequence[partial[Stored]], workers: int) -> Iterator[Stored]:
-    """Give all blocks in turn, the next ones being read meanwhile; few are held at a time."""
-    with ThreadPoolExecutor(workers) as pool:
-        waiting, running = iter(reads), []
-        running += [pool.submit(read) for read in islice(waiting, workers + 1)]
-        try:
-            while running:
-                stored = running.pop(0).result()
-                running += [pool.submit(read) for read in islice(waiting, 1)]
-                yield stored
-        finally:
-            for each in running:
-                each.cancel()
 
 
 def _visible(stored: Stored) -> Stored:
@@ -161,14 +125,13 @@ def _visible(stored: Stored) -> Stored:
     return stored if visible.all() else stored[visible]
 
 
-def _not_finite(path: Path, place: tuple[Any, ...], stored: Stored) -> LutgenError:
-    first_row, _, left, _ = place
+def _not_finite(path: Path, place: Place, stored: Stored) -> LutgenError:
     bad = ~np.isfinite(stored).all(axis=2)
     if stored.shape[2] == 4:
         bad &= stored[..., 3] != 0
     row, column = np.argwhere(bad)[0]
     return LutgenError(
-        f"{path}: pixel ({left + column}, {first_row + row}) is NaN or infinite, which no display can show. "
+        f"{path}: pixel ({place.left + column}, {place.top + row}) is NaN or infinite, which no display can show. "
         "Repair the image first."
     )
 
@@ -201,10 +164,10 @@ def _squeezed(table: Counts) -> tuple[list[Keys], Counts]:
     keys, size = [], 0
     for start in range(0, len(table), _SLICE):
         part = table[start : start + _SLICE]
-        found = np.flatnonzero(part)
-        keys.append((found + start).astype(np.uint32))
-        table[size : size + len(found)] = part[found]
-        size += len(found)
+        places = np.flatnonzero(part)
+        keys.append((places + start).astype(np.uint32))
+        table[size : size + len(places)] = part[places]
+        size += len(places)
     few = table[:size].max(initial=0) < 1 << 32
     return keys, table[:size].astype(np.uint32 if few else np.int64)
 

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from lutgen.errors import LutgenError
 from lutgen.names import SIGNAL
+from lutgen.pictures.blocks import SUFFIXES
 from lutgen.pictures.encoding import Decoder, NotFiniteError
 from lutgen.pictures.images import open_source
-from lutgen.pictures.slides import SUFFIXES
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 #: Pixels of the largest field: 4096 × 4096, some ten thousand nuclei, half a minute and up to 2 GB on two cores.
 LIMIT = 1 << 24
 
-#: Whether something is so of each pixel, shape (rows, columns).
+#: A truth value for each pixel, shape (rows, columns).
 Mask = NDArray[np.bool_]
 
 
@@ -56,11 +56,11 @@ class Field:
 
     def rgb(self) -> NDArray[np.uint8]:
         """Code values in 8 bits, as a screen shows them, (rows, columns, 3); white where nothing is visible."""
-        made = np.full((*self.shape, 3), 255, np.uint8)
+        pixels = np.full((*self.shape, 3), 255, np.uint8)
         for channel, shift in enumerate((32, 16, 0)):
             level = (self.keys >> np.uint64(shift)) & np.uint64(0xFFFF)
-            made[..., channel][self.visible] = ((level + np.uint64(128)) // np.uint64(257))[self.visible]
-        return made
+            pixels[..., channel][self.visible] = ((level + np.uint64(128)) // np.uint64(257))[self.visible]
+        return pixels
 
 
 def code_of(keys: NDArray[np.uint64]) -> Array:

@@ -17,7 +17,7 @@ import numpy as np
 from lutgen.bindings import oiio
 from lutgen.colorimetry import SRGB_XY
 from lutgen.errors import LutgenError, pick_one, reason_of
-from lutgen.files import is_unicode, room, under_its_name
+from lutgen.files import free_bytes, is_unicode, under_its_name
 from lutgen.names import LINEAR, SIGNAL
 from lutgen.pictures.encoding import Storage
 from lutgen.pictures.integrity import is_whole
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Format:
+class ImageFormat:
     """A kind of image file.
 
     Attributes
@@ -61,20 +61,20 @@ class Format:
 
 
 FORMATS = (
-    Format(
+    ImageFormat(
         "png",
         (".png",),
         (b"\x89PNG\r\n\x1a\n",),
         {"uint8": "uint8", "uint16": "uint16", "half": "uint16", "float": "uint16"},
     ),
-    Format(
+    ImageFormat(
         "jpeg",
         (".jpg", ".jpeg"),
         (b"\xff\xd8\xff",),
         dict.fromkeys(("uint8", "uint16", "half", "float"), "uint8"),
         alpha=False,
     ),
-    Format(
+    ImageFormat(
         "tiff",
         (".tif", ".tiff"),
         (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"),
@@ -82,7 +82,7 @@ FORMATS = (
         tiles=True,
         lossless=("none", "lzw", "zip", "packbits"),
     ),
-    Format(
+    ImageFormat(
         "openexr",
         (".exr",),
         (b"\x76\x2f\x31\x01",),
@@ -118,10 +118,10 @@ _NOT_KEPT = ("oiio:", "tiff:", "jpeg:", "png:", "planarconfig", "textureformat",
 _COMPRESSION = ("compression", "compressionquality", "openexr:dwacompressionlevel")
 
 
-class Source:
+class ImageSource:
     """An open image: its storage and its bands of rows."""
 
-    def __init__(self, path: Path, image: Any, kind: Format, encoding: str) -> None:
+    def __init__(self, path: Path, image: Any, kind: ImageFormat, encoding: str) -> None:
         """Take an image that OpenImageIO has opened; raises LutgenError for pixels that cannot be aged."""
         self.path, self.format = path, kind
         self._image, self.spec = image, image.spec()
@@ -187,7 +187,7 @@ class Source:
 
 
 @contextmanager
-def open_source(path: Path, source: str = "auto") -> Iterator[Source]:
+def open_source(path: Path, source: str = "auto") -> Iterator[ImageSource]:
     """Open an image; ``source`` is ``auto``, ``SIGNAL`` or ``LINEAR``.
 
     Raises
@@ -209,7 +209,7 @@ def open_source(path: Path, source: str = "auto") -> Iterator[Source]:
 
 
 @contextmanager
-def _opened(path: Path, link: Path, kind: Format, source: str) -> Iterator[Source]:
+def _opened(path: Path, link: Path, kind: ImageFormat, source: str) -> Iterator[ImageSource]:
     lib = oiio()
     hint = lib.ImageSpec()
     hint.attribute("oiio:UnassociatedAlpha", 1)
@@ -219,7 +219,7 @@ def _opened(path: Path, link: Path, kind: Format, source: str) -> Iterator[Sourc
         (image or lib).geterror()
         raise _damaged(path)
     try:
-        yield Source(path, image, kind, "" if source == "auto" else source)
+        yield ImageSource(path, image, kind, "" if source == "auto" else source)
     finally:
         image.close()
 
@@ -227,7 +227,7 @@ def _opened(path: Path, link: Path, kind: Format, source: str) -> Iterator[Sourc
 class Target:
     """An image being written, band by band."""
 
-    def __init__(self, source: Source, kind: Format, *, wide: bool) -> None:
+    def __init__(self, source: ImageSource, kind: ImageFormat, *, wide: bool) -> None:
         """Decide how to store what ``source`` becomes; ``wide`` for two pictures side by side."""
         if source.storage.alpha and not kind.alpha:
             message = f"{source.path}: has alpha, which {kind.suffixes[0]} cannot keep. Write to .png, .tif or .exr."
@@ -240,7 +240,7 @@ class Target:
         self.storage = Storage(np.dtype(_DTYPES[depth]), encoding, source.storage.alpha, associated)
         self.spec = self._spec(source, depth, wide=wide)
 
-    def _spec(self, source: Source, depth: str, *, wide: bool) -> Any:
+    def _spec(self, source: ImageSource, depth: str, *, wide: bool) -> Any:
         spec = self._lib.ImageSpec(source.spec)
         spec.set_format(self._lib.TypeDesc(depth))
         same_format = self.format == source.format
@@ -297,18 +297,18 @@ class Target:
     def _check(self, done: bool) -> None:
         if not done:
             self._image.geterror()
-            if room(self._folder) < _SPARE:
+            if free_bytes(self._folder) < _SPARE:
                 raise OSError(ENOSPC, os.strerror(ENOSPC))
             raise OSError(f"the {self.format.suffixes[0]} file cannot be finished")
 
     def _check_room(self, size: int) -> None:
         """Raise OSError when ``size`` bytes of pixels may not fit: libjpeg ends the process when the disk is full."""
         # No band of a JPEG takes twice the bytes of its pixels.
-        if self.format.name == "jpeg" and room(self._folder) < 2 * size + _SPARE:
+        if self.format.name == "jpeg" and free_bytes(self._folder) < 2 * size + _SPARE:
             raise OSError(ENOSPC, os.strerror(ENOSPC))
 
 
-def format_of_suffix(path: Path) -> Format:
+def format_of_suffix(path: Path) -> ImageFormat:
     """Return the format that ``path`` is to be written in. Raises LutgenError for an unknown suffix."""
     for kind in FORMATS:
         if path.suffix.lower() in kind.suffixes:
@@ -316,7 +316,7 @@ def format_of_suffix(path: Path) -> Format:
     raise pick_one("output suffix", path.suffix or path.name, (suffix for kind in FORMATS for suffix in kind.suffixes))
 
 
-def _sniff(path: Path) -> Format:
+def _sniff(path: Path) -> ImageFormat:
     if not path.exists():
         raise LutgenError(f"{path}: there is no such image.")
     if not path.is_file():
@@ -370,21 +370,21 @@ def _dtype(path: Path, oiio_format: Any) -> np.dtype[Any]:
     return np.dtype(_DTYPES[name])
 
 
-def _encoding(path: Path, spec: Any, kind: Format) -> str:
+def _encoding(path: Path, spec: Any, kind: ImageFormat) -> str:
     """What the file says that it stores, or what files of its format do."""
-    said = str(spec.get_string_attribute("oiio:ColorSpace")).lower()
+    named = str(spec.get_string_attribute("oiio:ColorSpace")).lower()
     primaries = spec.getattribute("chromaticities") or _SRGB_PRIMARIES
     if max(abs(a - b) for a, b in zip(primaries, _SRGB_PRIMARIES, strict=False)) > 1e-3:
-        said = f"that of other primaries ({', '.join(f'{number:g}' for number in primaries)})"
-    elif said in _LINEAR_NAMES:
+        named = f"that of other primaries ({', '.join(f'{number:g}' for number in primaries)})"
+    elif named in _LINEAR_NAMES:
         return LINEAR
-    if said.startswith(("lin_", "aces", "that")):
+    if named.startswith(("lin_", "aces", "that")):
         message = (
-            f"{path}: its colour space is {said}; lutgen knows linear light of the sRGB primaries. Convert the image "
+            f"{path}: its colour space is {named}; lutgen knows linear light of the sRGB primaries. Convert the image "
             "to linear sRGB first, or say what its numbers are with --source signal or --source linear."
         )
         raise LutgenError(message)
-    return SIGNAL if said.startswith("srgb") else kind.encoding
+    return SIGNAL if named.startswith("srgb") else kind.encoding
 
 
 def _kept(name: str, *, same_encoding: bool) -> bool:

@@ -15,14 +15,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.display import what_pictures_carry
+from lutgen.display import seen_on, what_pictures_carry
 from lutgen.display.hours import MAX_HOURS
 from lutgen.errors import LutgenError, pick_one
 from lutgen.names import AGING_MODES, SOURCES
-from lutgen.pictures.curve import STATISTICS, Curve, curves_of
-from lutgen.pictures.difference import differences
+from lutgen.pictures.difference import STATISTICS, DifferenceCurve, curves_of, differences
 from lutgen.pictures.distinct import Colours, count_colours
-from lutgen.pictures.schema import seen_on
 from lutgen.pictures.tissue import Tissue, tissue_only
 from lutgen.pictures.uncertainty import intervals
 
@@ -69,7 +67,7 @@ class ImageLifetime:
     bits: int
     binning_error: float
     tissue: Tissue | None
-    curves: dict[str, Curve]
+    curves: dict[str, DifferenceCurve]
     intervals: Intervals | None
 
 
@@ -163,7 +161,7 @@ def csv_hours(hours: float | None) -> str:
     return "" if hours is None else f"{hours:.1f}"
 
 
-def _points(curve: Curve) -> list[dict[str, float]]:
+def _points(curve: DifferenceCurve) -> list[dict[str, float]]:
     columns = {
         "hours": curve.hours,
         "mean": curve.mean,
@@ -219,7 +217,7 @@ def lifetime(
     if not images:
         raise LutgenError("no image was given. Give at least one.")
     checked, chosen = check_asked(model, tolerances=tolerances, modes=modes, hours=hours, source=source)
-    found = []
+    lifetimes = []
     for done, image in enumerate(images):
 
         def share(first: int, width: int, done: int = done) -> Callable[[int, int], None]:
@@ -229,7 +227,7 @@ def lifetime(
         colours = count_colours(path, source, share(0, 500))
         colours, kept = tissue_only(colours, path) if tissue else (colours, None)
         curves = curves_of(colours, model, modes, chosen, share(500, 300))
-        found.append(
+        lifetimes.append(
             ImageLifetime(
                 file=str(image),
                 pixels=colours.pixels,
@@ -242,7 +240,7 @@ def lifetime(
             )
         )
         progress(1000 * (done + 1), 1000 * len(images))
-    return Lifetimes(tuple(found), checked, model)
+    return Lifetimes(tuple(lifetimes), checked, model)
 
 
 def check_asked(

@@ -13,27 +13,30 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lutgen.errors import LutgenError, pick_one
+from lutgen.bindings import oiio
+from lutgen.errors import LutgenError, pick_one, reason_of
 from lutgen.names import STAINS
 
 if TYPE_CHECKING:
     from lutgen.pictures.field import Field, Mask
 
-#: Share of the stained pixels from which on brown says DAB. Eosin and haematoxylin never absorb blue most.
+#: Least share of brown pixels among the stained ones for the stain DAB: eosin and haematoxylin absorb blue least.
 BROWN = 0.1
 
-#: Optical density from which on a pixel is stained.
+#: Least optical density of a stained pixel.
 STAINED = 0.15
 
 #: Haematoxylin and ground lie at least this far apart in optical density, on average: noise of a scanner gives 0.01.
 CONTRAST = 0.05
 
-#: Shares of a typical nucleus's width: smoothing, its surroundings, what is too thin, how deep a waist parts two.
+#: Shares of a typical nucleus's width: radius of smoothing, size of the surroundings, width of pieces that are removed,
+#: and depth of a waist at which a piece is cut in two.
 SMOOTH, AROUND, THIN, WAIST = 1 / 12, 1.5, 0.12, 0.04
 
 #: Shares of its square: the smallest nucleus (a third of a disc of that width), the largest, and holes that are filled.
@@ -105,16 +108,20 @@ def segment(field: Field, *, stain: str = "auto", min_area: int | None = None) -
     nuclear = (fine > _threshold(field, fine)) & (fine > ndimage.gaussian_filter(amount, AROUND * width))
     nuclear = _filled(_without_threads(nuclear & field.visible, max(THIN * width, 1.0)), HOLE * width**2)
     least = SMALLEST * width**2 if min_area is None else min_area
-    said = f"found by haematoxylin ({STAINS[kind][0]}{', by its colours' if stain == 'auto' else ''})"
-    made = sized(_parted(nuclear, width), width, least, LARGEST * width**2, said)
-    if not made.count:
-        why = f"{made.small} spots are smaller than {least:.0f} pixels" if made.small else "nothing has their size"
+    how = f"found by haematoxylin ({STAINS[kind][0]}{', by its colours' if stain == 'auto' else ''})"
+    labelled = sized(_parted(nuclear, width), width, least, LARGEST * width**2, how)
+    if not labelled.count:
+        why = (
+            f"{labelled.small} spots are smaller than {least:.0f} pixels"
+            if labelled.small
+            else "nothing has their size"
+        )
         raise _none(field, why)
-    return made
+    return labelled
 
 
-def sized(labels: Labels, width: float, least: float, most: float, found: str) -> Nuclei:
-    """Keep the nuclei of a size, in pixels from and to, and number them anew."""
+def sized(labels: Labels, width: float, least: float, most: float, how: str) -> Nuclei:
+    """Keep the nuclei whose size in pixels lies between two limits, and number them again."""
     areas = np.bincount(labels[labels > 0])
     areas = areas if areas.size else np.zeros(1, np.intp)
     small, large = (areas > 0) & (areas < least), areas > most
@@ -123,7 +130,7 @@ def sized(labels: Labels, width: float, least: float, most: float, found: str) -
     number = np.full(len(areas), -1, np.int32)
     number[0], number[kept] = 0, np.arange(1, count + 1)
     renumbered = np.where(labels > 0, number[np.maximum(labels, 0)], labels).astype(np.int32)
-    return Nuclei(renumbered, count, width, int(small.sum()), int(large.sum()), found)
+    return Nuclei(renumbered, count, width, int(small.sum()), int(large.sum()), how)
 
 
 def width_of(mask: Mask) -> float:
@@ -134,12 +141,12 @@ def width_of(mask: Mask) -> float:
     """
     from scipy import ndimage
 
-    # Outside the field is no ground: what the border cuts is as wide as it is seen.
+    # Pixels outside the field are no ground, so the border of the field does not make a nucleus narrower.
     depth = ndimage.distance_transform_edt(np.pad(mask, 1, mode="edge"))[1:-1, 1:-1]
     peaks, count = ndimage.label((depth == ndimage.maximum_filter(depth, 5)) & (depth >= 1.5), np.ones((3, 3)))
     if not count:
         return 0.0
-    # One a piece: the middle of a long fold is a ridge of many pixels.
+    # One value for each piece: the middle of a long fold is a ridge of many pixels.
     middles = np.sort(ndimage.maximum(depth, peaks, np.arange(1, count + 1)))
     area = np.cumsum(middles**2)
     return float(2.0 * middles[np.searchsorted(area, area[-1] / 2.0)] - 1.0)
@@ -170,7 +177,7 @@ def _haematoxylin(field: Field, stain: str) -> NDArray[np.float32]:
 
 
 def _typical_width(field: Field, amount: NDArray[np.float32]) -> float:
-    """Width of a typical nucleus in pixels, 0 where there are but specks; of what exceeds Otsu's threshold.
+    """Width in pixels of a typical nucleus above Otsu's threshold; 0 where only specks are.
 
     Where more of that is dark ground than nuclei, the width is that of the ground.
     """
@@ -182,7 +189,7 @@ def _typical_width(field: Field, amount: NDArray[np.float32]) -> float:
 
 
 def _threshold(field: Field, amount: NDArray[np.float32]) -> float:
-    """Otsu's, over what is visible. Raises LutgenError where it parts nothing but noise."""
+    """Return Otsu's threshold over the visible pixels. Raises LutgenError where it separates only noise."""
     seen = amount[field.visible]
     if seen.min() == seen.max():
         raise _none(field, "it holds no haematoxylin")
@@ -194,7 +201,7 @@ def _threshold(field: Field, amount: NDArray[np.float32]) -> float:
 
 
 def _without_threads(mask: Mask, radius: float) -> Mask:
-    """Open a mask with a disc: what is thinner than twice its radius goes."""
+    """Open a mask with a disc: parts thinner than twice its radius are removed."""
     from scipy import ndimage
 
     inner = ndimage.distance_transform_edt(np.pad(mask, 1, mode="edge"))[1:-1, 1:-1] > radius
@@ -236,3 +243,133 @@ def _skimage(part: str) -> Any:
             "`pip install lutgen[nuclei]`, or say where nuclei are with --mask."
         )
         raise LutgenError(message) from None
+
+
+_ALLOWED = "Give a PNG or TIFF of the image's size: 0 for the ground, and 1, 2, … for each nucleus or white for all."
+
+#: First bytes of files that keep every number, and of those that do not.
+_LOSSLESS = (b"\x89PNG\r\n\x1a\n", b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
+
+#: A nucleus fills at least this share of the box around it; grey levels of soft edges lie about everywhere.
+FILLS = 0.05
+
+#: The largest label: what 32-bit integers hold.
+_LARGEST = 2**31 - 1
+
+
+def read_mask(file: str | Path, field: Field, *, min_area: int | None = None) -> Nuclei:
+    """Read nuclei from a picture.
+
+    Parameters
+    ----------
+    file
+        PNG or TIFF of the field's size. Of two values only (black and white): each connected piece is a nucleus. Of
+        more: each value but 0 is one.
+    field
+        The field that they lie in.
+    min_area
+        Pixels of the smallest nucleus; None: all are kept.
+
+    Raises
+    ------
+    LutgenError
+        A file that cannot be read, is lossy, coloured, of another size, holds no whole numbers, or no nucleus.
+
+    """
+    from scipy import ndimage
+
+    values = _read(file, field)
+    kinds = np.unique(values[values != 0])
+    if not kinds.size:
+        raise LutgenError(f"{file}: the mask is empty: every pixel is 0. {_ALLOWED}")
+    if kinds.size == 1:
+        labels, what = ndimage.label(values)[0], "pieces of the mask"
+    else:
+        labels, what = np.searchsorted(kinds, values) + 1, "labels of the mask"
+        labels[values == 0] = 0
+        _check_labels(file, labels, kinds.size)
+    labels = np.where(field.visible, labels, 0).astype(np.int32)
+    width = width_of(_with_edges(labels)) or 1.0
+    labelled = sized(labels, width, float(min_area or 1), np.inf, f"the {what} {Path(file).name}")
+    if not labelled.count:
+        message = f"{file}: all nuclei of the mask lie where {field.file} is transparent. {_ALLOWED}"
+        if labelled.small:
+            message = f"{file}: all {labelled.small} nuclei are smaller than {min_area} pixels. Lower --min-area."
+        raise LutgenError(message)
+    return labelled
+
+
+def _with_edges(labels: Labels) -> NDArray[np.bool_]:
+    """Where labels are, without the pixels at which one meets another."""
+    apart = labels > 0
+    for one, other in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
+        apart[one] &= (labels[one] == labels[other]) | (labels[other] == 0)
+    return apart
+
+
+def _check_labels(file: str | Path, labels: NDArray[Any], count: int) -> None:
+    from scipy import ndimage
+
+    boxes = ndimage.find_objects(labels)
+    area = np.bincount(labels.ravel(), minlength=count + 1)[1:]
+    size = np.array([(rows.stop - rows.start) * (columns.stop - columns.start) for rows, columns in boxes])
+    if np.median(area / size) < FILLS:
+        message = (
+            f"{file}: its {count} values are scattered over the image, as grey levels of soft edges are, not labels of "
+            f"nuclei. {_ALLOWED}"
+        )
+        raise LutgenError(message)
+
+
+def _read(file: str | Path, field: Field) -> NDArray[Any]:
+    """Whole numbers of a picture of the field's size, (rows, columns)."""
+    path = Path(file)
+    try:
+        with path.open("rb") as opened:
+            start = opened.read(8)
+    except OSError as error:
+        raise LutgenError(f"{file}: cannot read the mask: {reason_of(error)}.") from None
+    if not start.startswith(_LOSSLESS):
+        raise LutgenError(f"{file}: the mask is neither PNG nor TIFF; others lose or change numbers. {_ALLOWED}")
+    lib = oiio()
+    hint = lib.ImageSpec()
+    # Colours multiplied by alpha would be other numbers.
+    hint.attribute("oiio:UnassociatedAlpha", 1)
+    image = lib.ImageInput.open(str(path), hint)
+    if image is None:
+        lib.geterror()
+        raise LutgenError(f"{file}: the mask is damaged and cannot be read. Get a whole copy.")
+    spec = image.spec()
+    if (spec.height, spec.width) != field.shape:
+        rows, columns = field.shape
+        message = (
+            f"{file}: the mask has {spec.width} × {spec.height} pixels, the image {field.file} {columns} × {rows}. "
+            f"{_ALLOWED}"
+        )
+        raise LutgenError(message)
+    stored = image.read_image(0, 0, 0, spec.nchannels, spec.format)
+    if stored is None or image.has_error:
+        image.geterror()
+        raise LutgenError(f"{file}: the mask is damaged and cannot be read to its end. Get a whole copy.")
+    image.close()
+    values = np.asarray(stored).reshape(spec.height, spec.width, spec.nchannels)
+    shades = values[..., :3] if spec.nchannels > 2 else values[..., :1]
+    if spec.nchannels > 2 and (shades != shades[..., :1]).any():
+        raise LutgenError(f"{file}: the mask is coloured, and a colour is no label. {_ALLOWED}")
+    return _whole(file, shades[..., 0])
+
+
+def _whole(file: str | Path, values: NDArray[Any]) -> NDArray[Any]:
+    if values.dtype.kind == "f":
+        wrong = ~np.isfinite(values) | (values != np.rint(values))
+    else:
+        wrong = np.zeros(values.shape, np.bool_)
+    wrong |= (values < 0) | (values > _LARGEST)
+    if wrong.any():
+        row, column = np.argwhere(wrong)[0]
+        message = (
+            f"{file}: pixel ({column}, {row}) of the mask is {values[row, column]:g}; labels are whole numbers from 0 "
+            f"to {_LARGEST}. {_ALLOWED}"
+        )
+        raise LutgenError(message)
+    return values.astype(np.int64)

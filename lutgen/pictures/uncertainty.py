@@ -18,7 +18,7 @@ import numpy as np
 
 from lutgen.colorimetry import CHUNK, xyY_to_xyz
 from lutgen.display import REFERENCE, LatentTips
-from lutgen.pictures.curve import curves_of
+from lutgen.pictures.difference import curves_of
 from lutgen.pictures.distinct import Colours
 from lutgen.readings.rest import TIP_DRIVES
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.display import AppliedEffect, DisplayModel
-    from lutgen.pictures.curve import Curve
+    from lutgen.pictures.difference import DifferenceCurve
     from lutgen.readings import Measurements
 
 #: Models that are drawn, and how many are left out at either end: 76 of 80 are 95 %.
@@ -49,7 +49,7 @@ Intervals = dict[str, dict[float, dict[str, Interval]]]
 def intervals(
     colours: Colours,
     model: DisplayModel,
-    curves: dict[str, Curve],
+    curves: dict[str, DifferenceCurve],
     tolerances: Sequence[float],
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Intervals | None:
@@ -64,13 +64,13 @@ def intervals(
     few = coarse(colours)
     modes, hours = list(curves), [float(hour) for hour in next(iter(curves.values())).hours]
     own = curves_of(few, model, modes, hours)
-    found = []
+    drawn_curves = []
     for done, each in enumerate(models):
-        found.append(curves_of(few, each, modes, hours))
+        drawn_curves.append(curves_of(few, each, modes, hours))
         progress(done + 1, len(models))
 
     def interval(mode: str, tolerance: float, statistic: str) -> Interval:
-        lives = [each[mode].hours_until(statistic, tolerance) for each in found]
+        lives = [each[mode].hours_until(statistic, tolerance) for each in drawn_curves]
         whole, roughly = (one[mode].hours_until(statistic, tolerance) for one in (curves, own))
         shift = whole - roughly if whole is not None and roughly is not None else 0.0
         return _ends(lives, shift, hours[-1])
@@ -100,7 +100,7 @@ def drawn(model: DisplayModel, draws: int = DRAWS) -> list[DisplayModel]:
     if not uncertain and (model.latent is None or not relative + floor):
         return []
     random = np.random.default_rng(0)
-    found = []
+    models = []
     for _ in range(draws):
         other = replace(model, effects=tuple(_moved(each, random) for each in model.effects))
         if model.latent is not None:
@@ -108,8 +108,8 @@ def drawn(model: DisplayModel, draws: int = DRAWS) -> list[DisplayModel]:
             tips = tips + _seen(model, hours) - _seen(other, hours)
             sigma = np.hypot(relative * tips, floor) / _times_read(model.measurements, hours)[..., np.newaxis] ** 0.5
             other = replace(other, latent=LatentTips(hours, tips + sigma * random.standard_normal(tips.shape)))
-        found.append(other)
-    return found
+        models.append(other)
+    return models
 
 
 def _moved(each: AppliedEffect, random: np.random.Generator) -> AppliedEffect:

@@ -34,7 +34,7 @@ CREATE TRIGGER never_changed BEFORE UPDATE ON log BEGIN SELECT RAISE(ABORT, 'row
 CREATE TRIGGER never_removed BEFORE DELETE ON log BEGIN SELECT RAISE(ABORT, 'rows are never removed'); END;
 """
 
-#: Seconds for which a file is waited for that another process writes to just now.
+#: Seconds to wait for a file to which another process is writing.
 _PATIENCE = 5.0
 
 
@@ -43,7 +43,7 @@ class NotSavedError(LutgenError):
 
 
 @dataclass(frozen=True)
-class Entry:
+class AnswerRow:
     """A row.
 
     Attributes
@@ -92,7 +92,7 @@ class AnswerFile:
         """
         self.path = path
         self._anchor = anchor
-        self.entries: list[Entry] = []
+        self.entries: list[AnswerRow] = []
         with _explained(path):
             # Made here, since SQLite would let the group read it.
             os.close(os.open(path, os.O_RDWR | os.O_CREAT, 0o600))
@@ -138,20 +138,20 @@ class AnswerFile:
         """Close the file."""
         self._connection.close()
 
-    def _chained(self, at: str, session: int, events: Sequence[tuple[str, Mapping[str, Any]]]) -> list[Entry]:
-        found = list(self.entries)
-        for row, (kind, content) in enumerate(events, start=len(found) + 1):
-            before = found[-1].hash if found else self._anchor
+    def _chained(self, at: str, session: int, events: Sequence[tuple[str, Mapping[str, Any]]]) -> list[AnswerRow]:
+        chain = list(self.entries)
+        for row, (kind, content) in enumerate(events, start=len(chain) + 1):
+            before = chain[-1].hash if chain else self._anchor
             claim = _hash(before, row, at, session, kind, _text(content))
-            found.append(Entry(row, at, session, kind, content, claim))
-        return found[len(self.entries) :]
+            chain.append(AnswerRow(row, at, session, kind, content, claim))
+        return chain[len(self.entries) :]
 
-    def _insert(self, new: Sequence[Entry]) -> None:
+    def _insert(self, new: Sequence[AnswerRow]) -> None:
         rows = [(each.row, each.at, each.session, each.kind, _text(each.content), each.hash) for each in new]
         self._connection.executemany("INSERT INTO log VALUES (?, ?, ?, ?, ?, ?)", rows)
 
 
-def read_entries(path: Path, anchor: str) -> list[Entry]:
+def read_entries(path: Path, anchor: str) -> list[AnswerRow]:
     """Return the rows of a reader's file, verified; none where its first row was never written.
 
     Raises
@@ -171,7 +171,7 @@ def read_entries(path: Path, anchor: str) -> list[Entry]:
 
 @contextmanager
 def held(path: Path) -> Iterator[None]:
-    """Hold a reader's place: one process at a time. The lock ends with the process, however that ends.
+    """Lock a reader's place for this process. The lock ends with the process, however that ends.
 
     Raises
     ------
@@ -212,7 +212,7 @@ def _is_new(connection: sqlite3.Connection, path: Path) -> bool:
     return path.stat().st_size == 0
 
 
-def _verified(connection: sqlite3.Connection, path: Path, anchor: str) -> list[Entry]:
+def _verified(connection: sqlite3.Connection, path: Path, anchor: str) -> list[AnswerRow]:
     with _explained(path):
         (sound,) = connection.execute("PRAGMA quick_check(1)").fetchone()
         if sound != "ok":
@@ -221,7 +221,7 @@ def _verified(connection: sqlite3.Connection, path: Path, anchor: str) -> list[E
         (written,) = connection.execute("SELECT max(seq) FROM sqlite_sequence WHERE name = 'log'").fetchone()
     if not rows:
         raise LutgenError(f"{path}: was altered: all its rows are missing. Restore the file from a copy.")
-    found: list[Entry] = []
+    entries: list[AnswerRow] = []
     before = anchor
     for number, (row, at, session, kind, content, claimed) in enumerate(rows, start=1):
         what = f"row {row} ({kind}, session {session})"
@@ -231,12 +231,12 @@ def _verified(connection: sqlite3.Connection, path: Path, anchor: str) -> list[E
         if claimed != _hash(before, row, at, session, kind, content):
             why = "does not belong to this study's protocol, or was altered" if row == 1 else "was altered by hand"
             raise LutgenError(f"{path}: {what} {why} (its hash does not fit). Restore the file from a copy.")
-        found.append(Entry(row, at, session, kind, json.loads(content), claimed))
+        entries.append(AnswerRow(row, at, session, kind, json.loads(content), claimed))
         before = claimed
-    if written != len(found):
-        message = f"{path}: was altered: row {len(found) + 1} is missing, after {what}. Restore the file from a copy."
+    if written != len(entries):
+        message = f"{path}: was altered: row {len(entries) + 1} is missing, after {what}. Restore the file from a copy."
         raise LutgenError(message)
-    return found
+    return entries
 
 
 def _hash(before: str, *row: object) -> str:

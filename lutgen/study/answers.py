@@ -1,18 +1,18 @@
 """Answers of a study: one file a place, ``STUDY/answers/reader-1.sqlite``; the reader's name is only inside.
 
 A place is a reader's number in the protocol. A name takes the next free place when it first reads, and has it from
-then on. What a name is made of never reaches the file system.
+then on. The name never becomes part of a path.
 """
 
 from __future__ import annotations
 
 import re
 import unicodedata
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import LutgenError, reason_of
-from lutgen.study.answer import Answer
-from lutgen.study.answer_file import SCHEMA, AnswerFile, Entry, read_entries
+from lutgen.study.answer_file import SCHEMA, AnswerFile, AnswerRow, read_entries
 from lutgen.study.protocol import ANSWERS, Protocol, read_protocol
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def take_place(study: Path, protocol: Protocol, name: str, *, session: int, at: 
         file = AnswerFile(path, protocol.sha256, first=(at, first))
         if _same(whose(file.entries, path), name):
             return file
-        file.close()  # another process was quicker with another name
+        file.close()  # another process has just taken this place, for another name
     message = (
         f"--reader {name!r}: the study is planned for {protocol.readers} reader(s), and all places are taken by other "
         "names. Check the name."
@@ -97,12 +97,12 @@ def read_answers(study: Path) -> tuple[Answer, ...]:
 
     """
     protocol = read_protocol(study)
-    found: list[Answer] = []
+    answers: list[Answer] = []
     for place, path in answer_files(study):
         entries = read_entries(path, protocol.sha256)
         if entries:
-            found += _answers(entries, place, path, protocol)
-    return tuple(found)
+            answers += _answers(entries, place, path, protocol)
+    return tuple(answers)
 
 
 def answer_files(study: Path) -> list[tuple[int, Path]]:
@@ -112,7 +112,7 @@ def answer_files(study: Path) -> list[tuple[int, Path]]:
     return sorted((int(name[1]), path) for name, path in names if name)
 
 
-def whose(entries: Sequence[Entry], path: Path) -> str:
+def whose(entries: Sequence[AnswerRow], path: Path) -> str:
     """Return the reader's name in a file. Raises LutgenError where the file is at another reader's place."""
     first = entries[0].content
     if path.name != f"reader-{first['place']}.sqlite":
@@ -121,7 +121,7 @@ def whose(entries: Sequence[Entry], path: Path) -> str:
     return str(first["reader"])
 
 
-def answered(entries: Sequence[Entry], session: int, kind: str = ANSWERED) -> list[Mapping[str, Any]]:
+def answered(entries: Sequence[AnswerRow], session: int, kind: str = ANSWERED) -> list[Mapping[str, Any]]:
     """Return what was answered in a session, in its order."""
     return [entry.content for entry in entries if (entry.session, entry.kind) == (session, kind)]
 
@@ -138,37 +138,96 @@ def _make_folder(folder: Path) -> None:
         raise LutgenError(f"{folder}: cannot be made: {reason}. Check the study's folder and its rights.") from None
 
 
-def _answers(entries: Sequence[Entry], place: int, path: Path, protocol: Protocol) -> list[Answer]:
+def _answers(entries: Sequence[AnswerRow], place: int, path: Path, protocol: Protocol) -> list[Answer]:
     reader = whose(entries, path)
     categories = {category.name: category.positive for category in protocol.categories}
     trials = {(trial.session, trial.position): trial for trial in protocol.trials if trial.reader == place}
-    found: list[Answer] = []
+    answers: list[Answer] = []
     for entry in entries:
         _check_count(entry, entries, path)
         if entry.kind != ANSWERED:
             continue
-        said = entry.content
-        trial = trials.get((entry.session, said["position"]))
-        if trial is None or said["category"] not in categories:
+        content = entry.content
+        trial = trials.get((entry.session, content["position"]))
+        if trial is None or content["category"] not in categories:
             message = f"{path}: row {entry.row} answers what the protocol does not ask. Restore the file from a copy."
             raise LutgenError(message)
-        found.append(
+        answers.append(
             Answer(
                 reader=reader,
                 session=entry.session,
                 position=trial.position,
                 image=trial.image,
                 condition=trial.condition,
-                seconds=said["seconds"],
-                ease=said["ease"],
-                category=said["category"],
-                positive=categories[said["category"]],
+                seconds=content["seconds"],
+                ease=content["ease"],
+                category=content["category"],
+                positive=categories[content["category"]],
             )
         )
-    return sorted(found, key=lambda answer: (answer.session, answer.position))
+    return sorted(answers, key=lambda answer: (answer.session, answer.position))
 
 
-def _check_count(entry: Entry, entries: Sequence[Entry], path: Path) -> None:
+def _check_count(entry: AnswerRow, entries: Sequence[AnswerRow], path: Path) -> None:
     if entry.kind == ENDED and entry.content["answers"] != len(answered(entries, entry.session)):
         message = f"{path}: row {entry.row} ends session {entry.session} with another number of answers than there are."
         raise LutgenError(f"{message} Restore the file from a copy.")
+
+
+#: Longest that reading an image may have taken: a day.
+MAX_SECONDS = 86_400.0
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One image read.
+
+    Attributes
+    ----------
+    reader
+        As the reader was named when the session was run.
+    session, position
+        Which session, and the how manieth of its images, both from 1.
+    image, condition
+        Names of the protocol's image and condition.
+    seconds
+        Time to score: from the first paint of the image to the decision, pauses left out.
+    ease
+        Ease of reading, on the protocol's scale; larger is easier.
+    category
+        Name of the protocol's category: the diagnosis.
+    positive
+        Whether that category is a positive one.
+
+    """
+
+    reader: str
+    session: int
+    position: int
+    image: str
+    condition: str
+    seconds: float
+    ease: int
+    category: str
+    positive: bool
+
+
+def sensible(answers: Sequence[Answer]) -> tuple[tuple[Answer, ...], list[str]]:
+    """Return the answers whose time can be one, and a sentence for each that is left out.
+
+    Raises
+    ------
+    LutgenError
+        None is left.
+
+    """
+    kept = tuple(answer for answer in answers if 0 <= answer.seconds <= MAX_SECONDS)
+    left_out = [
+        f"Left out: {answer.reader}, session {answer.session}, image {answer.position} ({answer.image}): "
+        f"{str(answer.seconds)[:12]} seconds is no time to score."
+        for answer in answers
+        if not 0 <= answer.seconds <= MAX_SECONDS
+    ]
+    if left_out and not kept:
+        raise LutgenError(f"no answer has a time that can be one. {left_out[0]}")
+    return kept, left_out

@@ -20,7 +20,7 @@ from lutgen.study.reading import Decision, PastError
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from lutgen.study.reading import Reading, Task
+    from lutgen.study.reading import ReadingSession, Task
 
 #: Seconds after its last sign of life for which a tab keeps the session. It gives one every two seconds.
 LEASE = 7.0
@@ -50,7 +50,7 @@ class Conversation:
     """Between a reading and the one tab that holds it."""
 
     def __init__(
-        self, reading: Reading, say: Callable[[str], None], clock: Callable[[], float] = time.monotonic
+        self, reading: ReadingSession, say: Callable[[str], None], clock: Callable[[], float] = time.monotonic
     ) -> None:
         """Take the session, what tells its operator of troubles, and a clock that only runs, in seconds."""
         self._reading, self._say, self._clock = reading, say, clock

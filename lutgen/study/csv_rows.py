@@ -63,10 +63,10 @@ class Row:
 
     def yes_no(self, column: str) -> bool:
         """Return whether a cell says yes. Raises LutgenError for what is neither."""
-        found = _YES_NO.get(self.cells[column].lower())
-        if found is None:
+        answer = _YES_NO.get(self.cells[column].lower())
+        if answer is None:
             raise self.error(column, f"is neither yes nor no. Pick one of: {', '.join(_YES_NO)}.")
-        return found
+        return answer
 
 
 def read_rows(file: str | Path, columns: Sequence[str], *, optional: Sequence[str] = ()) -> tuple[str, tuple[Row, ...]]:

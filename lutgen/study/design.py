@@ -16,20 +16,22 @@ Each reader's session is drawn from a stream of its own: a reader more changes n
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from lutgen.cells import BLANKS, number
 from lutgen.display import MODES, hour_name
 from lutgen.errors import LutgenError
-from lutgen.study.protocol import Condition, Trial
+from lutgen.study.csv_rows import Row, read_rows
+from lutgen.study.protocol import StudyCondition, StudyTrial
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+    from pathlib import Path
 
 #: The un-aged display: the same picture, untouched.
-UNAGED = Condition("none", "stable", 0.0)
+UNAGED = StudyCondition("none", "stable", 0.0)
 
 #: Session 1 as in the paper, images under each condition, and sessions. The paper does not state the hours of its aged
 #: images: 18 000 h is lutgen's choice.
@@ -42,7 +44,7 @@ _DESIGN = (0, 0)
 #: Hours of a condition, at most.
 _MOST_HOURS = 1e9
 
-#: More readers, or sessions, than these is a slip of the keyboard.
+#: A larger number of readers or sessions is treated as a typing error.
 MOST = 1000
 
 #: Readings in all, of every reader and session: a protocol of more takes minutes and gigabytes.
@@ -64,8 +66,8 @@ class Design:
 
     """
 
-    conditions: tuple[Condition, ...]
-    trials: tuple[Trial, ...]
+    conditions: tuple[StudyCondition, ...]
+    trials: tuple[StudyTrial, ...]
     left_out: tuple[str, ...]
 
     @property
@@ -86,7 +88,7 @@ def check_readings(readings: int, asked: str) -> None:
         raise LutgenError(message)
 
 
-def condition_of(text: str) -> Condition:
+def condition_of(text: str) -> StudyCondition:
     """Return the condition that ``none`` or ``mode@hour`` names. Raises LutgenError that lists what is allowed."""
     text = text.strip(BLANKS)
     if text == UNAGED.name:
@@ -100,25 +102,25 @@ def condition_of(text: str) -> Condition:
             f"modes are {', '.join(MODES)}."
         )
         raise LutgenError(message)
-    return Condition(f"{mode}@{hour_name(hours).removesuffix('h')}", mode, hours)
+    return StudyCondition(f"{mode}@{hour_name(hours).removesuffix('h')}", mode, hours)
 
 
-def conditions_of(texts: Sequence[str]) -> tuple[Condition, ...]:
+def conditions_of(texts: Sequence[str]) -> tuple[StudyCondition, ...]:
     """Return conditions, each once. Raises LutgenError for a bad one, one named twice, or none at all."""
-    found: dict[str, Condition] = {}
+    conditions: dict[str, StudyCondition] = {}
     for text in texts:
         condition = condition_of(text)
-        if condition.name in found:
+        if condition.name in conditions:
             raise LutgenError(f"--conditions names {condition.name} twice. Name each condition once.")
-        found[condition.name] = condition
-    if not found:
+        conditions[condition.name] = condition
+    if not conditions:
         raise LutgenError(f"--conditions names no condition. Write a list such as {PAPER_CONDITIONS}.")
-    return tuple(found.values())
+    return tuple(conditions.values())
 
 
 def balanced_design(
     images: Sequence[str],
-    conditions: Sequence[Condition],
+    conditions: Sequence[StudyCondition],
     *,
     per_condition: int = PAPER_PER_CONDITION,
     readers: int = 1,
@@ -157,7 +159,7 @@ def balanced_design(
         raise LutgenError(message)
     check_readings(needed * readers * sessions, f"{needed} images × {readers} readers × {sessions} sessions")
     drawn = [images[place] for place in stream(seed, *_DESIGN).permutation(len(images))[:needed]]
-    trials: list[Trial] = []
+    trials: list[StudyTrial] = []
     for reader in range(1, readers + 1):
         turn = [conditions[(place + reader - 1) % len(conditions)].name for place in range(len(conditions))]
         first = {image: turn[place // per_condition] for place, image in enumerate(drawn)}
@@ -169,7 +171,7 @@ def balanced_design(
     return Design((*conditions, *later), tuple(trials), tuple(image for image in images if image not in read))
 
 
-def ordered(shown: Mapping[str, str], reader: int, session: int, seed: int) -> list[Trial]:
+def ordered(shown: Mapping[str, str], reader: int, session: int, seed: int) -> list[StudyTrial]:
     """Put a session (image → condition) into an order drawn as this module's head says."""
     rng = stream(seed, reader, session)
     times: dict[str, float] = {}
@@ -178,7 +180,7 @@ def ordered(shown: Mapping[str, str], reader: int, session: int, seed: int) -> l
         for stretch, place in enumerate(rng.permutation(len(images))):
             times[images[place]] = (stretch + rng.random()) / len(images)
     return [
-        Trial(reader, session, position, image, shown[image])
+        StudyTrial(reader, session, position, image, shown[image])
         for position, image in enumerate(sorted(times, key=times.__getitem__), 1)
     ]
 
@@ -193,3 +195,108 @@ def _check_counts(**counts: int) -> None:
         if count < 1 or (name != "per_condition" and count > MOST):
             allowed = "1 or more" if name == "per_condition" else f"1 to {MOST}"
             raise LutgenError(f"--{name.replace('_', '-')} {count}: give {allowed}.")
+
+
+NEEDED, OPTIONAL = ("session", "image", "condition"), ("reader", "position")
+
+
+class _Shown(NamedTuple):
+    """A line of the table; ``reader`` is None where it is meant for every reader."""
+
+    line: int
+    session: int
+    image: str
+    condition: StudyCondition
+    reader: int | None
+    position: int | None
+
+
+def read_design(path: Path, images: Sequence[str], *, readers: int | None, seed: int) -> Design:
+    """Read a table.
+
+    Without ``reader`` every reader gets all rows; without ``position`` each reader's sessions are put into an order
+    drawn as for a balanced design. Lines that are empty or begin with # say nothing.
+
+    Parameters
+    ----------
+    images
+        Names of the images that were given.
+    readers
+        How many, where the table does not say it; 1 for None.
+
+    Raises
+    ------
+    LutgenError
+        Not such a table, with the line; a session or reader that is left out; an image twice in a session.
+
+    """
+    rows = [_shown(row, images) for row in read_rows(path, NEEDED, optional=OPTIONAL)[1]]
+    named = {row.reader for row in rows if row.reader is not None}
+    if named and readers is not None and readers != max(named):
+        message = f"{path}: has readers up to {max(named)}, and --readers says {readers}. Leave --readers out."
+        raise LutgenError(message)
+    count = max(named, default=readers or 1)
+    sessions = max(row.session for row in rows)
+    if not named:
+        check_readings(len(rows) * count, f"{path}: {len(rows)} rows × {count} readers")
+    trials: list[StudyTrial] = []
+    for reader in range(1, count + 1):
+        for session in range(1, sessions + 1):
+            here = [row for row in rows if row.session == session and row.reader in (None, reader)]
+            if not here:
+                message = (
+                    f"{path}: reader {reader} reads nothing in session {session}. Number readers and sessions from 1, "
+                    "and give every reader every session."
+                )
+                raise LutgenError(message)
+            trials += _session(path, here, reader, session, seed)
+    read = {row.image for row in rows}
+    conditions = {row.condition.name: row.condition for row in rows}
+    return Design(tuple(conditions.values()), tuple(trials), tuple(image for image in images if image not in read))
+
+
+def _session(path: Path, rows: Sequence[_Shown], reader: int, session: int, seed: int) -> list[StudyTrial]:
+    shown: dict[str, _Shown] = {}
+    for row in rows:
+        if row.image in shown:
+            message = (
+                f"{path}, line {row.line}: image {row.image} is in session {session} already (line "
+                f"{shown[row.image].line}). Show each image once a session."
+            )
+            raise LutgenError(message)
+        shown[row.image] = row
+    if rows[0].position is None:
+        return ordered({image: row.condition.name for image, row in shown.items()}, reader, session, seed)
+    in_order = sorted(rows, key=lambda row: row.position or 0)
+    for position, row in enumerate(in_order, 1):
+        if row.position != position:
+            message = (
+                f"{path}, line {row.line}: position {row.position} where {position} is next for reader {reader} in "
+                f"session {session}. Number a session's positions 1 to {len(rows)}, each once."
+            )
+            raise LutgenError(message)
+    return [
+        StudyTrial(reader, session, position, row.image, row.condition.name) for position, row in enumerate(in_order, 1)
+    ]
+
+
+def _shown(row: Row, images: Sequence[str]) -> _Shown:
+    if row.cells["image"] not in images:
+        raise row.error("image", f"is no image that was given. Given were: {_some(images)}.")
+    try:
+        condition = condition_of(row.cells["condition"])
+    except LutgenError as error:
+        raise row.refused("condition", error) from None
+    return _Shown(
+        row.line,
+        row.whole("session", low=1, high=MOST),
+        row.cells["image"],
+        condition,
+        row.whole("reader", low=1, high=MOST) if "reader" in row.cells else None,
+        row.whole("position", low=1, high=len(images)) if "position" in row.cells else None,
+    )
+
+
+def _some(names: Sequence[str], most: int = 10) -> str:
+    listed = ", ".join(names[:most])
+    return listed if len(names) <= most else f"{listed} and {len(names) - most} more"

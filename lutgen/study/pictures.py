@@ -1,24 +1,38 @@
-"""The pictures of a study as readers will see them: 8-bit RGB; each once, by name, by file and by pixels."""
+"""The pictures of a study: the images that are given, and what readers are shown of them.
+
+Given images become 8-bit RGB; each is there once, by name, by file and by pixels. Each image is rendered under each of
+its conditions, through a baked LUT. A render is a PNG of 8-bit pixels and nothing else, stored without compression: all
+renders of a picture have one size, and one time. Only the pixels tell conditions apart: names are hashes under a key,
+which show neither image nor condition, and files are written in the order of their names.
+"""
 
 from __future__ import annotations
 
 import hashlib
+import hmac
+import os
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lutgen.bake.build import Plan, build
 from lutgen.errors import LutgenError
 from lutgen.files import file_sha256, files_below
+from lutgen.pictures.apply import apply_to_images
 from lutgen.pictures.images import FORMATS, open_source
-from lutgen.study.protocol import StudyImage
+from lutgen.pictures.png import plain_png
+from lutgen.scratch import scratch
+from lutgen.study.design import UNAGED
+from lutgen.study.protocol import IMAGES, Render, StudyCondition, StudyImage
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from lutgen.pictures.images import Source
+    from lutgen.display import DisplayModel
+    from lutgen.pictures.images import ImageSource
     from lutgen.pictures.png import Pixels
 
 #: Kinds of files that a study shows: those of code values.
@@ -70,22 +84,22 @@ def find_images(given: Iterable[str | Path]) -> list[Path]:
         A folder without images or that cannot be read, or a file that is named twice.
 
     """
-    found: dict[Path, Path] = {}
+    images: dict[Path, Path] = {}
     for path in (path for each in given for path in _images_of(Path(each))):
         whole = path.resolve()
-        if whole in found:
+        if whole in images:
             raise LutgenError(f"{path}: is given twice. Name each image once; a folder names all images in it.")
-        found[whole] = path
-    return list(found.values())
+        images[whole] = path
+    return list(images.values())
 
 
 def _images_of(given: Path) -> list[Path]:
-    found = files_below(given, SUFFIXES)
-    if found is None:
+    images = files_below(given, SUFFIXES)
+    if images is None:
         return [given]
-    if not found:
+    if not images:
         raise LutgenError(f"{given}: no image in this folder or below. Looked for {', '.join(SUFFIXES)}.")
-    return found
+    return images
 
 
 def look_at(paths: Sequence[Path], progress: Callable[[int], None]) -> tuple[Picture, ...]:
@@ -97,16 +111,16 @@ def look_at(paths: Sequence[Path], progress: Callable[[int], None]) -> tuple[Pic
         One that cannot be read or shown, and two that have one name, are one file, or look the same.
 
     """
-    found = []
+    pictures = []
     for name, path in zip(_names(paths), paths, strict=True):
-        found.append(_picture(name, path))
-        progress(len(found))
+        pictures.append(_picture(name, path))
+        progress(len(pictures))
     for what, key in (
         ("are the same file, byte for byte", lambda each: each.sha256),
         ("show the same pixels", lambda each: each.pixels_sha256),
     ):
-        _check_distinct(found, what, key)
-    return tuple(found)
+        _check_distinct(pictures, what, key)
+    return tuple(pictures)
 
 
 def _names(paths: Sequence[Path]) -> list[str]:
@@ -160,7 +174,7 @@ def shown_pixels(path: Path) -> Pixels:
     return ((pixels.astype(np.uint32) + 128) // 257).astype(np.uint8) if deep else pixels.astype(np.uint8)
 
 
-def _check_shown(source: Source) -> None:
+def _check_shown(source: ImageSource) -> None:
     path = source.path
     if source.format.name not in KINDS or source.storage.dtype not in (np.uint8, np.uint16):
         message = f"{path}: readers are shown PNG, TIFF or JPEG of 8 or 16 bits a channel. Export the image as one."
@@ -171,7 +185,7 @@ def _check_shown(source: Source) -> None:
         raise LutgenError(message)
 
 
-def _bands(source: Source) -> Iterator[Pixels]:
+def _bands(source: ImageSource) -> Iterator[Pixels]:
     opaque = np.iinfo(source.storage.dtype).max
     for first, last in source.bands():
         pixels = source.read(first, last)
@@ -179,3 +193,110 @@ def _bands(source: Source) -> Iterator[Pixels]:
             message = f"{source.path}: is transparent in places, where the page would shine through. Flatten it first."
             raise LutgenError(message)
         yield pixels[..., :3]
+
+
+#: The LUTs that images go through: the most exact of the formats.
+LUT_FORMAT = "clf"
+
+#: Letters of a blind name.
+BLIND = 20
+
+#: Time stamp of every picture, in seconds since 1970: the earliest that a ZIP archive can store.
+_WRITTEN = 315_532_800
+
+
+@dataclass(frozen=True)
+class BakedLut:
+    """A condition's LUT.
+
+    Attributes
+    ----------
+    path
+        The file.
+    sha256
+        Of the file.
+    worst, smooth
+        The certificate's largest ΔE2000 to the model: over all colours, and over those that neither a jump of the model
+        nor the gamut's edge is mixed into.
+
+    """
+
+    path: Path
+    sha256: str
+    worst: float
+    smooth: float
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what a protocol keeps of it."""
+        return {
+            "format": LUT_FORMAT,
+            "sha256": self.sha256,
+            "worst_delta_e_2000": self.worst,
+            "worst_smooth_delta_e_2000": self.smooth,
+        }
+
+
+def bake_conditions(conditions: Iterable[StudyCondition], model: DisplayModel, folder: Path) -> dict[str, BakedLut]:
+    """Bake and certify the LUT of every condition but the un-aged one, by the condition's name.
+
+    Raises
+    ------
+    LutgenError
+        Hours outside the measured span, or a display that cannot be baked.
+
+    """
+    baked = {}
+    for condition in conditions:
+        if condition == UNAGED:
+            continue
+        output = folder / condition.name
+        plan = Plan(hours=(condition.hours,), modes=(condition.mode,), formats=(LUT_FORMAT,))
+        (record,) = (each for each in build(model, plan, output, jobs=1).manifest.files if each.kind == "lut")
+        groups = [group for group in (record.certificate or {}).values() if isinstance(group, dict)]
+        smooth = (record.certificate or {})["smooth"]["max"]
+        baked[condition.name] = BakedLut(
+            output / record.path, record.sha256, max(group["max"] for group in groups), smooth
+        )
+    return baked
+
+
+def blind_name(key: bytes, image: str, condition: str) -> str:
+    """Name a render: a keyed hash of what it shows."""
+    return hmac.new(key, f"{image}\0{condition}".encode(), hashlib.sha256).hexdigest()[:BLIND]
+
+
+def render_images(
+    shown: Sequence[tuple[Picture, str]],
+    luts: Mapping[str, BakedLut],
+    study: Path,
+    key: bytes,
+    progress: Callable[[int], None],
+) -> tuple[Render, ...]:
+    """Write what is shown of each (image, condition) into a study's folder; ``progress`` is told how many are done.
+
+    The un-aged picture is the image itself; of 16 bits a channel the nearest 8 are shown, after aging.
+
+    Raises
+    ------
+    LutgenError
+        An image that cannot be read or aged. What is written so far is the caller's to remove.
+
+    """
+    renders: dict[tuple[str, str], Render] = {}
+    (study / IMAGES).mkdir()
+    # In the order of blind names, which is random: the order of writing would tell the un-aged picture.
+    by_name = sorted(shown, key=lambda each: blind_name(key, each[0].name, each[1]))
+    with scratch() as beside:
+        for picture, condition in by_name:
+            source = picture.path
+            if condition != UNAGED.name:
+                source = beside / "aged.tif"
+                apply_to_images([(picture.path, source)], luts[condition].path, source="signal", force=True)
+            data = plain_png(shown_pixels(source))
+            file = f"{IMAGES}/{blind_name(key, picture.name, condition)}.png"
+            (study / file).write_bytes(data)
+            os.utime(study / file, (_WRITTEN, _WRITTEN))
+            sha256 = hashlib.sha256(data).hexdigest()
+            renders[picture.name, condition] = Render(picture.name, condition, file, sha256)
+            progress(len(renders))
+    return tuple(renders[picture.name, condition] for picture, condition in shown)

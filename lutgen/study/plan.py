@@ -19,26 +19,23 @@ from lutgen.errors import LutgenError, reason_of
 from lutgen.files import PARTIAL, file_sha256
 from lutgen.scratch import scratch
 from lutgen.study.design import UNAGED
-from lutgen.study.pictures import find_images, look_at
+from lutgen.study.pictures import bake_conditions, find_images, look_at, render_images
 from lutgen.study.power import MOST, study_power
-from lutgen.study.protocol import ANSWERS, IMAGES, PROTOCOL, Protocol, write_protocol
-from lutgen.study.render import bake_conditions, render_images
-from lutgen.study.scales import PAPER_CATEGORIES, PAPER_SCALE
+from lutgen.study.protocol import ANSWERS, IMAGES, PAPER_CATEGORIES, PAPER_SCALE, PROTOCOL, Protocol, write_protocol
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from lutgen.display import DisplayModel
     from lutgen.study.design import Design
-    from lutgen.study.pictures import Picture
+    from lutgen.study.pictures import BakedLut, Picture
     from lutgen.study.power import Power
     from lutgen.study.protocol import Category
-    from lutgen.study.render import BakedLut
 
-#: A washout that nobody waits for is a slip of the keyboard.
+#: A longer washout is treated as a typing error.
 MAX_WASHOUT_DAYS = 3650.0
 
-#: What lutgen puts into the folder of a study; one that holds more is not replaced.
+#: What lutgen puts into the folder of a study; a folder that holds anything else is not replaced.
 _OURS = {PROTOCOL, IMAGES, ANSWERS}
 
 
@@ -236,8 +233,8 @@ def _pictures(
     """Look at all images together: a practice image among those that are read would be read twice."""
     read = find_images(images)
     paths = find_images([*read, *find_images(practice)])
-    found = look_at(paths, lambda done: progress(done, len(paths)))
-    return found[: len(read)], found[len(read) :]
+    pictures = look_at(paths, lambda done: progress(done, len(paths)))
+    return pictures[: len(read)], pictures[len(read) :]
 
 
 def _shown(pictures: Sequence[Picture], practised: Sequence[Picture], design: Design) -> list[tuple[Picture, str]]:
@@ -284,8 +281,8 @@ def _check_unchanged(pictures: Sequence[Picture]) -> None:
 def _made_whole(study: Path, *, force: bool) -> Iterator[Path]:
     """Give a new folder that becomes ``study`` when all is done, and is removed when it is not.
 
-    It lies in one beside ``study``, where a study that is replaced waits until the new one is in place. What a run left
-    that was killed is removed first.
+    It lies in one beside ``study``, where a study that is replaced waits until the new one is in place. What a killed
+    run left is removed first.
     """
     whole = study.resolve()
     beside = whole.with_name(f".{whole.name}{PARTIAL}")

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 #: Significance level, and the power that is asked for.
 ALPHA, TARGET = 0.05, 0.8
 
-#: Answers per condition beyond which nobody looks; below 2 there is no variance.
+#: Largest and smallest number of answers per condition for which power is computed: one answer has no variance.
 MOST, LEAST = 2000, 2
 
 #: The conditions of the paper, with its numbers of answers: one image of the un-aged ones is missing there.
@@ -49,10 +49,10 @@ AGREED = {"none": 27, "chroma": 21, "chroma-luma": 20}
 #: Comparisons, the less aged first.
 PAIRS = tuple(combinations(("none", *AGING_MODES), 2))
 
-#: Standard deviations that the smallest difference is looked for within: two answers already find 8.
+#: The search for the smallest difference ends at this many standard deviations; two answers already find 8.
 _BEYOND = 50.0
 
-#: Standard deviations of a binomial beyond which nothing is summed: less than 1e-14.
+#: Sums leave out counts further from the mean than this many standard deviations: their probability is below 1e-14.
 _REACH = 8.0
 
 
@@ -182,8 +182,8 @@ def agreement_power(shares: tuple[float, float], answers: tuple[int, int], *, te
         return 0.0
     counts = [_likely(share, of) for share, of in zip(shares, answers, strict=True)]
     chances = [stats.binom.pmf(count, of, share) for count, of, share in zip(counts, answers, shares, strict=True)]
-    found = REJECTS[test](counts[0][:, np.newaxis], counts[1][np.newaxis, :], answers)
-    return min(float(chances[0] @ found @ chances[1]), 1.0)
+    rejected = REJECTS[test](counts[0][:, np.newaxis], counts[1][np.newaxis, :], answers)
+    return min(float(chances[0] @ rejected @ chances[1]), 1.0)
 
 
 def _likely(share: float, of: int) -> NDArray[np.int64]:
@@ -223,8 +223,8 @@ def fisher_rejects(first: NDArray[Any], second: NDArray[Any], answers: tuple[int
     others = np.clip(totals - counts, 0, m)
     chance = np.where(possible, np.exp(ways(n, counts) + ways(m, others) - ways(n + m, totals)), 0.0)
     tail = np.cumsum(chance[:, ::-1], axis=1)[:, ::-1]
-    found = (tail <= ALPHA)[total - total.min(), np.broadcast_to(first, total.shape)]
-    return np.asarray(found)
+    rejected = (tail <= ALPHA)[total - total.min(), np.broadcast_to(first, total.shape)]
+    return np.asarray(rejected)
 
 
 #: Tests on agreement.
@@ -246,13 +246,13 @@ def power_of(test: str, values: tuple[float, float], sd: float | None, answers: 
 
 
 def _detectable(answers: int) -> list[Detectable]:
-    found = []
+    detectable = []
     for measure in TABLE_2:
         sd = standard_deviation(measure, tuple(ANSWERS))
-        found += [_smallest(measure, test, sd, None, answers) for test in TESTS[measure]]
+        detectable += [_smallest(measure, test, sd, None, answers) for test in TESTS[measure]]
     base = AGREED["none"] / ANSWERS["none"]
-    found += [_smallest("agreement", test, None, base, answers) for test in TESTS["agreement"]]
-    return found
+    detectable += [_smallest("agreement", test, None, base, answers) for test in TESTS["agreement"]]
+    return detectable
 
 
 def _smallest(measure: str, test: str, sd: float | None, base: float | None, answers: int) -> Detectable:
@@ -273,7 +273,7 @@ def smallest_difference(test: str, sd: float | None, base: float | None, answers
 
 
 def _seen(answers: int) -> tuple[Seen, ...]:
-    found = []
+    seen = []
     for measure, tests in TESTS.items():
         for first, second in PAIRS:
             values, sd = paper_values(measure, first, second)
@@ -282,8 +282,8 @@ def _seen(answers: int) -> tuple[Seen, ...]:
                 of_paper = power_of(test, values, sd, (ANSWERS[first], ANSWERS[second]))
                 yours = power_of(test, values, sd, (answers, answers))
                 needed = answers_needed(test, values, sd)
-                found.append(Seen(measure, test, (first, second), values, sd, of_paper, yours, needed))
-    return tuple(found)
+                seen.append(Seen(measure, test, (first, second), values, sd, of_paper, yours, needed))
+    return tuple(seen)
 
 
 def paper_values(measure: str, first: str, second: str) -> tuple[tuple[float, float], float | None]:
@@ -298,7 +298,8 @@ def paper_values(measure: str, first: str, second: str) -> tuple[tuple[float, fl
 def answers_needed(test: str, values: tuple[float, float], sd: float | None) -> int | None:
     """Answers per condition for ``TARGET`` power; None when ``MOST`` are not enough.
 
-    Power on counts climbs in small teeth: found is a number that is enough where one less is not.
+    Power is not monotone for counts: the bisection returns an n that suffices while n − 1 does not, not always the
+    smallest.
     """
 
     def enough(answers: int) -> bool:

@@ -14,6 +14,7 @@ import json
 from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any
 
+from lutgen.cells import whole
 from lutgen.documents import from_json
 from lutgen.errors import LutgenError
 from lutgen.files import read_at_most, write_atomically
@@ -33,7 +34,7 @@ MAX_BYTES = 256_000_000
 
 
 @dataclass(frozen=True)
-class Condition:
+class StudyCondition:
     """A display that images are shown as: ``none`` is the un-aged one, ``chroma@18000`` a mode at an hour."""
 
     name: str
@@ -71,8 +72,8 @@ class Render:
 
 
 @dataclass(frozen=True)
-class Trial:
-    """One image in one session: ``reader`` is the number of a place that a reader takes, from 1, as all others."""
+class StudyTrial:
+    """One image in one session: ``reader`` is the number of a reader's place; all numbers count from 1."""
 
     reader: int
     session: int
@@ -111,7 +112,7 @@ class Protocol:
     """
 
     title: str
-    conditions: tuple[Condition, ...]
+    conditions: tuple[StudyCondition, ...]
     images: tuple[StudyImage, ...]
     practice: tuple[StudyImage, ...]
     categories: tuple[Category, ...]
@@ -122,18 +123,18 @@ class Protocol:
     seed: int
     model: Mapping[str, Any]
     renders: tuple[Render, ...]
-    trials: tuple[Trial, ...]
+    trials: tuple[StudyTrial, ...]
     version: str
 
-    def session(self, reader: int, session: int) -> list[Trial]:
+    def session(self, reader: int, session: int) -> list[StudyTrial]:
         """Return the trials of a reader's place in a session, in their order."""
         here = [trial for trial in self.trials if (trial.reader, trial.session) == (reader, session)]
         return sorted(here, key=lambda trial: trial.position)
 
     def render(self, image: str, condition: str) -> Render:
         """Return what is shown of an image under a condition. Raises KeyError when it is not in the study."""
-        found = {(render.image, render.condition): render for render in self.renders}
-        return found[image, condition]
+        renders = {(render.image, render.condition): render for render in self.renders}
+        return renders[image, condition]
 
     def as_json(self) -> dict[str, Any]:
         """Return what the file holds, its own hash last."""
@@ -184,12 +185,12 @@ def _hash(content: Mapping[str, Any]) -> str:
 
 #: Attributes that hold items of a dataclass.
 _ITEMS = {
-    "conditions": Condition,
+    "conditions": StudyCondition,
     "images": StudyImage,
     "practice": StudyImage,
     "categories": Category,
     "renders": Render,
-    "trials": Trial,
+    "trials": StudyTrial,
 }
 
 
@@ -203,3 +204,63 @@ def _protocol(content: Mapping[str, Any], path: Path) -> Protocol:
     except (KeyError, TypeError) as error:
         message = f"{path}: another version of lutgen planned this study ({error}). Run it with that version."
         raise LutgenError(message) from None
+
+
+#: The paper's: negative 0 and 1+, positive 2+ and 3+; ease from 1, hard, to 10, easy.
+PAPER_NEGATIVE, PAPER_POSITIVE, PAPER_EASE = "0,1+", "2+,3+", "1..10"
+
+#: One for each digit key but 0.
+MOST_CATEGORIES = 9
+
+#: What fits on a key of the reading page.
+MAX_LETTERS = 40
+
+
+def categories_of(negative: str, positive: str) -> tuple[Category, ...]:
+    """Return the diagnoses of two lists such as ``0,1+`` and ``2+,3+``.
+
+    The key of each is the digit that its name begins with, where all begin with different ones, else its number.
+
+    Raises
+    ------
+    LutgenError
+        A side without diagnoses, one that is named twice, too many, or a name that no key can carry.
+
+    """
+    sides = [(name.strip(), side) for text, side in ((negative, False), (positive, True)) for name in text.split(",")]
+    names = [name for name, _ in sides]
+    wrong = next((name for name in names if not (name.isprintable() and 0 < len(name) <= MAX_LETTERS)), None)
+    if wrong is not None:
+        allowed = f"names of 1 to {MAX_LETTERS} printable letters in a list, at least one a side"
+        raise LutgenError(f"diagnosis {wrong!r}: give --negative and --positive {allowed}, such as 0,1+.")
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise LutgenError(f"diagnosis {twice!r} is given twice. Name each diagnosis once, on one side.")
+    if len(names) > MOST_CATEGORIES:
+        raise LutgenError(f"{len(names)} diagnoses, and {MOST_CATEGORIES} keys for them. Leave some out.")
+    digits = [name[0] for name in names]
+    own = all(digit in "0123456789" for digit in digits) and len(set(digits)) == len(digits)
+    keys = digits if own else [str(number) for number in range(1, len(names) + 1)]
+    return tuple(Category(name, key, side) for (name, side), key in zip(sides, keys, strict=True))
+
+
+def ease_of(text: str) -> tuple[int, int]:
+    """Return smallest and largest ease of reading of text such as ``1..10``; every step has its digit, 10 has 0.
+
+    Raises
+    ------
+    LutgenError
+        No such scale.
+
+    """
+    first, dots, last = text.partition("..")
+    lowest = whole(first, least=0, most=1)
+    highest = None if lowest is None else whole(last, least=lowest + 1, most=10 if lowest else 9)
+    if dots and lowest is not None and highest is not None:
+        return lowest, highest
+    raise LutgenError(
+        f"--ease {text}: give a scale such as 1..10, from 0 or 1 to at most 10 (9 from 0); more is easier."
+    )
+
+
+PAPER_CATEGORIES, PAPER_SCALE = categories_of(PAPER_NEGATIVE, PAPER_POSITIVE), ease_of(PAPER_EASE)

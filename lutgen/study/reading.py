@@ -11,26 +11,26 @@ is noticed; set forward, it is not. The page's own, which only runs, gives the t
 from __future__ import annotations
 
 import hashlib
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING, Any
 
+from lutgen import __version__
 from lutgen.errors import LutgenError, reason_of
-from lutgen.study.answer import MAX_SECONDS
-from lutgen.study.answers import ANSWERED, ENDED, PRACTISED, answered
-from lutgen.study.progress import may_begin
+from lutgen.study.answer_file import AnswerFile, held
+from lutgen.study.answers import ANSWERED, ENDED, MAX_SECONDS, PRACTISED, answered, reader_name, take_place
+from lutgen.study.progress import OVERRIDDEN, RESUMED, STARTED, latest, may_begin, session_progress
+from lutgen.study.protocol import Protocol, read_protocol
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterator, Mapping
     from pathlib import Path
-
-    from lutgen.study.answer_file import AnswerFile
-    from lutgen.study.protocol import Protocol
 
 #: Most pauses of an image, and seconds of them in all: a month.
 MAX_PAUSES, MAX_PAUSED = 100_000, 30 * 86_400.0
 
-#: Kind of row: an image left for the screen.
+#: Kind of row: an image was sent to the page.
 SHOWN = "shown"
 
 
@@ -90,13 +90,13 @@ class PastError(LutgenError):
     """An answer to an image that is not the one to be read now."""
 
 
-class Reading:
+class ReadingSession:
     """A session that runs."""
 
     def __init__(
         self, study: Path, protocol: Protocol, file: AnswerFile, session: int, clock: Callable[[], datetime]
     ) -> None:
-        """Take what :func:`lutgen.study.begin.begin_reading` found in order."""
+        """Take what :func:`lutgen.study.reading.begin_reading` found in order."""
         self.study, self.protocol, self.session = study, protocol, session
         self.reader, self.place = str(file.entries[0].content["reader"]), int(file.entries[0].content["place"])
         self._file, self._clock = file, clock
@@ -250,3 +250,108 @@ def when(time: datetime) -> str:
 def text_of(time: datetime) -> str:
     """Return a time for a reader's file."""
     return time.astimezone(UTC).isoformat(timespec="milliseconds")
+
+
+#: A clock that is back by less than this was not set by hand: network time corrects clocks by less.
+CLOCK_SLACK = timedelta(seconds=2)
+
+#: Letters of a reason, at most.
+LONGEST_REASON = 500
+
+
+@contextmanager
+def begin_reading(
+    study: Path,
+    *,
+    reader: str,
+    session: int,
+    override: str | None = None,
+    clock: Callable[[], datetime] = lambda: datetime.now(UTC),
+    progress: Callable[[int, int], None] | None = None,
+) -> Iterator[ReadingSession]:
+    """Begin a reader's session, or go on with it, and hold it until the end of the block.
+
+    Parameters
+    ----------
+    study
+        Folder of the study.
+    reader
+        Name; a new one takes the next free place.
+    session
+        From 1; each after the one before, and after the washout.
+    override
+        A reason to begin before the washout is over, or with a clock that was set back. Recorded when it was needed.
+    clock
+        Gives the time now, UTC.
+    progress
+        Told how many of the images were compared with the protocol.
+
+    Raises
+    ------
+    LutgenError
+        The session may not be read now, or not by this reader; the study's files are not as they were planned.
+
+    """
+    protocol = read_protocol(study)
+    name, why = reader_name(reader), _reason(override)
+    if not 1 <= session <= protocol.sessions:
+        raise LutgenError(f"--session {session}: the study has sessions 1 to {protocol.sessions}. Pick one of these.")
+    file = take_place(study, protocol, name, session=session, at=text_of(clock()))
+    try:
+        with held(file.path):
+            began = ReadingSession(study, protocol, file, session, clock)
+            _check_pictures(study, [*began.practice, *began.images], progress)
+            _begin(began, file, clock(), why)
+            yield began
+    finally:
+        file.close()
+
+
+def _begin(began: ReadingSession, file: AnswerFile, now: datetime, why: str | None) -> None:
+    protocol, session = began.protocol, began.session
+    here = session_progress(file.entries, session, len(began.images))
+    if here.ended:
+        following = f" Next is --session {session + 1}." if session < protocol.sessions else ""
+        message = f"--session {session}: is complete, {here.read} of {here.images} images are read.{following}"
+        raise LutgenError(message)
+    if here.started:
+        file.append(text_of(now), session, [(RESUMED, {"read": here.read})])
+        return
+    if session > 1 and not session_progress(file.entries, session - 1, 0).ended:
+        message = f"--session {session}: session {session - 1} is not complete. Read --session {session - 1} first."
+        raise LutgenError(message)
+    overridden = [(OVERRIDDEN, {"what": what, "reason": why}) for what in _forbidden(protocol, file, session, now, why)]
+    file.append(text_of(now), session, [*overridden, (STARTED, {"images": here.images, "version": __version__})])
+
+
+def _forbidden(protocol: Protocol, file: AnswerFile, session: int, now: datetime, why: str | None) -> list[str]:
+    """Return what speaks against beginning now. Raises LutgenError where there is something and no reason is given."""
+    reasons = {}
+    last = latest(file.entries)
+    if now < last - CLOCK_SLACK:
+        reasons["clock"] = f"the clock says {when(now)}, but {when(last)} was recorded before: it was set back. Set it"
+    begin = may_begin(file.entries, session, protocol.washout_days)
+    if begin and now < begin:
+        reasons["washout"] = (
+            f"it may begin on {when(begin)}, {protocol.washout_days:g} days after session {session - 1} ended. Wait"
+        )
+    if reasons and not why:
+        message = f"--session {session}: {next(iter(reasons.values()))}, or give --override REASON, which is recorded."
+        raise LutgenError(message)
+    return list(reasons)
+
+
+def _check_pictures(study: Path, tasks: list[Task], progress: Callable[[int, int], None] | None) -> None:
+    for done, task in enumerate(tasks, start=1):
+        picture_of(study, task)
+        if progress:
+            progress(done, len(tasks))
+
+
+def _reason(text: str | None) -> str | None:
+    if text is None:
+        return None
+    reason = text.strip()
+    if reason.isprintable() and 1 <= len(reason) <= LONGEST_REASON:
+        return reason
+    raise LutgenError(f"--override {text[:80]!a}: give a reason of 1 to {LONGEST_REASON} visible letters.")

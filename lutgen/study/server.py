@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from starlette.responses import Response
     from starlette.types import ASGIApp
 
-    from lutgen.study.reading import Reading
+    from lutgen.study.reading import ReadingSession
 
 PAGE = Path(__file__).parent / "page"
 
@@ -76,7 +76,7 @@ def serving(conversation: Conversation, listening: socket | None = None) -> Iter
 
 
 def serve(
-    reading: Reading,
+    reading: ReadingSession,
     *,
     opened: Callable[[str], None],
     say: Callable[[str], None],

@@ -41,17 +41,22 @@ from zlib import crc32
 
 import numpy as np
 
+from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab
 from lutgen.errors import LutgenError
-from lutgen.study.answer import Answer
-from lutgen.study.protocol import Category, Trial
-from lutgen.study.scales import PAPER_CATEGORIES
+from lutgen.pictures.field import code_of, read_field
+from lutgen.pictures.nuclei import segment
+from lutgen.study.analysis.agreement import UNAGED
+from lutgen.study.answers import Answer
+from lutgen.study.protocol import PAPER_CATEGORIES, Category, StudyTrial
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from pathlib import Path
 
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
+    from lutgen.study.protocol import Protocol
 
 #: ΔE2000 at nuclei that is taken for the paper's images, by its conditions: see the calibration above.
 PAPER_DIFFERENCES = {"none": 0.0, "chroma": 5.1, "chroma-luma": 17.0}
@@ -135,7 +140,7 @@ class SimulatedReader:
         """Difficulty of an image: a standard normal number."""
         return float(self._random(0, crc32(image.encode())).standard_normal())
 
-    def answer(self, trial: Trial, difference: float, difficulty: float) -> tuple[float, int, str]:
+    def answer(self, trial: StudyTrial, difference: float, difficulty: float) -> tuple[float, int, str]:
         """Answer one trial: seconds, ease on the study's scale, name of a category.
 
         Parameters
@@ -155,7 +160,7 @@ class SimulatedReader:
         share = (float(read.ease) - PAPER_EASE[0]) / (PAPER_EASE[1] - PAPER_EASE[0])
         return round(float(read.seconds), 2), round(low + share * (high - low)), self._category(trial, read, random)
 
-    def _category(self, trial: Trial, read: Readings, random: np.random.Generator) -> str:
+    def _category(self, trial: StudyTrial, read: Readings, random: np.random.Generator) -> str:
         settled = self.categories[int(self._random(3, crc32(trial.image.encode())).integers(len(self.categories)))]
         same = [each.name for each in self.categories if each.positive == settled.positive and each != settled]
         across = [each.name for each in self.categories if each.positive != settled.positive]
@@ -169,7 +174,7 @@ class SimulatedReader:
 
 
 def simulate(
-    trials: Iterable[Trial], differences: Mapping[tuple[str, str], float], reader: SimulatedReader
+    trials: Iterable[StudyTrial], differences: Mapping[tuple[str, str], float], reader: SimulatedReader
 ) -> tuple[Answer, ...]:
     """Answer all trials of a study.
 
@@ -192,11 +197,11 @@ def simulate(
         if not 0 <= difference < float("inf"):
             raise LutgenError(f"ΔE2000 at nuclei of {image} under {condition}: {difference:g} is not 0 or above.")
     positive = {category.name: category.positive for category in reader.categories}
-    made = []
+    answers = []
     for trial in trials:
         difference = differences.get((trial.image, trial.condition), 0.0)
         seconds, ease, category = reader.answer(trial, difference, reader.difficulty(trial.image))
-        made.append(
+        answers.append(
             Answer(
                 reader=f"simulated {trial.reader}",
                 session=trial.session,
@@ -209,17 +214,76 @@ def simulate(
                 positive=positive[category],
             )
         )
-    return tuple(made)
+    return tuple(answers)
 
 
-def paper_trials(seed: int, *, per_condition: int = 40, readers: int = 1) -> tuple[Trial, ...]:
+def paper_trials(seed: int, *, per_condition: int = 40, readers: int = 1) -> tuple[StudyTrial, ...]:
     """Plan the paper's study (section 2.3): a session of images under three conditions, and one of all un-aged."""
     random = np.random.default_rng([seed, 4])
     names = [f"image-{number:03}" for number in range(1, 3 * per_condition + 1)]
-    made = []
+    trials = []
     for reader in range(1, readers + 1):
         under = dict(zip(random.permutation(names), sorted([*PAPER_DIFFERENCES] * per_condition), strict=True))
         for session, shown in ((1, under), (2, dict.fromkeys(names, "none"))):
             order = map(str, random.permutation(names))
-            made += [Trial(reader, session, place, name, shown[name]) for place, name in enumerate(order, start=1)]
-    return tuple(made)
+            trials += [
+                StudyTrial(reader, session, place, name, shown[name]) for place, name in enumerate(order, start=1)
+            ]
+    return tuple(trials)
+
+
+def nuclear_difference(unaged: Path, aged: Mapping[str, Path]) -> dict[str, float]:
+    """Mean ΔE2000 over the pixels of nuclei, for each aged picture of an image.
+
+    Parameters
+    ----------
+    unaged
+        Picture in which nuclei are looked for.
+    aged
+        Condition → picture of the same size.
+
+    Raises
+    ------
+    LutgenError
+        A picture cannot be read, has no nuclei or another size; scikit-image is missing.
+
+    """
+    field = read_field(unaged)
+    nuclei = segment(field).labels > 0
+    before = linear_to_lab(code_to_linear(code_of(field.keys[nuclei])))
+    differences = {}
+    for condition, path in aged.items():
+        other = read_field(path)
+        if other.shape != field.shape:
+            raise LutgenError(f"{path}: has another size than {unaged}. Restore the study's images.")
+        after = linear_to_lab(code_to_linear(code_of(other.keys[nuclei])))
+        differences[condition] = float(delta_e_2000(before, after).mean())
+    return differences
+
+
+def measured_differences(
+    study: Path, protocol: Protocol, progress: Callable[[int, int], None] = lambda _done, _total: None
+) -> dict[tuple[str, str], float]:
+    """Measure every image of a study under every aged condition that it is read under: (image, condition) → ΔE2000.
+
+    Raises
+    ------
+    LutgenError
+        As :func:`nuclear_difference`, or an image is never read un-aged.
+
+    """
+    files: dict[str, dict[str, Path]] = {}
+    for render in protocol.renders:
+        files.setdefault(render.image, {})[render.condition] = study / render.file
+    differences = {}
+    images = [image.name for image in protocol.images]
+    for done, image in enumerate(images):
+        aged = {condition: path for condition, path in files.get(image, {}).items() if condition != UNAGED}
+        if aged:
+            if UNAGED not in files[image]:
+                message = f"{image}: is not shown un-aged in this study, so that its ΔE at nuclei cannot be measured."
+                raise LutgenError(f"{message} Give --difference for each aged condition.")
+            for condition, value in nuclear_difference(files[image][UNAGED], aged).items():
+                differences[image, condition] = value
+        progress(done + 1, len(images))
+    return differences

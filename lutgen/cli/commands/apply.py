@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lutgen.display import AgedDisplay
-    from lutgen.pictures.apply import Applied
+    from lutgen.pictures.apply import AppliedImage
 
 
 @click.command(cls=Command, section=Section.SIMULATE, place=3)
@@ -25,7 +25,9 @@ if TYPE_CHECKING:
 @click.option("--mode", type=click.Choice(MODES), help="Aging mode.")
 @click.option("--hours", type=NUMBER, metavar="HOUR", help="Operating hours of the display.")
 @click.option(
-    "--lut", metavar="FILE", help="Apply this .cube, .clf, .3dl, .csp or .spi3d, tetrahedrally, not the model."
+    "--lut",
+    metavar="FILE",
+    help="Apply this LUT instead of the model, tetrahedrally: any format that OpenColorIO reads.",
 )
 @click.option("--build", metavar="DIR", help="Apply the LUT for --mode and --hours of a folder that lutgen build made.")
 @click.option("--side-by-side", is_flag=True, help="Un-aged on the left, aged on the right.")
@@ -97,7 +99,7 @@ def _aging(
 
     model_given = any(options.values())
     if lut and (build or mode or hours is not None or model_given):
-        raise LutgenError("--lut says it all: leave --build, --mode, --hours and the options of the model out.")
+        raise LutgenError("--lut needs no model: leave --build, --mode, --hours and the options of the model out.")
     if lut:
         return Path(lut), []
     if mode is None or hours is None:
@@ -106,7 +108,7 @@ def _aging(
         model = model_from(**options)
         return model.at(mode, hours), what_pictures_carry(model)
     if model_given:
-        raise LutgenError("--build says everything about the model: leave the options of the model out.")
+        raise LutgenError("--build holds the whole model: leave the options of the model out.")
     return _built_lut(Path(build), mode, hours), []
 
 
@@ -124,9 +126,9 @@ def _built_lut(folder: Path, mode: str, hours: float) -> Path:
             return path
     hour = re.compile(r"[0-9]+(\.[0-9]+)?h")
     built: dict[str, set[str]] = {}
-    for made in folder.glob("*/*h/aged.*"):
-        if hour.fullmatch(made.parent.name):
-            built.setdefault(made.parts[-3], set()).add(made.parent.name)
+    for lut in folder.glob("*/*h/aged.*"):
+        if hour.fullmatch(lut.parent.name):
+            built.setdefault(lut.parts[-3], set()).add(lut.parent.name)
     has = "; ".join(
         f"{of}: {', '.join(sorted(hours_of, key=lambda name: float(name[:-1])))}"
         for of, hours_of in sorted(built.items(), key=lambda each: (each[0] != mode, each[0]))
@@ -139,7 +141,7 @@ def _built_lut(folder: Path, mode: str, hours: float) -> Path:
     raise LutgenError(message)
 
 
-def _sentence(applied: Applied) -> str:
+def _sentence(applied: AppliedImage) -> str:
     parts = [f"{applied.output}: {applied.width} × {applied.height}"]
     if applied.clipped_share is None:
         parts.append("clipped colours unknown to a LUT")

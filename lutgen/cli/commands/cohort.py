@@ -70,7 +70,7 @@ def command(
     model = model_from(**options)
     try:
         with progress_bar("slides", quiet=outputs.alone) as progress:
-            found = cohort(
+            result = cohort(
                 slides,
                 model,
                 output,
@@ -86,6 +86,6 @@ def command(
     except KeyboardInterrupt:
         say(f"Interrupted. {output} keeps the finished slides; the same command goes on from there.", err=True)
         raise
-    outputs.write(cohort_page(found), found.as_json, as_csv=found.as_csv)
-    if found.broken:
+    outputs.write(cohort_page(result), result.as_json, as_csv=result.as_csv)
+    if result.broken:
         sys.exit(1)

@@ -2,29 +2,38 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.data_options import data_options, question_from
+from lutgen.cli.number_types import NumberFrom
 from lutgen.cli.outputs import Outputs
 
 
 @click.command(cls=Command, section=Section.CRITICISM, place=1)
 @data_options(expressions=False)
+@click.option(
+    "--fail-above",
+    type=NumberFrom(min=0.0, min_open=True),
+    metavar="RATIO",
+    help="Exit with 1 where the error is more than RATIO times the noise, such as 1.5.",
+)
 @click.option("--plots", metavar="DIR", help="Draw the residuals into this folder.")
-def command(*, json_to: str | None, plots: str | None, force: bool, **options: Any) -> None:
+def command(*, json_to: str | None, fail_above: float | None, plots: str | None, force: bool, **options: Any) -> None:
     """Show where the model fails on measurements, by how much, and in which direction.
 
     DATA is a table of readings (.csv) with more than white, red, green and blue: greys, ramps, mixtures, positions,
     room light, … The report gives the error by hour, level, colour and condition, beside the error that noise alone
-    would cause; the noise comes from the replicates in DATA. Ends with 0 whatever the result is.
+    would cause; the noise comes from the replicates in DATA. Ends with 0 whatever the result is, but for --fail-above.
 
     \b
     Example:
       lutgen compare examples/display-a.csv
       lutgen compare examples/display-a.csv --plots plots/compare --json compare.json
+      lutgen compare examples/display-a.csv --model my-display.toml --fail-above 1.5
     """
     if options["files"] and not options["model"]:
         raise click.UsageError("--effects helps --model to find effects; compare adds none. Use lutgen diagnose.")
@@ -40,3 +49,6 @@ def command(*, json_to: str | None, plots: str | None, force: bool, **options: A
         comparison.as_json,
         plot=lambda folder: plot_comparison(comparison, folder, force=force),
     )
+    if fail_above is not None and comparison.ratio > fail_above:
+        click.echo(f"{comparison.ratio:.3g} times the noise is more than --fail-above {fail_above:g}.", err=True)
+        sys.exit(1)

@@ -22,21 +22,24 @@ if TYPE_CHECKING:
     "--without", multiple=True, metavar="NAME", callback=split_all, help="Leave out these effects, separated by commas."
 )
 @click.option("--stub", metavar="FILE.py", help="Write a sketch of your own effect, from the error that is left.")
+@click.option("--verbose", is_flag=True, help="Print also how each effect does alone.")
 @click.option("--plots", metavar="DIR", help="Draw residuals, steps, fit and visibility into this folder.")
 def command(
     *,
     without: tuple[str, ...],
     stub: str | None,
     json_to: str | None,
+    verbose: bool,
     plots: str | None,
     force: bool,
     **options: Any,
 ) -> None:
     """Find out which physical effect the model lacks on these measurements.
 
-    The report says first what the readings can show at all. Then it gives the verdict (consistent, named, form, one-of,
-    several, unexplained or measurement-problem), all effects by rank, the rivals, the measurements that would separate
-    the rivals, what would refute the verdict, and the command to run next. Ends with 0 whatever the result is.
+    The first line is the verdict (consistent, named, form, one-of, several, unexplained or measurement-problem) in one
+    sentence. Then come the error before and after, the command to run next, the parameters, the rivals and what would
+    separate them, what would refute the verdict, and what the readings can show at all. Ends with 0 whatever the
+    result is.
 
     \b
     Example:
@@ -62,7 +65,7 @@ def command(
         )
     written = _write_stub(diagnosis, stub)
     outputs.write(
-        diagnose_page(diagnosis, question.effects, question.again, written),
+        diagnose_page(diagnosis, question.effects, question.again, written, verbose=verbose),
         diagnosis.as_json,
         plot=lambda folder: plot_diagnosis(diagnosis, question.effects, folder, force=force),
     )

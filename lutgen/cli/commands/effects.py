@@ -127,11 +127,11 @@ def _list(effects: Mapping[str, Effect]) -> None:
 
 def _explain(effect: Effect, plot: str | None, *, force: bool, as_json: bool) -> None:
     from lutgen.effects.registry_json import registry_json
-    from lutgen.report.drawing.png_file import check_new_png
+    from lutgen.report.drawing import check_new_png
 
     if plot:
         check_new_png(plot, force=force)
-    said = "" if as_json and not plot else _said(effect, must_be_sound=bool(plot))
+    text = "" if as_json and not plot else _said(effect, must_be_sound=bool(plot))
     if plot:
         from lutgen.report.display.effect_plot import plot_effect
 
@@ -144,7 +144,7 @@ def _explain(effect: Effect, plot: str | None, *, force: bool, as_json: bool) ->
     console = _console()
     console.print(f"{effect.name} · {effect.stage} · {effect.origin}\n", style="bold", markup=False)
     console.print(effect.text, markup=False)
-    console.print(f"\n{said}\n", markup=False)
+    console.print(f"\n{text}\n", markup=False)
     lines = _table(None, None)
     lines.add_row(*_plain("signal", STAGES[effect.stage]))
     lines.add_row(*_plain("baseline", _BASELINES[effect.baseline]))
@@ -212,8 +212,10 @@ def _check(file: str, data: str | None, time_limit: float | None, *, as_json: bo
 def _report(report: Report) -> None:
     console = _console()
     broken = sum(not clause.passed for clause in report.clauses)
-    said = f"breaks {broken} of {len(report.clauses)} clauses" if broken else f"keeps all {len(report.clauses)} clauses"
-    console.print(f"{report.effect} {said} of the contract.\n", markup=False)
+    state = (
+        f"breaks {broken} of {len(report.clauses)} clauses" if broken else f"keeps all {len(report.clauses)} clauses"
+    )
+    console.print(f"{report.effect} {state} of the contract.\n", markup=False)
     table = _table("clause", "kept", "")
     for clause in report.clauses:
         table.add_row(*_plain(clause.clause, "yes" if clause.passed else "NO", clause.sentence))

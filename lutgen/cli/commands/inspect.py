@@ -36,28 +36,27 @@ def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, f
       lutgen inspect examples/session.ti3 --plots plots/inspect --json inspect.json
     """
     from lutgen.history import inspect_session
-    from lutgen.history.schema import as_json
     from lutgen.report.history.inspection import inspect_page
 
     alone = check_json(json_to, force=force)
     if plots:
-        from lutgen.report.history.inspection_plot import picture_names, plot_inspection
-    found = []
+        from lutgen.report.history.inspection import picture_names, plot_inspection
+    inspections = []
     with progress_bar("inspecting", quiet=alone) as progress:
         for number, session in enumerate(_sessions(files)):
             progress(number, len(files))
-            found.append(inspect_session(session))
+            inspections.append(inspect_session(session))
     if plots:
-        names = picture_names([each.session.file for each in found])
+        names = picture_names([each.session.file for each in inspections])
         folder = check_pictures(plots, names, force=force)
         with progress_bar("drawing", quiet=alone) as progress:
-            for number, (each, name) in enumerate(zip(found, names, strict=True)):
-                progress(number, len(found))
+            for number, (each, name) in enumerate(zip(inspections, names, strict=True)):
+                progress(number, len(inspections))
                 plot_inspection(each, folder / name, force=force)
     if json_to:
-        write_json(as_json(found), json_to)
+        write_json({"schema": 1, "sessions": [each.as_json() for each in inspections]}, json_to)
     if not alone:
-        print_page(inspect_page(found))
+        print_page(inspect_page(inspections))
         if plots:
             print_page([f"Pictures: {', '.join(str(folder / name) for name in names)}"])
 

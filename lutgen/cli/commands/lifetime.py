@@ -51,20 +51,19 @@ def command(
     """
     from lutgen.display.hours import parse_hours
     from lutgen.pictures.lifetime import check_tolerances, lifetime
-    from lutgen.report.pictures.lifetime import lifetime_page
-    from lutgen.report.pictures.lifetime_plot import picture_names, plot_lifetimes
+    from lutgen.report.pictures.lifetime import lifetime_page, picture_names, plot_lifetimes
 
     tolerances = check_tolerances(numbers("--tolerance", tolerance))
     outputs = Outputs(json_to, csv_to, plots, lambda: picture_names(images), force=force)
     model = model_from(**options)
     chosen = parse_hours(hours, model.tips) if hours else None
     with progress_bar("aging colours", quiet=outputs.alone) as progress:
-        found = lifetime(
+        lifetimes = lifetime(
             images, model, tolerances=tolerances, hours=chosen, tissue=tissue, source=source, progress=progress
         )
     outputs.write(
-        lifetime_page(found),
-        found.as_json,
-        as_csv=found.as_csv,
-        plot=lambda folder: plot_lifetimes(found, folder, force=force),
+        lifetime_page(lifetimes),
+        lifetimes.as_json,
+        as_csv=lifetimes.as_csv,
+        plot=lambda folder: plot_lifetimes(lifetimes, folder, force=force),
     )

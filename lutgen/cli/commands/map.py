@@ -69,14 +69,16 @@ def command(
     floats = [path for path in paths if path.suffix.lower() in MAP_SUFFIXES]
     model = model_from(**options)
     with progress_bar("comparing pixels", quiet=alone) as progress:
-        found = difference_map(image, model, mode, hours, floats=floats, source=source, force=force, progress=progress)
+        difference = difference_map(
+            image, model, mode, hours, floats=floats, source=source, force=force, progress=progress
+        )
     for path in paths:
         if path not in floats:
-            plot_map(found, path, ends=(low, high), force=force)
+            plot_map(difference, path, ends=(low, high), force=force)
     if json_to:
-        write_json(found.as_json(), json_to)
+        write_json(difference.as_json(), json_to)
     if not alone:
-        print_page([*_sentences(found), f"Written: {', '.join(outputs)}", *found.remarks()])
+        print_page([*_sentences(difference), f"Written: {', '.join(outputs)}", *difference.remarks()])
 
 
 def _numbers(text: str) -> tuple[float, float]:
@@ -98,8 +100,8 @@ def _check_different(outputs: tuple[str, ...]) -> None:
         raise LutgenError(f"{twice}: is given twice with -o. Give each file once.")
 
 
-def _sentences(found: DifferenceMap) -> list[str]:
+def _sentences(difference: DifferenceMap) -> list[str]:
     from lutgen.report.pictures.difference_map import counted, title_of
 
-    quantiles = f"95 % of the pixels are within {found.p95:.2f}, 99 % within {found.p99:.2f}."
-    return [f"{title_of(found)}. {quantiles}", counted(found), found.model.measurements.provenance]
+    quantiles = f"95 % of the pixels are within {difference.p95:.2f}, 99 % within {difference.p99:.2f}."
+    return [f"{title_of(difference)}. {quantiles}", counted(difference), difference.model.measurements.provenance]

@@ -74,14 +74,13 @@ def command(
     """
     from lutgen.display.hours import parse_hours
     from lutgen.pictures.conspicuity import nuclei
-    from lutgen.report.pictures.nuclei import nuclei_page
-    from lutgen.report.pictures.nuclei_plot import picture_names, plot_nuclei
+    from lutgen.report.pictures.nuclei import nuclei_page, picture_names, plot_nuclei
 
     outputs = Outputs(json_to, csv_to, plots, lambda: picture_names(image), force=force)
     model = model_from(**options)
     chosen = parse_hours(hours, model.tips) if hours else None
     with progress_bar("aging nuclei", quiet=outputs.alone) as progress:
-        found = nuclei(
+        conspicuity = nuclei(
             image,
             model,
             stain=stain,
@@ -93,8 +92,8 @@ def command(
             progress=progress,
         )
     outputs.write(
-        nuclei_page(found),
-        found.as_json,
-        as_csv=found.as_csv,
-        plot=lambda folder: plot_nuclei(found, folder, force=force),
+        nuclei_page(conspicuity),
+        conspicuity.as_json,
+        as_csv=conspicuity.as_csv,
+        plot=lambda folder: plot_nuclei(conspicuity, folder, force=force),
     )

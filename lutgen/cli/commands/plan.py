@@ -49,16 +49,18 @@ def command(
     for path, suffix in wanted.items():
         check_new_file(path, force=force, suffixes=(suffix,))
     question = question_from(**options)
-    made = plan(question.readings, between=pair, effect=effect, **question.asked, effects=question.effects)
+    measurement_plan = plan(question.readings, between=pair, effect=effect, **question.asked, effects=question.effects)
     from lutgen.files import write_atomically
 
     for path, suffix in wanted.items():
-        write_atomically(Path(path), (made.as_csv() if suffix == ".csv" else made.as_ti1()).encode())
+        write_atomically(
+            Path(path), (measurement_plan.as_csv() if suffix == ".csv" else measurement_plan.as_ti1()).encode()
+        )
     if json_to:
-        write_json(made.as_json(), json_to)
+        write_json(measurement_plan.as_json(), json_to)
     if not alone:
         kind = "between" if pair else "effect" if effect else "coverage"
-        print_page(plan_page(made, kind, list(wanted)))
+        print_page(plan_page(measurement_plan, kind, list(wanted)))
 
 
 def _pair(between: str | None) -> tuple[str, str] | None:

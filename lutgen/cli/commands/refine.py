@@ -53,8 +53,8 @@ def command(
         raise click.UsageError("Say what to add: --add NAME, --add-expr TEXT or --auto.")
     from lutgen.criticism.refine import refine
     from lutgen.display import save_model
+    from lutgen.report.criticism.diagnosis import refine_page
     from lutgen.report.criticism.plots import OF_REFINE, plot_refinement
-    from lutgen.report.criticism.refinement import refine_page
 
     outputs = Outputs(json_to, plots=plots, pictures=lambda: OF_REFINE, force=force)
     if output:

@@ -76,13 +76,13 @@ def command(
     built = read_build(build) if build else None
     frames, curve = hours_of(hours, model)
     with progress_bar("aging colours") as progress:
-        found = lifetime([image], model, tolerances=tolerances, hours=curve, source=source, progress=progress)
+        lifetimes = lifetime([image], model, tolerances=tolerances, hours=curve, source=source, progress=progress)
     with progress_bar("reading the picture") as progress:
         frame = read_frame(Path(image), pixels=PIXELS, width=WIDTH, source=source, progress=progress)
     with progress_bar("aging the picture") as progress:
-        scenes = scenes_of(frame, model, found, frames, progress)
+        scenes = scenes_of(frame, model, lifetimes, frames, progress)
     evidence = _evidence(data, model, options, instrument) if data else None
-    write_report(Run(found, scenes, built, evidence), output)
+    write_report(Run(lifetimes, scenes, built, evidence), output)
     say(f"{output}: {Path(output).stat().st_size / 1e6:.1f} MB, {len(frames)} hours. Open it in a browser.")
 
 

@@ -49,7 +49,7 @@ def command(
     """
     from lutgen.display.hours import parse_hours
     from lutgen.pictures.aged_series import aged_series
-    from lutgen.report.pictures.age_sheet import age_sheet, check_hours, longest
+    from lutgen.report.pictures.sheets import age_sheet, check_hours, longest
 
     path = check_output(output, image, force=force)
     model = model_from(**options)

@@ -50,7 +50,7 @@ def command(
     """
     from lutgen.display.aging import show
     from lutgen.display.hours import parse_hours
-    from lutgen.report.drawing.png_file import check_new_png
+    from lutgen.report.drawing import check_new_png
 
     if plot:
         check_new_png(plot, force=force)

@@ -41,14 +41,14 @@ def command(
       lutgen table 1 a.tif b.tif --csv table-1.csv
     """
     from lutgen.pictures.lifetime import lifetime
-    from lutgen.report.pictures.table_1 import table_1_csv, table_1_json, table_1_page
+    from lutgen.report.pictures.lifetime import table_1_csv, table_1_json, table_1_page
 
     outputs = Outputs(json_to, csv_to, force=force)
     model = model_from(**options)
     with progress_bar("aging colours", quiet=outputs.alone) as progress:
-        found = lifetime(images, model, source=source, progress=progress)
+        lifetimes = lifetime(images, model, source=source, progress=progress)
     outputs.write(
-        table_1_page(found),
-        lambda: table_1_json(found),
-        as_csv=lambda: table_1_csv(found),
+        table_1_page(lifetimes),
+        lambda: table_1_json(lifetimes),
+        as_csv=lambda: table_1_csv(lifetimes),
     )

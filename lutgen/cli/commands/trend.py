@@ -53,19 +53,19 @@ def command(
     from lutgen.history.trend import trend
     from lutgen.history.trend_json import trend_as_json
     from lutgen.readings.campaign import read_campaign
-    from lutgen.report.history.trend import trend_page
+    from lutgen.report.history.campaign import trend_page
 
     alone = check_json(json_to, force=force)
     path = check_new_file(plot, force=force, suffixes=(".png",)) if plot else None
     chosen = sets or (() if own else (TG18_SECONDARY, DRIFT))
     limits = [*(limit for name in chosen for limit in limits_of(name)), *(parse_limit(text) for text in own)]
     with progress_bar("following", quiet=alone) as progress:
-        found = trend(read_campaign(campaign), limits, all_sessions=all_sessions, progress=progress)
+        result = trend(read_campaign(campaign), limits, all_sessions=all_sessions, progress=progress)
     if path:
-        from lutgen.report.history.trend_plot import plot_trend
+        from lutgen.report.history.campaign import plot_trend
 
-        plot_trend(found, path, force=force)
+        plot_trend(result, path, force=force)
     if json_to:
-        write_json(trend_as_json(found), json_to)
+        write_json(trend_as_json(result), json_to)
     if not alone:
-        print_page([*trend_page(found), *([f"Picture: {path}"] if path else [])])
+        print_page([*trend_page(result), *([f"Picture: {path}"] if path else [])])

@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.primaries import scaled
 from lutgen.effects.scene import growth
-from lutgen.effects.time_law import POWER, SATURATION
+from lutgen.effects.shapes import POWER, SATURATION, scaled
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

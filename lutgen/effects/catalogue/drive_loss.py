@@ -17,7 +17,7 @@ import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
 from lutgen.effects.scene import growth
-from lutgen.effects.time_law import LASTING, POWER, SATURATION, share_of_final
+from lutgen.effects.shapes import LASTING, POWER, SATURATION, share_of_final
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @effect(
     stage="drive",
-    neutral={"new": 0.0, "grown": 0.0, "lean": 0.0, "red": 0.0, "green": 0.0, "blue": 0.0},
+    neutral={"new": 0.0, "grown": 0.0, "red": 0.0, "green": 0.0, "blue": 0.0},
     forms=(
         ("grown",),
         ("new",),
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     power=POWER,
     saturation=SATURATION,
     onset=LASTING,
-    lean=Parameter(0.0, (-0.3, 0.5), "1", "how much more is lost of a full drive than of none, at 18 000 h"),
+    lean=Parameter(0.0, (0.0, 1.0), "1", "how much larger that share is at full drive, as a share of it"),
     red=Parameter(0.0, (-0.3, 0.5), "1", "share of red's drive that is lost beside that, at 18 000 h"),
     green=Parameter(0.0, (-0.3, 0.5), "1", "share of green's drive that is lost beside that, at 18 000 h"),
     blue=Parameter(0.0, (-0.3, 0.5), "1", "share of blue's drive that is lost beside that, at 18 000 h"),
@@ -72,8 +72,7 @@ def drive_loss(
 ) -> Array:
     """Shrink the code values; a loss above 1 leaves none."""
     loss = growth(scene.tau, new=new, grown=grown, power=power, saturation=saturation)
-    if lean:
-        loss = loss + growth(scene.tau, new=0.0, grown=lean, power=power, saturation=saturation) * code
+    loss = loss * (1.0 + lean * code)
     if red or green or blue:
         loss = loss + share_of_final(scene.tau, onset=onset, power=power, saturation=saturation) * np.array(
             [red, green, blue]

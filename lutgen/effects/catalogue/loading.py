@@ -20,7 +20,7 @@ import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
 from lutgen.effects.scene import growth
-from lutgen.effects.time_law import POWER, SATURATION
+from lutgen.effects.shapes import POWER, SATURATION
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

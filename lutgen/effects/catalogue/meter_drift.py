@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.time_law import POWER
+from lutgen.effects.shapes import POWER
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

@@ -19,8 +19,8 @@ import numpy as np
 from lutgen.effects.declare import Parameter, effect
 from lutgen.effects.observer import WAVELENGTHS
 from lutgen.effects.scene import growth
+from lutgen.effects.shapes import POWER, SATURATION
 from lutgen.effects.spectra import mapped, of_scene
-from lutgen.effects.time_law import POWER, SATURATION
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

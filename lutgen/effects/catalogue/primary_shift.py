@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.time_law import LASTING, POWER, share_of_final
+from lutgen.effects.shapes import LASTING, POWER, share_of_final
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.level_curve import bent, level_curve
+from lutgen.effects.shapes import bent, level_curve
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.primaries import scaled
 from lutgen.effects.scene import REFERENCE_C
+from lutgen.effects.shapes import scaled
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

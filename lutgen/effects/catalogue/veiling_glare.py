@@ -20,7 +20,7 @@ import numpy as np
 from lutgen.colorimetry import code_to_linear
 from lutgen.effects.declare import Parameter, effect
 from lutgen.effects.scene import growth
-from lutgen.effects.time_law import POWER
+from lutgen.effects.shapes import POWER
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

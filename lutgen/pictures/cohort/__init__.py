@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from lutgen.pictures.cohort.run import Broken, Cohort, cohort
+from lutgen.pictures.cohort.run import BrokenSlide, Cohort, cohort
 
-__all__ = ["Broken", "Cohort", "cohort"]
+__all__ = ["BrokenSlide", "Cohort", "cohort"]

@@ -24,13 +24,13 @@ from lutgen.pictures.cohort.task import Outcome, look_at, outcomes
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from lutgen.pictures.cohort.find import Slide
+    from lutgen.pictures.cohort.find import CohortSlide
     from lutgen.pictures.cohort.task import Asked, Outcomes
 
-#: Seconds until a scheduler that does not answer is given up, and one that has no worker.
+#: Seconds to wait for a scheduler that does not answer, and for one that has no worker.
 PATIENCE_S = 5.0
 
-#: What Dask connects to; it says so itself of no other.
+#: Addresses that Dask connects to; it gives no clear error for others.
 _ADDRESS = re.compile(r"(tcp|tls|ws|wss)://[^/\s]+:\d+")
 
 #: Why a slide is given up.
@@ -38,7 +38,7 @@ _DEADLY = "the Dask workers that took it died, one after the other (out of memor
 
 
 @contextmanager
-def on_cluster(address: str) -> Iterator[Callable[[Asked, Sequence[Slide]], Outcomes]]:
+def on_cluster(address: str) -> Iterator[Callable[[Asked, Sequence[CohortSlide]], Outcomes]]:
     """Connect to a scheduler; give what does slides there: each with its outcome, as they are done.
 
     Raises
@@ -73,7 +73,7 @@ def on_cluster(address: str) -> Iterator[Callable[[Asked, Sequence[Slide]], Outc
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep Dask's client from printing its inner life when a connection is lost: one sentence says so here."""
+    """Silence the log of Dask's client when a connection is lost: lutgen's own error says it in one sentence."""
     logger = getLogger("distributed.client")
     before = logger.level
     logger.setLevel(CRITICAL)
@@ -83,13 +83,15 @@ def _quiet() -> Iterator[None]:
         logger.setLevel(before)
 
 
-def _outcomes(dask: Any, client: Any, asked: Asked, slides: Sequence[Slide]) -> Outcomes:
+def _outcomes(dask: Any, client: Any, asked: Asked, slides: Sequence[CohortSlide]) -> Outcomes:
     # Dask suspects every slide that waited at a worker when the worker died.
     return outcomes(partial(_done, dask, client, asked), slides, _DEADLY)
 
 
-def _done(dask: Any, client: Any, asked: Asked, slides: Sequence[Slide]) -> Iterator[tuple[Slide, Outcome | None]]:
-    # A name of its own for each task: Dask would answer a second run with what it remembers of the first.
+def _done(
+    dask: Any, client: Any, asked: Asked, slides: Sequence[CohortSlide]
+) -> Iterator[tuple[CohortSlide, Outcome | None]]:
+    # Each task has a unique key: otherwise Dask returns the remembered result of an earlier run.
     run = uuid4().hex
     futures = {
         client.submit(pickle.loads, pickle.dumps(_Call(asked, slide)), key=f"lutgen-{run}-{place}"): slide
@@ -100,11 +102,11 @@ def _done(dask: Any, client: Any, asked: Asked, slides: Sequence[Slide]) -> Iter
 
 
 def _outcome(dask: Any, client: Any, future: Any) -> Outcome | None:
-    """What a task has found; None: Dask gave it up, since the workers that had it died."""
+    """Return the result of a task; None: Dask gave the task up, since the workers that had it died."""
     try:
         error = future.exception()
-        # A worker that dies before its result is fetched makes this wait until another has found it again.
-        found: Outcome | None = None if error else future.result()
+        # If the worker dies before its result is fetched, this waits until another worker has computed it again.
+        outcome: Outcome | None = None if error else future.result()
     except dask.CancelledError:
         message = (
             f"{client.scheduler.address}: the Dask scheduler is gone. The finished slides are kept; run again to go on."
@@ -116,24 +118,24 @@ def _outcome(dask: Any, client: Any, future: Any) -> Outcome | None:
             f"its Dask worker failed ({type(error).__name__}: {str(error).rstrip('.')}). Is lutgen there, "
             "and what the model names?",
         )
-    return found
+    return outcome
 
 
 class _Call:
-    """Does a slide when it is unpickled.
+    """Computes a slide when it is unpickled.
 
-    A worker that cannot unpickle a message of Dask's, as where lutgen is not installed, drops its connection and comes
-    back, for ever. So the task is `pickle.loads`, which all workers have, and a failure is an error of that task.
+    A worker that cannot unpickle a task, such as a worker without lutgen, drops its connection and reconnects without
+    end. So the task is `pickle.loads`, which all workers have, and a failure is an error of that task.
     """
 
-    def __init__(self, asked: Asked, slide: Slide) -> None:
+    def __init__(self, asked: Asked, slide: CohortSlide) -> None:
         self._given = asked, slide
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _look_there, self._given
 
 
-def _look_there(asked: Asked, slide: Slide) -> Outcome:
+def _look_there(asked: Asked, slide: CohortSlide) -> Outcome:
     """Do a slide on a worker, in its one thread: the worker's other threads have slides of their own."""
     if asked.version != __version__:
         return Outcome(None, f"lutgen is {__version__} on its Dask worker and {asked.version} here. Install the same.")

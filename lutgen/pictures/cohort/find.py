@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from lutgen.cells import is_comment
 from lutgen.errors import LutgenError
 from lutgen.files import files_below, read_at_most
-from lutgen.pictures import slides
+from lutgen.pictures import blocks
 from lutgen.pictures.images import FORMATS
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
 #: What is taken of a folder.
-SUFFIXES = tuple(suffix for kind in FORMATS for suffix in kind.suffixes) + slides.SUFFIXES
+SUFFIXES = tuple(suffix for kind in FORMATS for suffix in kind.suffixes) + blocks.SUFFIXES
 
 #: A list of slides ends in this.
 LIST = ".txt"
@@ -31,7 +31,7 @@ _WITH_FOLDER = ".mrxs"
 
 
 @dataclass(frozen=True)
-class Slide:
+class CohortSlide:
     """One slide of a cohort.
 
     Attributes
@@ -51,7 +51,7 @@ class Slide:
     changed_ns: int
 
 
-def find_slides(given: Sequence[str | Path]) -> tuple[Slide, ...]:
+def find_slides(given: Sequence[str | Path]) -> tuple[CohortSlide, ...]:
     """Return the slides that files, folders and lists name, in that order; those of a folder by name.
 
     A folder gives all images and slides in it and below; what begins with a dot is left out. A list (.txt) holds a path
@@ -66,21 +66,21 @@ def find_slides(given: Sequence[str | Path]) -> tuple[Slide, ...]:
     """
     if not given:
         raise LutgenError("no slide was given. Give slides, a folder of them, or a list (.txt) of a path a line.")
-    found: dict[str, Slide] = {}
+    slides: dict[str, CohortSlide] = {}
     for each in given:
         for path in _named(Path(each)):
             slide = _slide(path)
-            found.setdefault(slide.path, slide)
-    return tuple(found.values())
+            slides.setdefault(slide.path, slide)
+    return tuple(slides.values())
 
 
 def _named(given: Path) -> Iterable[Path]:
-    found = files_below(given, SUFFIXES)
-    if found is None:
+    files = files_below(given, SUFFIXES)
+    if files is None:
         return _in_list(given) if given.suffix.lower() == LIST else [given]
-    if not found:
+    if not files:
         raise LutgenError(f"{given}: no slide in this folder or below. Looked for {', '.join(SUFFIXES)}.")
-    return found
+    return files
 
 
 def _in_list(file: Path) -> list[Path]:
@@ -90,16 +90,16 @@ def _in_list(file: Path) -> list[Path]:
         lines = [line.strip() for line in data.decode("utf-8-sig").splitlines()]
     except UnicodeDecodeError:
         raise LutgenError(f"{file}: cannot read the list of slides: it is not utf-8 text. {advice}") from None
-    found = [file.parent / line for line in lines if line and not is_comment(line)]
-    if not found:
+    files = [file.parent / line for line in lines if line and not is_comment(line)]
+    if not files:
         raise LutgenError(f"{file}: names no slide. {advice}")
-    return found
+    return files
 
 
-def _slide(path: Path) -> Slide:
+def _slide(path: Path) -> CohortSlide:
     whole = path.resolve()
     parts = list(_parts(whole))
-    return Slide(
+    return CohortSlide(
         str(path), str(whole), sum(part.st_size for part in parts), max((part.st_mtime_ns for part in parts), default=0)
     )
 

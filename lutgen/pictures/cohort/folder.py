@@ -8,16 +8,22 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from lutgen.display.model_file import model_text
 from lutgen.documents import from_json
 from lutgen.errors import LutgenError
 from lutgen.files import PARTIAL, bytes_at_most, write_atomically
+from lutgen.pictures.difference import DifferenceCurve
+from lutgen.pictures.lifetime import ImageLifetime
+from lutgen.pictures.tissue import Tissue
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
-    from lutgen.pictures.cohort.find import Slide
+    from lutgen.pictures.cohort.find import CohortSlide
     from lutgen.pictures.cohort.task import Asked
+    from lutgen.pictures.uncertainty import Intervals
 
 SCHEMA = 1
 
@@ -56,23 +62,23 @@ class RunFolder:
             old.unlink()
         write_atomically(self.path / OPTIONS, _text(self.recipe))
 
-    def keep(self, slide: Slide, image: Mapping[str, Any]) -> None:
+    def keep(self, slide: CohortSlide, image: Mapping[str, Any]) -> None:
         """Write a slide's result down."""
         write_atomically(self._file(slide), _text({"schema": SCHEMA, "slide": asdict(slide), "image": image}))
 
-    def kept(self, slide: Slide) -> dict[str, Any] | None:
+    def kept(self, slide: CohortSlide) -> dict[str, Any] | None:
         """Return a slide's result, None where there is none of the slide as it is now."""
         if self.other:
             return None
         try:
             content = from_json(bytes_at_most(self._file(slide), MAX_BYTES, none="result"))
             same = content["schema"] == SCHEMA and content["slide"] | {"name": slide.name} == asdict(slide)
-            found: dict[str, Any] | None = content["image"] if same else None
+            image: dict[str, Any] | None = content["image"] if same else None
         except (OSError, ValueError, KeyError, TypeError):
             return None
-        return found
+        return image
 
-    def _file(self, slide: Slide) -> Path:
+    def _file(self, slide: CohortSlide) -> Path:
         # Slides of one name come from many folders.
         place = hashlib.sha256(slide.path.encode(errors="surrogateescape")).hexdigest()[:12]
         return self.path / SLIDES / f"{Path(slide.path).name[:40]}-{place}.json"
@@ -152,3 +158,47 @@ def _read(path: Path) -> dict[str, Any] | None:
 
 def _text(content: Mapping[str, Any]) -> bytes:
     return (json.dumps(content, indent=1, allow_nan=False) + "\n").encode()
+
+
+#: Attributes of a curve, as JSON calls them.
+_COLUMNS = {"hours": "hours", "mean": "mean", "sd": "sd", "p95": "p95", "p99": "p99", "largest": "max"}
+
+
+def image_from_json(content: Mapping[str, Any], file: str, tolerances: Sequence[float]) -> ImageLifetime:
+    """Return the image that ``lifetime --json`` wrote, under the name ``file``.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        It is none.
+
+    """
+    tissue, modes = content["tissue"], content["modes"]
+    return ImageLifetime(
+        file=file,
+        pixels=int(content["pixels"]),
+        colours=int(content["colours"]),
+        bits=int(content["bits"]),
+        binning_error=float(content["binning_error"]),
+        tissue=tissue and Tissue(tissue["threshold_L"], tissue["left_out_share"]),
+        curves={mode: _curve(each["curve"]) for mode, each in modes.items()},
+        intervals=_intervals(modes, tolerances),
+    )
+
+
+def _curve(points: Sequence[Mapping[str, float]]) -> DifferenceCurve:
+    return DifferenceCurve(
+        **{name: np.array([float(point[key]) for point in points]) for name, key in _COLUMNS.items()}
+    )
+
+
+def _intervals(modes: Mapping[str, Any], tolerances: Sequence[float]) -> Intervals | None:
+    intervals: Intervals = {}
+    for mode, each in modes.items():
+        intervals[mode] = {}
+        for tolerance in tolerances:
+            interval = each["lifetimes"][f"{tolerance:g}"]["interval"]
+            if interval is None:
+                return None
+            intervals[mode][tolerance] = {name: (ends[0], ends[1]) for name, ends in interval.items()}
+    return intervals

@@ -20,17 +20,17 @@ from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError
 from lutgen.pictures.cohort.task import Outcome, look_at, outcomes
-from lutgen.pictures.difference import threads
+from lutgen.pictures.threads import threads
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from concurrent.futures import Future
     from multiprocessing.connection import Connection
 
-    from lutgen.pictures.cohort.find import Slide
+    from lutgen.pictures.cohort.find import CohortSlide
     from lutgen.pictures.cohort.task import Asked, Outcomes
 
-#: Threads of BLAS would only wait for one another; read when numpy loads.
+#: Variable with the number of BLAS threads, which numpy reads when it is imported; they would wait for one another.
 _BLAS = "OPENBLAS_NUM_THREADS"
 
 #: Why a slide is given up.
@@ -39,11 +39,11 @@ _DEADLY = (
     "copy."
 )
 
-#: What a worker process was given when it began: what is asked of every slide, and its share of the threads.
+#: Set in a worker process when it starts: what is asked of every slide, and the process's share of the threads.
 _given: tuple[Asked, int]
 
 
-def on_this_machine(asked: Asked, slides: Sequence[Slide], jobs: int) -> Outcomes:
+def on_this_machine(asked: Asked, slides: Sequence[CohortSlide], jobs: int) -> Outcomes:
     """Give each slide with its outcome, as they are done, from ``jobs`` processes; one process is this one.
 
     When the iterator is closed or interrupted, the processes are ended.
@@ -61,15 +61,15 @@ def on_this_machine(asked: Asked, slides: Sequence[Slide], jobs: int) -> Outcome
     yield from outcomes(partial(_done, asked, jobs), slides, _DEADLY)
 
 
-def _done(asked: Asked, jobs: int, slides: Sequence[Slide]) -> Iterator[tuple[Slide, Outcome | None]]:
+def _done(asked: Asked, jobs: int, slides: Sequence[CohortSlide]) -> Iterator[tuple[CohortSlide, Outcome | None]]:
     """Give each slide with its outcome, None where a process died while it was in hand."""
     waiting = deque(slides)
     while waiting:
-        held: dict[Future[Outcome], Slide] = {}
+        held: dict[Future[Outcome], CohortSlide] = {}
         with _pool(asked, min(jobs, len(waiting)), max(threads() // jobs, 1)) as pool:
             try:
                 while waiting or held:
-                    # No more than one slide a process, so that few are suspected when a process dies.
+                    # At most one slide for each process, so that few slides are tried again when a process dies.
                     while waiting and len(held) < jobs:
                         with _quiet_start():
                             held[pool.submit(_look, waiting[0])] = waiting[0]
@@ -87,7 +87,7 @@ def _pool(asked: Asked, jobs: int, share: int) -> Iterator[ProcessPoolExecutor]:
     """Start a pool; end its processes at once when what is done with it fails or is interrupted."""
     # Forking beside threads is unsafe, and other systems have no fork.
     context = multiprocessing.get_context("spawn")
-    # Processes end when nobody holds this end any more: the pool has gone, or this process was killed.
+    # Worker processes watch the other end of this pipe, and exit when this process closes its end or is killed.
     here, there = context.Pipe()
     pool = ProcessPoolExecutor(jobs, context, _begin, (there, asked, share))
     try:
@@ -114,10 +114,10 @@ def _check_start(pool: ProcessPoolExecutor) -> None:
 
 @contextmanager
 def _quiet_start() -> Iterator[None]:
-    """Start processes inside: each with one thread of BLAS, and deaf to Ctrl-C, which is the parent's to handle."""
+    """Start processes with one thread of BLAS each and with SIGINT blocked: the parent handles Ctrl-C."""
     before = os.environ.get(_BLAS)
     os.environ[_BLAS] = before or "1"
-    # A new process has the signals blocked that its parent had: it cannot be interrupted before _begin either.
+    # A new process inherits the blocked signals, so that Ctrl-C cannot interrupt it before _begin runs.
     blocks = hasattr(signal, "pthread_sigmask")
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if blocks else set()
     try:
@@ -141,6 +141,6 @@ def _end_with(end: Connection) -> None:
     os._exit(1)
 
 
-def _look(slide: Slide) -> Outcome:
+def _look(slide: CohortSlide) -> Outcome:
     asked, share = _given
     return look_at(asked, slide, share)

@@ -13,31 +13,30 @@ from lutgen.errors import LutgenError
 from lutgen.names import AGING_MODES
 from lutgen.pictures.cohort.cluster import on_cluster
 from lutgen.pictures.cohort.find import find_slides
-from lutgen.pictures.cohort.folder import claim
+from lutgen.pictures.cohort.folder import claim, image_from_json
 from lutgen.pictures.cohort.local import on_this_machine
-from lutgen.pictures.cohort.record import image_from_json
 from lutgen.pictures.cohort.spread import Lives, bands_of, coverage, lives_of
 from lutgen.pictures.cohort.task import Asked
-from lutgen.pictures.curve import STATISTICS
-from lutgen.pictures.difference import threads
+from lutgen.pictures.difference import STATISTICS
 from lutgen.pictures.lifetime import TOLERANCES, ImageLifetime, Lifetimes, check_asked, csv_hours, csv_text
+from lutgen.pictures.threads import threads
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from lutgen.display import DisplayModel
-    from lutgen.pictures.cohort.find import Slide
+    from lutgen.pictures.cohort.find import CohortSlide
     from lutgen.pictures.cohort.folder import RunFolder
     from lutgen.pictures.cohort.task import Outcomes
 
-    Crew = Callable[[Asked, Sequence[Slide]], Outcomes]
+    Crew = Callable[[Asked, Sequence[CohortSlide]], Outcomes]
 
 #: What JSON and CSV call a statistic's curve, where that differs: as `lifetime --json` does.
 _POINTS = {"mean": "mean", "max": "mean_plus_2_sd", "p95": "p95", "p99": "p99", "largest": "max"}
 
 
 @dataclass(frozen=True)
-class Broken:
+class BrokenSlide:
     """A slide without a result, and why: one or two sentences."""
 
     file: str
@@ -64,7 +63,7 @@ class Cohort:
     """
 
     slides: Lifetimes
-    broken: tuple[Broken, ...]
+    broken: tuple[BrokenSlide, ...]
     modes: tuple[str, ...]
     kept: int
     folder: Path
@@ -86,16 +85,16 @@ class Cohort:
 
     def as_json(self) -> dict[str, Any]:
         """Return what ``--json`` writes: see ``lutgen/pictures/schema/cohort.json``."""
-        said = self.slides.as_json()
+        content = self.slides.as_json()
         return {
-            **{key: value for key, value in said.items() if key != "images"},
+            **{key: value for key, value in content.items() if key != "images"},
             "over_all": {
                 "slides": len(self.slides.images),
                 "coverage": coverage(len(self.slides.images)),
                 "modes": {mode: self._over_all(mode) for mode in self.lives},
             },
             "broken": [{"file": each.file, "reason": each.reason} for each in self.broken],
-            "slides": said["images"],
+            "slides": content["images"],
         }
 
     def _over_all(self, mode: str) -> dict[str, Any]:
@@ -202,30 +201,30 @@ def cohort(
         raise LutgenError("jobs are processes of this machine, and a scheduler has its own. Leave one of them out.")
     checked, chosen = check_asked(model, tolerances=tolerances, modes=modes, hours=hours, source=source)
     asked = Asked(model, checked, tuple(dict.fromkeys(modes)), tuple(chosen), tissue, source)
-    found = find_slides(slides)
+    all_slides = find_slides(slides)
     folder = claim(Path(output), asked, force=force)
-    images = {slide: there for slide in found if (there := _kept(folder, slide, checked))}
+    images = {slide: there for slide in all_slides if (there := _kept(folder, slide, checked))}
     kept = len(images)
-    progress(kept, len(found))
+    progress(kept, len(all_slides))
     broken = {}
-    missing = [slide for slide in found if slide not in images]
+    missing = [slide for slide in all_slides if slide not in images]
     with _crew(missing, jobs, scheduler) as crew:
         folder.begin()
         with closing(crew(asked.anywhere(), missing)) as outcomes:
             for slide, outcome in outcomes:
                 if outcome.image is None:
-                    broken[slide] = Broken(slide.name, outcome.reason)
+                    broken[slide] = BrokenSlide(slide.name, outcome.reason)
                 else:
                     image = outcome.image | {"file": slide.name}
                     folder.keep(slide, image)
                     images[slide] = image_from_json(image, slide.name, checked)
-                progress(len(images) + len(broken), len(found))
-    in_order = tuple(images[slide] for slide in found if slide in images)
-    named = tuple(broken[slide] for slide in found if slide in broken)
+                progress(len(images) + len(broken), len(all_slides))
+    in_order = tuple(images[slide] for slide in all_slides if slide in images)
+    named = tuple(broken[slide] for slide in all_slides if slide in broken)
     return Cohort(Lifetimes(in_order, checked, model), named, asked.modes, kept, Path(output))
 
 
-def _kept(folder: RunFolder, slide: Slide, tolerances: Sequence[float]) -> ImageLifetime | None:
+def _kept(folder: RunFolder, slide: CohortSlide, tolerances: Sequence[float]) -> ImageLifetime | None:
     """What an earlier run found of a slide; what cannot be understood is found anew."""
     image = folder.kept(slide)
     try:
@@ -235,7 +234,7 @@ def _kept(folder: RunFolder, slide: Slide, tolerances: Sequence[float]) -> Image
 
 
 @contextmanager
-def _crew(missing: Sequence[Slide], jobs: int | None, scheduler: str | None) -> Iterator[Crew]:
+def _crew(missing: Sequence[CohortSlide], jobs: int | None, scheduler: str | None) -> Iterator[Crew]:
     if scheduler and missing:
         with on_cluster(scheduler) as crew:
             yield crew

@@ -1,4 +1,4 @@
-"""What slides have in common: the median over them, and how far it is to be trusted.
+"""The median over slides, and its 95 % interval.
 
 The interval of a median lies between two of the slides' own values, by their order (Conover, Practical Nonparametric
 Statistics, 3rd ed., section 3.2): nothing is assumed of how slides differ but that they were drawn independently. A
@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.pictures.curve import STATISTICS
+from lutgen.pictures.difference import STATISTICS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lutgen.colorimetry import Array
-    from lutgen.pictures.curve import Curve
+    from lutgen.pictures.difference import DifferenceCurve
 
-#: Confidence of the interval of a median; that of so few slides falls short of it, so that they get none.
+#: Confidence of the interval of a median. Fewer than six slides cannot reach it, and get no interval.
 CONFIDENCE = 0.95
 
 
@@ -71,7 +71,8 @@ def lives_of(lives: Sequence[float | None]) -> Lives:
 def left_out(size: int) -> int | None:
     """Return how many of ``size`` ordered values lie outside the interval of the median at either end; None: no 95 %.
 
-    The median is below the (k + 1)-th of them with the chance that at most k of ``size`` coins fall on heads.
+    The probability that the median lies below the (k + 1)-th value is that of at most k heads in ``size`` tosses of a
+    coin.
     """
     below, outside = 0, None
     for k in range(size // 2):
@@ -91,13 +92,13 @@ def coverage(size: int) -> float | None:
     return float(1.0 - 2 * sum(comb(size, k) for k in range(outside + 1)) / 2**size)
 
 
-def bands_of(curves: Sequence[Curve]) -> dict[str, Band]:
+def bands_of(curves: Sequence[DifferenceCurve]) -> dict[str, Band]:
     """Bring the curves of at least one slide together: statistic → band."""
-    found = {}
+    bands = {}
     for name in STATISTICS:
         values = np.array([getattr(curve, name) for curve in curves])
-        found[name] = Band(np.median(values, axis=0), values.min(axis=0), values.max(axis=0))
-    return found
+        bands[name] = Band(np.median(values, axis=0), values.min(axis=0), values.max(axis=0))
+    return bands
 
 
 def _finite(hours: float) -> float | None:

@@ -1,4 +1,4 @@
-"""One slide's share of the work, wherever it is done: in this process, in another, on another machine."""
+"""The work on one slide: in this process, in another one, or on another machine."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen import __version__
 from lutgen.errors import LutgenError, reason_of
-from lutgen.pictures.difference import few_threads
 from lutgen.pictures.lifetime import lifetime
+from lutgen.pictures.threads import few_threads
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Sequence
 
     from lutgen.display import DisplayModel
-    from lutgen.pictures.cohort.find import Slide
+    from lutgen.pictures.cohort.find import CohortSlide
 
     #: Slides with what became of each, in any order.
-    Outcomes = Generator[tuple[Slide, "Outcome"], None, None]
+    Outcomes = Generator[tuple[CohortSlide, "Outcome"], None, None]
 
 
 @dataclass(frozen=True)
@@ -52,11 +52,11 @@ class Outcome:
     reason: str = ""
 
 
-def look_at(asked: Asked, slide: Slide, threads: int = 0) -> Outcome:
+def look_at(asked: Asked, slide: CohortSlide, threads: int = 0) -> Outcome:
     """Find one slide's lifetimes, with so many threads (0: one a core). What is wrong with it becomes the reason."""
     try:
         with few_threads(threads):
-            found = lifetime(
+            lifetimes = lifetime(
                 [slide.path],
                 asked.model,
                 tolerances=asked.tolerances,
@@ -71,11 +71,13 @@ def look_at(asked: Asked, slide: Slide, threads: int = 0) -> Outcome:
         return Outcome(None, "there was not enough memory. Run again with fewer --jobs.")
     except OSError as error:
         return Outcome(None, f"cannot be read: {reason_of(error)}. Run again when it can.")
-    return Outcome(found.as_json()["images"][0])
+    return Outcome(lifetimes.as_json()["images"][0])
 
 
 def outcomes(
-    done: Callable[[Sequence[Slide]], Iterator[tuple[Slide, Outcome | None]]], slides: Sequence[Slide], deadly: str
+    done: Callable[[Sequence[CohortSlide]], Iterator[tuple[CohortSlide, Outcome | None]]],
+    slides: Sequence[CohortSlide],
+    deadly: str,
 ) -> Outcomes:
     """Give each slide with its outcome; try those again, each alone, that were in hand when a process died.
 

@@ -1,4 +1,4 @@
-"""The page of ``lutgen diagnose``: which effects the readings can show, the verdict, its rivals, what to do next."""
+"""The pages of ``lutgen diagnose`` and ``lutgen refine``: what readings can show, the verdict, the fitted effects."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ from lutgen.report.parts import Headline, Table
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from lutgen.criticism.compare import Comparison
     from lutgen.criticism.diagnose import Diagnosis, Ranked
+    from lutgen.criticism.refine import Refinement
     from lutgen.criticism.separate import Separation
     from lutgen.criticism.visibility import Visibility
     from lutgen.effects import Effect
@@ -35,37 +37,61 @@ _KNOTS = "level_"
 
 
 def diagnose_page(
-    diagnosis: Diagnosis, effects: Mapping[str, Effect], again: str, stub_file: str | None = None
+    diagnosis: Diagnosis,
+    effects: Mapping[str, Effect],
+    again: str,
+    stub_file: str | None = None,
+    *,
+    verbose: bool = False,
 ) -> Iterator[Part]:
-    """Yield what ``lutgen diagnose`` prints; ``again`` are DATA and options as a next command repeats them."""
+    """Yield what ``lutgen diagnose`` prints: the verdict, the error, what to do next, and what the verdict rests on.
+
+    ``again`` are DATA and options as a next command repeats them; ``verbose``: every effect by itself too.
+    """
     verdict = diagnosis.verdict
-    yield diagnosis.comparison.sentence()
+    yield Headline(f"{verdict.name}: {verdict.sentence}")
+    yield from _error_lines(diagnosis)
+    yield from _next(diagnosis, again, stub_file)
+    if verdict.effects:
+        yield ""
+        yield parameter_table(parameters_of(diagnosis.explanation.final), effects)
+    for part in (_rivals(diagnosis, again), verdict.remarks, _refutation(diagnosis, effects)):
+        if part:
+            yield ""
+            yield from part
+    yield ""
     yield data_line(diagnosis.problem)
     first = diagnosis.comparison.first_session
     if first and first.is_another:
         yield from fresh_lines(diagnosis.comparison)
     yield ""
     yield "What these data can see (an effect of the size given is found in nine of ten campaigns like this):"
-    yield visibility_table(diagnosis.visibility, effects)
-    yield ""
-    yield Headline(f"{verdict.name}: {verdict.sentence}")
-    if verdict.effects:
-        yield ""
-        yield parameter_table(parameters_of(diagnosis.explanation.final), effects)
-    if diagnosis.ranking and verdict.name != "consistent":
+    yield visibility_table(diagnosis.visibility, effects, verbose=verbose)
+    if diagnosis.ranking and verbose:
         yield ""
         yield f"Each effect alone, fitted with white and primaries, best first (noise: {noise_rms(diagnosis):.2f} σ):"
         yield _ranking_table(diagnosis.ranking, effects)
-    for part in (_rivals(diagnosis, again), verdict.remarks, _refutation(diagnosis, effects)):
-        if part:
-            yield ""
-            yield from part
-    yield ""
-    yield from _next(diagnosis, again, stub_file)
+    if not verbose:
+        yield "How each effect does alone: --verbose."
 
 
-def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect]) -> Table:
-    """Tabulate the smallest size of each effect that the readings would show, the most visible effect first."""
+def _error_lines(diagnosis: Diagnosis) -> Iterator[str]:
+    """Say the error before, and with what was named."""
+    before = diagnosis.comparison
+    yield before.sentence()
+    if diagnosis.verdict.effects:
+        after = diagnosis.after
+        yield (
+            f"With {' and '.join(each.name for each in diagnosis.explanation.steps)}: mean ΔE2000 "
+            f"{after.error.delta_e_mean:.2f}, from {before.ratio:.3g} × to {after.ratio:.3g} × the noise."
+        )
+
+
+def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect], *, verbose: bool = True) -> Table:
+    """Tabulate the smallest size of each effect that the readings would show, the most visible effect first.
+
+    Unless ``verbose``, without the parameter that the size is of, and what re-measured white and primaries hide.
+    """
     rows = []
     ordered = sorted(seen, key=lambda each: (not each.visible, relative_size(each, effects) or 0.0))
     for each in ordered:
@@ -75,13 +101,15 @@ def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect]
         row = (
             each.effect,
             size if each.visible else "cannot be seen",
-            each.parameter,
             f"{readable(typical_size(effects[each.effect], each.parameter), 3)}{unit}" if parameter else "–",
+            each.parameter,
             percent(each.absorbed),
         )
         rows.append(row)
-    headings = ("effect", "seen from", "parameter", "typical", "hidden by white and primaries")
-    return Table(headings, rows, words=(0, 2), faint=[n for n, each in enumerate(ordered) if not each.visible])
+    headings = ("effect", "seen from", "typical", "parameter", "hidden by white and primaries")
+    faint = [n for n, each in enumerate(ordered) if not each.visible]
+    count = len(headings) if verbose else 3
+    return Table(headings[:count], [row[:count] for row in rows], words=(0, 3)[: 2 if verbose else 1], faint=faint)
 
 
 def parameter_table(parameters: Mapping[str, Mapping[str, Mapping[str, Any]]], effects: Mapping[str, Effect]) -> Table:
@@ -176,7 +204,7 @@ def _refutation(diagnosis: Diagnosis, effects: Mapping[str, Effect]) -> list[str
     for name in verdict.effects[:1] if verdict.name == "one-of" else verdict.effects:
         confused = effects[name].confused_with or {}
         others = [(other, how) for other, how in confused.items() if other not in verdict.effects][:REFUTED_BY]
-        lines += [f"  if it is {other} instead of {name}, this shows it: {how}" for other, how in others]
+        lines += [f"  to rule out {other} in place of {name}: {how}" for other, how in others]
     if verdict.effects:
         lines.append("  a new session that the refined model misses by more than the noise (compare NEW.csv --model …)")
     if verdict.name == "consistent":
@@ -212,3 +240,50 @@ def _own_effect(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iter
         yield ""
         yield stub(diagnosis)
     yield f"Next:  lutgen refine {again} --effects {file} --add {STUB_NAME}"
+
+
+def refine_page(refinement: Refinement, effects: Mapping[str, Effect], data: str, model: str | None) -> Iterator[Part]:
+    """Yield what ``lutgen refine`` prints; ``data`` is DATA quoted for a shell, ``model`` the model file written."""
+    yield Headline(refinement.sentence())
+    if refinement.diagnosis:
+        verdict = refinement.diagnosis.verdict
+        yield f"Verdict: {verdict.name}: {verdict.sentence}"
+    yield data_line(refinement.found.problem)
+    yield ""
+    yield _steps_table(refinement)
+    if refinement.found.terms:
+        yield ""
+        yield parameter_table(parameters_of(refinement.found), effects)
+        yield ""
+        yield from refinement.carried() or ["LUTs of this model carry all of it."]
+    yield ""
+    if not refinement.after.agrees and not refinement.diagnosis:
+        first = "" if model else "Write the model (-o MODEL.toml), then:  "
+        yield f"Something is left. {first}lutgen diagnose {data} --model {model or 'MODEL.toml'}"
+    if model:
+        last = f"{float(refinement.found.problem.hours[-1]):g}"
+        yield f"Model written: {model}. Bake it:  lutgen build --model {model} --hours 0..{last} -o aged/"
+    else:
+        yield "No model was written: -o MODEL.toml writes it."
+
+
+def _steps_table(refinement: Refinement) -> Table:
+    terms = ", ".join(term.effect.name for term in refinement.before.terms)
+    stages = {
+        f"the model with {terms}" if terms else "the paper's model": refinement.before,
+        **{f"+ {step.effect}": step.comparison for step in refinement.steps},
+    }
+    headings = ("model", "mean ΔE2000", "noise alone", "rms σ", "noise alone", "ratio")
+    return Table(headings, [_errors(name, comparison) for name, comparison in stages.items()])
+
+
+def _errors(name: str, comparison: Comparison) -> tuple[str, ...]:
+    error, floor = comparison.error, comparison.floor
+    return (
+        name,
+        f"{error.delta_e_mean:.3f}",
+        f"{floor.delta_e_mean:.3f}",
+        f"{error.rms_sigma:.2f}",
+        f"{floor.rms_sigma:.2f}",
+        f"{comparison.ratio:.2f} ×",
+    )

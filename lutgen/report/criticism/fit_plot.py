@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.numerals import spaced
-from lutgen.report.drawing.figure import BLACK, BLUE, GREEN, GREY, RED, YELLOW, picture, tidy
+from lutgen.report.drawing import BLACK, BLUE, GREEN, GREY, RED, YELLOW, picture, tidy
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,7 +25,7 @@ MOST = 3
 
 
 def plot_fit(views: Sequence[View], path: Path, *, title: str, foot: str, force: bool) -> None:
-    """Draw one row an effect. Errors as :func:`lutgen.report.drawing.figure.picture`."""
+    """Draw one row an effect. Errors as :func:`lutgen.report.drawing.picture`."""
     shown = list(views)[:MOST]
     height = 1.9 + 4.3 * len(shown)
     when = " of hour 0" if shown[0].problem.baseline == "first-hour" else ""
@@ -86,8 +86,8 @@ def _limit(axes: Axes, view: View) -> None:
     values = np.concatenate([np.append(curve.with_it, 0.0) for curve in view.curves])
     measured = np.concatenate([curve.measured[curve.sigma < 3 * np.median(curve.sigma)] for curve in view.curves])
     low, high = float(min(values.min(), measured.min())), float(max(values.max(), measured.max()))
-    room = 0.18 * max(high - low, 1e-9)
-    axes.set_ylim(low - room, high + room)
+    margin = 0.18 * max(high - low, 1e-9)
+    axes.set_ylim(low - margin, high + margin)
 
 
 def _patches(axes: Axes, view: View) -> None:

@@ -16,7 +16,7 @@ from lutgen.display.aging import show
 from lutgen.display.modes import luminance_law
 from lutgen.numerals import spaced
 from lutgen.readings import TIP_NAMES
-from lutgen.report.drawing.figure import new_figure
+from lutgen.report.drawing import new_figure
 
 if TYPE_CHECKING:
     from pathlib import Path

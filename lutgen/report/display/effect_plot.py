@@ -16,7 +16,7 @@ from lutgen.effects.scene import LIFE_H
 from lutgen.numerals import spaced
 from lutgen.readings.conditions import COLUMNS
 from lutgen.report.display.aging_plot import PAGE, TIP_COLOURS
-from lutgen.report.drawing.figure import new_figure
+from lutgen.report.drawing import new_figure
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

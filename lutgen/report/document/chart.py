@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.numerals import spaced
-from lutgen.report.drawing.figure import BLUE, RED
+from lutgen.report.drawing import BLUE, RED
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
-    from lutgen.pictures.curve import Curve
+    from lutgen.pictures.difference import DifferenceCurve
     from lutgen.pictures.lifetime import Lifetimes
 
 #: Size in the drawing's own units, and its margins around the axes.
@@ -119,7 +119,7 @@ class _Axes:
         return " ".join(f"{self.x(hour)},{self.y(value)}" for hour, value in zip(hours, values, strict=True))
 
 
-def _line(axes: _Axes, mode: str, curve: Curve, colour: str, label: float) -> Line:
+def _line(axes: _Axes, mode: str, curve: DifferenceCurve, colour: str, label: float) -> Line:
     return Line(
         mode,
         colour,

@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lutgen.report.criticism.comparison import compare_page
-from lutgen.report.criticism.diagnosis import diagnose_page
+from lutgen.report.criticism.diagnosis import diagnose_page, refine_page
 from lutgen.report.criticism.plots import FIT, RESIDUALS, STEPS, VISIBILITY, plot_diagnosis, plot_refinement
-from lutgen.report.criticism.refinement import refine_page
-from lutgen.report.document.section import Section
-from lutgen.report.drawing.png_file import data_address
+from lutgen.report.document.section import PageSection
+from lutgen.report.drawing import data_address
 from lutgen.scratch import scratch
 
 if TYPE_CHECKING:
@@ -64,18 +63,18 @@ class Evidence:
 
 
 @dataclass(frozen=True)
-class Answer:
+class PageVerdict:
     """The verdict for the top of the page: its sentence, and how large the error is or becomes."""
 
     verdict: str
     error: str
 
 
-def answer(evidence: Evidence) -> Answer:
+def answer(evidence: Evidence) -> PageVerdict:
     """Say in two sentences what the readings say of the model."""
     verdict, refinement = evidence.diagnosis.verdict, evidence.refinement
     error = refinement.sentence() if refinement.steps else evidence.diagnosis.comparison.sentence()
-    return Answer(f"{verdict.name}: {verdict.sentence}", error)
+    return PageVerdict(f"{verdict.name}: {verdict.sentence}", error)
 
 
 @dataclass(frozen=True)
@@ -86,7 +85,7 @@ class Plot:
     caption: str
 
 
-def evidence_section(evidence: Evidence) -> Section:
+def evidence_section(evidence: Evidence) -> PageSection:
     """Gather where the model fails, which effect is missing, and how far that effect takes the error down."""
     diagnosis, refinement = evidence.diagnosis, evidence.refinement
     readings = diagnosis.problem.readings
@@ -109,7 +108,7 @@ def evidence_section(evidence: Evidence) -> Section:
         refined = _pictures(partial(plot_refinement, refinement, evidence.effects))
         values["refinement"] = _without_repetition(page, [*comparison, *which])
         values["refined"] = _plots(refined, (RESIDUALS,))
-    return Section("readings", "Does the model hold?", "readings.html", values)
+    return PageSection("readings", "Does the model hold?", "readings.html", values)
 
 
 def _without_repetition(page: Page, before: Sequence[Part]) -> list[Part]:

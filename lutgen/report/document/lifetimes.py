@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from lutgen.numerals import spaced
 from lutgen.report.document.chart import chart
-from lutgen.report.document.section import Section
+from lutgen.report.document.section import PageSection
 from lutgen.report.document.viewer import MODES_IN_WORDS, TILES, numbers_in_words
 from lutgen.report.parts import Table
 from lutgen.report.pictures.lifetime import lifetime_page
@@ -38,7 +38,7 @@ def picture_caption(lifetimes: Lifetimes, scenes: Scenes) -> str:
     return f"{name}, {size}, shown at {frame.width} × {frame.height}; numbers are those of all pixels."
 
 
-def lifetimes_section(lifetimes: Lifetimes, scenes: Scenes) -> Section:
+def lifetimes_section(lifetimes: Lifetimes, scenes: Scenes) -> PageSection:
     """Gather the curves, Table 1 and the numbers of every frame."""
     # The section on provenance names the source of the readings.
     source = lifetimes.model.measurements.provenance
@@ -47,7 +47,7 @@ def lifetimes_section(lifetimes: Lifetimes, scenes: Scenes) -> Section:
         "page": [part for part in lifetime_page(lifetimes) if part != source],
         "tables": [_numbers(mode, of_mode) for mode, of_mode in scenes.modes.items()],
     }
-    return Section("lifetimes", "How long pictures stay true", "lifetimes.html", values)
+    return PageSection("lifetimes", "How long pictures stay true", "lifetimes.html", values)
 
 
 def _numbers(mode: str, scenes: tuple[Scene, ...]) -> Table:

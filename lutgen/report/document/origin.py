@@ -17,7 +17,7 @@ from lutgen.display.aging import show
 from lutgen.errors import LutgenError
 from lutgen.files import file_sha256
 from lutgen.numerals import readable, spaced
-from lutgen.report.document.section import Section
+from lutgen.report.document.section import PageSection
 from lutgen.report.parts import Table
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ _NOT_MEASURED = ("RECONSTRUCTED", "SIMULATED")
 
 
 @dataclass(frozen=True)
-class Built:
+class BuildFolder:
     """A folder of LUTs.
 
     Attributes
@@ -70,16 +70,16 @@ class Built:
     sha256: str
 
 
-def read_build(folder: str) -> Built:
+def read_build(folder: str) -> BuildFolder:
     """Read a build's manifest. Raises LutgenError where there is none."""
     path = Path(folder) / MANIFEST
     manifest = read_manifest(path)
     if manifest is None:
         raise LutgenError(f"{folder}: holds no {MANIFEST}. Give a folder that lutgen build has made.")
-    return Built(folder, manifest, file_sha256(path))
+    return BuildFolder(folder, manifest, file_sha256(path))
 
 
-def certificates_section(built: Built, model: DisplayModel) -> Section:
+def certificates_section(built: BuildFolder, model: DisplayModel) -> PageSection:
     """Gather the certificates, and whether they are of the display in the pictures."""
     luts = [record for record in built.manifest.files if record.kind == "lut"]
     hours = sorted({record.hours for record in luts if record.hours is not None})
@@ -98,10 +98,10 @@ def certificates_section(built: Built, model: DisplayModel) -> Section:
         "table": Table(headings, rows, words=range(3)) if rows else None,
         "same": _is_of(built, model),
     }
-    return Section("certificates", "How true the LUTs are", "certificates.html", values)
+    return PageSection("certificates", "How true the LUTs are", "certificates.html", values)
 
 
-def _is_of(built: Built, model: DisplayModel) -> bool:
+def _is_of(built: BuildFolder, model: DisplayModel) -> bool:
     """Whether a build is of this display and model; one whose manifest does not say so is not."""
     try:
         return same_model(built.manifest.recipe.get("model", {}), model_as_json(model, Path(built.folder)))
@@ -109,11 +109,11 @@ def _is_of(built: Built, model: DisplayModel) -> bool:
         return False
 
 
-def effects_section(model: DisplayModel) -> Section:
+def effects_section(model: DisplayModel) -> PageSection:
     """Gather the effects that the model adds to the paper's."""
     aging = show(model)
     values = {"effects": aging.effects_in_words(), "remarks": aging.remarks, "verdict": model.verdict}
-    return Section("effects", "Effects of the model", "effects.html", values)
+    return PageSection("effects", "Effects of the model", "effects.html", values)
 
 
 def label(model: DisplayModel) -> str:
@@ -123,7 +123,9 @@ def label(model: DisplayModel) -> str:
     return f"This display is {word.lower()}, not measured." if word else ""
 
 
-def provenance_section(image: Path, model: DisplayModel, built: Built | None, data: tuple[str, str] | None) -> Section:
+def provenance_section(
+    image: Path, model: DisplayModel, built: BuildFolder | None, data: tuple[str, str] | None
+) -> PageSection:
     """Gather files with their SHA-256, the model's choices and the versions; ``data`` is a file and its hash."""
     readings = model.measurements
     rows = [("picture", str(image), file_sha256(image)), ("display", Path(readings.file).name, readings.sha256)]
@@ -138,7 +140,7 @@ def provenance_section(image: Path, model: DisplayModel, built: Built | None, da
         "files": Table(("what", "file", "SHA-256"), rows, words=range(3)),
         "choices": list(_choices(model)),
     }
-    return Section("provenance", "Where all this comes from", "provenance.html", values)
+    return PageSection("provenance", "Where all this comes from", "provenance.html", values)
 
 
 def _choices(model: DisplayModel) -> Iterator[tuple[str, str]]:

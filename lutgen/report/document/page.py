@@ -10,8 +10,8 @@ from lutgen.display.aging import show
 from lutgen.files import write_atomically
 from lutgen.report.document.evidence import Evidence, answer, evidence_section
 from lutgen.report.document.lifetimes import finding, lifetimes_section, picture_caption
-from lutgen.report.document.origin import Built, certificates_section, effects_section, label, provenance_section
-from lutgen.report.document.templates import render, style_and_script
+from lutgen.report.document.origin import BuildFolder, certificates_section, effects_section, label, provenance_section
+from lutgen.report.document.section import render, style_and_script
 from lutgen.report.document.viewer import frames_section, script_data, viewer_section
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from lutgen.pictures.lifetime import Lifetimes
     from lutgen.report.document.scenes import Scenes
-    from lutgen.report.document.section import Section
+    from lutgen.report.document.section import PageSection
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Run:
 
     lifetimes: Lifetimes
     scenes: Scenes
-    built: Built | None = None
+    built: BuildFolder | None = None
     evidence: Evidence | None = None
 
 
@@ -68,7 +68,7 @@ def html(run: Run) -> str:
     )
 
 
-def _sections(run: Run) -> Iterator[Section]:
+def _sections(run: Run) -> Iterator[PageSection]:
     model, image = run.lifetimes.model, Path(run.lifetimes.images[0].file)
     yield viewer_section(run.scenes)
     yield lifetimes_section(run.lifetimes, run.scenes)

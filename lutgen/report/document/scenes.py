@@ -18,7 +18,7 @@ from lutgen.display.hours import parse_hours
 from lutgen.errors import LutgenError
 from lutgen.pictures.png import page_png
 from lutgen.pictures.viewer import viewer_table
-from lutgen.report.drawing.png_file import data_address
+from lutgen.report.drawing import data_address
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay, DisplayModel
-    from lutgen.pictures.curve import Curve
+    from lutgen.pictures.difference import DifferenceCurve
     from lutgen.pictures.frame import Frame
     from lutgen.pictures.lifetime import Lifetimes
 
@@ -196,7 +196,7 @@ def scenes_of(
     return Scenes(frame, seen, source, tuple(hours), modes, stills, reach, _blending(frame, model, modes))
 
 
-def _scene(sampler: Sampler, unaged: AgedDisplay, aged: AgedDisplay, curve: Curve) -> Scene:
+def _scene(sampler: Sampler, unaged: AgedDisplay, aged: AgedDisplay, curve: DifferenceCurve) -> Scene:
     (row,) = np.flatnonzero(curve.hours == aged.hours)
     x, y, luminance = xyz_to_xyY(aged.code_to_xyz(np.ones(3)))
     luminance /= unaged.code_to_xyz(np.ones(3))[1]

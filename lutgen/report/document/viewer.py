@@ -13,8 +13,8 @@ from lutgen.numerals import spaced
 from lutgen.pictures.png import page_png
 from lutgen.report.document.chart import ticks
 from lutgen.report.document.scenes import SIZE, map_colours
-from lutgen.report.document.section import Section
-from lutgen.report.drawing.png_file import data_address
+from lutgen.report.document.section import PageSection
+from lutgen.report.drawing import data_address
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -68,9 +68,9 @@ def numbers_in_words(numbers: Numbers) -> dict[str, str]:
     }
 
 
-def viewer_section(scenes: Scenes) -> Section:
+def viewer_section(scenes: Scenes) -> PageSection:
     """Gather what the slider, the wiper and the map show."""
-    return Section(
+    return PageSection(
         "viewer",
         "The picture as the display ages",
         "viewer.html",
@@ -99,7 +99,7 @@ def blending_in_words(scenes: Scenes) -> str:
     )
 
 
-def frames_section(scenes: Scenes) -> Section:
+def frames_section(scenes: Scenes) -> PageSection:
     """Gather the un-aged picture, and picture, map and numbers at the last hour of each mode."""
     modes = [
         (mode, MODES_IN_WORDS.get(mode, mode), still, scenes.modes[mode][-1].numbers)
@@ -107,7 +107,7 @@ def frames_section(scenes: Scenes) -> Section:
     ]
     values = {"unaged": scenes.unaged, "bar": colour_bar(scenes.reach), "modes": modes}
     title = f"The picture at {spaced(scenes.hours[-1])} h"
-    return Section("frames", title, "frames.html", values, kind="still")
+    return PageSection("frames", title, "frames.html", values, kind="still")
 
 
 def script_data(scenes: Scenes) -> dict[str, Any]:

@@ -1,7 +1,18 @@
-"""The animation of an image over hours, as APNG, or as MP4 by ffmpeg. Every frame shows its hour."""
+"""The animation of an image over hours, as APNG, or as MP4 by ffmpeg. Every frame shows its hour.
+
+APNG is animated PNG (PNG Third Edition, https://www.w3.org/TR/png-3/), written frame by frame, the same bytes on every
+run; programs that know no animation show the first frame. Pillow compresses each frame; its own writer of animations
+would hold all frames in memory at once.
+"""
 
 from __future__ import annotations
 
+import shutil
+import struct
+import subprocess
+import tempfile
+from contextlib import suppress
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,16 +20,14 @@ from lutgen.errors import LutgenError, pick_one
 from lutgen.files import replacing
 from lutgen.names import ANIMATION_SUFFIXES
 from lutgen.numerals import spaced
-from lutgen.report.drawing.grey_page import Text, grey_page, wrapped
-from lutgen.report.pictures.age_sheet import footer
-from lutgen.report.pictures.apng import write_apng
-from lutgen.report.pictures.mp4 import check_ffmpeg, write_mp4
+from lutgen.report.drawing import Text, grey_page, wrapped
+from lutgen.report.pictures.sheets import footer
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from lutgen.pictures.aged_series import AgedSeries
-    from lutgen.report.drawing.grey_page import Pixels
+    from lutgen.report.drawing import Pixels
 
 #: Pixels of the longest side of the picture, and across a frame at least.
 LONGEST, ACROSS = 640, 420
@@ -123,3 +132,92 @@ def frame(series: AgedSeries, mode: str, hour: float) -> Pixels:
     gone = gap + round((width - 2 * gap) * hour / max(series.hours))
     page[below : below + _BAR, gap:gone] = 255
     return page
+
+
+SIGNATURE = b"\x89PNG\r\n\x1a\n"
+
+#: Eight bits a channel, RGB; deflate, adaptive filters, not interlaced.
+KIND = bytes((8, 2, 0, 0, 0))
+
+
+def write_apng(frames: Iterable[Pixels], count: int, seconds: float, path: Path) -> None:
+    """Write ``count`` frames, uint8 of one shape (h, w, 3), each shown for so many seconds, again and again."""
+    from PIL.PngImagePlugin import putchunk
+
+    delay = (max(round(1000 * seconds), 1), 1000)
+    sequence = 0
+    with path.open("wb") as file:
+        file.write(SIGNATURE)
+        for number, frame in enumerate(frames):
+            size = (frame.shape[1], frame.shape[0])
+            if number == 0:
+                putchunk(file, b"IHDR", struct.pack(">2I", *size) + KIND)
+                putchunk(file, b"sRGB", b"\0")
+                putchunk(file, b"acTL", struct.pack(">2I", count, 0))
+            putchunk(file, b"fcTL", struct.pack(">5I2H2B", sequence, *size, 0, 0, *delay, 0, 0))
+            data = _compressed(frame)
+            if number == 0:
+                putchunk(file, b"IDAT", data)
+            else:
+                putchunk(file, b"fdAT", struct.pack(">I", sequence + 1), data)
+            sequence += 1 if number == 0 else 2
+        putchunk(file, b"IEND", b"")
+
+
+def _compressed(frame: Pixels) -> bytes:
+    """Return what the image data of a frame's own PNG would be."""
+    from PIL import Image
+    from PIL.PngImagePlugin import getchunks
+
+    return b"".join(data for kind, data, _checksum in getchunks(Image.fromarray(frame)) if kind == b"IDAT")
+
+
+#: Video as players expect it: BT.709 and half the colour resolution, so an even number of rows and columns.
+_COLOURS = (
+    "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=0x777777,scale=in_range=pc:out_range=tv:out_color_matrix=bt709"
+    ":flags=accurate_rnd+full_chroma_int,format=yuv420p"
+)
+_TAGS = ("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "iec61966-2-1", "-color_range", "tv")
+
+
+def check_ffmpeg() -> str:
+    """Return the path of ffmpeg. Raises LutgenError that says how to install it, and which format needs no program."""
+    program = shutil.which("ffmpeg")
+    if program is None:
+        message = (
+            "MP4 is written by the program ffmpeg, which is not on the PATH. Install it (Debian: apt install ffmpeg), "
+            "or give a name that ends in .png: an animated PNG needs no other program."
+        )
+        raise LutgenError(message)
+    return program
+
+
+def write_mp4(frames: Iterable[Pixels], seconds: float, path: Path, name: str) -> None:
+    """Write frames, uint8 of one shape (h, w, 3), each shown for ``seconds``; error messages call the file ``name``.
+
+    Raises
+    ------
+    LutgenError
+        ffmpeg is not installed, or cannot write the file; the message quotes ffmpeg.
+
+    """
+    program, frames = check_ffmpeg(), iter(frames)
+    first = next(frames)
+    command = [
+        program, "-v", "error", "-nostdin", "-y",
+        "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{first.shape[1]}x{first.shape[0]}",
+        "-r", f"{1.0 / seconds:.6f}", "-i", "pipe:0",
+        "-vf", _COLOURS, *_TAGS, "-movflags", "+faststart", "-fflags", "+bitexact", "-flags:v", "+bitexact",
+        "-f", "mp4", str(path),
+    ]  # fmt: skip
+    with tempfile.TemporaryFile() as errors:
+        running = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=errors)  # noqa: S603 - no shell
+        # If ffmpeg closes the pipe early, its error output explains why.
+        with running, suppress(BrokenPipeError):
+            for frame in chain([first], frames):
+                running.stdin.write(frame.tobytes())  # type: ignore[union-attr]
+        if running.returncode:
+            errors.seek(0)
+            why = " ".join(errors.read().decode(errors="replace").split()) or f"it ended with {running.returncode}"
+            message = f"{name}: ffmpeg cannot write it: {why}. Write an animated PNG (.png) instead."
+            raise LutgenError(message)

@@ -16,7 +16,7 @@ from lutgen.errors import LutgenError
 from lutgen.numerals import pixels_of_colours, spaced
 from lutgen.pictures.difference_map import BIN
 from lutgen.pictures.published import MAP_RANGE
-from lutgen.report.drawing.figure import BLACK, DPI, WIDTH, picture, tidy
+from lutgen.report.drawing import BLACK, DPI, WIDTH, picture, tidy
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -113,9 +113,9 @@ def _draw(maps: Sequence[DifferenceMap], path: Path, title: str, ends: tuple[flo
     height = len(maps) * (each + 0.75) + 1.6
     with picture(path, title, second=counted(first), foot=foot, height=height, force=force) as (figure, low, top):
         bottom = low * height + 0.6
-        room = (top * height - bottom) / len(maps)
+        row_height = (top * height - bottom) / len(maps)
         for row, difference in enumerate(reversed(maps)):
-            base, across, up = bottom + row * room, wide * inches, high * inches
+            base, across, up = bottom + row * row_height, wide * inches, high * inches
             drawn = draw_map(_axes(figure, (_LEFT, base + (each - up) / 2.0, across, up), height), difference, ends)
             if len(maps) > 1:
                 drawn.axes.set_title(

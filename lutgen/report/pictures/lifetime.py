@@ -1,15 +1,24 @@
-"""The page of ``lutgen lifetime``: for each image the paper's Table 1, and the pixels that are counted."""
+"""The page and the picture of ``lutgen lifetime`` (the paper's Figure 5), and the paper's Table 1 beside its own."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from lutgen.display import seen_on
 from lutgen.numerals import pixels_of_colours, spaced
+from lutgen.pictures.published import TABLE_1, TABLE_1_COLUMNS
+from lutgen.report.drawing import BLACK, BLUE, GREY, RED, named_once, picture, tidy
 from lutgen.report.parts import Headline, Table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
+    from matplotlib.axes import Axes
+
+    from lutgen.pictures.difference import DifferenceCurve
     from lutgen.pictures.lifetime import ImageLifetime, Lifetimes
     from lutgen.report.parts import Part
 
@@ -77,3 +86,200 @@ def _any_never(lifetimes: Lifetimes) -> bool:
         for tolerance in lifetimes.tolerances
         for statistic in COLUMNS
     )
+
+
+#: Colour of each statistic of Table 1: mean, and mean + 2 SD.
+COLOURS = {"mean": BLUE, "max": RED}
+
+#: Height of a bar of the hours until a tolerance is reached, in inches.
+_ROW = 0.27
+
+#: Top of the axis over the highest curve: space for labels.
+_HEADROOM = 1.12
+
+
+def picture_names(images: Sequence[str]) -> list[str]:
+    """Name the picture of each image. Raises LutgenError where two would have the same name."""
+    return named_once([f"lifetime-{Path(image).stem}.png" for image in images], "images")
+
+
+def plot_lifetimes(lifetimes: Lifetimes, folder: str | Path, *, force: bool = False) -> list[Path]:
+    """Draw one picture an image into a folder; the same bytes on every run. Errors as :func:`picture_names`."""
+    names = picture_names([image.file for image in lifetimes.images])
+    paths = [Path(folder) / name for name in names]
+    for image, path in zip(lifetimes.images, paths, strict=True):
+        plot_lifetime(lifetimes, image, path, force=force)
+    return paths
+
+
+def plot_lifetime(lifetimes: Lifetimes, image: ImageLifetime, path: Path, *, force: bool = False) -> None:
+    """Draw one image's picture: the same bytes on every run."""
+    foot = (
+        "Dots: mean over all pixels; bars: ± 2 standard deviations, not below 0 (the paper's Figure 5). Dashed: "
+        "tolerances; rings: where mean (Avg) and mean + 2 SD (Max) reach them, and below the hours until then"
+        f"{', with 95 % intervals from the uncertainty of the model' if image.intervals else ''}. "
+    )
+    height = 7.6 + _ROW * 2 * len(lifetimes.tolerances)
+    title, whole = title_of(lifetimes, image), foot + lifetimes.model.measurements.provenance
+    with picture(path, title, second=counted(image), foot=whole, height=height, force=force) as (figure, low, high):
+        top = max(float(np.maximum(curve.max, curve.p99).max()) for curve in image.curves.values())
+        top = _HEADROOM * max(top, 1.2 * min(lifetimes.tolerances))
+        width, strip = 0.92 / len(image.curves), _ROW * 2 * len(lifetimes.tolerances) / height
+        bottom = low + 0.6 / height
+        for number, (mode, curve) in enumerate(image.curves.items()):
+            left, across = 0.05 + number * width, width - 0.04
+            lives = figure.add_axes((left, bottom, across, strip))
+            above = bottom + strip + 0.12 / height
+            axes = figure.add_axes((left, above, across, high - above - 0.45 / height), sharex=lives)
+            draw_curve(axes, curve, lifetimes.tolerances, top)
+            draw_lives(lives, lifetimes, image, mode)
+            axes.set_title(mode, fontsize=13, weight="bold", loc="left")
+            if number == 0:
+                axes.set_ylabel("ΔE2000, un-aged against aged", fontsize=11)
+
+
+def title_of(lifetimes: Lifetimes, image: ImageLifetime) -> str:
+    """Say when the mean reaches the first tolerance in each mode."""
+    tolerance = min(lifetimes.tolerances)
+    parts = []
+    for mode, curve in image.curves.items():
+        hours = curve.hours_until("mean", tolerance)
+        parts.append(
+            f"{mode} at {spaced(round(hours))} h" if hours is not None else f"{mode} not by {spaced(lifetimes.last)} h"
+        )
+    return f"The mean ΔE2000 reaches {tolerance:g}: {', '.join(parts)}"
+
+
+def draw_curve(axes: Axes, curve: DifferenceCurve, tolerances: Sequence[float], top: float) -> None:
+    """Draw one mode: Figure 5."""
+    hours = curve.hours
+    for values, line, share in ((curve.p99, ":", 99), (curve.p95, "-", 95)):
+        axes.plot(hours, values, line, color=GREY, linewidth=1.0, label=f"{share} % of the pixels are below")
+    below = np.minimum(2.0 * curve.sd, curve.mean)
+    axes.errorbar(
+        hours, curve.mean, yerr=(below, 2.0 * curve.sd), fmt="o-", color=BLUE, ecolor=RED, elinewidth=1.1, capsize=3,
+        markersize=5, linewidth=1.8, label="mean ± 2 SD", zorder=3,
+    )  # fmt: skip
+    axes.set_ylim(0.0, top)
+    axes.tick_params(labelbottom=False)
+    tidy(axes)
+    for tolerance in tolerances:
+        if tolerance >= top:
+            continue
+        axes.axhline(tolerance, color=BLACK, linewidth=1.0, linestyle="--", zorder=1)
+        axes.text(0.01, tolerance + 0.004 * top, f"ΔE2000 {tolerance:g}", ha="left", va="bottom", fontsize=10,
+                  transform=axes.get_yaxis_transform())  # fmt: skip
+        for statistic, colour in COLOURS.items():
+            when = curve.hours_until(statistic, tolerance)
+            if when is not None:
+                axes.vlines(when, 0.0, tolerance, color=colour, linewidth=1.0, zorder=1)
+                axes.plot(when, tolerance, "o", markersize=9, markerfacecolor="white", markeredgecolor=colour,
+                          markeredgewidth=2.0, zorder=5)  # fmt: skip
+    axes.legend(loc="upper left", frameon=False, fontsize=10)
+
+
+def draw_lives(axes: Axes, lifetimes: Lifetimes, image: ImageLifetime, mode: str) -> None:
+    """Draw one mode's row of Table 1: a bar from hour 0 until each tolerance is reached."""
+    curve, last = image.curves[mode], lifetimes.last
+    rows = [(tolerance, statistic) for tolerance in lifetimes.tolerances for statistic in COLUMNS]
+    axes.set(xlim=(-0.02 * last, 1.02 * last), ylim=(len(rows) - 0.4, -0.6))
+    for row, (tolerance, statistic) in enumerate(rows):
+        when, colour = curve.hours_until(statistic, tolerance), COLOURS[statistic]
+        axes.barh(row, last if when is None else when, 0.66, color=colour, alpha=0.25 if when is None else 0.85)
+        text, end = f"not within {spaced(last)} h" if when is None else f"{spaced(round(when))} h", when or 0.0
+        if image.intervals:
+            low, high = (last if each is None else each for each in image.intervals[mode][tolerance][statistic])
+            axes.hlines(row, low, high, color=BLACK, linewidth=2.5)
+            end = max(end, high) if when is not None else end
+        inside = end > 0.8 * last
+        place, side, shade = (0.005 * last, "left", BLACK) if when is None else (end + 0.01 * last, "left", BLACK)
+        if inside:
+            place, side, shade = min(when or end, end) - 0.02 * last, "right", "white"
+        axes.text(place, row, text, ha=side, va="center", fontsize=10, color=shade)
+    axes.set_yticks(range(len(rows)), [f"{COLUMNS[name]} {tolerance:g}" for tolerance, name in rows], fontsize=10)
+    axes.set_xlabel("operating hours", fontsize=11)
+    axes.xaxis.set_major_formatter(lambda value, _place: spaced(value))
+    tidy(axes)
+    axes.grid(visible=False, axis="y")
+
+
+def table_1_page(lifetimes: Lifetimes) -> Iterator[Part]:
+    """Yield what ``lutgen table 1`` prints; ``lifetimes`` has the tolerances and modes of the paper."""
+    for image in lifetimes.images:
+        yield Headline(counted(image))
+        yield _table(image)
+        yield ""
+    yield (
+        "Hours until the ΔE2000 between the un-aged and the aged display reaches 3 and 5; below: against the paper's. "
+        "Avg: mean over all pixels; Max: mean + 2 SD. The paper's picture (its Figure 2) was never published: other "
+        "pictures are expected to differ."
+        f"{f' –: not within {spaced(lifetimes.last)} h.' if any(_misses(lifetimes)) else ''}"
+    )
+    yield lifetimes.model.measurements.provenance
+    yield from lifetimes.remarks()
+
+
+def table_1_json(lifetimes: Lifetimes) -> dict[str, Any]:
+    """Return what ``--json`` writes: see ``lutgen/pictures/schema/table.json``."""
+    return {
+        "schema": 1,
+        "table": 1,
+        **seen_on(lifetimes.model),
+        "rows": [
+            {
+                "file": image.file,
+                "mode": mode,
+                "tolerance": tolerance,
+                "statistic": statistic,
+                "hours": hours,
+                "paper": paper,
+                "difference": difference(hours, paper),
+            }
+            for image in lifetimes.images
+            for mode in TABLE_1
+            for (tolerance, statistic), hours, paper in _cells(image, mode)
+        ],
+    }
+
+
+def table_1_csv(lifetimes: Lifetimes) -> str:
+    """Return what ``--csv`` writes: a line a cell; hours and difference are empty where never reached."""
+    lines = ["file,mode,tolerance,statistic,hours,paper_hours,difference_percent"]
+    for row in table_1_json(lifetimes)["rows"]:
+        quoted = row["file"].replace('"', '""')
+        file = f'"{quoted}"' if set(quoted) & set('",\n') else quoted
+        hours = "" if row["hours"] is None else f"{row['hours']:.1f}"
+        off = "" if row["difference"] is None else f"{100.0 * row['difference']:.2f}"
+        lines.append(f"{file},{row['mode']},{row['tolerance']:g},{row['statistic']},{hours},{row['paper']},{off}")
+    return "\n".join([*lines, ""])
+
+
+def difference(hours: float | None, paper: float) -> float | None:
+    """Return by what share hours exceed the paper's; None where they are never reached."""
+    return None if hours is None else hours / paper - 1.0
+
+
+def _table(image: ImageLifetime) -> Table:
+    heads = (f"{COLUMNS[statistic]} ΔE2000 {tolerance:g}" for tolerance, statistic in TABLE_1_COLUMNS)
+    rows = []
+    for mode, published in TABLE_1.items():
+        rows.append([f"{mode}, the paper", *map(spaced, published)])
+        cells = []
+        for _, hours, paper in _cells(image, mode):
+            off = difference(hours, paper)
+            cells.append(hours_or_never(hours) + ("" if off is None else f"\n{100.0 * off:+.1f} %"))
+        rows.append([f"{mode}, {Path(image.file).name}", *cells])
+    return Table(("hours until", *heads), rows, unbroken=True)
+
+
+def _cells(image: ImageLifetime, mode: str) -> Iterator[tuple[tuple[float, str], float | None, int]]:
+    """Yield for each column the hours until its tolerance is reached, and the hours of the paper."""
+    curve = image.curves[mode]
+    for (tolerance, statistic), paper in zip(TABLE_1_COLUMNS, TABLE_1[mode], strict=True):
+        yield (tolerance, statistic), curve.hours_until(statistic, tolerance), paper
+
+
+def _misses(lifetimes: Lifetimes) -> Iterator[bool]:
+    for image in lifetimes.images:
+        for mode in TABLE_1:
+            yield from (hours is None for _, hours, _ in _cells(image, mode))

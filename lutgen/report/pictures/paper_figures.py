@@ -16,10 +16,9 @@ from lutgen.pictures.aged_series import aged_series
 from lutgen.pictures.difference_map import difference_map
 from lutgen.pictures.lifetime import lifetime
 from lutgen.pictures.published import AGES, MAPS
-from lutgen.report.pictures.age_sheet import footer
-from lutgen.report.pictures.contact_sheet import contact_sheet
 from lutgen.report.pictures.difference_map import plot_figure_6
-from lutgen.report.pictures.lifetime_plot import plot_lifetime
+from lutgen.report.pictures.lifetime import plot_lifetime
+from lutgen.report.pictures.sheets import contact_sheet, footer
 
 if TYPE_CHECKING:
     from collections.abc import Callable

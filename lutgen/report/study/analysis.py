@@ -6,15 +6,15 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 from lutgen.report.parts import Headline, Table
-from lutgen.study.analysis.sample import MEASURES
+from lutgen.study.analysis.statistics import MEASURES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from lutgen.report.parts import Part
     from lutgen.study.analysis import Analysis
-    from lutgen.study.analysis.intervals import Interval
     from lutgen.study.analysis.mixed import MixedModel
+    from lutgen.study.analysis.statistics import Interval
 
 #: Measure → decimals of its mean, as in the paper's Table 2.
 _DIGITS = {"time": 1, "ease": 1}

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.report.drawing.figure import BLACK, BLUE, GREEN, GREY, RED, picture, tidy
+from lutgen.report.drawing import BLACK, BLUE, GREEN, GREY, RED, picture, tidy
 from lutgen.report.study.analysis import figure, p_value, signed
-from lutgen.study.analysis.sample import MEASURES
+from lutgen.study.analysis.statistics import MEASURES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

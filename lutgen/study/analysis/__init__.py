@@ -1,4 +1,8 @@
-"""What a reader study shows: as the paper analyses it, and beside that what a statistician would ask for."""
+"""The analysis of a reader study: the paper's tables, and beside them what a statistician asks for.
+
+``statistics`` and ``agreement`` hold the formulas, ``tables`` reads and writes CSV, the others make one part of the
+analysis each. One more file holds one more part: a function from answers or counts to a frozen result.
+"""
 
 from __future__ import annotations
 
@@ -7,24 +11,29 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import pick_one
 from lutgen.names import INTERVALS
-from lutgen.study.analysis.agreement import counts, pairs
-from lutgen.study.analysis.answer_table import condition_order
+from lutgen.study.analysis.agreement import Kappa, condition_order, counts, kappas, pairs
 from lutgen.study.analysis.further import FurtherAgreement, FurtherMeans, further_agreement, further_means
-from lutgen.study.analysis.holm import Corrected, corrected
-from lutgen.study.analysis.kappa import Kappa, kappas
 from lutgen.study.analysis.limits import design_limits, figure_limits
 from lutgen.study.analysis.mixed import MISSING, MixedModel, available, mixed_models
-from lutgen.study.analysis.table_2 import Table2, samples, table_2
-from lutgen.study.analysis.table_3 import Agreement, table_3
-from lutgen.study.analysis.table_4 import AgreementTest, table_4
-from lutgen.study.answer import sensible
+from lutgen.study.analysis.paper_tables import (
+    Agreement,
+    AgreementTest,
+    Corrected,
+    Table2,
+    corrected,
+    samples,
+    table_2,
+    table_3,
+    table_4,
+)
+from lutgen.study.answers import sensible
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lutgen.study.analysis.agreement import Counts
-    from lutgen.study.analysis.sample import Sample
-    from lutgen.study.answer import Answer
+    from lutgen.study.analysis.agreement import AgreementCounts
+    from lutgen.study.analysis.statistics import StudySample
+    from lutgen.study.answers import Answer
 
 SCHEMA = 1
 
@@ -54,7 +63,7 @@ class Analysis:
 
     sources: tuple[str, ...]
     ci: str
-    samples: tuple[Sample, ...]
+    samples: tuple[StudySample, ...]
     table2: Table2
     table3: tuple[Agreement, ...]
     table4: tuple[AgreementTest, ...]
@@ -102,8 +111,8 @@ def analyse_answers(
     """
     answers, left_out = sensible(answers)
     order = tuple(conditions or condition_order(answers))
-    found = pairs(answers)
-    rows, measured = counts(order, found), samples(order, answers)
+    reading_pairs = pairs(answers)
+    rows, measured = counts(order, reading_pairs), samples(order, answers)
     remarks = [] if rows else ["No image was read by a reader un-aged and once more: there is no agreement to tell of."]
     remarks += [] if available() else [MISSING]
     remarks += left_out
@@ -112,16 +121,16 @@ def analyse_answers(
         rows,
         ci=ci,
         sources=sources,
-        agreement=further_agreement(rows, found),
-        kappas_found=kappas(order, found),
-        mixed=mixed_models(order, answers, found) if available() else (),
-        limits=tuple(design_limits(order, answers, found)),
+        agreement=further_agreement(rows, reading_pairs),
+        kappa_rows=kappas(order, reading_pairs),
+        mixed=mixed_models(order, answers, reading_pairs) if available() else (),
+        limits=tuple(design_limits(order, answers, reading_pairs)),
         remarks=remarks,
     )
 
 
 def analyse_figures(
-    rows: Sequence[Counts], measured: Sequence[Sample], *, sources: Sequence[str] = (), ci: str = "normal"
+    rows: Sequence[AgreementCounts], measured: Sequence[StudySample], *, sources: Sequence[str] = (), ci: str = "normal"
 ) -> Analysis:
     """Analyse figures that are already counted: agreement, and samples without values; either may be empty.
 
@@ -144,15 +153,15 @@ def analyse_figures(
 
 
 def _analysis(
-    measured: Sequence[Sample],
-    rows: Sequence[Counts],
+    measured: Sequence[StudySample],
+    rows: Sequence[AgreementCounts],
     *,
     ci: str,
     sources: Sequence[str],
     agreement: tuple[FurtherAgreement, ...],
     limits: tuple[str, ...],
     remarks: Sequence[str],
-    kappas_found: tuple[Kappa, ...] = (),
+    kappa_rows: tuple[Kappa, ...] = (),
     mixed: tuple[MixedModel, ...] = (),
 ) -> Analysis:
     if ci not in INTERVALS:
@@ -168,7 +177,7 @@ def _analysis(
         table4=fourth,
         means=further_means(measured),
         agreement=agreement,
-        kappas=kappas_found,
+        kappas=kappa_rows,
         mixed=mixed,
         holm=several,
         limits=(*limits, *figure_limits(rows, fourth, agreement, several)),

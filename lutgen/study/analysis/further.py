@@ -6,17 +6,15 @@ from dataclasses import dataclass
 from math import nan
 from typing import TYPE_CHECKING
 
-from lutgen.study.analysis.effect_size import hedges_g, odds_ratio
-from lutgen.study.analysis.intervals import Interval, newcombe
-from lutgen.study.analysis.sample import pairs_of
-from lutgen.study.analysis.t_test import welch
-from lutgen.study.analysis.table_2 import same_measure
+from lutgen.study.analysis.agreement import odds_ratio
+from lutgen.study.analysis.paper_tables import same_measure
+from lutgen.study.analysis.statistics import Interval, hedges_g, newcombe, pairs_of, welch
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lutgen.study.analysis.agreement import Counts, Pair
-    from lutgen.study.analysis.sample import Sample
+    from lutgen.study.analysis.agreement import AgreementCounts, ReadingPair
+    from lutgen.study.analysis.statistics import StudySample
 
 
 @dataclass(frozen=True)
@@ -92,12 +90,12 @@ class FurtherAgreement:
     mcnemar: McNemar | None
 
 
-def further_means(found: Sequence[Sample]) -> tuple[FurtherMeans, ...]:
+def further_means(samples: Sequence[StudySample]) -> tuple[FurtherMeans, ...]:
     """Compare means once more, pair by pair."""
-    return tuple(_means(first, second) for first, second in same_measure(found))
+    return tuple(_means(first, second) for first, second in same_measure(samples))
 
 
-def _means(first: Sample, second: Sample) -> FurtherMeans:
+def _means(first: StudySample, second: StudySample) -> FurtherMeans:
     from scipy.stats import t as student
 
     t, df, p = map(float, welch(second, first))
@@ -119,7 +117,7 @@ def _means(first: Sample, second: Sample) -> FurtherMeans:
     )
 
 
-def _rank_p(first: Sample, second: Sample) -> float:
+def _rank_p(first: StudySample, second: StudySample) -> float:
     if len({*first.values, *second.values}) < 2:
         return nan
     from scipy.stats import mannwhitneyu
@@ -128,12 +126,16 @@ def _rank_p(first: Sample, second: Sample) -> float:
     return float(mannwhitneyu(first.values, second.values, alternative="two-sided", method="auto").pvalue)
 
 
-def further_agreement(rows: Sequence[Counts], found: Sequence[Pair] = ()) -> tuple[FurtherAgreement, ...]:
-    """Compare shares of agreement once more, pair by pair; ``found`` are the pairs of readings where known."""
-    return tuple(_agreement(first, second, found) for first, second in pairs_of(rows))
+def further_agreement(
+    rows: Sequence[AgreementCounts], reading_pairs: Sequence[ReadingPair] = ()
+) -> tuple[FurtherAgreement, ...]:
+    """Compare shares of agreement once more, condition by condition; without ``reading_pairs`` no test is paired."""
+    return tuple(_agreement(first, second, reading_pairs) for first, second in pairs_of(rows))
 
 
-def _agreement(first: Counts, second: Counts, found: Sequence[Pair]) -> FurtherAgreement:
+def _agreement(
+    first: AgreementCounts, second: AgreementCounts, reading_pairs: Sequence[ReadingPair]
+) -> FurtherAgreement:
     from scipy.stats import fisher_exact
 
     table = [[first.agreed, first.disagreed], [second.agreed, second.disagreed]]
@@ -148,16 +150,16 @@ def _agreement(first: Counts, second: Counts, found: Sequence[Pair]) -> FurtherA
         (100 * low, 100 * high),
         odds,
         odds_ci95,
-        _mcnemar(first.condition, second.condition, found),
+        _mcnemar(first.condition, second.condition, reading_pairs),
     )
 
 
-def _mcnemar(first: str, second: str, found: Sequence[Pair]) -> McNemar | None:
+def _mcnemar(first: str, second: str, reading_pairs: Sequence[ReadingPair]) -> McNemar | None:
     """Exact test on the images of which a reader agreed under one condition and not under the other."""
     from scipy.stats import binomtest
 
     agreed: dict[str, dict[tuple[str, str], bool]] = {first: {}, second: {}}
-    for pair in found:
+    for pair in reading_pairs:
         if pair.answer.condition in agreed:
             # The first of several readings under one condition: one pair an image and reader.
             agreed[pair.answer.condition].setdefault((pair.answer.reader, pair.answer.image), pair.agreed)

@@ -12,17 +12,18 @@ from lutgen.study.power import LEAST, MOST, ONE_TAILED, smallest_difference
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from lutgen.study.analysis.agreement import Counts, Pair
+    from lutgen.study.analysis.agreement import AgreementCounts, ReadingPair
     from lutgen.study.analysis.further import FurtherAgreement
-    from lutgen.study.analysis.holm import Corrected
-    from lutgen.study.analysis.table_4 import AgreementTest
-    from lutgen.study.answer import Answer
+    from lutgen.study.analysis.paper_tables import AgreementTest, Corrected
+    from lutgen.study.answers import Answer
 
 #: The level of the paper's tests.
 ALPHA = 0.05
 
 
-def design_limits(conditions: Sequence[str], answers: Sequence[Answer], found: Sequence[Pair]) -> Iterator[str]:
+def design_limits(
+    conditions: Sequence[str], answers: Sequence[Answer], reading_pairs: Sequence[ReadingPair]
+) -> Iterator[str]:
     """Say what follows from who read what in which session."""
     if not answers:
         yield (
@@ -43,7 +44,7 @@ def design_limits(conditions: Sequence[str], answers: Sequence[Answer], found: S
             "too often. Go by the mixed models."
         )
     yield from _images(conditions, answers)
-    yield from _order(found)
+    yield from _order(reading_pairs)
 
 
 def _images(conditions: Sequence[str], answers: Sequence[Answer]) -> Iterator[str]:
@@ -76,8 +77,8 @@ def _images(conditions: Sequence[str], answers: Sequence[Answer]) -> Iterator[st
         )
 
 
-def _order(found: Sequence[Pair]) -> Iterator[str]:
-    aged = [pair for pair in found if pair.answer.condition != UNAGED]
+def _order(reading_pairs: Sequence[ReadingPair]) -> Iterator[str]:
+    aged = [pair for pair in reading_pairs if pair.answer.condition != UNAGED]
     later = sum(pair.reference.session > pair.answer.session for pair in aged)
     if aged and later in (0, len(aged)):
         yield (
@@ -90,7 +91,7 @@ def _order(found: Sequence[Pair]) -> Iterator[str]:
 
 
 def figure_limits(
-    rows: Sequence[Counts],
+    rows: Sequence[AgreementCounts],
     table_4: Sequence[AgreementTest],
     further: Sequence[FurtherAgreement],
     corrected: Sequence[Corrected],

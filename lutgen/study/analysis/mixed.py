@@ -24,19 +24,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.study.analysis.agreement import UNAGED
-from lutgen.study.analysis.intervals import Interval, Z
+from lutgen.study.analysis.statistics import Interval, Z
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from lutgen.colorimetry import Array
-    from lutgen.study.analysis.agreement import Pair
-    from lutgen.study.answer import Answer
+    from lutgen.study.analysis.agreement import ReadingPair
+    from lutgen.study.answers import Answer
 
-#: What is said without statsmodels.
+#: The remark where statsmodels is not installed.
 MISSING = "Mixed models are left out: statsmodels is not installed. Install lutgen[study]."
 
-#: Share of answers at the highest ease given from which on it is said: errors cannot be normal there.
+#: From this share of answers at the highest ease on, a note says that errors cannot be normal.
 CROWDED = 0.25
 
 #: Measure → what an effect is.
@@ -44,7 +44,7 @@ EFFECTS = {"time": "ratio of times", "ease": "difference", "agreement": "odds ra
 
 
 @dataclass(frozen=True)
-class Effect:
+class ConditionEffect:
     """What a condition does against the first one: in the unit that the model's ``effect`` names."""
 
     condition: str
@@ -62,7 +62,7 @@ class MixedModel:
     measure, effect
         A key and its value of ``EFFECTS``.
     against
-        The condition that the others are held against.
+        The condition with which the others are compared.
     n
         Answers, or pairs of readings.
     effects
@@ -78,13 +78,13 @@ class MixedModel:
     effect: str
     against: str
     n: int
-    effects: tuple[Effect, ...]
+    effects: tuple[ConditionEffect, ...]
     sd: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
-class Fit:
+class MixedFit:
     """Coefficients with standard errors, (k,), variances of each grouping and of what is left, and complaints."""
 
     coefficients: Array
@@ -103,12 +103,14 @@ def _statsmodels(module: str) -> Any:
     return import_module(f"statsmodels.{module}")
 
 
-def mixed_models(conditions: Sequence[str], answers: Sequence[Answer], found: Sequence[Pair]) -> tuple[MixedModel, ...]:
+def mixed_models(
+    conditions: Sequence[str], answers: Sequence[Answer], reading_pairs: Sequence[ReadingPair]
+) -> tuple[MixedModel, ...]:
     """Fit time, ease and agreement; a model that cannot be fitted says why in its notes."""
     return (
         _of_answers("time", conditions, answers, lambda answer: log(answer.seconds)),
         _of_answers("ease", conditions, answers, lambda answer: float(answer.ease)),
-        _of_agreement(conditions, found),
+        _of_agreement(conditions, reading_pairs),
     )
 
 
@@ -167,7 +169,7 @@ def _groupings(answers: Sequence[Answer]) -> tuple[dict[str, list[str]], list[st
     return groups, notes
 
 
-def fit_crossed(values: Array, fixed: Array, groups: Mapping[str, Sequence[str]]) -> Fit:
+def fit_crossed(values: Array, fixed: Array, groups: Mapping[str, Sequence[str]]) -> MixedFit:
     """Fit values = fixed·β + a random effect a grouping + noise, by restricted maximum likelihood.
 
     Parameters
@@ -187,7 +189,7 @@ def fit_crossed(values: Array, fixed: Array, groups: Mapping[str, Sequence[str]]
     """
     if not groups:
         least = _statsmodels("regression.linear_model").OLS(values, fixed).fit()
-        return Fit(np.asarray(least.params), np.asarray(least.bse), {"rest": float(least.scale)}, ())
+        return MixedFit(np.asarray(least.params), np.asarray(least.bse), {"rest": float(least.scale)}, ())
     columns = {name: _membership(labels) for name, labels in groups.items()}
     names = list(columns)
     # One block that holds everything lets groupings cross; each grouping is a variance component in it.
@@ -199,9 +201,9 @@ def fit_crossed(values: Array, fixed: Array, groups: Mapping[str, Sequence[str]]
     )
     # Powell's method needs no gradient, which fails where a variance is 0, as that between alike readers is.
     model = linear.MixedLM(values, fixed, np.zeros(len(values)), exog_vc=spec)
-    found, errors, complaints = _said(lambda: model.fit(reml=True, method="powell", ftol=1e-12), "bse_fe")
-    variances = dict(zip(names, map(float, found.vcomp), strict=True)) | {"rest": float(found.scale)}
-    return Fit(np.asarray(found.fe_params), errors, variances, complaints)
+    result, errors, complaints = _fitted(lambda: model.fit(reml=True, method="powell", ftol=1e-12), "bse_fe")
+    variances = dict(zip(names, map(float, result.vcomp), strict=True)) | {"rest": float(result.scale)}
+    return MixedFit(np.asarray(result.fe_params), errors, variances, complaints)
 
 
 def _membership(labels: Sequence[str]) -> Array:
@@ -209,71 +211,73 @@ def _membership(labels: Sequence[str]) -> Array:
     return np.eye(len(levels))[place]
 
 
-def _of_agreement(conditions: Sequence[str], found: Sequence[Pair]) -> MixedModel:
-    shown = [condition for condition in conditions if any(pair.answer.condition == condition for pair in found)]
-    blank = MixedModel("agreement", EFFECTS["agreement"], shown[0] if shown else UNAGED, len(found), ())
+def _of_agreement(conditions: Sequence[str], reading_pairs: Sequence[ReadingPair]) -> MixedModel:
+    shown = [condition for condition in conditions if any(pair.answer.condition == condition for pair in reading_pairs)]
+    blank = MixedModel("agreement", EFFECTS["agreement"], shown[0] if shown else UNAGED, len(reading_pairs), ())
     if len(shown) < 2:
         return _without(blank, "fewer than two conditions have pairs of readings")
-    agreed = np.array([pair.agreed for pair in found], np.float64)
-    under = np.array([pair.answer.condition for pair in found])
+    agreed = np.array([pair.agreed for pair in reading_pairs], np.float64)
+    under = np.array([pair.answer.condition for pair in reading_pairs])
     for condition in shown:
         if np.ptp(agreed[under == condition]) == 0:
             return _without(blank, f"under {condition} all readings agreed, or none: its odds have no estimate")
-    readers = [pair.answer.reader for pair in found]
+    readers = [pair.answer.reader for pair in reading_pairs]
     levels = sorted(set(readers))
-    fixed = np.column_stack([np.ones(len(found)), *_indicators(list(under), shown), *_indicators(readers, levels)])
+    fixed = np.column_stack(
+        [np.ones(len(reading_pairs)), *_indicators(list(under), shown), *_indicators(readers, levels)]
+    )
     if np.linalg.matrix_rank(fixed) < fixed.shape[1]:
         return _without(blank, "conditions and readers cannot be told apart")
-    images = np.unique(np.array([pair.answer.image for pair in found]), return_inverse=True)[1]
+    images = np.unique(np.array([pair.answer.image for pair in reading_pairs]), return_inverse=True)[1]
     try:
         fit = _fit_logistic(agreed, fixed, images)
     except (np.linalg.LinAlgError, ValueError) as error:
         return _without(blank, f"the fit failed ({error})")
     notes = ["one reader: nothing about others"] if len(levels) == 1 else ["readers are fixed: it is about these alone"]
     effects = _effects(shown, fit.coefficients, fit.errors, _ratio)
-    return MixedModel("agreement", blank.effect, shown[0], len(found), effects, {}, (*notes, *fit.complaints))
+    return MixedModel("agreement", blank.effect, shown[0], len(reading_pairs), effects, {}, (*notes, *fit.complaints))
 
 
-def _fit_logistic(agreed: Array, fixed: Array, clusters: Any) -> Fit:
+def _fit_logistic(agreed: Array, fixed: Array, clusters: Any) -> MixedFit:
     structures = _statsmodels("genmod.cov_struct")
     together = len(set(clusters)) < len(clusters)
     structure = structures.Exchangeable() if together else structures.Independence()
     family = _statsmodels("genmod.families").Binomial()
     equations = _statsmodels("genmod.generalized_estimating_equations")
     model = equations.GEE(agreed, fixed, groups=clusters, family=family, cov_struct=structure)
-    found, errors, complaints = _said(model.fit, "bse")
-    return Fit(np.asarray(found.params), errors, {}, complaints)
+    result, errors, complaints = _fitted(model.fit, "bse")
+    return MixedFit(np.asarray(result.params), errors, {}, complaints)
 
 
-def _said(fit: Callable[[], Any], errors: str) -> tuple[Any, Array, tuple[str, ...]]:
+def _fitted(fit: Callable[[], Any], errors: str) -> tuple[Any, Array, tuple[str, ...]]:
     """Fit: the result, its standard errors, and what statsmodels warns of, each sentence once.
 
     Raises ValueError where a standard error is 0, infinite or none.
     """
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        found = fit()
-        standard = np.asarray(getattr(found, errors), np.float64)
+        result = fit()
+        standard = np.asarray(getattr(result, errors), np.float64)
     if not (np.isfinite(standard) & (standard > 0)).all():
         raise ValueError("standard errors cannot be computed")
-    said = dict.fromkeys(str(each.message).partition("\n")[0].rstrip(".") for each in caught)
-    complaints = [f"statsmodels: {text}" for text in said]
-    if not found.converged:
+    warned = dict.fromkeys(str(each.message).partition("\n")[0].rstrip(".") for each in caught)
+    complaints = [f"statsmodels: {text}" for text in warned]
+    if not result.converged:
         complaints.append("the fit did not converge: do not rely on it")
-    return found, standard, tuple(complaints)
+    return result, standard, tuple(complaints)
 
 
 def _effects(
     shown: Sequence[str], coefficients: Array, errors: Array, change: Callable[[float], float]
-) -> tuple[Effect, ...]:
+) -> tuple[ConditionEffect, ...]:
     from scipy.special import ndtr
 
-    made = []
+    effects = []
     for place, condition in enumerate(shown[1:], start=1):
         value, error = float(coefficients[place]), float(errors[place])
         ends = change(value - Z * error), change(value + Z * error)
-        made.append(Effect(condition, change(value), ends, 2 * float(ndtr(-abs(value / error)))))
-    return tuple(made)
+        effects.append(ConditionEffect(condition, change(value), ends, 2 * float(ndtr(-abs(value / error)))))
+    return tuple(effects)
 
 
 def _ratio(logarithm: float) -> float:

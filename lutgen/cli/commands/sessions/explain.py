@@ -36,14 +36,14 @@ def command(*, files: tuple[str, ...], reference: str | None, json_to: str | Non
     from lutgen.history.separate import separate
     from lutgen.history.separate_json import separation_as_json
     from lutgen.readings.campaign import campaign_of, read_campaign
-    from lutgen.report.history.explanation import separate_page
+    from lutgen.report.history.campaign import separate_page
 
     alone = check_json(json_to, force=force)
     listed = len(files) == 1 and files[0].lower().endswith(".toml")
     campaign = read_campaign(files[0]) if listed else campaign_of(files)
     with progress_bar("explaining", quiet=alone) as progress:
-        found = separate(campaign, reference=reference, progress=progress)
+        separation = separate(campaign, reference=reference, progress=progress)
     if json_to:
-        write_json(separation_as_json(found), json_to)
+        write_json(separation_as_json(separation), json_to)
     if not alone:
-        print_page(separate_page(found))
+        print_page(separate_page(separation))

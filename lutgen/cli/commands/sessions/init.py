@@ -70,11 +70,11 @@ def _ask(sessions: Sequence[Session]) -> Answers:
     names = ", ".join(dict.fromkeys(each.display for each in sessions if each.display))
     say("Enter alone: not known, and left open in the file.", err=True)
     name = click.prompt("Display", default=names, err=True)
-    said = {key: _line(question) for key, question in {**OF_DISPLAY, **OF_SESSION}.items()}
+    answers = {key: _line(question) for key, question in {**OF_DISPLAY, **OF_SESSION}.items()}
     numbers = {
-        key: value for key, text in said.items() if key != "settings" and (value := _number(key, text)) is not None
+        key: value for key, text in answers.items() if key != "settings" and (value := _number(key, text)) is not None
     }
-    return Answers(name, numbers, {"settings": said["settings"]})
+    return Answers(name, numbers, {"settings": answers["settings"]})
 
 
 def _line(question: str) -> str:

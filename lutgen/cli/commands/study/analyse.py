@@ -62,20 +62,20 @@ def command(
     alone = check_json(json_to, force=force)
     _check(csv_to, plots, force=force)
     with progress_bar("analysing", quiet=alone):
-        found = _analysis(study, answers, counts, summary, ci)
+        analysis = _analysis(study, answers, counts, summary, ci)
     picture = None
     if csv_to:
-        _write_tables(found, csv_to)
+        _write_tables(analysis, csv_to)
     if plots:
         from lutgen.report.study.analysis_plot import plot_study
 
-        picture = plot_study(found, plots, force=force)
+        picture = plot_study(analysis, plots, force=force)
     if json_to:
-        write_json(found.as_json(), json_to)
+        write_json(analysis.as_json(), json_to)
     if not alone:
         from lutgen.report.study.analysis import study_page
 
-        print_page([*study_page(found), *([f"Picture: {picture}"] if picture else [])])
+        print_page([*study_page(analysis), *([f"Picture: {picture}"] if picture else [])])
 
 
 def _check(csv_to: str | None, plots: str | None, *, force: bool) -> None:
@@ -83,9 +83,9 @@ def _check(csv_to: str | None, plots: str | None, *, force: bool) -> None:
     from pathlib import Path
 
     if csv_to:
-        from lutgen.study.analysis.tables_csv import FILES
+        from lutgen.study.analysis.tables import TABLE_FILES
 
-        for name in FILES:
+        for name in TABLE_FILES:
             check_new_file(str(Path(csv_to) / name), force=force)
     if plots:
         from lutgen.report.study.analysis_plot import PICTURE
@@ -93,17 +93,17 @@ def _check(csv_to: str | None, plots: str | None, *, force: bool) -> None:
         check_pictures(plots, [PICTURE], force=force)
 
 
-def _write_tables(found: Analysis, folder: str) -> None:
+def _write_tables(analysis: Analysis, folder: str) -> None:
     """Write the tables; those of an earlier analysis that this one does not have are taken away."""
     from pathlib import Path
 
     from lutgen.files import write_atomically
-    from lutgen.study.analysis.tables_csv import FILES, tables_csv
+    from lutgen.study.analysis.tables import TABLE_FILES, tables_csv
 
-    texts = tables_csv(found)
+    texts = tables_csv(analysis)
     for name, text in texts.items():
         write_atomically(Path(folder) / name, text.encode())
-    for name in FILES:
+    for name in TABLE_FILES:
         if name not in texts:
             (Path(folder) / name).unlink(missing_ok=True)
 
@@ -114,11 +114,11 @@ def _analysis(study: str | None, answers: str | None, counts: str | None, summar
     if study:
         return _of_study(study, ci)
     if answers:
-        from lutgen.study.analysis.answer_table import read_answer_table
+        from lutgen.study.analysis.tables import read_answer_table
 
         remark, given = read_answer_table(answers)
         return analyse_answers(given, sources=[_source(answers, remark)], ci=ci)
-    from lutgen.study.analysis.figures import read_counts, read_summary
+    from lutgen.study.analysis.tables import read_counts, read_summary
 
     remark, rows = read_counts(counts) if counts else ("", ())
     sources = [_source(counts, remark)] if counts else []

@@ -92,7 +92,7 @@ def command(
     """
     from lutgen.report.study.plan import plan_page
     from lutgen.study.plan import plan_study
-    from lutgen.study.scales import categories_of, ease_of
+    from lutgen.study.protocol import categories_of, ease_of
 
     alone = check_json(json_to, force=force)
     design_of = _design(design, conditions, readers, seed, per_condition=per_condition, sessions=sessions)
@@ -131,11 +131,11 @@ def _design(
     from pathlib import Path
 
     from lutgen.study import design
-    from lutgen.study.design_table import read_design
+    from lutgen.study.design import read_design
 
     if table is not None:
         if not (conditions is None and per_condition is None and sessions is None):
-            message = "--design says it all: leave --conditions, --per-condition and --sessions out."
+            message = "--design holds the whole design: leave --conditions, --per-condition and --sessions out."
             raise click.UsageError(message)
         return lambda names: read_design(Path(table), names, readers=readers, seed=seed)
     compared = design.conditions_of((design.PAPER_CONDITIONS if conditions is None else conditions).split(","))

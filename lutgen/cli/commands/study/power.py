@@ -34,12 +34,12 @@ def command(*, per_condition: int, readers: int, json_to: str | None, plots: str
 
     alone = check_json(json_to, force=force)
     if plots:
-        from lutgen.report.study.power_plot import PICTURE, plot_power
+        from lutgen.report.study.power import PICTURE, plot_power
 
         check_pictures(plots, [PICTURE], force=force)
-    found = study_power(per_condition, readers)
-    picture = plot_power(found, plots, force=force) if plots else None
+    result = study_power(per_condition, readers)
+    picture = plot_power(result, plots, force=force) if plots else None
     if json_to:
-        write_json(found.as_json(), json_to)
+        write_json(result.as_json(), json_to)
     if not alone:
-        print_page([*power_page(found), *([f"Picture: {picture}"] if picture else [])])
+        print_page([*power_page(result), *([f"Picture: {picture}"] if picture else [])])

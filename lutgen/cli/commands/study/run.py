@@ -42,7 +42,7 @@ def command(*, study: str, reader: str, session: int, override: str | None, port
     from contextlib import suppress
 
     from lutgen.server import port_taken
-    from lutgen.study.begin import begin_reading
+    from lutgen.study.reading import begin_reading
     from lutgen.study.server import serve
 
     def opened(address: str) -> None:

@@ -50,7 +50,7 @@ def command(*, study: str, seed: int, given: tuple[str, ...], output: str, force
     from pathlib import Path
 
     from lutgen.files import write_atomically
-    from lutgen.study.analysis.answer_table import answer_table
+    from lutgen.study.analysis.tables import answer_table
     from lutgen.study.protocol import read_protocol
     from lutgen.study.simulated import SimulatedReader, simulate
 
@@ -71,7 +71,7 @@ def _differences(
     folder: Path, protocol: Protocol, given: tuple[str, ...], progress: Callable[[int, int], None]
 ) -> dict[tuple[str, str], float]:
     if not given:
-        from lutgen.study.nuclear_difference import measured_differences
+        from lutgen.study.simulated import measured_differences
 
         return measured_differences(folder, protocol, progress)
     from lutgen.study.analysis.agreement import UNAGED

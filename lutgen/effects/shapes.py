@@ -1,0 +1,80 @@
+"""Shapes that several effects share: growth in time, a gamma that differs by level, primaries that fade unequally.
+
+*Growth.* ``power`` and ``saturation`` bend the growth of :func:`~lutgen.effects.scene.growth`. Where an effect has
+several amplitudes, ``onset`` gives for all of them the share that is there at hour 0; the amplitudes are the sizes at
+18 000 h.
+
+*Gamma by level.* l → l^(1 + Γ(d)), with Γ a cubic spline of the code value d given at five knots: the free form of each
+drift of the transfer curve. A constant Γ is the plain power law, so the free form contains the simple one; code 0 and 1
+stay where they are, and light stays positive for all knots. Uniform cubic B-splines: de Boor, A Practical Guide to
+Splines (1978); two outer coefficients continue the inner ones linearly, so that constants and straight lines are met
+exactly.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.effects.declare import Parameter
+from lutgen.effects.scene import growth
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lutgen.colorimetry import Array
+
+POWER = Parameter(1.0, (0.3, 6.0), "1", "power of time with which it grows")
+SATURATION = Parameter(
+    0.0, (0.0, 20.0), "1", "nepers by which its growth has saturated by 18 000 h, 0: a power of time"
+)
+GROWING = Parameter(0.0, (0.0, 1.5), "1", "share of the size at 18 000 h that is there at hour 0")
+LASTING = Parameter(1.0, (0.0, 1.5), "1", "share of the size at 18 000 h that is there at hour 0")
+
+
+def share_of_final(tau: Array, *, onset: float, power: float, saturation: float = 0.0) -> Array:
+    """Size at τ as a share of that at τ = 1, shape of ``tau``."""
+    return growth(tau, new=onset, grown=1.0 - onset, power=power, saturation=saturation)
+
+
+#: Exponents stay above this, so that light stays finite at the ends of every parameter's range.
+LEAST_EXPONENT = 0.05
+
+#: Polynomial coefficients (rows: powers of the place in a segment) of four neighbouring B-splines.
+_BASIS = np.array([[1.0, 4.0, 1.0, 0.0], [-3.0, 0.0, 3.0, 0.0], [3.0, -6.0, 3.0, 0.0], [-1.0, 3.0, -3.0, 1.0]]) / 6.0
+
+
+def level_curve(code: Array, knots: Sequence[float] | Array) -> Array:
+    """Γ at code values of any shape; ``knots`` are the coefficients at equal steps from code 0 to 1."""
+    given = np.asarray(knots, dtype=np.float64)
+    padded = np.concatenate([[2 * given[0] - given[1]], given, [2 * given[-1] - given[-2]]])
+    segments = given.size - 1
+    windows = np.stack([padded[k : k + segments] for k in range(4)])
+    pieces = (_BASIS[:, :, np.newaxis] * windows).sum(axis=1)
+    place = np.clip(code, 0.0, 1.0) * segments
+    index = np.minimum(place.astype(np.intp), segments - 1)
+    place -= index
+    curve = pieces[3][index]
+    for piece in pieces[2::-1]:
+        curve *= place
+        curve += piece[index]
+    return np.asarray(curve)
+
+
+def bent(light: Array, change: Array) -> Array:
+    """Raise light (or code values), 0 or more, to the power 1 + ``change``, which broadcasts with it."""
+    return np.asarray(np.maximum(light, 0.0) ** np.maximum(1.0 + change, LEAST_EXPONENT))
+
+
+def scaled(tips: Array, gain: Array) -> Array:
+    """Multiply the primaries of tips (..., n or 1, 4, 3) by gains (n or 1, 3).
+
+    White follows as the sum of its primaries; what it has beside them, W − R − G − B, takes their mean gain, so that
+    equal gains scale the whole display.
+    """
+    white, primaries = tips[..., 0, :], tips[..., 1:, :]
+    beside = white - primaries[..., 0, :] - primaries[..., 1, :] - primaries[..., 2, :]
+    faded = primaries * gain[..., np.newaxis]
+    whole = faded[..., 0, :] + faded[..., 1, :] + faded[..., 2, :] + beside * gain.mean(axis=-1, keepdims=True)
+    return np.concatenate([whole[..., np.newaxis, :], faded], axis=-2)

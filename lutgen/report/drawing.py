@@ -1,0 +1,195 @@
+"""What the pictures of all subjects share: the figure with its title and foot, the grey page, the PNG file.
+
+Each picture gives the same bytes on every run. The path of a PNG is checked before any work, and the file is renamed
+into place when it is whole.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from base64 import b64encode
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lutgen.errors import LutgenError
+from lutgen.files import replacing
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: Metadata of a PNG that matplotlib writes: without the version of matplotlib, so that the bytes stay the same.
+METADATA: Any = {"Software": None}
+
+
+def check_new_png(path: str | Path, *, force: bool) -> Path:
+    """Return ``path`` when a picture may be written there, before any work is done for it.
+
+    Raises
+    ------
+    LutgenError
+        Not a .png, a folder, or a file that exists, without ``force``.
+
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".png":
+        message = f"{path}: pictures are written as PNG. Give a name that ends in .png."
+        raise LutgenError(message)
+    if path.is_dir():
+        message = f"{path}: is a folder. Give the name of a .png file."
+        raise LutgenError(message)
+    if path.exists() and not force:
+        message = f"{path}: exists already. Add --force to replace it, or choose another name."
+        raise LutgenError(message)
+    return path
+
+
+@contextmanager
+def new_png(path: str | Path, *, force: bool) -> Iterator[Path]:
+    """Yield a temporary path that is renamed to ``path`` on success; errors as in :func:`check_new_png`."""
+    with replacing(check_new_png(path, force=force)) as partial:
+        yield partial
+
+
+def data_address(image: bytes) -> str:
+    """Return a PNG as an address that holds the picture itself (RFC 2397)."""
+    return f"data:image/png;base64,{b64encode(image).decode()}"
+
+
+#: Dots per inch, and width in inches: 1500 pixels, which fit the screen of a laptop.
+DPI, WIDTH = 100, 15.0
+
+#: Colours that people with any colour vision tell apart: Okabe & Ito 2008, https://jfly.uni-koeln.de/color/.
+BLACK, BLUE, RED, GREEN, YELLOW = "#222222", "#0072B2", "#D55E00", "#009E73", "#F0E442"
+GREY, BAND = "#777777", "#d9d9d9"
+
+#: Characters in a line of the title, of the second line and of the foot, at their font sizes.
+_TITLE, _SECOND, _FOOT = 102, 150, 190
+
+#: Height of a line of title, second line and foot, in inches.
+_LINES = {"title": 0.30, "second": 0.22, "foot": 0.19}
+
+
+@contextmanager
+def new_figure(path: str | Path, size: tuple[float, float], *, force: bool) -> Iterator[Figure]:
+    """Give an empty figure of ``size`` inches; on success it becomes a PNG, the same bytes on every run.
+
+    Raises
+    ------
+    LutgenError
+        ``path`` is no .png, cannot be written, or exists and ``force`` is not given.
+
+    """
+    from matplotlib import style
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with style.context("default"), new_png(path, force=force) as partial:
+        figure = Figure(figsize=size, dpi=DPI)
+        FigureCanvasAgg(figure)
+        yield figure
+        figure.savefig(partial, format="png", metadata=METADATA)
+
+
+@contextmanager
+def picture(
+    path: Path, title: str, *, second: str = "", foot: str = "", height: float = 9.0, force: bool
+) -> Iterator[tuple[Figure, float, float]]:
+    """Give a figure to draw into between bottom and top, shares of its height; on success it becomes a PNG.
+
+    Raises
+    ------
+    LutgenError
+        ``path`` cannot be written, or exists and ``force`` is not given.
+
+    """
+    with new_figure(path, (WIDTH, height), force=force) as figure:
+        top = height - 0.2
+        for text, letters, kind, look in (
+            (title, _TITLE, "title", {"fontsize": 16, "weight": "bold"}),
+            (second, _SECOND, "second", {"fontsize": 12}),
+        ):
+            lines = textwrap.wrap(text, letters, max_lines=2, placeholder=" …", break_on_hyphens=False)
+            if lines:
+                figure.text(0.04, top / height, "\n".join(lines), va="top", linespacing=1.2, **look)
+                top -= len(lines) * _LINES[kind] + 0.08
+        lines = textwrap.wrap(foot, _FOOT, max_lines=3, placeholder=" …", break_on_hyphens=False)
+        figure.text(0.04, 0.12 / height, "\n".join(lines), fontsize=10, va="bottom", color="#444444")
+        yield figure, (0.12 + len(lines) * _LINES["foot"]) / height, top / height
+
+
+def named_once(names: list[str], what: str) -> list[str]:
+    """Return the names of pictures of several ``what``. Raises LutgenError if two names are the same."""
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice:
+        message = f"{twice}: two {what} would be drawn into this file. Draw them one after the other, or rename one."
+        raise LutgenError(message)
+    return names
+
+
+def tidy(axes: Axes) -> None:
+    """Give axes a pale grid, and no frame above and to the right."""
+    axes.grid(color="#eeeeee")
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+
+
+Pixels = NDArray[np.uint8]
+
+#: Code value of L* = 50: a surround halfway between light and dark pictures.
+SURROUND = 119
+
+
+class Text(NamedTuple):
+    """A text: its column, row of its top, the text, its height in pixels, its side at the column (``left``, …)."""
+
+    column: int
+    top: int
+    letters: str
+    size: int
+    side: str = "left"
+
+
+def grey_page(height: int, width: int, texts: Iterable[Text]) -> Pixels:
+    """Return a page with texts, shape (height, width, 3)."""
+    from matplotlib import style
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with style.context("default"):
+        # At 72 dots per inch a point is a pixel; a tenth of a pixel more, so that rounding does not lose a row.
+        figure = Figure(figsize=((width + 0.1) / 72, (height + 0.1) / 72), dpi=72, facecolor=(SURROUND / 255,) * 3)
+        canvas: Any = FigureCanvasAgg(figure)
+        for text in texts:
+            figure.text(
+                text.column / width,
+                1.0 - text.top / height,
+                text.letters,
+                fontsize=text.size,
+                color="white",
+                ha=text.side,
+                va="top",
+                linespacing=1.3,
+                parse_math=False,
+            )
+        canvas.draw()
+        return np.array(canvas.buffer_rgba())[..., :3]
+
+
+def wrapped(text: str, width: int, size: int) -> list[str]:
+    """Break a text into lines of ``width`` pixels: a character of DejaVu Sans is on average at most 0.6 em wide."""
+    return textwrap.wrap(text, max(int(width / (0.6 * size)), 10))
+
+
+def save_page(page: Pixels, path: Path) -> None:
+    """Write a page as PNG, whatever the path's suffix: the same bytes on every run."""
+    from matplotlib.image import imsave
+
+    imsave(path, page, format="png", metadata=METADATA)

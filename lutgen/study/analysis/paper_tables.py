@@ -1,0 +1,171 @@
+"""The paper's Tables 2 to 4: time and ease with t-tests, agreement between sessions, and whether agreement falls.
+
+The tests of Table 2 are two-sample, unpaired, of equal variances and two-sided: of the readings of section 3.2 only
+this one gives its four p-values from its means and intervals, these read as ± 1.96 SD/√n with n = 39 un-aged images.
+Those of Table 4 are one-tailed t-tests on a 1 or a 0 for each pair of readings; an F-test checks that the variances are
+equal. All tests are corrected together, as one family (Holm 1979, Scandinavian Journal of Statistics 6:65).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+from typing import TYPE_CHECKING
+
+from lutgen.study.analysis.agreement import mixed_sessions
+from lutgen.study.analysis.statistics import (
+    MEASURES,
+    Interval,
+    StudySample,
+    equal_variances,
+    mean_interval,
+    pairs_of,
+    pooled,
+    sample_of,
+    wilson,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lutgen.study.analysis.agreement import AgreementCounts
+    from lutgen.study.answers import Answer
+
+
+@dataclass(frozen=True)
+class Mean:
+    """A cell of Table 2."""
+
+    measure: str
+    condition: str
+    n: int
+    mean: float
+    sd: float
+    ci95: Interval
+
+
+@dataclass(frozen=True)
+class MeanTest:
+    """Whether two means differ: ``difference`` is ``second`` − ``first``, p that of a pooled two-sided t-test."""
+
+    measure: str
+    first: str
+    second: str
+    difference: float
+    t: float
+    df: float
+    p: float
+
+
+@dataclass(frozen=True)
+class Table2:
+    """The table, and the tests of the text below it."""
+
+    means: tuple[Mean, ...]
+    tests: tuple[MeanTest, ...]
+
+
+def samples(conditions: Sequence[str], answers: Sequence[Answer]) -> tuple[StudySample, ...]:
+    """Collect time and ease by condition, from the sessions that showed anything aged; from all where none did."""
+    mixed = mixed_sessions(answers)
+    taken = [answer for answer in answers if (answer.reader, answer.session) in mixed] or list(answers)
+    collected = []
+    for measure in MEASURES:
+        for condition in conditions:
+            there = [answer for answer in taken if answer.condition == condition]
+            values = [answer.seconds if measure == "time" else float(answer.ease) for answer in there]
+            if values:
+                collected.append(sample_of(measure, condition, values))
+    return tuple(collected)
+
+
+def table_2(measured: Sequence[StudySample], *, ci: str = "normal") -> Table2:
+    """Make the table and its tests from samples in their order; ``ci`` is a key of ``INTERVALS``."""
+    means = tuple(Mean(one.measure, one.condition, one.n, one.mean, one.sd, mean_interval(one, ci)) for one in measured)
+    return Table2(means, tuple(_mean_test(first, second) for first, second in same_measure(measured)))
+
+
+def same_measure(measured: Sequence[StudySample]) -> list[tuple[StudySample, StudySample]]:
+    """Return each pair of conditions, measure by measure, where both have a variance."""
+    return [
+        pair
+        for measure in MEASURES
+        for pair in pairs_of(one for one in measured if one.measure == measure and one.n > 1)
+    ]
+
+
+def _mean_test(first: StudySample, second: StudySample) -> MeanTest:
+    t, df, p = map(float, pooled(second, first))
+    return MeanTest(first.measure, first.condition, second.condition, second.mean - first.mean, t, df, p)
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """A row of Table 3; ``percent`` and ``ci95`` in per cent."""
+
+    condition: str
+    agreed: int
+    disagreed: int
+    percent: float
+    ci95: Interval
+
+
+def table_3(rows: Sequence[AgreementCounts]) -> tuple[Agreement, ...]:
+    """Make the table from what was counted."""
+    rows_of_table = []
+    for row in rows:
+        low, high = wilson(row.agreed, row.n)
+        rows_of_table.append(
+            Agreement(row.condition, row.agreed, row.disagreed, 100 * row.share, (100 * low, 100 * high))
+        )
+    return tuple(rows_of_table)
+
+
+@dataclass(frozen=True)
+class AgreementTest:
+    """A row of Table 4: p is one-tailed, ``variances_p`` the F-test's, two-sided."""
+
+    greater: str
+    less: str
+    t: float
+    df: float
+    p: float
+    variances_p: float
+
+
+def table_4(rows: Sequence[AgreementCounts]) -> tuple[AgreementTest, ...]:
+    """Test each condition against each later one; conditions of a single pair are left out."""
+    tests = []
+    for greater, less in pairs_of(row for row in rows if row.n > 1):
+        figures = greater.figures(), less.figures()
+        t, df, p = map(float, pooled(*figures, one_tailed=True))
+        tests.append(AgreementTest(greater.condition, less.condition, t, df, p, float(equal_variances(*figures))))
+    return tuple(tests)
+
+
+@dataclass(frozen=True)
+class Corrected:
+    """A test of Tables 2 and 4: its p, and the p that keeps the chance of any false alarm among all of them at 5 %."""
+
+    measure: str
+    first: str
+    second: str
+    p: float
+    p_holm: float
+
+
+def corrected(means: Sequence[MeanTest], agreement: Sequence[AgreementTest]) -> tuple[Corrected, ...]:
+    """Correct all tests of Tables 2 and 4 together, as one family."""
+    named = [(test.measure, test.first, test.second, test.p) for test in means]
+    named += [("agreement", test.greater, test.less, test.p) for test in agreement]
+    named = [each for each in named if isfinite(each[3])]
+    return tuple(Corrected(*each, p) for each, p in zip(named, holm([each[3] for each in named]), strict=True))
+
+
+def holm(p: Sequence[float]) -> list[float]:
+    """Corrected p-values, in the order given."""
+    corrected_p, worst = [0.0] * len(p), 0.0
+    for rank, place in enumerate(sorted(range(len(p)), key=lambda each: p[each])):
+        worst = max(worst, min(1.0, (len(p) - rank) * p[place]))
+        corrected_p[place] = worst
+    return corrected_p

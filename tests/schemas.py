@@ -1,0 +1,27 @@
+"""The published JSON Schemas by name, and what holds the output of a command to one of them."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from jsonschema import Draft202012Validator
+from referencing import Registry, Resource
+
+ROOT = Path(__file__).parents[1] / "lutgen"
+
+
+@cache
+def schemas() -> dict[str, dict[str, Any]]:
+    """Name in the identifier, such as ``compare`` or ``study-plan`` → schema."""
+    contents = [json.loads(path.read_text(encoding="utf-8")) for path in sorted(ROOT.glob("*/schema/*.json"))]
+    return {str(content["$id"]).split(":")[3]: content for content in contents}
+
+
+@cache
+def validator(name: str) -> Draft202012Validator:
+    """What holds JSON to a schema, which may name others."""
+    known = Registry().with_resources((each["$id"], Resource.from_contents(each)) for each in schemas().values())
+    return Draft202012Validator(schemas()[name], registry=known)
