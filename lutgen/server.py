@@ -19,7 +19,7 @@ from lutgen.cells import whole
 from lutgen.errors import LutgenError, reason_of
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+    from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Sequence
     from pathlib import Path
 
     from starlette.requests import Request
@@ -235,13 +235,18 @@ def check_installed() -> None:
         )
 
 
-def server_of(guarded: Guard, ending: Callable[[], None] = lambda: None) -> Server:
+async def _nothing() -> None:
+    """End nothing beside the server."""
+
+
+def server_of(guarded: Guard, ending: Callable[[], Awaitable[None]] = _nothing) -> Server:
     """Return what serves a guarded application, for the caller to run; ``ending`` is called before it ends replies."""
     from uvicorn import Config, Server
 
     class Ending(Server):
         async def shutdown(self, sockets: list[socket] | None = None) -> None:
-            ending()
+            # Before uvicorn gives the signal back, which cancels what is awaited then.
+            await ending()
             await super().shutdown(sockets)
 
     return Ending(

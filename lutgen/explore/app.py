@@ -115,17 +115,13 @@ class Windows:
             raise RefusedError(410, "gone", "This window is closed. Load the page again.")
         return window
 
-    def end(self) -> None:
-        """End all windows."""
-        for window in self._open.values():
-            window.end()
-
     async def gone(self) -> None:
         """End all windows, that of no page yet too, and wait until their processes have ended."""
         if self._spare:
             with suppress(LutgenError):
                 await self.open()
-        self.end()
+        for window in self._open.values():
+            window.end()
         await asyncio.gather(*(window.gone() for window in self._open.values()))
 
 

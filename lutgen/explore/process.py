@@ -125,6 +125,9 @@ class Process:
         """End the process; that it has ended is heard of."""
         if self._child and self._child.returncode is None:
             # Popen's own kill first asks whether the process has ended, and takes its exit code from asyncio.
+            if sys.platform == "win32":
+                self._child.kill()
+                return
             with suppress(ProcessLookupError):
                 os.kill(self._child.pid, signal.SIGKILL)
 

@@ -46,7 +46,7 @@ def serve(asked: Asked, listening: socket, *, opened: Callable[[str], None], wai
                 if wait:
                     await windows.ready()
                 opened(guarded.address)
-                await server_of(guarded, windows.end).serve(sockets=[listening])
+                await server_of(guarded, windows.gone).serve(sockets=[listening])
             finally:
                 await windows.gone()
 
