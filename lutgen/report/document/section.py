@@ -99,21 +99,3 @@ def _hash(script: str) -> str:
 def render(template: str, **values: Any) -> str:
     """Fill a template of ``report/templates``."""
     return environment().get_template(template).render(**values)
-
-
-def style_and_script() -> dict[str, Any]:
-    """Give the page's own style and scripts, with the viewer's, and the hashes by which the page permits these alone.
-
-    The main script is one module in the page, so what it imports stands before it.
-    """
-    templates = files("lutgen.report").joinpath("templates")
-    own = templates.joinpath("page.js").read_text("utf-8").splitlines(keepends=True)
-    script = (FOLDER / "viewer.js").read_text("utf-8") + "".join(each for each in own if not each.startswith("import "))
-    style = (FOLDER / "viewer.css").read_text("utf-8") + templates.joinpath("page.css").read_text("utf-8")
-    given = {"style": style, "script": script, "class_script": _CLASS_SCRIPT}
-    hashes = {"script_hash": _hash(script), "class_hash": _hash(_CLASS_SCRIPT)}
-    return {name: Markup(text) for name, text in given.items()} | hashes  # noqa: S704 - files of this package
-
-
-def _hash(script: str) -> str:
-    return f"sha256-{b64encode(sha256(script.encode()).digest()).decode()}"
