@@ -32,7 +32,7 @@ DISPLAY_A = ROOT / "examples/display-a.csv"
 
 SECTIONS = {
     "Simulate": "build check apply show",
-    "Find what the model misses": "compare diagnose refine plan effects",
+    "Find what the model misses": "compare diagnose refine plan effects explore",
     "Real displays": "inspect sessions trend",
     "Pictures": "lifetime cohort nuclei map sheet animate figure table report",
     "Reader study": "study",

@@ -214,14 +214,14 @@ def test_the_command_tells_what_is_out_of_reach(lutgen: Callable[..., Done], tmp
     arguments = ("build", "--direction", "compensate", "--hours", "18000", "--mode", "chroma-luma", "--format", "clf")
     short = lutgen(*arguments, "-o", str(tmp_path / "clip"), "--jobs", "1")
     assert short.code == 0
-    assert len(short.lines) == 2
+    assert len(short.lines) == 3
     done = lutgen(*arguments, "-o", str(tmp_path / "clip"), "--jobs", "1", "--force", "--verbose")
     assert done.code == 0
     row = next(line.split() for line in done.lines if line.startswith("chroma-luma  18000"))
     certificate = manifest_of(tmp_path / "clip")["files"][1]["certificate"]
     assert row[2] == f"{certificate['unreachable_lattice_share']:.1%}"
     assert row[3] == f"{certificate['unreachable_tissue_share']:.1%}"
-    assert f"; up to {row[2]} of the colours out of reach (more with --verbose)." in short.lines[1]
+    assert f"; up to {row[2]} of the colours out of reach (more with --verbose)." in short.lines[2]
     assert row[4] == "100.0%"
     assert "clipped by channels of the drive" in done.out
     scaled = lutgen(*arguments, "--unreachable", "scale", "-o", str(tmp_path / "scale"), "--jobs", "1", "--verbose")

@@ -261,10 +261,12 @@ def test_a_single_hour_is_data_enough_to_look_at(run: Callable[..., Done], tmp_p
     assert command == "plan" or "readings at 0 h" in done.out
 
 
-def test_a_model_of_aging_needs_a_second_hour(run: Callable[..., Done], tmp_path: Path) -> None:
-    done = run("refine", write("one hour", tmp_path).name, "--add", "black-level")
-    assert (done.code, done.out) == (2, "")
-    assert "Aging is a change: add the white, red, green and blue of a later hour." in done.err
+def test_one_session_is_a_display_at_hour_0(run: Callable[..., Done], tmp_path: Path) -> None:
+    done = run("refine", write("one hour", tmp_path).name, "--add", "black-level", "-o", "new.toml", "--keep")
+    assert (done.code, done.err) == (0, "")
+    done = run("build", "--model", "new.toml", "--hours", "0", "--format", "cube", "--cubesize", "17", "-o", "luts")
+    assert (done.code, done.err) == (0, "")
+    assert json.loads((tmp_path / "luts/manifest.json").read_text())["options"]["reference"] == "absolute"
 
 
 def test_options_are_handed_on_to_the_next_command(run: Callable[..., Done], tmp_path: Path) -> None:
@@ -277,9 +279,9 @@ def test_options_are_handed_on_to_the_next_command(run: Callable[..., Done], tmp
 
 #: Command line after the data → what the one sentence says. {leak} and {tips} are data files.
 BAD: dict[str, str] = {
-    "compare missing.csv": "missing.csv: cannot read the measurements: no such file",
-    "compare folder": "folder: is a folder. Put all sessions into one table of readings",
-    "compare notes.txt": "the suffix '.txt' names no format of measurements",
+    "compare missing.csv": "missing.csv: cannot read the readings: no such file",
+    "compare folder": "folder: the folder holds no readings. Put sessions into it",
+    "compare notes.txt": "notes.txt: is no CGATS: no table in it begins with BEGIN_DATA",
     "compare {leak} {leak}": "unexpected extra argument",
     "compare {leak} --baseline stale": "'stale' is not one of 'colour-points', 'first-hour'",
     "compare {leak} --selection furthest": "'furthest' is not one of 'nearest', 'continuous'",

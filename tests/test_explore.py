@@ -30,6 +30,7 @@ from lutgen.explore.imaging import Imaging
 from lutgen.explore.process import ENDED, Process
 from lutgen.explore.sessions import gathered
 from lutgen.explore.showing import Showing
+from lutgen.pictures.viewer import WHITE
 from lutgen.readings import read_measurements
 from lutgen.server import HOST, MOST_AT_ONCE, RefusedError, page_file
 from tests.command import Done, in_process
@@ -191,7 +192,7 @@ def test_a_table_is_the_one_that_build_writes(kind: str, lutgen: Callable[..., D
         # The correction's numbers, as the aged display shows them.
         written = DisplayModel(read_measurements(EXAMPLE)).at("chroma", 9000.5).code_to_code(written)
     # Half a step of 16 bits; and of the seventh decimal, which a display makes a few times larger.
-    assert np.abs(given[:, :3] / 65535.0 - written).max() <= 0.5 / 65535 + 1e-6
+    assert np.abs(given[:, :3] / WHITE - written).max() <= 0.5 / 65535 + 1e-6
     assert (given[:, 3] == 65535).all()
     for mode, hours, points, which in [
         ("chroma", 0.0, 33, "new"), ("chroma", 0.0, 34, "aged"), ("sepia", 0.0, 33, "aged"),

@@ -54,13 +54,13 @@ def test_json_stands_alone_and_pictures_are_named(inspect: Callable[..., Done]) 
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("none.ti3",), "cannot read the session"),
-        ((".",), "is a folder"),
+        (("none.ti3",), "cannot read the readings"),
+        ((".",), "the folder holds a campaign file. Name it instead: campaign.toml"),
         ((), "Missing argument"),
         (("one.ti3", "--json", "there.json"), "exists already"),
         (("one.ti3", "one.ti3", "--plots", "plots"), "two sessions would be drawn"),
         (("one.ti3", "bad.ti3", "--plots", "plots", "--json", "new.json"), "cut off"),
-        (("campaign-of-none.toml",), "cannot read the campaign"),
+        (("campaign-of-none.toml",), "cannot read the readings"),
     ],
 )
 def test_bad_input_ends_with_2_and_leaves_nothing(

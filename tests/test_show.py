@@ -253,7 +253,7 @@ def test_an_existing_plot_is_replaced_only_by_force(tmp_path: Path) -> None:
         (("--plot", "page.svg"), "ends in .png"),
         (("--plot", "folder.png"), "is a folder"),
         (("--hours", "0,20000"), "outside the measured span"),
-        (("--display", "absent.csv"), "cannot read the measurements"),
+        (("--display", "absent.csv"), "cannot read the readings"),
         (("--plot", "blocked/page.png"), "cannot write"),
     ],
 )

@@ -101,7 +101,7 @@ def table(hours: float) -> NDArray[np.float64]:
 def sixteen_bits(values: NDArray[np.float64], difference: float = 0.0) -> NDArray[np.uint16]:
     """The table as the page gets it; each colour with the same ΔE2000."""
     alpha = np.full((*values.shape[:3], 1), difference / 100)
-    return np.asarray(np.rint(np.concatenate([values, alpha], axis=-1) * 65535), "<u2")
+    return np.asarray(np.rint(np.concatenate([values * (65280 / 65535), alpha], axis=-1) * 65535), "<u2")
 
 
 def handed_over(name: str, array: NDArray[Any]) -> str:

@@ -244,15 +244,18 @@ def _shown(path: Path, form: Format, lut: Lut | MatrixLut, kind: TableKind) -> A
 
     A file that lutgen reads itself OpenColorIO reads as a whole when it is the first of its kind.
     """
-    read = checked_table(path, lut) if isinstance(lut, Lut) and is_read_here(lut, form.suffix) else None
-    if read and kind in _READ_WHOLE:
-        return JUDGE.shown(read)
+    own = checked_table(path, lut) if isinstance(lut, Lut) and is_read_here(lut, form.suffix) else None
+    told = JUDGE.shown(own) if own else None
+    if told is not None and kind in _READ_WHOLE:
+        return told
     with under_its_name(path, form.suffix) as named:
         shown = apply_lut(named, JUDGE.code)
-    if read:
-        refuse_other(path, shown, JUDGE.shown(read))
-        _READ_WHOLE.add(kind)
-    return shown
+    if told is None:
+        return shown
+    refuse_other(path, shown, told)
+    _READ_WHOLE.add(kind)
+    # Certificates are the same whichever process has which files.
+    return told
 
 
 def best_candidate(model: DisplayModel, aged: AgedDisplay, form: Format, size: int) -> tuple[Lut | MatrixLut, bytes]:

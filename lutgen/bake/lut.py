@@ -169,11 +169,13 @@ class Sampler:
     def lut(self, aged: AgedDisplay, size: int, space: str, *, clip: bool, whole: bool = False) -> Lut:
         """Bake a table; ``clip`` to the viewer's sRGB gamut, or leave aged colours outside it as they are.
 
-        Beside the clip nodes are fitted; not where the file holds ``whole`` numbers, which cannot exceed white.
+        Beside the clip nodes are fitted; not where the file holds ``whole`` numbers, which cannot exceed white, and not
+        in a correction, whose numbers are a display's drive.
         """
         values = SPACES[space].held(self.linear(aged, size, space)).reshape(size, size, size, 3)
         if clip:
-            return Lut(space, np.clip(values, 0.0, 1.0) if whole else fitted_beside_clip(values))
+            plain = whole or compensation_of(aged) is not None
+            return Lut(space, np.clip(values, 0.0, 1.0) if plain else fitted_beside_clip(values))
         if np.abs(values).max() > BRIGHTEST:
             message = (
                 f"{aged.mode} at {aged.hours:g} h: colours reach {np.abs(values).max():.3g} times what a viewer shows, "

@@ -63,13 +63,18 @@ class Showing:
         if size not in SIZES:
             raise pick_one("size", size, map(str, SIZES))
 
-        def baked(display: AgedDisplay) -> Array:
-            return self._sampler.lut(display, size, "code", clip=True).table.reshape(-1, 3)
+        def baked(display: AgedDisplay, *, whole: bool = False) -> Array:
+            return self._sampler.lut(display, size, "code", clip=True, whole=whole).table.reshape(-1, 3)
 
-        shown = baked(display_to_bake(self._shown, mode, hours, direction=KINDS[kind]))
+        display = display_to_bake(self._shown, mode, hours, direction=KINDS[kind])
+        shown = baked(display)
         if kind == "compensated":
             shown = self._shown.at(mode, hours).code_to_code(shown)
-        return viewer_table(shown, baked(self._shown.at("stable", hours)) if differences else None).tobytes()
+        apart = None
+        if differences:
+            after = shown if kind == "compensated" else baked(display, whole=True)
+            apart = (baked(self._shown.at("stable", hours), whole=True), after)
+        return viewer_table(shown, apart).tobytes()
 
     def colours(self, path: str) -> dict[str, Any]:
         """Measure other colours, as the imaging process has counted them."""

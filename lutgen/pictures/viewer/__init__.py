@@ -20,25 +20,27 @@ if TYPE_CHECKING:
 #: Where ``viewer.js``, a module that imports no other, and ``viewer.css`` lie.
 FOLDER = Path(__file__).parent
 
-#: ΔE2000 that the largest number stands for; the viewer has the same.
-LARGEST = 100.0
+#: ΔE2000 that the largest number stands for, and the number of code value 1: a .cube holds a little more beside the
+#: clip. The viewer has the same.
+LARGEST, WHITE = 100.0, 65_280.0
 
 
-def viewer_table(shown: Array, unaged: Array | None) -> NDArray[np.uint16]:
+def viewer_table(shown: Array, apart: tuple[Array, Array] | None) -> NDArray[np.uint16]:
     """Return RGBA for the viewer, little-endian, in the order of the table.
 
     Parameters
     ----------
     shown
-        Code values that a table holds, (..., 3) in 0..1.
-    unaged
-        What the un-aged display shows of the same colours, for A: their ΔE2000, as :func:`differences` takes it. None:
-        A is not asked for.
+        Code values that a table holds, (..., 3) in 0..``bake.beside_clip.HEADROOM``.
+    apart
+        What the un-aged and the aged display show of the same colours, (..., 3) each in 0..1, for A: their ΔE2000, as
+        :func:`differences` takes it. None: A is not asked for.
 
     """
-    values = np.ones((*shown.shape[:-1], 4))
-    values[..., :3] = shown
-    if unaged is not None:
-        before, after = (linear_to_lab(code_to_linear(code.reshape(-1, 3))) for code in (unaged, shown))
-        values[..., 3] = (delta_e_2000(before, after) / LARGEST).reshape(shown.shape[:-1])
-    return np.rint(np.minimum(values, 1.0) * 65_535.0).astype("<u2")
+    table = np.full((*shown.shape[:-1], 4), 65_535.0)
+    table[..., :3] = np.clip(shown * WHITE, 0.0, 65_535.0)
+    if apart is not None:
+        before, after = (linear_to_lab(code_to_linear(code.reshape(-1, 3))) for code in apart)
+        share = np.minimum(delta_e_2000(before, after) / LARGEST, 1.0)
+        table[..., 3] = 65_535.0 * share.reshape(shown.shape[:-1])
+    return np.rint(table).astype("<u2")

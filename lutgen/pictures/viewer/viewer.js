@@ -5,7 +5,7 @@
 // tetrahedra. OpenColorIO's own GLSL ES 3.0 shader reads float textures instead, which WebGL2 filters on some
 // machines only, and would have to be written and compiled anew for each hour.
 
-/** @typedef {{size: number, values: Uint16Array<ArrayBuffer>}} Table size³ × 4 numbers, red fastest: code values, and ΔE2000 as 65535 for 100 */
+/** @typedef {{size: number, values: Uint16Array<ArrayBuffer>}} Table size³ × 4 numbers, red fastest: code values, 65280 for 1, and ΔE2000 as 65535 for 100 */
 /** @typedef {{first: Table, second: Table, share: number}} Blend both tables mixed: 0 is the first, 1 the second */
 
 /** Colours of a map from 0 to its end: viridis, whose steps are even to the eye. */
@@ -23,6 +23,9 @@ export const MAP_COLOURS = [
 
 /** ΔE2000 that the largest number of a table's fourth channel stands for. */
 const DIFFERENCE = 100;
+
+/** Number of code value 1 in a table. */
+const WHITE = 65280;
 
 /** Textures of the shader, each in the unit of its place. */
 const UNITS = ["picture", "first", "second", "corrected"];
@@ -48,7 +51,7 @@ uniform vec3 surround;
 uniform vec3 colours[${MAP_COLOURS.length}];
 out vec4 shown;
 
-vec4 node(usampler3D table, ivec3 at) { return vec4(texelFetch(table, at, 0)) / 65535.0; }
+vec4 node(usampler3D table, ivec3 at) { return vec4(texelFetch(table, at, 0)) / vec4(vec3(${WHITE}.0), 65535.0); }
 
 // From the cell's lower corner along the axis of the largest share first.
 vec4 through(usampler3D table, vec3 code) {
@@ -95,7 +98,7 @@ export function unchanged() {
   const values = new Uint16Array(32);
   for (let node = 0; node < 8; node += 1)
     values.set(
-      [0, 1, 2].map((bit) => ((node >> bit) & 1) * 65535),
+      [0, 1, 2].map((bit) => ((node >> bit) & 1) * WHITE),
       4 * node,
     );
   return { size: 2, values };

@@ -17,7 +17,7 @@ from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab, xyz_
 from lutgen.display.hours import parse_hours
 from lutgen.errors import LutgenError
 from lutgen.pictures.png import page_png
-from lutgen.pictures.viewer import viewer_table
+from lutgen.pictures.viewer import WHITE, viewer_table
 from lutgen.report.drawing import data_address
 
 if TYPE_CHECKING:
@@ -202,8 +202,8 @@ def _scene(sampler: Sampler, unaged: AgedDisplay, aged: AgedDisplay, curve: Diff
     luminance /= unaged.code_to_xyz(np.ones(3))[1]
     mean, sd, p95, largest = (float(values[row]) for values in (curve.mean, curve.sd, curve.p95, curve.largest))
     numbers = Numbers(aged.mode, aged.hours, mean, sd, p95, largest, float(x), float(y), float(luminance))
-    shown, before = (sampler.lut(display, SIZE, "code", clip=True).table for display in (aged, unaged))
-    return Scene(numbers, viewer_table(shown, before))
+    before, after = (sampler.lut(display, SIZE, "code", clip=True, whole=True).table for display in (unaged, aged))
+    return Scene(numbers, viewer_table(sampler.lut(aged, SIZE, "code", clip=True).table, (before, after)))
 
 
 def _blending(frame: Frame, model: DisplayModel, modes: dict[str, tuple[Scene, ...]]) -> Blending:
@@ -223,7 +223,7 @@ def _blending(frame: Frame, model: DisplayModel, modes: dict[str, tuple[Scene, .
 
 def _drawn(scenes: Sequence[Scene]) -> Iterator[tuple[float, Array]]:
     """Give the hours of the tables and those half way between, with what the viewer makes of the tables there."""
-    tables = [(each.numbers.hours, each.table[..., :3] / 65_535.0) for each in scenes]
+    tables = [(each.numbers.hours, each.table[..., :3] / WHITE) for each in scenes]
     yield from tables
     for (before, first), (after, second) in pairwise(tables):
         yield (before + after) / 2.0, (first + second) / 2.0
