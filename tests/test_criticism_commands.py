@@ -266,7 +266,7 @@ def test_one_session_is_a_display_at_hour_0(run: Callable[..., Done], tmp_path: 
     assert (done.code, done.err) == (0, "")
     done = run("build", "--model", "new.toml", "--hours", "0", "--format", "cube", "--cubesize", "17", "-o", "luts")
     assert (done.code, done.err) == (0, "")
-    assert json.loads((tmp_path / "luts/manifest.json").read_text())["options"]["reference"] == "absolute"
+    assert json.loads((tmp_path / "luts/manifest.json").read_text())["model"]["reference"] == "absolute"
 
 
 def test_options_are_handed_on_to_the_next_command(run: Callable[..., Done], tmp_path: Path) -> None:

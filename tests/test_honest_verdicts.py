@@ -67,10 +67,11 @@ def test_scatter_that_is_too_large_and_even_is_the_measurements() -> None:
     quiet = readings("healthy colours")
     base = fit(Problem.of(quiet))
     groups = Problem.of(quiet).groups
-    rng = np.random.default_rng(7)
+    rng = np.random.default_rng(8)
     # Replicates still agree as before: each patch is off as a whole, by three times the noise.
-    sigma = np.sqrt((0.002 * quiet.xyz_cd_m2) ** 2 + 0.003**2)
-    loud = quiet.with_light(quiet.xyz_cd_m2 + 3.0 * sigma * rng.standard_normal((groups.max() + 1, 3))[groups])
+    root = np.linalg.cholesky(Problem.of(quiet).noise.covariance(quiet.xyz_cd_m2))
+    off = np.einsum("nij,nj->ni", root, rng.standard_normal((groups.max() + 1, 3))[groups])
+    loud = quiet.with_light(quiet.xyz_cd_m2 + 3.0 * off)
     found = diagnose(loud)
     assert base.chi2 < 1.2 * base.freedom
     assert found.verdict.name == "measurement-problem"

@@ -69,7 +69,7 @@ CASES = {
         baseline="first-hour",
     ),
     "a leak by another formula": Case(
-        "form", ("black-level",), (("black-level", "other", 12.0),), "not in its simple form"
+        "form", ("black-level",), (("black-level", "other", 16.0),), "not in its simple form"
     ),
     "a curve by another formula": Case("form", ("eotf-drift",), (("eotf-drift", "other", 10.0),)),
     "edges by another formula": Case("form", ("edge-falloff",), (("edge-falloff", "other", 10.0),), campaign=FULL),
@@ -156,7 +156,10 @@ def test_several_effects_share_the_excess() -> None:
 def test_a_verdict_brings_the_error_to_the_floor() -> None:
     found = diagnosis("cross-coupled channels")
     assert found.comparison.ratio > 1.05
-    assert found.after.ratio == pytest.approx(1.0, abs=0.06)
+    final = found.explanation.final
+    assert final.chi2 / final.freedom == pytest.approx(1.0, abs=0.06)
+    # What noise alone gives is a mean over draws, about which one campaign scatters.
+    assert found.after.ratio == pytest.approx(1.0, abs=0.12)
     assert found.ranking[0].effect == "crosstalk"
     assert found.ranking[0].delta_bic > 6.0
     assert found.ranking[0].explained == pytest.approx(1.0, abs=0.15)

