@@ -366,7 +366,8 @@ def test_compare_says_how_far_the_paper_is_from_the_first_session() -> None:
 
 @pytest.mark.parametrize(("name", "dates", "paper", "native"), [
     ("LG_ULTRAWIDE", ("20220226", "14-05-2022", "17-06-2022"), 2.0, 0.5),
-    ("DELL_P2715Q", ("20220226", "14-05-2022"), 3.0, 0.2),
+    # Each reading of the first session is foretold by a model that has not seen it.
+    ("DELL_P2715Q", ("20220226", "14-05-2022"), 3.0, 0.22),
 ])  # fmt: skip
 def test_real_displays_are_nearer_to_their_own_first_session(
     name: str, dates: tuple[str, ...], paper: float, native: float
