@@ -337,3 +337,23 @@ def test_shot_noise_is_found_where_replicates_ask_for_it() -> None:
     assert np.count_nonzero(shot) >= 9
     assert np.median(shot) == pytest.approx(0.0016, rel=0.3)
     assert np.count_nonzero(none) <= 1
+
+
+@pytest.mark.parametrize("slips", [(), (3,)])
+def test_an_instrument_with_heavy_tails_keeps_its_slips(slips: tuple[int, ...]) -> None:
+    problem = Problem.of(with_noise(readings(), 3))
+    problem = replace(problem, noise=replace(problem.noise, slips=slips)).without(slips)
+    again = problem.with_slips()
+    assert again.rows.tolist() == list(range(problem.readings.hours.size))
+    assert again.xyz.shape == (again.rows.size, 3)
+    assert again.noise.slips == ()
+
+
+def test_heavy_tails_are_no_problem_of_the_measurement() -> None:
+    exact = readings(hours=tuple(1000.0 * k for k in range(10)))
+    wide = np.sqrt(3.0 / np.random.default_rng(5).chisquare(3.0, (exact.hours.size, 1))) / np.sqrt(3.0)
+    light = exact.xyz_cd_m2
+    found = diagnose(exact.with_light(light + wide * (with_noise(exact, 5).xyz_cd_m2 - light)))
+    assert found.problem.weights is not None
+    # The display's black leaks 0.2 cd/m².
+    assert "black-level" in found.verdict.effects

@@ -153,7 +153,8 @@ class Problem:
 
     def with_slips(self) -> Problem:
         """Return the same problem with the readings that replicates show to be wrong."""
-        return replace(self, rows=np.union1d(self.rows, self.noise.slips), noise=replace(self.noise, slips=()))
+        slips = np.array(self.noise.slips, dtype=np.intp)
+        return replace(self, rows=np.union1d(self.rows, slips), noise=replace(self.noise, slips=()))
 
     @cached_property
     def xyz(self) -> Array:
