@@ -281,7 +281,7 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
         return _unexplained(explanation, remarks, strange)
     kept = tuple(step for step in steps if step.name in names)
     # Several names that together still leave a misfit are what greedy search makes of an unknown effect.
-    trusted = len(kept) == 1 or is_within_scatter(error, final)
+    trusted = len(kept) == 1 or (len(kept) == 2 and is_within_scatter(error, final))
     if not kept or (not clean and explained < (MOST_OF_IT if trusted else ALL_OF_IT)):
         return _unexplained(explanation, remarks, probed)
     if shadows := [step.name for step in steps if step not in kept]:
