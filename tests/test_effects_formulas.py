@@ -9,7 +9,7 @@ import pytest
 from scipy.interpolate import BSpline
 from scipy.optimize import least_squares
 
-from lutgen.colorimetry import D65, linear_to_code
+from lutgen.colorimetry import D65, code_to_linear, linear_to_code
 from lutgen.display.trace import panel, reported
 from lutgen.effects import Scene, catalogue, growth
 from lutgen.effects.shapes import LEAST_EXPONENT, bent, level_curve
@@ -64,6 +64,7 @@ TWINS: tuple[tuple[str, Mapping[str, float], Scene, object, object], ...] = (
         [[x * (1 - 0.1 * 0.55**2) for x in LINEAR]],
     ),
     ("quantization", {"bits": 4}, at(), [[0.0, 0.5, 1.0]], [[0.0, 8 / 15, 1.0]]),
+    ("quantization", {"bits": np.log2(12)}, at(), [[0.0, 0.5, 1.0]], [[0.0, 6 / 11, 1.0]]),
     ("quantization", {"bits": 4, "table_gamma": 2.2}, at(), [[0.0, 0.5, 1.0]], [[0.0, (3 / 15) ** (1 / 2.2), 1.0]]),
     ("recalibration", {"hour": 9000, "gamma": 0.2}, at(HALF), [LINEAR], [[x**1.2 for x in LINEAR]]),
     ("recalibration", {"hour": 9000, "gamma": 0.2, "gain": 0.1}, at(8999.0), [LINEAR], [LINEAR]),
@@ -123,6 +124,9 @@ TWINS: tuple[tuple[str, Mapping[str, float], Scene, object, object], ...] = (
         TIPS[None],
         TIPS[None] * (1 + 0.03 * (1 - 1 / np.e)),
     ),
+    # 1/(1 + ℓ τ^β), log-logistic; (1 + 2 ℓ τ)^(−1/2)
+    ("backlight-decay", {"loss": 0.8, "beta": 2, "tail": 1}, at(HALF), TIPS[None], TIPS[None] / 1.2),
+    ("backlight-decay", {"loss": 1.5, "tail": 2}, at(), TIPS[None], TIPS[None] / 2),
     (
         "burn-in-decay",
         {"share": 0.1, "early_h": 500.0, "loss": 0.5, "beta": 2.0},
@@ -189,6 +193,22 @@ def test_matrix_switching_switches_the_selection() -> None:
     found = reported(applied, panel(applied, scene, "nearest"), tips, scene)
     np.testing.assert_array_equal(found, reported([], panel([], scene, "continuous"), tips, scene))
     assert (found != reported([], panel([], scene, "nearest"), tips, scene)).any()
+
+
+def test_a_soft_switching_takes_the_power_mean_for_the_smallest_channel() -> None:
+    linear = [[0.5, 0.25, 1.0], [0.2, 0.2, 0.2], [0.5, 0.0, 1.0]]
+    harmonic = [3 / (2 + 4 + 1), 0.2, 0.0]
+    found = one("matrix-switching", linear, at(), softness=1.0)
+    np.testing.assert_allclose(found, np.repeat(harmonic, 3).reshape(3, 3), rtol=1e-12)
+    np.testing.assert_allclose(one("matrix-switching", linear, at(), softness=1e-3)[:, 0], [0.25, 0.2, 0], rtol=2e-3)
+    # In the chain: Σ l P + D·mean, with D what white has beside its primaries.
+    scene = at(code=(0.8, 0.6, 0.9))
+    applied = [Term(catalogue()["matrix-switching"], softness=1.0)]
+    light = code_to_linear(np.array([0.8, 0.6, 0.9]))
+    beside = TIPS[0] - TIPS[1:].sum(axis=0)
+    wanted = light @ TIPS[1:] + beside * 3.0 / (1.0 / light).sum()
+    found = reported(applied, panel(applied, scene, "nearest"), TIPS[None], scene)
+    np.testing.assert_allclose(found[0], wanted, rtol=1e-12)
 
 
 def test_loading_and_crosstalk_part_in_a_window() -> None:

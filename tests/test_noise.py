@@ -10,9 +10,10 @@ import pytest
 
 from lutgen.criticism.diagnose import diagnose
 from lutgen.criticism.digits import digits_of
-from lutgen.criticism.noise import CORRELATION, FLOOR_CD_M2, RELATIVE, SESSION, Noise, estimate_noise, replicate_groups
+from lutgen.criticism.noise import CORRELATION, SESSION, Noise, estimate_noise
 from lutgen.criticism.problem import Problem
-from lutgen.criticism.search import PureError
+from lutgen.criticism.pure_error import PureError
+from lutgen.criticism.replicates import FLOOR_CD_M2, RELATIVE, replicate_groups
 from lutgen.errors import LutgenError
 from lutgen.readings import Measurements
 from tests.criticism_twin import FRESH, TIPS
@@ -240,6 +241,24 @@ def test_replicates_share_hour_code_session_conditions_and_cap() -> None:
         assert np.count_nonzero(groups == groups[9]) == 1
     noted = replicate_groups(replace(exact, note=tuple("window closed" if k == 9 else "" for k in range(n))))
     assert (noted == plain).all()
+
+
+def test_readings_of_several_sessions_of_one_hour_are_replicates_but_for_their_gains() -> None:
+    told = []
+    for seed in range(12):
+        exact = readings(repeats=3)
+        session = np.tile(np.arange(3), exact.hours.size // 3)
+        noisy = with_noise(exact, seed)
+        gains = 1.0 + np.random.default_rng([seed, 2]).normal(0.0, 0.02, exact.hours.size)[session]
+        found = estimate_noise(
+            replace(noisy, xyz_cd_m2=noisy.xyz_cd_m2 * gains[:, np.newaxis], session=tuple(map(str, session)))
+        )
+        assert (found.source, found.across_sessions) == ("replicates", True)
+        told.append(found.relative)
+        # Ten contrasts an hour, but for two gains.
+        assert found.contrasts in {31, 32}  # rounded down
+    # Gains of 2 % would be ten times the noise.
+    assert np.mean(told) == pytest.approx(0.002, rel=0.1)
 
 
 def test_replicates_at_different_temperatures_do_not_count_their_drift_as_noise() -> None:

@@ -12,7 +12,8 @@ from scipy import special, stats
 from lutgen.criticism.fit import Fit, fit, switching_penalty
 from lutgen.criticism.linear import Term
 from lutgen.criticism.problem import Problem
-from lutgen.criticism.search import STRONG, PureError, Score, bic, contenders, families, family, forms_of
+from lutgen.criticism.pure_error import PureError
+from lutgen.criticism.search import STRONG, Score, bic, contenders, families, family, forms_of
 from lutgen.effects import Effect, catalogue
 from lutgen.errors import LutgenError
 from tests.criticism_twin import FAULTS, TRUTHS, display, measured, noisy, session, table
@@ -121,6 +122,31 @@ def test_grids_are_tried_one_by_one_and_charged_as_a_parameter() -> None:
     }
     assert min(by_hand, key=lambda bits: by_hand[bits]) == 8.0
     assert found.best.fit.chi2 == pytest.approx(by_hand[8.0])
+
+
+@pytest.mark.parametrize(("form", "steps"), [("same", 201), ("other", 173)])
+def test_any_number_of_steps_behind_any_table_is_found(form: str, steps: int) -> None:
+    base = campaign(quantization=(1.0 / steps, form))
+    found = family(base, catalogue()["quantization"]).best
+    assert round(2.0 ** found.term.values["bits"] - 1.0) == steps
+    if form == "other":  # a panel of gamma 2.2, and 0.4 of a step added before truncation
+        assert found.term.values["panel_gamma"] == pytest.approx(2.2, abs=0.003)
+        assert found.term.values["added"] == 0.4
+    assert found.fit.chi2 < 1.1 * found.fit.freedom < 0.9 * base.chi2
+    assert found.settings > 1e6
+
+
+@pytest.mark.parametrize("hidden", [{}, {"eotf_drift": (0.01, "same")}])
+def test_what_is_smooth_proposes_no_rounding(hidden: dict[str, tuple[float, str]]) -> None:
+    assert Score(campaign(**hidden)).proposed(catalogue()["quantization"]) == ([], 1)
+
+
+def test_a_soft_border_between_colour_points_is_found() -> None:
+    base = campaign(matrix_switching=(0.01, "other"))  # the harmonic mean of the channels, not the smallest
+    found = family(base, catalogue()["matrix-switching"]).best
+    assert found.form == ("softness",)
+    assert found.term.values["softness"] == pytest.approx(1.0, abs=0.1)
+    assert found.fit.chi2 < 1.1 * found.fit.freedom < 0.9 * base.chi2
 
 
 def test_an_hour_between_sessions_is_found_among_the_gaps() -> None:

@@ -25,6 +25,12 @@ if TYPE_CHECKING:
     from lutgen.criticism.problem import Problem
 
 
+#: Held-out readings must improve by this many standard errors.
+STANDARD_ERRORS = 2.0
+
+#: What one parameter adds to the gain of the fit that held-out readings do not see.
+OPTIMISM = 2.0
+
 #: A cell with more than this share of the information on a parameter is not withheld.
 NEARLY_ALL = 0.99
 
@@ -69,6 +75,14 @@ class HeldOut:
         # An effect that shows in a few cells cannot tell by their spread. Where the better model is true, the gain is
         # the squared distance of the predictions, ± twice its root.
         return total, min(spread, 2.0 * float(np.sqrt(max(abs(total), 1.0))))
+
+
+def confirmed_gain() -> float:
+    """Return the gain of a fit in χ² from which on held-out readings confirm an effect of one parameter.
+
+    Their gain g has a standard error of 2√g where the effect is true (:meth:`HeldOut.gain_over`).
+    """
+    return (2.0 * STANDARD_ERRORS) ** 2 + OPTIMISM
 
 
 def cells(problem: Problem) -> list[NDArray[np.intp]]:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy import stats
 
 from lutgen.criticism.fit import fit
-from lutgen.criticism.noise import patch_kin
+from lutgen.criticism.replicates import patch_kin
 from lutgen.readings.rest import TIP_DRIVES
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.criticism.fit import Fit
-    from lutgen.criticism.search import PureError
+    from lutgen.criticism.pure_error import PureError
 
 #: Leftover less likely than this is no noise.
 SIGNIFICANT = 0.01

@@ -19,9 +19,8 @@ import numpy as np
 
 from lutgen.cells import number, number_list
 from lutgen.criticism.digits import Digits, digits_of
+from lutgen.criticism.replicates import FLOOR_CD_M2, RELATIVE, Replicates, group_means, replicate_groups
 from lutgen.errors import LutgenError
-from lutgen.readings.conditions.temperature import FEW_KELVINS
-from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -29,8 +28,8 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.readings import Measurements
 
-#: An ordinary good colorimeter: 0.2 % of the light, 0.003 cd/m², and 0.3 % from session to session (criticism.md).
-RELATIVE, FLOOR_CD_M2, SESSION = 0.002, 0.003, 0.003
+#: Gain of an ordinary good colorimeter from session to session, 1 σ.
+SESSION = 0.003
 
 #: Correlation of X, Y and Z in one reading, where replicates do not tell: between that of simulated colorimeters and
 #: the 0.87 to 0.98 of repeated whites of real ones.
@@ -89,6 +88,8 @@ class Noise:
         How the instrument prints.
     doubt
         Factors of the variance of the bright part and of the floor that make up for what replicates leave open of them.
+    across_sessions
+        Whether the replicates lie in different sessions of one hour, whose gains were taken out.
 
     """
 
@@ -106,6 +107,7 @@ class Noise:
     shot_cd_m2: float = 0.0
     digits: Digits = NO_DIGITS
     doubt: tuple[float, float] = (1.0, 1.0)
+    across_sessions: bool = False
     floor_correlation: Array = field(default_factory=lambda: _matrix(FLOOR_CORRELATION))
 
     def covariance(self, xyz_cd_m2: Array) -> Array:
@@ -121,59 +123,6 @@ class Noise:
     def whitener(self, xyz_cd_m2: Array) -> Array:
         """Matrices (n, 3, 3) that turn residuals of readings into independent ones of variance 1."""
         return np.linalg.inv(np.linalg.cholesky(self.covariance(xyz_cd_m2)))
-
-
-def replicate_groups(readings: Measurements) -> NDArray[np.intp]:
-    """Number the groups of readings that differ in nothing but noise, and in temperature by a few kelvins: (n,)."""
-    return _numbered([readings.hours, readings.sessions.astype(float), *_patches(readings)])
-
-
-def patch_kin(readings: Measurements) -> NDArray[np.intp]:
-    """Number the readings of the same patch under the same conditions, at whatever hour: (n,)."""
-    return _numbered(_patches(readings))
-
-
-def _patches(readings: Measurements) -> list[Array]:
-    """What tells one patch from another, (n,) each: code values, conditions, and a capped lens."""
-    # What counts as rest is one condition, however a log of every reading's minutes, lux or kelvins scatters.
-    conditions = [np.nan_to_num(_repeated(readings, name), nan=-1e9, posinf=1e9) for name in readings.conditions]
-    return [*readings.drive.T, *conditions, is_capped(readings).astype(float)]
-
-
-def _numbered(columns: list[Array]) -> NDArray[np.intp]:
-    return np.asarray(np.unique(np.column_stack(columns), axis=0, return_inverse=True)[1].reshape(-1))
-
-
-def _repeated(readings: Measurements, name: str) -> Array:
-    if name == "temperature_c":
-        # A logged temperature hardly ever repeats to the digit; what it does is taken out of the scatter instead.
-        return np.asarray(np.round(readings.warmer() / (2 * FEW_KELVINS)))
-    return readings.settled(name)
-
-
-def replicate_deviations(xyz: Array, groups: NDArray[np.intp], temperature: Array | None) -> Array:
-    """Deviation of readings from the mean of their replicates, (n, 3), cd/m².
-
-    Replicates that were read at different temperatures differ by more than noise: a common share of their light per
-    kelvin, one for X, Y and Z each, is taken out.
-    """
-    mean = _group_means(xyz, groups)
-    off = xyz - mean
-    if temperature is None or np.isnan(temperature).all():
-        return off
-    warmer = np.nan_to_num(temperature, nan=float(np.nanmedian(temperature)))[:, np.newaxis]
-    slope = mean * (warmer - _group_means(warmer, groups))
-    weight = 1.0 / (np.abs(mean) * RELATIVE + FLOOR_CD_M2) ** 2
-    strength = (weight * slope * slope).sum(axis=0)
-    if (strength <= 0).any():
-        return off
-    return np.asarray(off - slope * (weight * slope * off).sum(axis=0) / strength)
-
-
-def _group_means(values: Array, groups: NDArray[np.intp]) -> Array:
-    count = np.bincount(groups)
-    sums = np.stack([np.bincount(groups, column) for column in values.T], axis=1)
-    return np.asarray((sums / np.maximum(count, 1)[:, np.newaxis])[groups])
 
 
 def stated_noise(readings: Measurements, instrument: str | None) -> tuple[float, float] | None:
@@ -226,10 +175,14 @@ def estimate_noise(readings: Measurements, instrument: str | None = None) -> Noi
     start = stated or (RELATIVE, FLOOR_CD_M2)
     slips = _slips(readings.xyz_cd_m2, groups, start)
     keep = ~np.isin(np.arange(groups.size), slips)
-    temperature = readings.conditions.get("temperature_c")
-    warm = None if temperature is None else temperature[keep]
-    pooled = _Pooled.of(readings.xyz_cd_m2[keep], groups[keep], warm)
+    rows, across = np.flatnonzero(keep), False
+    pooled = _Pooled.of(readings.xyz_cd_m2[rows], Replicates.of(readings, rows))
+    if pooled.bright < ENOUGH:
+        wider = _Pooled.of(readings.xyz_cd_m2[rows], Replicates.of(readings, rows, across_sessions=True))
+        if across := wider.bright >= ENOUGH:
+            pooled = wider
     noise = Noise(*start, session, _matrix(CORRELATION), "instrument" if stated else "assumed", pooled.contrasts)
+    noise = replace(noise, across_sessions=across)
     noise = replace(noise, digits=digits_of(readings.xyz_cd_m2))
     if stated is None and pooled.contrasts >= ENOUGH:
         # Black alone tells the floor, and nothing of how noise grows with the light.
@@ -277,15 +230,18 @@ class _Pooled:
     freedom: Array
 
     @classmethod
-    def of(cls, xyz: Array, groups: NDArray[np.intp], temperature: Array | None) -> _Pooled:
-        off = replicate_deviations(xyz, groups, temperature)
-        _, first, groups, counts = np.unique(groups, return_index=True, return_inverse=True, return_counts=True)
+    def of(cls, xyz: Array, replicates: Replicates) -> _Pooled:
+        off = replicates.deviations
+        _, first, groups, counts = np.unique(
+            replicates.groups, return_index=True, return_inverse=True, return_counts=True
+        )
         groups = groups.reshape(-1)
-        mean = _group_means(xyz, groups)[first]
+        mean = group_means(xyz, groups)[first]
         scatter = np.zeros((counts.size, 3, 3))
         np.add.at(scatter, groups, off[:, :, np.newaxis] * off[:, np.newaxis, :])
         more = counts > 1
-        return cls(mean[more], scatter[more], np.asarray(counts[more] - 1, dtype=np.float64))
+        freedom = np.asarray(counts - 1 - np.bincount(groups, replicates.lost), dtype=np.float64)
+        return cls(mean[more], scatter[more], np.maximum(freedom[more], 0.0))
 
     @property
     def contrasts(self) -> int:

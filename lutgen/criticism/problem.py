@@ -23,7 +23,8 @@ from lutgen.colorimetry import code_to_linear
 from lutgen.criticism.curve_doubt import curve_doubt, drawn_displays, mode_weights
 from lutgen.criticism.discrepancy import NONE, Discrepancy, discrepancy_of_own
 from lutgen.criticism.first_day import FirstDay, is_held
-from lutgen.criticism.noise import estimate_noise, replicate_groups
+from lutgen.criticism.noise import estimate_noise
+from lutgen.criticism.replicates import replicate_groups
 from lutgen.criticism.shared_columns import shared_columns
 from lutgen.display.native import NativeDisplay
 from lutgen.display.paper import nearest_weights

@@ -16,9 +16,11 @@ import numpy as np
 from lutgen.criticism.fit import fit
 from lutgen.criticism.linear import State, Term, predict, whiten
 from lutgen.criticism.problem import Problem
-from lutgen.criticism.search import PureError, Score, family
+from lutgen.criticism.pure_error import PureError
+from lutgen.criticism.search import Score, family
 from lutgen.criticism.stepwise import explain
 from lutgen.criticism.visibility import threshold, visibility
+from lutgen.effects.declare import PROPOSED
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -142,7 +144,11 @@ def _settings(score: Score, effect: Effect, forms: Sequence[tuple[str, ...]]) ->
     gaps = tuple((score.problem.hours[1:] + score.problem.hours[:-1]) / 2)
     found = []
     for form in forms or ((),):
-        given = {name: effect.parameters[name] for name in form if effect.parameters[name].grid}
+        given = {
+            name: effect.parameters[name]
+            for name in form
+            if effect.parameters[name].grid and effect.parameters[name].grid != PROPOSED
+        }
         values = [(gaps if isinstance(each.grid, str) else each.grid) or (each.value,) for each in given.values()]
         found += [Term.at_rest(effect, form, **dict(zip(given, each, strict=True))) for each in product(*values)]
     return found

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import stats
 
+from lutgen.criticism.code_shifts import FITTED, CodeShifts
 from lutgen.criticism.fit import Fit, fit
 from lutgen.criticism.linear import BEHIND_PANEL, STEP, State, Term, whiten
-from lutgen.criticism.noise import replicate_deviations
 from lutgen.criticism.system import local_columns, prior_rows
+from lutgen.effects.declare import PROPOSED
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
@@ -20,10 +21,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
-    from lutgen.criticism.problem import Problem
     from lutgen.effects import Effect
 
-#: ΔBIC from which one explanation is preferred to another (criticism.md; "strong" in Kass & Raftery 1995,
+#: ΔBIC from which one explanation is preferred to another ("strong" in Kass & Raftery 1995,
 #: doi:10.1080/01621459.1995.10476572).
 STRONG = 6.0
 
@@ -41,7 +41,8 @@ WORTH = 0.6
 class Candidate:
     """One form of an effect, fitted beside others.
 
-    ``gain``: by how much it lowers χ². ``refined``: it is not the effect's simple formula.
+    ``gain``: by how much it lowers χ². ``refined``: it is not the effect's simple formula. ``settings``: how many were
+    looked at before this one was fitted.
     """
 
     effect: Effect
@@ -49,6 +50,7 @@ class Candidate:
     fit: Fit
     gain: float
     refined: bool
+    settings: int = 1
 
     @property
     def term(self) -> Term:
@@ -115,7 +117,7 @@ def promising(base: Fit, effect: Effect) -> Term:
     starts = [
         (gain - penalty * len(form), term)
         for form in forms
-        for gain, term in (_start(score, effect, form, grid) for grid in _grids(base.problem, effect, form))
+        for gain, term in (_start(score, effect, form, grid) for grid in _grids(score, effect, form))
     ]
     if not starts:
         raise _one_session(base, effect)
@@ -149,7 +151,7 @@ def _attempts(
         form = forms[index]
         if base.parameters + len(form) > base.problem.bears:
             continue  # a fit of more parameters than the readings bear says nothing
-        grids, penalty = _grids(base.problem, effect, form), len(form) * float(np.log(base.readings))
+        grids, penalty = _grids(score, effect, form), len(form) * float(np.log(base.readings))
         if not grids:
             continue  # a grid between sessions, and one session only
         if len(grids) > MANY and _promise(score, effect, form[:1]) < WORTH * penalty / len(form):
@@ -162,13 +164,14 @@ def _attempts(
         starts.sort(key=lambda start: -start[0])
         fits = [fit(base.problem, (*base.terms, term), _state(base)) for _, term in starts[:2]]
         best = min(fits, key=lambda found: found.chi2)
-        tried.append(Candidate(effect, form, best, base.chi2 - best.chi2, index >= effect.refined))
+        settings = score.proposed(effect)[1] if _is_proposed(effect, form) else 1
+        tried.append(Candidate(effect, form, best, base.chi2 - best.chi2, index >= effect.refined, settings))
     return tried
 
 
 def _promise(score: Score, effect: Effect, form: tuple[str, ...]) -> float:
     """What the first step of a form promises at best."""
-    return max(_start(score, effect, form, grid)[0] for grid in _grids(score.problem, effect, form))
+    return max(_start(score, effect, form, grid)[0] for grid in _grids(score, effect, form))
 
 
 def bic(candidate: Candidate) -> float:
@@ -180,13 +183,19 @@ def _state(base: Fit) -> State:
     return State(base.terms, base.tips, base.gains)
 
 
-def _grids(problem: Problem, effect: Effect, form: tuple[str, ...]) -> list[dict[str, float]]:
-    """All settings of the grid parameters that a form frees."""
+def _is_proposed(effect: Effect, form: tuple[str, ...]) -> bool:
+    return any(effect.parameters[name].grid == PROPOSED for name in form)
+
+
+def _grids(score: Score, effect: Effect, form: tuple[str, ...]) -> list[dict[str, float]]:
+    """All settings of the grid parameters that a form frees; where too many, those that the effect proposes."""
+    if _is_proposed(effect, form):
+        return [setting for setting in score.proposed(effect)[0] if set(setting) == set(form)][:FITTED]
     settings: list[dict[str, float]] = [{}]
     for name in form:
         grid = effect.parameters[name].grid
         if grid:
-            hours = problem.hours
+            hours = score.problem.hours
             values = (hours[1:] + hours[:-1]) / 2 if isinstance(grid, str) else grid
             settings = [{**setting, name: float(value)} for setting in settings for value in values]
     return settings
@@ -234,6 +243,7 @@ class Score:
         self.free = np.linalg.qr(np.array(free).T)[0] if free else None
         whole = np.concatenate([part.outside(base.linear.residual, part.off) for part in self.parts])
         self.residual = self._without_free(whole)
+        self._proposed: dict[str, tuple[list[dict[str, float]], int]] = {}
 
     def _outside(self, column: Array) -> Array:
         return np.concatenate([part.outside(column) for part in self.parts])
@@ -290,6 +300,27 @@ class Score:
         before = self.before if term.effect.stage in BEHIND_PANEL else self.problem.panel(terms)
         return self.problem.predict(terms, before, self.base.tips) - self.predicted
 
+    @cached_property
+    def code_shifts(self) -> CodeShifts:
+        """What the readings say of the shift of each code value."""
+        return CodeShifts.of(self.problem, self._switched, self.project, self.residual)
+
+    def proposed(self, effect: Effect) -> tuple[list[dict[str, float]], int]:
+        """Settings that an effect proposes for jagged shifts of code values, best first, and how many it looked at."""
+        if effect.name not in self._proposed:
+            looked = 0
+
+            def judge(shifts: Array) -> Array:
+                nonlocal looked
+                looked += len(shifts)
+                return self.code_shifts.agreement(shifts)
+
+            settings = (
+                effect.propose(self.code_shifts.code, judge) if effect.propose and self.code_shifts.is_jagged else []
+            )
+            self._proposed[effect.name] = settings, max(looked, 1)
+        return self._proposed[effect.name]
+
     def switched(self, term: Term) -> tuple[float, float]:
         """Whitened norm of what an effect at given values changes, and of what cannot be absorbed of that."""
         changed = self._switched(term)
@@ -321,68 +352,3 @@ class _Part:
         """What the local unknowns cannot explain of a column's readings, and of the priors' right sides."""
         rows = np.concatenate([column[self.here].ravel(), np.zeros(self.off.size) if off is None else off])
         return np.asarray(rows - self.basis @ (self.basis.T @ rows))
-
-
-#: Nothing is named that twice an assumed noise would explain: four times its variance.
-ALLOWANCE = 4.0
-
-#: Colours of a session that a model misses each in its own way: within a quarter of the range of code values it errs
-#: alike.
-COLOURS = 4.0**3
-
-
-@dataclass(frozen=True)
-class PureError:
-    """Scatter of replicates about their means in the fit's own units: the yardstick of all tests.
-
-    ``allowance``: factor of the variance up to which nothing is found, where nobody measured the noise, or a model's
-    discrepancy outweighs it. ``inside``: the part of a fit's χ² that replicates make, where it is not ``squares``.
-    ``alike``: how many readings err as one, which a model's discrepancy makes of neighbouring colours.
-    """
-
-    squares: float
-    freedom: int
-    allowance: float = 1.0
-    inside: float | None = None
-    alike: float = 1.0
-
-    @classmethod
-    def of(cls, problem: Problem) -> PureError:
-        """Take the scatter from the readings that count; the stated noise where there are too few replicates."""
-        if problem.discrepancy:
-            alike = max(1.0, problem.rows.size / problem.hours.size / COLOURS)
-            return cls(0.0, 0, ALLOWANCE * alike, alike=alike)
-        if problem.noise.source == "assumed":
-            return cls(0.0, 0, ALLOWANCE)
-        temperature = problem.readings.conditions.get("temperature_c")
-        warm = None if temperature is None else temperature[problem.rows]
-        off = replicate_deviations(problem.xyz, problem.groups, warm)
-        white, count = whiten(problem, off), np.bincount(problem.groups)
-        freedom = 3 * int(np.maximum(count - 1, 0).sum())
-        # Replicates that share a rounding agree better than their noise does: the noise model, which knows the last
-        # digit, is the least yardstick.
-        inside = float((white**2).sum())
-        return cls(max(inside, float(freedom)), freedom, inside=inside)
-
-    @property
-    def measured(self) -> bool:
-        """Whether there are replicates enough to serve as a yardstick."""
-        return self.freedom >= 18
-
-    def p_of_gain(self, gain: float, parameters: int) -> float:
-        """Probability that an effect that is not there lowers χ² by so much (F test)."""
-        if gain <= 0:
-            return 1.0
-        if not self.measured:
-            return float(stats.chi2.sf(gain / self.allowance, parameters))
-        return float(stats.f.sf(gain / parameters / (self.squares / self.freedom), parameters, self.freedom))
-
-    def p_of_leftover(self, found: Fit) -> float:
-        """Probability that noise alone leaves so much (F test for lack of fit)."""
-        if not self.measured:
-            return float(stats.chi2.sf(found.chi2 / self.allowance, max(found.freedom, 1) / self.alike))
-        inside = self.squares if self.inside is None else self.inside
-        squares, freedom = found.chi2 - inside, found.freedom - self.freedom
-        if freedom < 1 or squares <= 0:
-            return 1.0
-        return float(stats.f.sf(squares / freedom / (self.squares / self.freedom), freedom, self.freedom))

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.fit import fit
-from lutgen.criticism.heldout import held_out
+from lutgen.criticism.heldout import STANDARD_ERRORS, held_out
 from lutgen.criticism.linear import State
 from lutgen.criticism.probes import probe
 from lutgen.criticism.search import STRONG, Family, bic, contenders, families, family, forms_of
@@ -24,14 +24,12 @@ if TYPE_CHECKING:
 
     from lutgen.criticism.fit import Fit
     from lutgen.criticism.linear import Term
-    from lutgen.criticism.search import Candidate, PureError
+    from lutgen.criticism.pure_error import PureError
+    from lutgen.criticism.search import Candidate
     from lutgen.effects import Effect
 
 #: Chance of a false alarm over all forms tried.
 SIGNIFICANT = 0.01
-
-#: Held-out readings must improve by this many standard errors.
-HELD_OUT_SE = 2.0
 
 #: Families are refined as far as they may come this near to the best one's BIC: far beyond what makes a rival.
 NEAR = 60.0
@@ -62,6 +60,11 @@ class Step:
     def name(self) -> str:
         """Name of the effect."""
         return self.effect.name
+
+    @cached_property
+    def without(self) -> Fit:
+        """The fit of the others alone, in their final forms."""
+        return _together(self.base, self.beside)
 
     @cached_property
     def rivals(self) -> tuple[Family, ...]:
@@ -139,12 +142,13 @@ def admissible(candidate: Candidate, current: Fit, error: PureError, tried: int)
     beyond = candidate.gain * (1.0 - 1.0 / error.allowance)
     if bic(candidate) + beyond > current.bic - STRONG:
         return False
+    tried *= candidate.settings
     if candidate.form and error.p_of_gain(candidate.gain, len(candidate.form)) * tried > SIGNIFICANT:
         return False
     withheld = held_out(candidate.fit)
     gain, deviation = withheld.gain_over(held_out(current))
     # Where a parameter rests on one cell, withheld readings cannot confirm the effect: they must not contradict it.
-    return gain > HELD_OUT_SE * deviation or (withheld.left_out > 0 and gain >= -HELD_OUT_SE * deviation)
+    return gain > STANDARD_ERRORS * deviation or (withheld.left_out > 0 and gain >= -STANDARD_ERRORS * deviation)
 
 
 def _ranked(

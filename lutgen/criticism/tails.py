@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import gammaln
 
 from lutgen.criticism.linear import whiten
-from lutgen.criticism.noise import patch_kin
+from lutgen.criticism.replicates import patch_kin
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.fit import switching_penalty
+from lutgen.criticism.heldout import confirmed_gain
 from lutgen.criticism.linear import Term
 from lutgen.criticism.search import STRONG, Score
+from lutgen.effects.declare import PROPOSED
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -47,8 +49,11 @@ class Visibility:
 
 
 def threshold(readings: int) -> float:
-    """Strength (whitened norm) of a one-parameter effect that is found in nine of ten campaigns."""
-    return float(np.sqrt(STRONG + np.log(readings))) + NINE_OF_TEN
+    """Strength (whitened norm) of a one-parameter effect that is found in nine of ten campaigns.
+
+    The whole rule finds it: BIC of so many readings, and those that are held out.
+    """
+    return float(np.sqrt(max(STRONG + np.log(readings), confirmed_gain()))) + NINE_OF_TEN
 
 
 def visibility(base: Fit, effects: Iterable[Effect], score: Score | None = None) -> list[Visibility]:
@@ -93,7 +98,7 @@ def _typical(score: Score, effect: Effect) -> Term:
     hours = score.problem.hours
     middle = {}
     for name, parameter in effect.parameters.items():
-        if parameter.grid:
+        if parameter.grid and parameter.grid != PROPOSED:
             grid = (hours[1:] + hours[:-1]) / 2 if isinstance(parameter.grid, str) else np.array(parameter.grid)
             middle[name] = float(grid[len(grid) // 2]) if len(grid) else parameter.value
     return Term.at_rest(effect, effect.forms[0], **middle)

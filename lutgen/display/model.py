@@ -17,7 +17,7 @@ from lutgen.display.modes import UNSAID, LuminanceLaw, law_of, luminance_law, sc
 from lutgen.display.native import NativeDisplay
 from lutgen.display.paper import Matrices, Selection, matrices_of
 from lutgen.display.tips import Tips
-from lutgen.display.trace import SELECTION_STAGE, in_chain_order
+from lutgen.display.trace import SELECTION_STAGE, in_chain_order, is_soft
 from lutgen.errors import LutgenError, pick_one
 from lutgen.names import BASELINES, FORETELLING_BASELINES, MODES, NATIVE_BASELINES, REFERENCES, SELECTIONS
 
@@ -199,11 +199,12 @@ class DisplayModel:
     @property
     def _acting(self) -> tuple[AppliedEffect, ...]:
         """The effects on the light; one that only asks for another selection is none of them."""
-        return tuple(each for each in self.baked if each.effect.stage != SELECTION_STAGE)
+        return tuple(each for each in self.baked if each.effect.stage != SELECTION_STAGE or is_soft(each))
 
     @property
     def _chosen(self) -> str:
-        return self.selection if len(self._acting) == len(self.baked) else "continuous"
+        selects = any(each.effect.stage == SELECTION_STAGE for each in self.baked)
+        return "continuous" if selects else self.selection
 
     def _law(self, mode: str, hours: float) -> Callable[[float], float]:
         """White's luminance in a mode, relative to hour 0, from that by the effects alone."""

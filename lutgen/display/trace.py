@@ -41,8 +41,14 @@ class Applied(Protocol):
 #: Effects behind the panel let through more than this share of the light; less light of white than that has no factor.
 LEAST_RISE, LEAST_LIGHT = 0.05, 1e-9
 
-#: An effect of this stage switches the selection to ``continuous`` instead of touching the signal.
+#: An effect of this stage switches the selection to ``continuous``; with values beside 0 it says itself how much of a
+#: colour is grey, instead of its smallest channel.
 SELECTION_STAGE = "selection"
+
+
+def is_soft(each: Applied) -> bool:
+    """Whether an effect replaces the selection by more than the paper's ``continuous``."""
+    return each.effect.stage == SELECTION_STAGE and any(each.values.values())
 
 
 def in_chain_order(applied: Sequence[Applied]) -> list[Applied]:
@@ -115,14 +121,18 @@ class Panel:
         return replace(self.times(factor), offset=offset)
 
 
-def tip_shares(linear: Array, code: Array, selection: str, weights: Array | None = None) -> Array:
+def tip_shares(
+    linear: Array, code: Array, selection: str, weights: Array | None = None, grey: Array | None = None
+) -> Array:
     """Share of each tip in a colour, (n, 4), whose linear light is (n, 3): the paper's emission by its closed form.
 
     With D = W − R − G − B: ``continuous`` gives Σ l_c P_c + D·(smallest channel), ``nearest`` gives
     Σ l_c P_c + ⅓D·(Σ l − Σ_i w_i l_i), w_i the share of primary i's matrix. ``weights`` are those of ``nearest`` when
-    they are known already, (n, 4).
+    they are known already, (n, 4). ``grey``: what to take for the smallest channel, (n,); None: itself.
     """
-    if selection == "nearest":
+    if grey is not None:
+        extra = grey
+    elif selection == "nearest":
         weights = (nearest_weights(code_to_linear(code)) if weights is None else weights)[:, 1:]
         extra = (linear.sum(axis=-1) - (weights * linear).sum(axis=-1)) / 3.0
     else:
@@ -158,7 +168,9 @@ def panel(
     linear = through(applied, ("transfer", "mixing"), fresh, scene)
     if native and (gain is None or not (drive is scene.code or np.array_equal(drive, scene.code))):
         gain = native.own_gain(drive)
-    return Panel(tip_shares(linear, scene.code, selection, weights), native.black if native else None, gain)
+    soft = [each for each in applied if is_soft(each)]
+    grey = through(soft, (SELECTION_STAGE,), linear, scene)[..., 0] if soft else None
+    return Panel(tip_shares(linear, scene.code, selection, weights, grey), native.black if native else None, gain)
 
 
 def since_first_session(

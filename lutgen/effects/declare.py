@@ -42,7 +42,7 @@ STAGES = {
     "optics": "XYZ (..., 3), cd/m²",
     "viewing": "XYZ (..., 3), cd/m²",
     "instrument": "XYZ as the meter reports it (..., 3), cd/m²",
-    "selection": "none: the effect is another choice among the paper's four matrices",
+    "selection": "linear light per channel (..., 3), of which it returns the grey that a colour holds, in all three",
 }
 
 #: Modules whose effects are lutgen's own.
@@ -68,7 +68,7 @@ class Parameter:
         One sentence.
     grid
         Values to try one by one, where a search cannot slide (a number of bits); ``"gaps"``: the middles between the
-        sessions of the data, for an hour at which something happened.
+        sessions of the data, for an hour at which something happened; ``"proposed"``: those that the effect proposes.
 
     """
 
@@ -79,11 +79,23 @@ class Parameter:
     grid: tuple[float, ...] | str = ()
 
 
+#: Grid of a parameter whose settings are too many to fit: the effect proposes some (``Effect.propose``).
+PROPOSED = "proposed"
+
+
 class Transform(Protocol):
     """The function of an effect."""
 
     def __call__(self, signal: Array, scene: Scene, /, **parameters: float) -> Array:
         """Send the signal of a stage through the effect; shapes broadcast, the input stays untouched."""
+        ...
+
+
+class Propose(Protocol):
+    """Settings worth a fit, of an effect that moves code values."""
+
+    def __call__(self, code: Array, judge: Callable[[Array], Array], /) -> list[dict[str, float]]:
+        """Return settings, best first, for code values (m,); ``judge`` says how well shifts (k, m) agree, (k,)."""
         ...
 
 
@@ -117,6 +129,9 @@ class Effect:
         first amplitude and what has grown by 18 000 h; other parameters go by their names, as in :meth:`str.format`.
     source
         What the size and the form rest on (DOI where there is one).
+    propose
+        For parameters whose ``grid`` is ``proposed``: code values (m,), and a judge of their shifts, → settings to try,
+        best first.
     text, origin
         The module's docstring; ``built-in``, the file, the package, the expression or the code it came from.
 
@@ -134,6 +149,7 @@ class Effect:
     confused_with: Mapping[str, str] = field(default_factory=dict)
     says: str = ""
     source: str = ""
+    propose: Propose | None = None
     text: str = ""
     origin: str = "built-in"
 
@@ -201,6 +217,7 @@ def effect(
     confused_with: Mapping[str, str] | None = None,
     says: str = "",
     source: str = "",
+    propose: Propose | None = None,
     **parameters: Parameter,
 ) -> Callable[[Callable[..., Array]], Effect]:
     """Declare a function as an effect; the declaration is checked at once.
@@ -228,6 +245,7 @@ def effect(
             confused_with=confused_with or {},
             says=says,
             source=source,
+            propose=propose,
             text=inspect.getdoc(module) or inspect.getdoc(function) or "",
             origin="built-in" if function.__module__.startswith(_BUILT_IN) else CODE + function.__module__,
         )
@@ -253,7 +271,8 @@ def check_declaration(declared: Effect) -> None:
     _check_signature(declared, who)
     for name, parameter in declared.parameters.items():
         _check_parameter(f"{who}: parameter {name!r}", parameter, declared.neutral.get(name))
-    if not declared.neutral and declared.parameters:
+    # A selection is there or not, whatever its shape.
+    if not declared.neutral and declared.parameters and declared.stage != "selection":
         _refuse(f"{who}: neutral is empty. Name the amplitudes and the values at which the effect does nothing.")
     _check_names(f"{who}: neutral", tuple(declared.neutral), declared.parameters)
     _check_names(f"{who}: needs", declared.needs, COLUMNS)

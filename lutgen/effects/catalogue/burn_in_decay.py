@@ -34,7 +34,7 @@ if TYPE_CHECKING:
         "backlight-decay": "readings at 50 to 1000 h",
     },
     source="Féry et al. 2005, doi:10.1063/1.2133922 (form); size: an assumption",
-    share=Parameter(0.05, (-0.2, 0.8), "1", "share of the light that is lost quickly"),
+    share=Parameter(0.05, (0.0, 0.8), "1", "share of the light that is lost quickly"),
     early_h=Parameter(600.0, (20.0, 15_000.0), "h", "time constant of the quick loss (63 %)"),
     beta=Parameter(1.0, (0.3, 3.0), "1", "shape of the quick loss: 1 exponential, below 1 stretched"),
     loss=Parameter(0.3, (-0.3, 6.0), "1", "nepers that the rest has lost by 18 000 h"),

@@ -5,7 +5,8 @@ screens cut in. On full-field patches it looks like crosstalk, because bright mi
 forms take another power of the code values (their light), bend the answer to m (a limiter's knee), and let the channels
 droop unequally.
 
-Meaning of 0 and 1: ξ 0 is a screen on which patches of all sizes look alike; ξ 1 would put out a white screen.
+Meaning of 0 and 1: ξ 0 is a screen on which patches of all sizes look alike; ξ 1 would put out a white screen. No
+supply gains by its load: a screen that brightens with it has a dynamic contrast, which is another effect.
 Valid for still patches; a limiter that reacts within seconds or to the last minutes is not part of it.
 Source: luminance of an OLED monitor falls when many pixels are lit, most for white: Elze, Taylor & Bex, Med. Phys. 40,
 092701 (2013), doi:10.1118/1.4818056.
@@ -50,7 +51,7 @@ if TYPE_CHECKING:
     },
     says="a white screen loses {size} of its light",
     source="Elze, Taylor & Bex 2013, doi:10.1118/1.4818056 (effect on OLEDs); size: an assumption",
-    new=Parameter(0.03, (-0.1, 0.6), "1", "share of the light that a white screen loses, at hour 0"),
+    new=Parameter(0.03, (0.0, 0.6), "1", "share of the light that a white screen loses, at hour 0"),
     grown=Parameter(0.03, (-0.2, 0.35), "1", "what has come to that share by 18 000 h"),
     power=POWER,
     saturation=SATURATION,
@@ -84,5 +85,5 @@ def loading(
     load = scene.window * (patch * weights).sum(axis=-1, keepdims=True) + (1.0 - scene.window) * surround
     if bend != 1.0:
         load = np.maximum(load, 0.0) ** bend
-    loss = growth(scene.tau, new=new, grown=grown, power=power, saturation=saturation) * load
+    loss = np.maximum(growth(scene.tau, new=new, grown=grown, power=power, saturation=saturation), 0.0) * load
     return np.asarray(linear * np.maximum(1.0 - loss * np.array([1.0 + tint_red, 1.0, 1.0 + tint_blue]), 0.0))

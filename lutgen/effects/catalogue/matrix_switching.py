@@ -1,18 +1,23 @@
 """The model's own jump: the paper's ``nearest`` matrix changes at once where white becomes the nearest colour point.
 
 No physics of the display: the residual sits on the borders between colour points, by a third of what white adds to its
-primaries. The cure is ``selection = "continuous"``, which an effect of this stage switches on.
+primaries. The cure is to give each colour as much of what white adds as it has of grey: its smallest channel, which is
+the paper's ``continuous`` selection, or softer, the power mean (⅓ Σ l^(−1/s))^(−s) of its channels.
 
-Meaning of 0 and 1: it has no size; it is there or not.
+Meaning of 0 and 1: ``softness`` s = 0 is the smallest channel, s = 1 the harmonic mean of the three. The effect itself
+has no size; it is there or not.
 Valid for models with ``selection = "nearest"`` of a display that is not additive.
 Source: Avanaki et al., Proc. SPIE 9420 (2015), doi:10.1117/12.2082315, step 5 of section 2.2.
+Assumption: the power mean.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lutgen.effects.declare import effect
+import numpy as np
+
+from lutgen.effects.declare import Parameter, effect
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -22,9 +27,17 @@ if TYPE_CHECKING:
 @effect(
     stage="selection",
     neutral={},
+    forms=((), ("softness",)),
     confused_with={"crosstalk": "pairs of patches across a border between two colour points"},
     source="Avanaki et al. 2015, doi:10.1117/12.2082315, step 5",
+    softness=Parameter(0.0, (0.0, 3.0), "1", "how far all channels count, not the smallest alone"),
 )
-def matrix_switching(linear: Array, scene: Scene) -> Array:  # noqa: ARG001 - an effect's signature
-    """Leave the signal alone: its presence is what counts."""
-    return linear
+def matrix_switching(linear: Array, scene: Scene, *, softness: float) -> Array:  # noqa: ARG001 - an effect's signature
+    """Return the grey in each colour, its linear light in all three channels."""
+    least = np.maximum(linear.min(axis=-1, keepdims=True), 0.0)
+    if softness:
+        share = least / np.where(linear > 0.0, linear, 1.0)
+        # The smallest channel's own share is 1, but for black's.
+        mean = np.maximum((share ** (1.0 / softness)).mean(axis=-1, keepdims=True), 1.0 / 3.0)
+        least = least * mean**-softness
+    return np.broadcast_to(least, linear.shape)

@@ -1,6 +1,7 @@
 """The meter reports light that is not there: its dark signal is added to every reading, also with the lens capped.
 
-XYZ += o, constant in time: o of Y with D65's ratio of X and Z in the simple form, free X and Z in the refined one.
+XYZ += o, constant in time: o of Y with D65's ratio of X and Z in the simple form, free X and Z in the refined ones. The
+dark current of a silicon diode grows with its temperature, × e^(κ(T − 25 °C)): it doubles in some 10 K.
 
 Meaning of 0 and 1: 0 is a meter that reads nothing in the dark; 1 would be 1 cd/m² too much in every reading.
 Valid for one dark signal for the whole campaign. Never baked: it is no light of the display.
@@ -15,6 +16,7 @@ import numpy as np
 
 from lutgen.colorimetry import D65
 from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import REFERENCE_C
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -24,7 +26,7 @@ if TYPE_CHECKING:
 @effect(
     stage="instrument",
     neutral={"offset": 0.0, "offset_x": 0.0, "offset_z": 0.0},
-    forms=(("offset",), ("offset", "offset_x", "offset_z")),
+    forms=(("offset",), ("offset", "offset_x", "offset_z"), ("offset", "offset_x", "offset_z", "per_kelvin")),
     confused_with={
         "black-level": "a reading with the lens capped",
         "ambient-reflection": "a reading with the lens capped",
@@ -34,7 +36,11 @@ if TYPE_CHECKING:
     offset=Parameter(0.01, (-0.5, 0.5), "cd/m²", "luminance that is added, with X and Z in the ratio of D65"),
     offset_x=Parameter(0.0, (-0.5, 0.5), "cd/m²", "X that is added beside that"),
     offset_z=Parameter(0.0, (-0.5, 0.5), "cd/m²", "Z that is added beside that"),
+    per_kelvin=Parameter(0.0, (0.0, 0.15), "1/K", "nepers by which it grows per kelvin; 0.069 doubles it in 10 K"),
 )
-def meter_offset(xyz: Array, scene: Scene, *, offset: float, offset_x: float, offset_z: float) -> Array:  # noqa: ARG001 - an effect's signature
+def meter_offset(
+    xyz: Array, scene: Scene, *, offset: float, offset_x: float, offset_z: float, per_kelvin: float
+) -> Array:
     """Add the dark signal."""
-    return np.asarray(xyz + (offset * D65 + np.array([offset_x, 0.0, offset_z])))
+    dark = offset * D65 + np.array([offset_x, 0.0, offset_z])
+    return np.asarray(xyz + (dark * np.exp(per_kelvin * (scene.temperature_c - REFERENCE_C)) if per_kelvin else dark))

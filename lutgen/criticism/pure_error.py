@@ -1,0 +1,81 @@
+"""The yardstick of all tests: how far replicates scatter, in the units of the fit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from scipy import stats
+
+from lutgen.criticism.linear import whiten
+from lutgen.criticism.replicates import Replicates
+
+if TYPE_CHECKING:
+    from lutgen.criticism.fit import Fit
+    from lutgen.criticism.problem import Problem
+
+#: Nothing is named that twice an assumed noise would explain: four times its variance.
+ALLOWANCE = 4.0
+
+#: Colours of a session that a model misses each in its own way: within a quarter of the range of code values it errs
+#: alike.
+COLOURS = 4.0**3
+
+
+@dataclass(frozen=True)
+class PureError:
+    """Scatter of replicates about their means in the fit's own units: the yardstick of all tests.
+
+    ``allowance``: factor of the variance up to which nothing is found, where nobody measured the noise, or a model's
+    discrepancy outweighs it. ``inside``: the part of a fit's χ² that replicates make, where it is not ``squares``.
+    ``alike``: how many readings err as one, which a model's discrepancy makes of neighbouring colours.
+    """
+
+    squares: float
+    freedom: int
+    allowance: float = 1.0
+    inside: float | None = None
+    alike: float = 1.0
+
+    @classmethod
+    def of(cls, problem: Problem) -> PureError:
+        """Take the scatter from the readings that count; the stated noise where there are too few replicates."""
+        if problem.discrepancy:
+            alike = max(1.0, problem.rows.size / problem.hours.size / COLOURS)
+            return cls(0.0, 0, ALLOWANCE * alike, alike=alike)
+        if problem.noise.source == "assumed":
+            return cls(0.0, 0, ALLOWANCE)
+        found = Replicates.of(problem.readings, problem.rows, across_sessions=problem.noise.across_sessions)
+        white, freedom = whiten(problem, found.deviations), int(3 * found.contrasts)
+        # Replicates that share a rounding agree better than their noise does: the noise model, which knows the last
+        # digit, is the least yardstick.
+        inside = float((white**2).sum())
+        return cls(max(inside, float(freedom)), freedom, inside=inside)
+
+    @property
+    def measured(self) -> bool:
+        """Whether there are replicates enough to serve as a yardstick."""
+        return self.freedom >= 18
+
+    @property
+    def scale(self) -> float:
+        """Variance of what replicates scatter, at least that of the noise model; where nobody measured it, allowed."""
+        return max(self.squares / self.freedom, 1.0) if self.measured else self.allowance
+
+    def p_of_gain(self, gain: float, parameters: int) -> float:
+        """Probability that an effect that is not there lowers χ² by so much (F test)."""
+        if gain <= 0:
+            return 1.0
+        if not self.measured:
+            return float(stats.chi2.sf(gain / self.allowance, parameters))
+        return float(stats.f.sf(gain / parameters / (self.squares / self.freedom), parameters, self.freedom))
+
+    def p_of_leftover(self, found: Fit) -> float:
+        """Probability that noise alone leaves so much (F test for lack of fit)."""
+        if not self.measured:
+            return float(stats.chi2.sf(found.chi2 / self.allowance, max(found.freedom, 1) / self.alike))
+        inside = self.squares if self.inside is None else self.inside
+        squares, freedom = found.chi2 - inside, found.freedom - self.freedom
+        if freedom < 1 or squares <= 0:
+            return 1.0
+        return float(stats.f.sf(squares / freedom / (self.squares / self.freedom), freedom, self.freedom))
