@@ -14,7 +14,8 @@ from lutgen.criticism.fit import fit
 from lutgen.criticism.heldout import held_out
 from lutgen.criticism.linear import Term
 from lutgen.criticism.problem import Problem
-from lutgen.criticism.search import PureError, contenders, family
+from lutgen.criticism.pure_error import PureError
+from lutgen.criticism.search import contenders, family
 from lutgen.criticism.separate import separation
 from lutgen.effects import catalogue
 from tests.campaigns import single, text_of

@@ -1,10 +1,11 @@
-"""Probes: whether the leftover of a fit still follows anything that the readings vary in.
+"""A free term: whether the leftover of a fit still follows anything that the readings vary in.
 
 An F test over thousands of readings misses a leftover that sits in a few. So simple signatures that belong to no effect
-are tried on the residuals: light that goes with level, channel, mixture, position, minutes, lux, window or temperature,
-at all hours alike, growing, or at one hour, and light that is added. Each is one number to fit, with the tips and the
-admitted effects free; the best must pass a test corrected for all. What several probes gain together says how much of
-the excess is still unexplained.
+are tried on the residuals: light that goes with level, channel, mixture, position, minutes, lux, window, temperature or
+order, at all hours alike, growing, or at one hour, and light that is added. Each is one number to fit, with the tips
+and the admitted effects free. One after the other is taken into the free term while it is worth its price in BIC: ln n
+for the number, and twice the logarithm of how many were looked at for having been chosen. What remains of the gain is
+the evidence of the free term, in the currency by which effects are compared; where it is not strong, there is none.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.linear import whiten
-from lutgen.criticism.search import Score
+from lutgen.criticism.search import STRONG, Score
 from lutgen.readings.conditions import CONDITIONS
 from lutgen.readings.table import is_capped
 
@@ -25,13 +26,10 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.criticism.fit import Fit
     from lutgen.criticism.problem import Problem
-    from lutgen.criticism.search import PureError
+    from lutgen.criticism.pure_error import PureError
 
-#: Chance of a false alarm over all probes.
-SIGNIFICANT = 0.003
-
-#: Probes that are combined to size what is left.
-COMBINED = 6
+#: Signatures that a free term holds at most.
+MOST = 24
 
 #: A signature of which less than this share remains beside tips and effects says nothing.
 LEAST_SEEN = 1e-3
@@ -42,58 +40,50 @@ LEVELS, WIDTH = (0.1, 0.25, 0.4, 0.6, 0.8), 0.2
 
 @dataclass(frozen=True)
 class Probed:
-    """What the probes found.
+    """A free term beside a fit.
 
     Attributes
     ----------
     names
-        Probes that describe the leftover, best first; empty when it is noise.
+        Its signatures, which describe the leftover, best first; empty when the leftover is noise.
     gain
         χ² that they gain together.
+    evidence
+        By how much BIC falls with it.
 
     """
 
     names: tuple[str, ...] = ()
     gain: float = 0.0
+    evidence: float = 0.0
 
 
 def probe(found: Fit, error: PureError) -> Probed:
-    """Try all probes on what a fit leaves."""
+    """Find the free term of a fit. Gains count in units of the noise that replicates show, or may be assumed."""
     score = Score(found)
     names, matrix = _columns(score, _signatures(found.problem, found.predicted))
     if not names:
         return Probed()
-    residual = score.residual
+    price = float(np.log(found.readings)) + 2.0 * float(np.log(len(names)))
+    residual, gain, evidence = score.residual, 0.0, 0.0
     chosen: list[int] = []
-    gain = 0.0
-    while len(chosen) < COMBINED:
+    while len(chosen) < MOST:
         gains = (matrix @ residual) ** 2
         best = int(np.argmax(gains))
-        if error.p_of_gain(float(gains[best]), 1) * len(names) > SIGNIFICANT:
+        worth = float(gains[best]) / error.scale - price
+        if worth <= 0.0:
             break
         chosen.append(best)
         gain += float(gains[best])
+        evidence += worth
         direction = matrix[best] / np.linalg.norm(matrix[best])
         residual = residual - direction * (direction @ residual)
         matrix = matrix - np.outer(matrix @ direction, direction)
         size = np.linalg.norm(matrix, axis=1, keepdims=True)
         matrix = np.where(size > 0.05, matrix / np.where(size > 0, size, 1.0), 0.0)
-    return Probed(tuple(names[index] for index in chosen), gain)
-
-
-def nameless(base: Fit) -> Probed:
-    """Find the best of the signatures that no catalogue of effects has: what it gains alone, one number to fit.
-
-    Order of reading, sides of the screen and the room's light as a factor: displays do such things, and greedy search
-    makes two or three well-known names of them.
-    """
-    score = Score(base)
-    names, matrix = _columns(score, _strange(base.problem, base.predicted))
-    if not names:
+    if evidence <= STRONG:
         return Probed()
-    gains = (matrix @ score.residual) ** 2
-    best = int(np.argmax(gains))
-    return Probed((names[best],), float(gains[best]))
+    return Probed(tuple(names[index] for index in chosen), gain, evidence)
 
 
 def _columns(score: Score, signatures: Iterator[tuple[str, Array]]) -> tuple[list[str], Array]:
@@ -110,6 +100,7 @@ def _columns(score: Score, signatures: Iterator[tuple[str, Array]]) -> tuple[lis
 
 
 def _strange(problem: Problem, predicted: Array) -> Iterator[tuple[str, Array]]:
+    """What no effect of the catalogue does, and displays do: by the order of reading, by sides, by the room's light."""
     if problem.readings.order is not None:
         yield from _in_order(problem, predicted, problem.readings.order[problem.rows])
     top = problem.readings.drive[problem.rows].max(axis=1)
@@ -139,6 +130,7 @@ def _signatures(problem: Problem, predicted: Array) -> Iterator[tuple[str, Array
     for name, weight in _weights(problem):
         for colour, part in colours.items():
             yield f"light by {name}{colour}", predicted * weight[:, np.newaxis] * part
+    yield from _strange(problem, predicted)
     white = problem.measured_tips[:, 0][problem.hour_of]
     for name, weight in _places(problem):
         for colour, part in colours.items():

@@ -9,8 +9,9 @@ import numpy as np
 
 from lutgen.criticism.families import condition_of, family_of
 from lutgen.criticism.leftover import is_even, is_noise, is_within_scatter
-from lutgen.criticism.probes import Probed, nameless, probe
-from lutgen.criticism.search import STRONG, PureError
+from lutgen.criticism.probes import Probed, probe
+from lutgen.criticism.pure_error import PureError
+from lutgen.criticism.search import STRONG
 from lutgen.criticism.shares import shares_of_delta_e
 from lutgen.criticism.tails import SLIP
 from lutgen.numerals import percent
@@ -36,7 +37,7 @@ VERDICTS = {
 #: Lines of readings that a remark names.
 NAMED_LINES = 12
 
-#: A family that explains this share of the excess is the right one although its formula leaves something.
+#: The only constant beside α and the odds: a formula may miss so much less than all of what its effect does, in χ².
 MOST_OF_IT = 0.95
 
 
@@ -48,19 +49,6 @@ AGREES = "Nothing is above the noise: the model agrees with these readings."
 NOTHING_COMPARED = (
     "Nothing was compared: these readings hold nothing but white and primaries, which any model agrees with."
 )
-
-#: A confusable effect whose share is below this part of the other's is its shadow.
-SHADOW = 0.12
-
-#: ... and any effect below this part of the largest, but for one that goes by a condition that no other goes by.
-NEXT_TO_NOTHING = 0.005
-
-#: ... unless it takes away a misfit of this size in units of the noise's own, this share of what the others leave, and
-#: is more than a trace beside the largest.
-MUCH, NEARLY_ALL, TRACE = 0.2, 0.8, 1e-3
-
-#: Several effects that together explain this share of the excess are the right ones although something is left.
-ALL_OF_IT = 0.99
 
 
 @dataclass(frozen=True)
@@ -231,59 +219,48 @@ def strongest(explanation: Explanation) -> tuple[str, str]:
     return worst, course
 
 
-def _without_shadows(explanation: Explanation, shares: Mapping[str, float], noise: float) -> tuple[str, ...]:
-    """Names of the admitted effects, less those that shadow another.
+def _needed(
+    explanation: Explanation, error: PureError, shares: Mapping[str, float], beside_all: float
+) -> tuple[Step, ...]:
+    """Admitted effects without which the readings are clearly less likely, whatever a free term takes over.
 
-    A formula that does not quite fit leaves something that looks like the effects that its own is confused with: one of
-    them that explains a small part only is that, not a second fault; so is anything that explains next to nothing
-    beside the others, or beside what the model has already. But a shadow leaves something itself: where much would be
-    left without an effect, and next to nothing is left with it, it is there.
+    A formula that does not quite fit leaves something that looks like the effects that its own is confused with. Beside
+    a free term such shadows are superfluous, and a fault of its own is not; where the effect is strong, its shadows are
+    too, in proportion to it. ``beside_all``: BIC with all of them and a free term.
     """
-    gain = max(explanation.base.chi2 - explanation.final.chi2, 1e-9)
-    already = sum(shares.values()) * (explanation.bare.chi2 - explanation.base.chi2) / gain
-    largest = max(already, *shares.values())
-    final, kept = explanation.final, []
-    left = max(final.chi2 - final.freedom * noise, 0.0)
+    kept = []
     for step in explanation.steps:
-        others = [other for other in explanation.steps if other is not step]
-        beside = [*(other.effect for other in others), *(term.effect for term in explanation.base.terms)]
-        kin = {other.name for other in beside if other.name in step.effect.confused_with}
-        kin |= {other.name for other in beside if step.name in other.confused_with}
-        of_its_own = set(step.effect.needs) - {name for effect in beside for name in effect.needs}
-        share = shares[step.name]
-        little = share < NEXT_TO_NOTHING * largest and not of_its_own
-        shadow = any(share < SHADOW * shares.get(name, 0.0) for name in kin)
-        takes = share / max(sum(shares.values()), 1e-9) * gain
-        takes_it_all = takes > MUCH * final.freedom and takes > NEARLY_ALL * (takes + left)
-        if (takes_it_all and share > TRACE * largest) or not (little or shadow):
-            kept.append(step.name)
+        beside = [*(term.effect for term in step.without.terms)]
+        kin = {each.name for each in beside if each.name in step.effect.confused_with}
+        kin |= {each.name for each in beside if step.name in each.confused_with}
+        largest = max((shares[name] for name in kin & shares.keys()), default=0.0)
+        free = step.without.bic - probe(step.without, error).evidence
+        if free > beside_all + STRONG and shares[step.name] > (1.0 - MOST_OF_IT) * largest:
+            kept.append(step)
     return tuple(kept)
 
 
 def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...]) -> Verdict:
+    """Compare, by BIC, the named effects, a free term that no formula describes, and both together."""
     steps, base, final = explanation.steps, explanation.base, explanation.final
-    noise = error.squares / error.freedom if error.measured else 1.0
-    excess = max(base.chi2 - base.freedom * noise, base.chi2 - final.chi2, 1e-9)
+    excess = max(base.chi2 - base.freedom * error.scale, base.chi2 - final.chi2, 1e-9)
     shares, before = {}, base.chi2
     for step, found in zip(steps, explanation.trail, strict=True):
         shares[step.name], before = max(before - found.chi2, 0.0) / excess, found.chi2
-    probed = probe(final, error)
+    nothing, probed = probe(base, error), probe(final, error)
+    both = final.bic - probed.evidence
+    kept = _needed(explanation, error, shares, both)
     clean = is_noise(final, error) and not probed.names
-    gain = base.chi2 - final.chi2
-    explained = gain / (gain + probed.gain) if probed.names else gain / excess
-    names = _without_shadows(explanation, shares, noise)
-    if not names and clean and is_within_scatter(error, base):
+    if not kept and clean and is_within_scatter(error, base) and not nothing.names:
         traces = ", ".join(step.name for step in steps)
         remark = f"What is left would let {traces} explain a trace of it, next to nothing beside what the model has."
         return Verdict("consistent", AGREES, remarks=(*remarks, remark))
-    strange = nameless(base)
-    if base.chi2 - strange.gain + float(np.log(base.readings)) < final.bic - STRONG:
-        return _unexplained(explanation, remarks, strange)
-    kept = tuple(step for step in steps if step.name in names)
-    # Several names that together still leave a misfit are what greedy search makes of an unknown effect.
-    trusted = len(kept) == 1 or (len(kept) == 2 and is_within_scatter(error, final))
-    if not kept or (not clean and explained < (MOST_OF_IT if trusted else ALL_OF_IT)):
-        return _unexplained(explanation, remarks, probed)
+    gain = base.chi2 - final.chi2
+    explained = gain / (gain + probed.gain) if probed.names else gain / excess
+    # One family may leave what its formula misses; several that leave a misfit are what greedy search makes of another.
+    enough = explained > MOST_OF_IT if len(kept) == 1 else is_within_scatter(error, final)
+    if not kept or base.bic - nothing.evidence < both - STRONG or not (clean or enough):
+        return _unexplained(explanation, remarks, probed if probed.names else nothing)
     if shadows := [step.name for step in steps if step not in kept]:
         remarks = (*remarks, f"Fitted beside, for what the formula leaves, no fault of its own: {', '.join(shadows)}.")
     left = "" if clean else f"its formula leaves something: {structure(explanation, probed)}."
