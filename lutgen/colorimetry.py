@@ -53,6 +53,11 @@ def xy_to_uv(xy: ArrayLike) -> Array:
     return np.asarray(np.stack([4 * x, 9 * y], axis=-1) / (-2 * x + 12 * y + 3)[..., np.newaxis])
 
 
+def xyz_to_uv(xyz: ArrayLike) -> Array:
+    """CIE XYZ to CIE 1976 u', v'. Shape (..., 3) → (..., 2); black has no chromaticity: NaN."""
+    return xy_to_uv(xyz_to_xyY(xyz)[..., :2])
+
+
 def transform(matrix: Array, signal: ArrayLike) -> Array:
     """Multiply every k-vector of ``signal`` by ``matrix``: shapes (m, k) and (..., k) → (..., m).
 

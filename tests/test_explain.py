@@ -16,12 +16,10 @@ from lutgen import LutgenError
 from lutgen.history.calibration import full_light_ratio
 from lutgen.history.causes import Cause, causes
 from lutgen.history.causes._cause import ON_THE_DISPLAY
-from lutgen.history.colour_points import COLOURS, PARAMETERS, ColourPoints, changed
-from lutgen.history.drift import course, steadiness
-from lutgen.history.evidence import covariance, fit
+from lutgen.history.colour_points import COLOURS, PARAMETERS, ColourPoints, changed, covariance, fit
 from lutgen.history.explain import explain, explanations
-from lutgen.history.lines import line_shift
-from lutgen.history.pair import FACTS
+from lutgen.history.pair import FACTS, line_shift
+from lutgen.history.steadiness import course, steadiness
 from lutgen.history.verdicts import KINDS, SessionVerdict
 from lutgen.readings import read_campaign, read_session
 from lutgen.readings.campaign import Campaign, CampaignEntry

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import xy_to_uv
+from lutgen.colorimetry import xyz_to_uv
 from lutgen.errors import LutgenError
 from lutgen.history.calibration import calibration
-from lutgen.history.patches import CHANNELS, mean_xyz
-from lutgen.history.primaries import primaries
+from lutgen.history.pair import UNKNOWN
+from lutgen.history.patches import CHANNELS, mean_xyz, primaries
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -25,9 +25,6 @@ if TYPE_CHECKING:
 #: Δu'v' of a primary between two sessions that no aging explains; another panel, mode or correction of the meter does.
 #: Eighteen thousand hours of the paper's display move none by half as much.
 ANOTHER = 0.02
-
-#: What systems call a display whose name they do not know.
-NO_NAMES = ("", "color lcd", "generic pnp monitor", "default monitor", "display")
 
 #: What only a person knows of a display, and of a session: key → question.
 OF_DISPLAY = {"hours_per_day": "Hours a day that the display is on"}
@@ -169,7 +166,7 @@ def _names(sessions: Sequence[Session]) -> str:
 
 def _alike(one: tuple[Session, dict[str, Array]], other: tuple[Session, dict[str, Array]]) -> bool:
     (mine, my_uv), (theirs, their_uv) = one, other
-    named = {each.display for each in (mine, theirs) if each.display.lower() not in NO_NAMES}
+    named = {each.display for each in (mine, theirs) if each.display.lower() not in UNKNOWN}
     return len(named) < 2 and all(
         float(np.hypot(*(my_uv[name] - their_uv[name]))) <= ANOTHER for name in my_uv.keys() & their_uv.keys()
     )
@@ -177,4 +174,4 @@ def _alike(one: tuple[Session, dict[str, Array]], other: tuple[Session, dict[str
 
 def _uv(session: Session) -> dict[str, Array]:
     found = primaries(session)
-    return {name: xy_to_uv(xy) for name, xy in found.xy.items()} if found else {}
+    return {name: xyz_to_uv(xyz) for name, xyz in found.xyz.items()} if found else {}

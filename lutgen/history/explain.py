@@ -16,19 +16,16 @@ import numpy as np
 
 from lutgen.errors import LutgenError
 from lutgen.history.causes import causes
-from lutgen.history.colour_points import colour_points
-from lutgen.history.drift import course, steadiness
-from lutgen.history.evidence import BY_CONTENT, fit
-from lutgen.history.misreading import left_out
+from lutgen.history.colour_points import BY_CONTENT, colour_points, fit
 from lutgen.history.pair import SessionPair
 from lutgen.history.patches import CHANNELS
-from lutgen.history.succession import in_succession
-from lutgen.history.verdicts import SessionVerdict, pronounce
+from lutgen.history.steadiness import course, left_out, steadiness
+from lutgen.history.verdicts import SessionVerdict, in_succession, pronounce
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lutgen.history.evidence import ColourFit
+    from lutgen.history.colour_points import ColourFit
     from lutgen.readings.campaign import Campaign, CampaignEntry
 
 #: What a second cause costs before it explains anything, in natural logarithms: two changes at once are rarer.

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import xy_to_uv, xyz_to_xyY
+from lutgen.colorimetry import xyz_to_uv
 from lutgen.errors import LutgenError
-from lutgen.history.evidence import ALIKE, BLACK, FLOOR_CD_M2
-from lutgen.history.gsdf import contrast_response
+from lutgen.history.colour_points import ALIKE, BLACK, FLOOR_CD_M2
 from lutgen.history.inspect import inspect_session
+from lutgen.history.transfer import contrast_response
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
-    from lutgen.history.gsdf import ContrastResponse
     from lutgen.history.inspect import Inspection
+    from lutgen.history.transfer import ContrastResponse
     from lutgen.readings.campaign import Campaign
 
 #: Quantity → what it is, with its unit.
@@ -148,4 +148,4 @@ def _shift(colours: list[list[Array] | None]) -> Array:
 
 
 def _uv(colours: list[Array]) -> Array:
-    return xy_to_uv(xyz_to_xyY(np.array(colours))[:, :2])
+    return xyz_to_uv(np.array(colours))

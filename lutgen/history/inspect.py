@@ -10,13 +10,10 @@ import numpy as np
 
 from lutgen.colorimetry import xyz_to_xyY
 from lutgen.history.calibration import Calibration, calibration, native_gamma
-from lutgen.history.drift import Steadiness, steadiness
-from lutgen.history.grey_tracking import GreyTracking, grey_tracking
-from lutgen.history.misreading import left_out
-from lutgen.history.patches import CHANNELS, mean_xyz, ramp
-from lutgen.history.primaries import Primaries, additivity, primaries
+from lutgen.history.patches import CHANNELS, Primaries, additivity, mean_xyz, primaries, ramp
 from lutgen.history.remarks import missing_patches, remarks
-from lutgen.history.transfer import Transfer, transfer
+from lutgen.history.steadiness import Steadiness, left_out, steadiness
+from lutgen.history.transfer import GreyTracking, Transfer, grey_tracking, transfer
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

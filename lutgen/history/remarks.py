@@ -15,11 +15,10 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.history.calibration import Calibration
-    from lutgen.history.drift import Steadiness
-    from lutgen.history.grey_tracking import GreyTracking
     from lutgen.history.inspect import Inspection
-    from lutgen.history.primaries import Primaries
-    from lutgen.history.transfer import Transfer
+    from lutgen.history.patches import Primaries
+    from lutgen.history.steadiness import Steadiness
+    from lutgen.history.transfer import GreyTracking, Transfer
     from lutgen.readings.session import Session
 
 #: Change of luminance within a session that is drift, and one that no settled display at fixed settings has: a warm-up

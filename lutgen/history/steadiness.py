@@ -1,8 +1,9 @@
-"""How well readings of one session repeat, and whether the display's light drifted while they were read.
+"""Whether the readings of one session can be trusted: misread patches, noise, and drift during the session.
 
-Warm-up, automatic brightness and dimming show best in patches that were read again. Where hardly any was, and the order
-of reading is known, all readings that two sessions share do: their ratio must not follow that order, once what follows
-the patch's own colour is taken off.
+A reading is misread where it contradicts its own ramp or its own repeats: a window popped up, or the instrument
+slipped. Warm-up, automatic brightness and dimming show best in patches that were read again. Where hardly any patch was
+read again, and the order of reading is known, the patches that two sessions share are compared: the part of their ratio
+that does not follow the colour of the patches must not follow the order of reading.
 """
 
 from __future__ import annotations
@@ -12,8 +13,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import xy_to_uv, xyz_to_xyY
-from lutgen.history.patches import repeats
+from lutgen.colorimetry import xyz_to_uv
+from lutgen.history.patches import CHANNELS, black_xyz, ramp, repeats
+from lutgen.history.transfer import lightness
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -21,10 +23,75 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.readings.session import Session
 
-#: A patch counts as bright from this share of the brightest on: there a meter's noise is a share of the light.
+#: A reading is misread where its L* differs by ``FAR`` from the value that its neighbours or repeats give, and by
+#: ``CLEARLY`` times the largest such difference of the other readings.
+FAR, CLEARLY = 10.0, 4.0
+
+#: Fewest levels of a ramp, and readings of a patch, by which a wrong one can be told from the others.
+FEWEST_LEVELS, FEWEST_REPEATS = 6, 3
+
+
+def misread(session: Session) -> NDArray[np.int64]:
+    """Places of readings that contradict their ramp or their repeats: at most one level a ramp, one reading a patch."""
+    rows = [_off_its_ramp(session, kind) for kind in ("grey", *CHANNELS)]
+    rows += [_off_its_repeats(session, group) for group in repeats(session)]
+    return np.unique(np.concatenate(rows))
+
+
+def left_out(session: Session) -> tuple[Session, tuple[str, ...]]:
+    """Return the session without its misread readings, and a sentence on each of these."""
+    rows = misread(session)
+    if not rows.size:
+        return session, ()
+    said = tuple(
+        f"{session.file}, line {session.lines[row]}: code {', '.join(f'{code:.2f}' for code in session.drive[row])} "
+        f"reads {session.xyz[row, 1]:.4g}, far from its neighbours or repeats: left out as misread"
+        for row in rows
+    )
+    return session.without(rows), said
+
+
+def _off_its_ramp(session: Session, kind: str) -> NDArray[np.int64]:
+    """Rows of the one level that lies far from the line between its neighbours, in L*, where no other does."""
+    found = ramp(session, kind)
+    none = np.empty(0, dtype=np.int64)
+    if found.drive.size < FEWEST_LEVELS:
+        return none
+    light = found.xyz[:, 1] - black_xyz(session)[1]
+    if light[-1] <= 0:
+        return none
+    level = lightness(light / light[-1])
+    off = _from_neighbours(found.drive, level)
+    worst = int(np.argmax(np.abs(off))) + 1
+    others = np.abs(_from_neighbours(np.delete(found.drive, worst), np.delete(level, worst)))
+    if abs(off[worst - 1]) < max(FAR, CLEARLY * float(others.max())):
+        return none
+    rows = session.rows("grey") if kind == "grey" else session.rows(kind)
+    return np.asarray(rows[np.abs(session.drive[rows].max(axis=1) - found.drive[worst]) <= 1e-4])
+
+
+def _from_neighbours(drive: Array, level: Array) -> Array:
+    """Inner levels less the line between their neighbours, (n - 2,)."""
+    share = (drive[1:-1] - drive[:-2]) / (drive[2:] - drive[:-2])
+    return np.asarray(level[1:-1] - (level[:-2] + share * (level[2:] - level[:-2])))
+
+
+def _off_its_repeats(session: Session, rows: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The one reading of a patch that lies far from all others of the patch, in L* of the session's brightest."""
+    none = np.empty(0, dtype=np.int64)
+    if rows.size < FEWEST_REPEATS or session.xyz[:, 1].max() <= 0:
+        return none
+    level = lightness(session.xyz[rows, 1] / session.xyz[:, 1].max())
+    off = np.abs(level - np.median(level))
+    worst = int(np.argmax(off))
+    return rows[[worst]] if off[worst] >= max(FAR, CLEARLY * float(np.delete(off, worst).max())) else none
+
+
+#: A patch of at least this share of the brightest luminance is bright: the noise of a meter is there a share of the
+#: luminance.
 BRIGHT = 0.05
 
-#: Fewest readings whose steps tell scatter from a course.
+#: Fewest readings from which scatter and drift can be told apart.
 FEWEST = 6
 
 #: Median of |x| where x is normal with standard deviation 1.
@@ -33,16 +100,16 @@ _MEDIAN_OF_NORMAL = 0.6745
 
 @dataclass(frozen=True)
 class Steadiness:
-    """What repeated patches say.
+    """Repeatability of a session, from patches that were read more than once.
 
     Attributes
     ----------
     patches, readings
-        How many bright patches were repeated, and all their readings.
+        Number of bright patches that were read again, and of all their readings.
     noise
-        Standard deviation of Y over its patch's mean, pooled over bright patches. A drift is in it.
+        Standard deviation of Y over the mean of its patch, pooled over bright patches; a drift makes it larger.
     dark_noise
-        Pooled standard deviation of Y of dark patches, in the session's unit; None: none was repeated.
+        Pooled standard deviation of Y of dark patches, in the unit of the session; None: no dark patch was read again.
     order, ratio
         Of bright patches: place in the order read as a share of the session, (n,), and Y over the patch's first
         reading, (n,).
@@ -66,10 +133,10 @@ class Steadiness:
 
     @property
     def scatter(self) -> float:
-        """Standard deviation of Y of a bright patch, as a share, with next to no drift in it; 0 of few readings.
+        """Standard deviation of Y of a bright patch, as a share, with almost no drift in it; 0 for few readings.
 
-        By the median step from one reading to the next, which a jump does not move, or by that of the steps' own steps,
-        which a steady course does not move: the smaller.
+        The smaller of two estimates: from the median difference of neighbouring readings, which one jump does not
+        change, and from the median second difference, which a steady drift does not change.
         """
         if self.readings < FEWEST:
             return 0.0
@@ -93,7 +160,7 @@ def steadiness(session: Session) -> Steadiness | None:
     order = place[np.concatenate(bright)]
     ratio = np.concatenate([session.xyz[rows, 1] / session.xyz[rows[0], 1] for rows in bright])
     by_order = np.argsort(order, kind="stable")
-    uv = [xy_to_uv(xyz_to_xyY(session.xyz[rows])[:, :2]) for rows in bright]
+    uv = [xyz_to_uv(session.xyz[rows]) for rows in bright]
     return Steadiness(
         patches=len(bright),
         readings=order.size,
@@ -111,32 +178,32 @@ def _pooled(groups: list[Array]) -> float:
     return float(np.sqrt(squares / sum(each.size - 1 for each in groups)))
 
 
-#: Change of luminance within a session that is called a drift, and how many of its standard errors it must be, or how
-#: many times what repeated patches scatter by.
+#: A change of luminance within a session is a drift from this share on, and from this many standard errors, or times
+#: the scatter of repeated patches, on.
 RAN_AWAY, CLEAR = 0.02, 5.0
 
-#: Fewest patches that two sessions must share for their ratio to be asked.
+#: Fewest patches that two sessions must share before their ratio is used.
 FEWEST_SHARED = 40
 
-#: Share of the order's variance that goes with the colours, from which a session was read sorted by code.
+#: If the colours explain this share of the variance of the order, the patches were read sorted by code.
 SORTED = 0.5
 
-#: Darker than this share of white, a ratio is the meter's noise.
+#: Patches below this share of white are left out: their ratio is mostly noise of the meter.
 _DARK = 0.03
 
 
 @dataclass(frozen=True)
 class Course:
-    """A session's drift.
+    """The drift of a session.
 
     Attributes
     ----------
     change
         Largest change of luminance within the session, as a share, with its sign.
     by
-        "repeats", or "order" where patches shared with another session say it.
+        "repeats" (patches that were read again) or "order" (patches that another session shares).
     scatter
-        What readings scatter by without any drift, 1 σ, as a share.
+        Scatter of readings without drift, 1 σ, as a share.
 
     """
 
@@ -146,14 +213,14 @@ class Course:
 
     @property
     def ran_away(self) -> bool:
-        """Whether it is a drift, and neither the noise of a good session nor a noisy one's scatter."""
+        """Whether the change is a drift, rather than noise."""
         return abs(self.change) >= max(RAN_AWAY, CLEAR * self.scatter)
 
 
 def course(steady: Steadiness | None, scatter: float | None = None) -> Course:
     """Return the drift that a session's own repeated patches show; 0 where none was repeated.
 
-    ``scatter`` is what readings of the same meter scatter by at most, where another session tells.
+    ``scatter`` is an upper limit of the scatter, from another session that the same meter read.
     """
     if steady is None:
         return Course(0.0, "repeats")
@@ -163,7 +230,7 @@ def course(steady: Steadiness | None, scatter: float | None = None) -> Course:
 def course_beside(session: Session, other: Session) -> Course | None:
     """Return the drift of a session from patches that both sessions read.
 
-    None: too few, or it does not stand out; or nobody wrote down the order of reading, or that follows the colours.
+    None: too few such patches, no clear drift, an unknown order of reading, or an order that follows the colours.
     """
     mine, theirs = shared(session, other)
     if mine.size < FEWEST_SHARED or session.order is None:
@@ -186,7 +253,7 @@ def course_beside(session: Session, other: Session) -> Course | None:
 
 
 def shared(one: Session, other: Session) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Rows of patches that both sessions read, each patch once: of the one and of the other."""
+    """Rows of the patches that both sessions read, each patch once: rows in ``one`` and rows in ``other``."""
     keys = {tuple(row): place for place, row in enumerate(np.round(other.drive, 3).tolist())}
     found: dict[tuple[float, ...], tuple[int, int]] = {}
     for place, row in enumerate(np.round(one.drive, 3).tolist()):
@@ -197,13 +264,13 @@ def shared(one: Session, other: Session) -> tuple[NDArray[np.int64], NDArray[np.
 
 
 def _goes_with(colour: Array, order: Array) -> bool:
-    """Whether the order of reading follows the colours, as in a list sorted by code: then a drift cannot be told."""
+    """Whether the order of reading follows the colours, as in a list sorted by code; a drift cannot be seen then."""
     found = np.linalg.lstsq(colour, order, rcond=None)[0]
     return bool(np.var(order - colour @ found) < (1.0 - SORTED) * np.var(order))
 
 
 def _trend(colour: Array, order: Array, ratio: Array) -> tuple[float, float]:
-    """Slope of a ratio over the order from 0 to 1, beside what goes with colour, and its standard error."""
+    """Slope of a ratio over the order (0 to 1), fitted together with the colours, and its standard error."""
     design = np.column_stack([order, colour])
     found, _, rank, _ = np.linalg.lstsq(design, ratio, rcond=None)
     left = ratio - design @ found
