@@ -20,7 +20,7 @@ from click import Context
 
 from lutgen.cli import group, outputs
 from lutgen.cli.command import Command, Section
-from lutgen.cli.words import wrapped
+from lutgen.cli.terminal import wrapped
 from tests.command import in_process
 from tests.examples_folder import COMMANDS, ROOT, make_folder
 

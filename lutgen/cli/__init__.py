@@ -16,7 +16,7 @@ import click
 
 from lutgen import __version__
 from lutgen.cli.command import Command, CommandFolder
-from lutgen.cli.words import say, tolerate_closed_pipes
+from lutgen.cli.terminal import say, tolerate_closed_pipes
 from lutgen.errors import LutgenError, reason_of
 
 #: Exit code of a program that SIGINT (Ctrl-C) has ended: 128 + the signal's number.

@@ -171,5 +171,4 @@ class CommandFolder(Command, click.Group):
             names = [name for of in self.sections(ctx).values() for name in of]
             near = get_close_matches(args[0].lower(), names, 1)
             advice = f"Did you mean {near[0]}?" if near else f"Pick one of: {', '.join(names)}."
-            message = f"No such command {args[0]!r}. {advice}"
-            raise click.UsageError(message, ctx) from None
+            raise click.UsageError(f"No such command {args[0]!r}. {advice}", ctx) from None

@@ -30,7 +30,6 @@ def catalogue() -> dict[str, Effect]:
     for module in iter_modules(_FOLDER.__path__):
         declared = getattr(import_module(f"{_FOLDER.__name__}.{module.name}"), module.name, None)
         if not isinstance(declared, Effect):
-            message = f"lutgen/effects/catalogue/{module.name}.py holds no effect named {module.name}."
-            raise LutgenError(message)
+            raise LutgenError(f"lutgen/effects/catalogue/{module.name}.py holds no effect named {module.name}.")
         effects.append(declared)
     return {each.name: each for each in sorted(effects, key=chain_order)}

@@ -16,11 +16,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from lutgen.effects.clauses import CLAUSES, Clause, examine
-from lutgen.effects.contract import Report
+from lutgen.effects.contract import CLAUSES, Clause, Report, examine
 from lutgen.effects.own import load_file
 from lutgen.errors import LutgenError
-from lutgen.scratch import scratch
+from lutgen.files import scratch
 
 #: Seconds that a check of all effects of a file may take. Built-in effects take well below one.
 LIMIT_S = 10.0

@@ -157,6 +157,33 @@ class Effect:
         clause = self.says.format(size=f"{100 * (new or grown):.2g} %", **values)
         return clause + _course(new, grown) if "{size}" in self.says else clause
 
+    def as_json(self) -> dict[str, Any]:
+        """Return all that the effect declares, its function apart."""
+        return {
+            "name": self.name,
+            "stage": self.stage,
+            "summary": self.summary,
+            "baseline": self.baseline,
+            "needs": list(self.needs),
+            "origin": self.origin,
+            "parameters": {
+                name: {
+                    "value": parameter.value,
+                    "bounds": list(parameter.bounds),
+                    "unit": parameter.unit,
+                    "meaning": parameter.meaning,
+                    "neutral": self.neutral.get(name),
+                    "grid": list(parameter.grid) if not isinstance(parameter.grid, str) else parameter.grid,
+                }
+                for name, parameter in self.parameters.items()
+            },
+            "forms": [list(form) for form in self.forms],
+            "refined": self.refined,
+            "confused_with": dict(self.confused_with),
+            "source": self.source,
+            "text": self.text,
+        }
+
     def rest(self) -> dict[str, float]:
         """Return the parameters at which the effect does nothing: amplitudes neutral, the others typical."""
         return {name: self.neutral.get(name, parameter.value) for name, parameter in self.parameters.items()}

@@ -56,8 +56,9 @@ def parse(text: str) -> Effect:
 
     """
     if len(text) > MAX_LETTERS:
-        message = f"expression of {len(text)} letters: {MAX_LETTERS} are allowed. Write it as a file for --effects."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"expression of {len(text)} letters: {MAX_LETTERS} are allowed. Write it as a file for --effects."
+        )
     text = " ".join(text.split())
     named = re.match(r"([a-z][a-z0-9-]*) ?:(.*)", text)
     written, *values = (named[2] if named else text).split(";")

@@ -81,12 +81,11 @@ def check_one_display(sessions: Sequence[Session]) -> None:
         f"{number}) {_names(group) or 'no name'}: {', '.join(Path(each.file).name for each in group)}"
         for number, group in enumerate(groups, start=1)
     )
-    message = (
+    raise LutgenError(
         f"these sessions are of {len(groups)} displays, or of settings as different (primaries apart by more than "
         f"Δu'v' {ANOTHER:g}, or other names): {listed}. A campaign is of one: name its files alone, or add "
         "--same-display if it is one."
     )
-    raise LutgenError(message)
 
 
 def draft(sessions: Sequence[Session], beside: Path, answers: Answers | None = None) -> str:
@@ -102,8 +101,7 @@ def draft(sessions: Sequence[Session], beside: Path, answers: Answers | None = N
     twice = {each.sha256: each for each in sessions}
     if len(twice) < len(sessions):
         same = next(each for each in sessions if twice[each.sha256] is not each)
-        message = f"{same.file} and {twice[same.sha256].file} hold the same bytes. Name one of them."
-        raise LutgenError(message)
+        raise LutgenError(f"{same.file} and {twice[same.sha256].file} hold the same bytes. Name one of them.")
     ordered = sorted(sessions, key=lambda each: (each.created.isoformat() if each.created else "undated", each.file))
     names = _names(ordered)
     lines = [

@@ -87,8 +87,7 @@ def explain(
 
     """
     if len(campaign.entries) < 2:
-        message = f"{campaign.file}: one session; causes are told from two or more. Add another [[sessions]]."
-        raise LutgenError(message)
+        raise LutgenError(f"{campaign.file}: one session; causes are told from two or more. Add another [[sessions]].")
     place = _reference(campaign, reference)
     cleaned = [left_out(entry.session) for entry in campaign.entries]
     entries = [replace(entry, session=each) for entry, (each, _) in zip(campaign.entries, cleaned, strict=True)]
@@ -140,8 +139,7 @@ def _reference(campaign: Campaign, named: str | None) -> int:
         found = [place for place, file in enumerate(files) if file == named or file.endswith(f"/{named}")]
         if len(found) != 1:
             names = ", ".join(file.rsplit("/", 1)[-1] for file in files)
-            message = f"{campaign.file}: {named!r} names {len(found)} of its sessions. Pick one of: {names}."
-            raise LutgenError(message)
+            raise LutgenError(f"{campaign.file}: {named!r} names {len(found)} of its sessions. Pick one of: {names}.")
         return found[0]
     return min(range(len(files)), key=lambda place: (_doubt(campaign.entries[place]), _age(campaign.entries[place])))
 

@@ -51,8 +51,7 @@ def blocks(path: Path) -> Iterator[Block]:
                     line += block.data.count(b"\n")
                     yield block
     except OSError as error:
-        message = f"{path}: cannot be read: {reason_of(error)}. Give the name of a LUT or config."
-        raise LutgenError(message) from None
+        raise LutgenError(f"{path}: cannot be read: {reason_of(error)}. Give the name of a LUT or config.") from None
     if rest:
         yield _block(line, rest if rest.endswith((b"\n", b"\r")) else rest + b"\n")
 

@@ -2,7 +2,7 @@
 
 ``merging`` plans, writes and proves; the other modules hold what it needs of the files, the text, the colour spaces and
 the pixels of a config. One more file here holds one more such part, and nothing that lint needs too: that is in
-``lutgen.config_parts``.
+``lutgen.bindings``.
 """
 
 from __future__ import annotations

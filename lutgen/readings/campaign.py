@@ -97,14 +97,12 @@ class Campaign:
         for entry in self.entries:
             if entry.hours is not None or entry.date is None:
                 what = "neither hours nor date" if entry.date is None else "hours where others only have a date"
-                message = f"{entry.where}: {what}. Give every session hours, or every session a date."
-                raise LutgenError(message)
+                raise LutgenError(f"{entry.where}: {what}. Give every session hours, or every session a date.")
         if self.hours_per_day is None:
-            message = (
+            raise LutgenError(
                 f"{self.file}: sessions have dates, which are no operating hours. Say how long the display is on: "
                 "hours_per_day = 8.0 under [display] of a campaign file, or hours = … in every session."
             )
-            raise LutgenError(message)
         days = np.array([entry.date.toordinal() for entry in self.entries if entry.date], dtype=np.float64)
         return np.asarray((days - days.min()) * self.hours_per_day)
 

@@ -105,11 +105,13 @@ class Session:
     def __post_init__(self) -> None:
         """Refuse what no display does: no readings, too many, values that are not finite or out of range."""
         if not len(self.drive):
-            message = f"{self.file}: holds no readings. A session has a row of R, G, B and X, Y, Z for every patch."
-            raise LutgenError(message)
+            raise LutgenError(
+                f"{self.file}: holds no readings. A session has a row of R, G, B and X, Y, Z for every patch."
+            )
         if len(self.drive) > MOST_READINGS:
-            message = f"{self.file}: {len(self.drive)} readings; a session has at most {MOST_READINGS}. Split the file."
-            raise LutgenError(message)
+            raise LutgenError(
+                f"{self.file}: {len(self.drive)} readings; a session has at most {MOST_READINGS}. Split the file."
+            )
         highest = HIGHEST_CD_M2 if self.absolute else HIGHEST_RELATIVE
         unit = "cd/m²" if self.absolute else "times white"
         self._refuse(~np.isfinite(np.hstack([self.drive, self.xyz])), "a value is not a finite number")
@@ -123,8 +125,9 @@ class Session:
     def _refuse(self, bad: NDArray[np.bool_], why: str) -> None:
         rows = bad.any(axis=1)
         if rows.any():
-            message = f"{self.file}, line {int(self.lines[np.argmax(rows)])}: {why}. Correct the row, or delete it."
-            raise LutgenError(message)
+            raise LutgenError(
+                f"{self.file}, line {int(self.lines[np.argmax(rows)])}: {why}. Correct the row, or delete it."
+            )
 
     def without(self, rows: NDArray[np.int64]) -> Session:
         """Return the session without some of its readings."""
@@ -150,11 +153,10 @@ class Session:
     def xyz_cd_m2(self) -> Array:
         """XYZ in cd/m², (n, 3). Raises LutgenError where the session is relative."""
         if not self.absolute:
-            message = (
+            raise LutgenError(
                 f"{self.file}: XYZ are relative to white; how bright white was, the file does not say. "
                 "Measure again with absolute values, or add LUMINANCE_XYZ_CDM2 to a CGATS file."
             )
-            raise LutgenError(message)
         return self.xyz
 
     @cached_property
@@ -188,9 +190,9 @@ class Session:
 def check_calibration(curves: Array, file: str) -> None:
     """Refuse calibration curves that no graphics card holds: not 0..1, or an input that does not rise from 0 to 1."""
     if len(curves) < 2 or not np.isfinite(curves).all() or curves.min() < -1e-3 or curves.max() > 1.0 + 1e-3:
-        message = f"{file}: the calibration curves need two points or more, all between 0 and 1."
-        raise LutgenError(message)
+        raise LutgenError(f"{file}: the calibration curves need two points or more, all between 0 and 1.")
     steps = curves[:, 0]
     if np.any(np.diff(steps) <= 0) or abs(steps[0]) > 1e-3 or abs(steps[-1] - 1.0) > 1e-3:
-        message = f"{file}: RGB_I of the calibration curves must rise from 0 to 1: is a row missing, or out of order?"
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{file}: RGB_I of the calibration curves must rise from 0 to 1: is a row missing, or out of order?"
+        )

@@ -258,12 +258,11 @@ def check_rows(readings: Measurements) -> None:
     _refuse(readings, backwards, "the hour is smaller than on the row before; sort the rows by hour")
     if hours[0] != 0:
         row = int(np.argmin(np.where(hours == hours[0], readings.lines, np.inf)))
-        message = (
+        raise LutgenError(
             f"{_where(readings, row)}: the first hour is {hours[0]:g}, but aging is told from the un-aged display at "
             f"hour 0. Add its readings, or subtract {hours[0]:g} from every hour: in a .csv a line "
             f"'# start_hour: {hours[0]:g}' does that."
         )
-        raise LutgenError(message)
 
 
 def check_tips(readings: Measurements) -> None:
@@ -284,11 +283,10 @@ def check_tips(readings: Measurements) -> None:
         count = tip[here].sum(axis=0)
         missing = [name for name, n in zip(TIP_NAMES, count, strict=True) if n == 0]
         if missing and (hour == 0 or count.any()):
-            message = (
+            raise LutgenError(
                 f"{readings.file}: no reading of {' and '.join(missing)} at full drive at hour {hour:g}"
                 f"{_under(readings)}. The model needs white, red, green and blue at every hour it starts from."
             )
-            raise LutgenError(message)
         counts[float(hour)] = int(here.sum()), count
         means = [readings.xyz_cd_m2[here & tip[:, i]].mean(axis=0) for i in range(4)] if count.any() else []
         if means:
@@ -305,12 +303,12 @@ def _under(readings: Measurements) -> str:
 def _check_plausible(readings: Measurements, hour: float, xyY: Array) -> None:
     where = f"{readings.file}: hour {hour:g}"
     if xyY[0, 2] < MIN_WHITE_CD_M2:
-        message = f"{where}: white has Y = {xyY[0, 2]:g}; Y must be absolute luminance in cd/m², not relative to white."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{where}: white has Y = {xyY[0, 2]:g}; Y must be absolute luminance in cd/m², not relative to white."
+        )
     red, green, blue = xyY[1:]
     if not _are_primaries(red, green, blue) and any(_are_primaries(*order) for order in permutations(xyY[1:])):
-        message = f"{where}: red, green and blue have each other's colours; are the R, G, B columns swapped?"
-        raise LutgenError(message)
+        raise LutgenError(f"{where}: red, green and blue have each other's colours; are the R, G, B columns swapped?")
 
 
 def _are_primaries(red: Array, green: Array, blue: Array) -> bool:
@@ -325,19 +323,17 @@ def _check_repeated_hour(readings: Measurements, counts: dict[float, tuple[int, 
     twice = [hour for hour, (_, count) in counts.items() if (count == 2).all()]
     once = [hour for hour, (_, count) in counts.items() if (count == 1).all()]
     if tips_only and len(twice) == 1 and len(once) == len(counts) - 1 and once:
-        message = (
+        raise LutgenError(
             f"{readings.file}: hour {twice[0]:g} appears twice, the others once. Correct or delete one of the two; "
             f"replicates, if they are meant, are taken at every hour."
         )
-        raise LutgenError(message)
 
 
 def _refuse(readings: Measurements, bad: ArrayLike, why: str) -> None:
     if np.any(bad):
         wrong = np.flatnonzero(bad)
         first = int(wrong[0] if readings.files else wrong[np.argmin(readings.lines[wrong])])
-        message = f"{_where(readings, first)}: {why}."
-        raise LutgenError(message)
+        raise LutgenError(f"{_where(readings, first)}: {why}.")
 
 
 def _where(readings: Measurements, row: int) -> str:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import click
 
 from lutgen.cli.command import Command, Section
+from lutgen.cli.options import json_option
 from lutgen.cli.outputs import check_json, check_pictures, print_page, write_json
-from lutgen.cli.picture_options import json_option
-from lutgen.cli.shared import progress_bar
+from lutgen.cli.terminal import progress_bar
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -8,7 +8,7 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.outputs import STANDARD_OUTPUT, check_new_file, print_page, write_json
-from lutgen.cli.shared import progress_bar
+from lutgen.cli.terminal import progress_bar
 
 
 @click.command(cls=Command, section=Section.OTHERS_FILES, place=1)

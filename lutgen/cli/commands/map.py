@@ -7,10 +7,17 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.number_types import NUMBER
+from lutgen.cli.options import (
+    NUMBER,
+    check_output,
+    force_option,
+    image_argument,
+    model_from,
+    model_options,
+    source_option,
+)
 from lutgen.cli.outputs import check_json, print_page, write_json
-from lutgen.cli.picture_options import check_output, force_option, image_argument, source_option
-from lutgen.cli.shared import model_from, model_options, progress_bar
+from lutgen.cli.terminal import progress_bar
 from lutgen.names import AGING_MODES, MAP_SUFFIXES
 
 if TYPE_CHECKING:
@@ -87,8 +94,7 @@ def _numbers(text: str) -> tuple[float, float]:
 
     ends = number_list(text)
     if ends is None or len(ends) != 2:
-        message = f"--range {text}: give the two ends of the scale, such as 0,12."
-        raise LutgenError(message)
+        raise LutgenError(f"--range {text}: give the two ends of the scale, such as 0,12.")
     return ends[0], ends[1]
 
 

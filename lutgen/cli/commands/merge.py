@@ -5,8 +5,8 @@ from __future__ import annotations
 import click
 
 from lutgen.cli.command import Command, Section
+from lutgen.cli.options import numbers
 from lutgen.cli.outputs import STANDARD_OUTPUT, check_new_file, print_page, write_json
-from lutgen.cli.shared import numbers
 from lutgen.names import MODES
 
 

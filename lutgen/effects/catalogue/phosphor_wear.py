@@ -17,10 +17,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.observer import WAVELENGTHS
 from lutgen.effects.scene import growth
 from lutgen.effects.shapes import POWER, SATURATION
-from lutgen.effects.spectra import mapped, of_scene
+from lutgen.effects.spectra import WAVELENGTHS, mapped, of_scene
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

@@ -12,9 +12,9 @@ from pathlib import Path, PureWindowsPath
 from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError
+from lutgen.files import scratch
 from lutgen.lint.finding import OCIO_26, Finding, Linted, refused
 from lutgen.lint.formats import Format, clf, config, cube, findings, tables
-from lutgen.scratch import scratch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -77,8 +77,9 @@ def scan_archive(path: Path) -> Iterator[tuple[ArchiveScan, Path]]:
         except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, ValueError, RuntimeError) as error:
             scan = ArchiveScan(path, size, f"cannot be unpacked: {error}", (), ())
         except OSError as error:
-            message = f"{path}: cannot be read: {(error.strerror or str(error)).lower()}. Give the name of an archive."
-            raise LutgenError(message) from None
+            raise LutgenError(
+                f"{path}: cannot be read: {(error.strerror or str(error)).lower()}. Give the name of an archive."
+            ) from None
         yield scan, folder
 
 
@@ -137,12 +138,10 @@ def _write(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, target: Path, left:
             while block := source.read(_BLOCK):
                 written += len(block)
                 if written > left:
-                    message = f"it has more than {LARGEST >> 20} MiB"
-                    raise ValueError(message)
+                    raise ValueError(f"it has more than {LARGEST >> 20} MiB")
                 file.write(block)
     except OSError as error:
-        message = f"{entry.filename!r}: {(error.strerror or str(error)).lower()}"
-        raise ValueError(message) from None
+        raise ValueError(f"{entry.filename!r}: {(error.strerror or str(error)).lower()}") from None
     return written
 
 

@@ -14,8 +14,7 @@ from lutgen.cells import LONGEST, NON_FINITE, number
 from lutgen.errors import LutgenError, reason_of
 from lutgen.lint.finding import CLF_IO, OCIO, OCIO_21, Finding, Linted, refused, wrong
 from lutgen.lint.formats import Format, findings
-from lutgen.lint.programs import MAX_BYTES
-from lutgen.lint.programs.opencolorio import loading, refusal
+from lutgen.lint.programs import MAX_BYTES, loading, refusal
 from lutgen.lint.stream import BLOCK, shown
 
 if TYPE_CHECKING:
@@ -88,8 +87,7 @@ def scan_clf(path: Path) -> ClfScan:
                 reader.parser.Parse(chunk, False)  # noqa: FBT003 - expat takes no keyword
             reader.parser.Parse(b"", True)  # noqa: FBT003 - expat takes no keyword
     except OSError as error:
-        message = f"{path}: cannot be read: {reason_of(error)}. Give the name of a LUT."
-        raise LutgenError(message) from None
+        raise LutgenError(f"{path}: cannot be read: {reason_of(error)}. Give the name of a LUT.") from None
     except expat.ExpatError as error:
         broken, line = expat.ErrorString(error.code), error.lineno
     except (LookupError, ValueError) as error:

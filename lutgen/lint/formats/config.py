@@ -11,8 +11,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lutgen.bindings import ocio, ocio_errors, warnings_logged
-from lutgen.config_parts import all_parts, endless_file, file_transforms, is_utf8, leads_out, search_path
+from lutgen.bindings import (
+    all_parts,
+    endless_file,
+    file_transforms,
+    is_utf8,
+    leads_out,
+    ocio,
+    ocio_errors,
+    search_path,
+    warnings_logged,
+)
 from lutgen.errors import LutgenError, reason_of
 from lutgen.lint.finding import BLENDER, DJV, NUKE, OCIO, OCIO_21, Finding, Linted, refused, wrong
 from lutgen.lint.formats import Format, findings
@@ -95,12 +104,10 @@ def scan_config(path: Path) -> ConfigScan:
     """
     try:
         if path.stat().st_size > MAX_BYTES:
-            message = f"{path}: has more than {MAX_BYTES >> 20} MiB, which no config has."
-            raise LutgenError(message)
+            raise LutgenError(f"{path}: has more than {MAX_BYTES >> 20} MiB, which no config has.")
         data = path.read_bytes()
     except OSError as error:
-        message = f"{path}: cannot be read: {reason_of(error)}. Give the name of a config."
-        raise LutgenError(message) from None
+        raise LutgenError(f"{path}: cannot be read: {reason_of(error)}. Give the name of a config.") from None
     utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     text = data.decode("utf-16" if utf16 else "utf-8", errors="replace")
     found = re.search(r"^ocio_profile_version:\s*[\"']?([0-9]+)(?:\.([0-9]+))?", text, re.MULTILINE)

@@ -92,8 +92,7 @@ def scan_hald(path: Path) -> HaldScan:
             chunks = _Chunks(file)
             whole = file.read(8) == SIGNATURE and chunks.read() and file.tell() <= size
     except OSError as error:
-        message = f"{path}: cannot be read: {reason_of(error)}. Give the name of a PNG."
-        raise LutgenError(message) from None
+        raise LutgenError(f"{path}: cannot be read: {reason_of(error)}. Give the name of a PNG.") from None
     told = tuple(chunks.told)
     return HaldScan(path, size, *chunks.header[:4], told, whole, chunks.missing, whole and _in_tiles(path, chunks))
 

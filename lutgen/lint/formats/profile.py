@@ -144,8 +144,7 @@ def scan_profile(path: Path) -> ProfileScan:
             file.seek(0)
             identifier = _identifier(file.read()) if whole else None
     except OSError as error:
-        message = f"{path}: cannot be read: {reason_of(error)}. Give the name of a profile."
-        raise LutgenError(message) from None
+        raise LutgenError(f"{path}: cannot be read: {reason_of(error)}. Give the name of a profile.") from None
     count = int.from_bytes(start[HEADER : HEADER + 4], "big")
     white, unasked = _white(path) if whole and count <= MOST_TAGS else (None, "")
     return ProfileScan(path, size, start[:HEADER], count, tags, tables, identifier, white, unasked)

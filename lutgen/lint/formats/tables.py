@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 
 from lutgen.bindings import unclosed_metadata
 from lutgen.cells import NON_FINITE, NUMBER
-from lutgen.lint.cube.statistics import MAX_KEPT
 from lutgen.lint.finding import FFMPEG, OCIO, Finding, Linted, refused, wrong
 from lutgen.lint.formats import Format, findings
-from lutgen.lint.programs import MAX_BYTES
-from lutgen.lint.programs.opencolorio import loading, refusal
+from lutgen.lint.programs import MAX_BYTES, loading, refusal
 from lutgen.lint.stream import blocks, shown
+from lutgen.lint.table_statistics import MAX_KEPT
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

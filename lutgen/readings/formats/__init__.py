@@ -127,11 +127,10 @@ def reader_of(source: FileText) -> ModuleType:
     claiming = [module for module in readers().values() if module.claims(source)]
     named = [module for module in readers().values() if suffix in module.SUFFIXES]
     if not claiming and not named:
-        message = (
+        raise LutgenError(
             f"{source.file}: no format of readings that is known: {source.text.lstrip()[:24]!r}. "
             f"Pick one of: {', '.join(readers())}."
         )
-        raise LutgenError(message)
     return (claiming or named)[0]
 
 

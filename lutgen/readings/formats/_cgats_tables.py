@@ -88,8 +88,7 @@ def tables(source: FileText) -> list[CgatsTable]:
             found.append(_close(source, current, words[1:], at, lines))
             current = None
         elif head in (_FORMAT[1], _DATA[1]):
-            message = f"{source.at(at)}: {head} without its BEGIN: is a line missing above?"
-            raise LutgenError(message)
+            raise LutgenError(f"{source.at(at)}: {head} without its BEGIN: is a line missing above?")
         elif head.startswith("BEGIN_"):
             current.keywords[head.removeprefix("BEGIN_")] = _free_text(source, head, at, lines)
         elif len(words) == 1 and not current.keywords and not current.kind:
@@ -98,8 +97,7 @@ def tables(source: FileText) -> list[CgatsTable]:
             current.keywords[head] = " ".join(words[1:])
     if current is not None and (current.fields or not found):
         place = f"{source.file}: the table of line {current.line}"
-        message = f"{place} ends before its data (no BEGIN_DATA): cut off? Copy it again."
-        raise LutgenError(message)
+        raise LutgenError(f"{place} ends before its data (no BEGIN_DATA): cut off? Copy it again.")
     return found
 
 
@@ -114,8 +112,9 @@ def _lines(source: FileText) -> Iterator[tuple[int, list[str]]]:
                 if stripped[place].isspace():
                     place += 1
                     continue
-                message = f"{source.at(at)}: a string begins with a quote and does not end: is the line cut off?"
-                raise LutgenError(message)
+                raise LutgenError(
+                    f"{source.at(at)}: a string begins with a quote and does not end: is the line cut off?"
+                )
             if match[1] is not None:
                 words.append(match[1].replace('""', '"'))
             elif match[3] is not None:
@@ -133,8 +132,7 @@ def _fields(
     doubled = first_doubled(fields)
     if doubled or not fields:
         what = f"column {doubled} appears twice" if doubled else "no column is named"
-        message = f"{source.at(begun)}: {what} in the data format. Name each column once."
-        raise LutgenError(message)
+        raise LutgenError(f"{source.at(begun)}: {what} in the data format. Name each column once.")
     _check_count(source, table, _FIELDS, len(fields), f"the data format names {len(fields)}")
     return fields
 
@@ -143,8 +141,9 @@ def _close(
     source: FileText, table: _Open, first: list[str], begun: int, lines: Iterator[tuple[int, list[str]]]
 ) -> CgatsTable:
     if not table.fields:
-        message = f"{source.at(begun)}: data without a data format (BEGIN_DATA_FORMAT … END_DATA_FORMAT) above it."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{source.at(begun)}: data without a data format (BEGIN_DATA_FORMAT … END_DATA_FORMAT) above it."
+        )
     width = len(table.fields)
     # A row may go on in the next line, but only where the number of rows is stated: else a lost cell goes unseen.
     wraps = _SETS in table.keywords
@@ -156,21 +155,20 @@ def _close(
         start = start if row else at
         row += words
         if len(row) > width or (len(row) < width and not wraps):
-            message = (
+            raise LutgenError(
                 f"{source.at(start)}: {len(row)} fields where the data format names {width}: "
                 "is a value missing or doubled, or a decimal comma in it?"
             )
-            raise LutgenError(message)
         if len(rows) == MOST_READINGS:
-            message = f"{source.at(at)}: more than {MOST_READINGS} rows, which no session has. Split the file."
-            raise LutgenError(message)
+            raise LutgenError(f"{source.at(at)}: more than {MOST_READINGS} rows, which no session has. Split the file.")
         if len(row) == width:
             rows.append(tuple(row))
             places.append(start)
             row = []
     if row:
-        message = f"{source.at(start)}: {len(row)} fields where the data format names {width}: is a value missing?"
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{source.at(start)}: {len(row)} fields where the data format names {width}: is a value missing?"
+        )
     _check_count(source, table, _SETS, len(rows), f"{len(rows)} rows follow: cut off, or edited by hand")
     return CgatsTable(table.kind, table.line, table.keywords, table.fields, tuple(rows), tuple(places))
 
@@ -195,11 +193,9 @@ def _until(
         if last:
             return
         if words[0].upper().startswith(("BEGIN_DATA", "END_DATA")):
-            message = f"{source.at(at)}: {words[0]} before the {end} of line {begun}: is a line missing?"
-            raise LutgenError(message)
+            raise LutgenError(f"{source.at(at)}: {words[0]} before the {end} of line {begun}: is a line missing?")
         yield at, words
-    message = f"{source.at(begun)}: {begin} without {end}: the file is cut off. Copy it again."
-    raise LutgenError(message)
+    raise LutgenError(f"{source.at(begun)}: {begin} without {end}: the file is cut off. Copy it again.")
 
 
 def _free_text(source: FileText, head: str, begun: int, lines: Iterator[tuple[int, list[str]]]) -> str:
@@ -209,8 +205,7 @@ def _free_text(source: FileText, head: str, begun: int, lines: Iterator[tuple[in
         if words[0].upper() == end:
             return "\n".join(parts)
         parts.append(" ".join(f'"{word}"' if " " in word else word for word in words))
-    message = f"{source.at(begun)}: {head} without {end}: the file is cut off. Copy it again."
-    raise LutgenError(message)
+    raise LutgenError(f"{source.at(begun)}: {head} without {end}: the file is cut off. Copy it again.")
 
 
 def _check_count(source: FileText, table: _Open, name: str, count: int, held: str) -> None:
@@ -219,10 +214,10 @@ def _check_count(source: FileText, table: _Open, name: str, count: int, held: st
         return
     said = whole(stated, least=0, most=10**9)
     if said is None:
-        message = (
+        raise LutgenError(
             f"{source.file}: {name} of the table of line {table.line} is {stated[:40]!r}, no count. Give a number."
         )
-        raise LutgenError(message)
     if said != count:
-        message = f"{source.file}: {name} of the table of line {table.line} is {said}, but {held}. Copy the file again."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{source.file}: {name} of the table of line {table.line} is {said}, but {held}. Copy the file again."
+        )

@@ -94,10 +94,9 @@ class FileText:
             return cells.split_row(text, separator)
         except csv.Error as error:
             # As of a cell of more than 128 kB.
-            message = (
+            raise LutgenError(
                 f"{self.at(line)}: is no row of a CSV: {error}. Write a number in each cell, and the note shorter."
-            )
-            raise LutgenError(message) from None
+            ) from None
 
 
 def decoded(data: bytes, file: str) -> str:
@@ -106,8 +105,9 @@ def decoded(data: bytes, file: str) -> str:
         if data.startswith(head):
             raise LutgenError(f"{file}: is {what}.")
     if Path(file).suffix.lower() == ".chc":
-        message = f"{file}: is HCFR's own binary file. Export the measures from HCFR, and name columns R,G,B,X,Y,Z."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{file}: is HCFR's own binary file. Export the measures from HCFR, and name columns R,G,B,X,Y,Z."
+        )
     try:
         text = data.decode("utf-16" if data[:2] in {b"\xff\xfe", b"\xfe\xff"} else "utf-8-sig")
     except UnicodeDecodeError:
@@ -133,11 +133,10 @@ def full_drive(drive: Array, file: str) -> float:
         if abs(top - full) <= DRIVE_TOLERANCE * full:
             return full
     known = ", ".join(f"{full:g} ({name})" for full, name in FULL_DRIVE.items())
-    message = (
+    raise LutgenError(
         f"{file}: the largest drive is {top:g}, and full drive is one of {known}: which, the file does not say. "
         "Add the reading of white, or convert drive to 0..1."
     )
-    raise LutgenError(message)
 
 
 def whites(drive: Array) -> NDArray[np.intp]:

@@ -72,13 +72,13 @@ def read(source: FileText) -> Campaign:
     try:
         content = from_toml(text)
     except ValueError as error:
-        message = f"{file}: is no TOML: {error}. Draft a campaign of session files with lutgen sessions init."
-        raise LutgenError(message) from None
+        raise LutgenError(
+            f"{file}: is no TOML: {error}. Draft a campaign of session files with lutgen sessions init."
+        ) from None
     _check_keys(content, tuple(_TOP), file)
     if content.get("schema") != SCHEMA:
         said = f"schema = {content.get('schema')!r}"
-        message = f"{file}: {said}; a campaign has schema = {SCHEMA}. lutgen sessions init drafts one."
-        raise LutgenError(message)
+        raise LutgenError(f"{file}: {said}; a campaign has schema = {SCHEMA}. lutgen sessions init drafts one.")
     display, listed = content.get("display", {}), content.get("sessions", [])
     if not isinstance(display, dict) or not isinstance(listed, list) or not listed:
         raise LutgenError(f"{file}: needs [display] and one [[sessions]] for every session.")

@@ -81,8 +81,9 @@ def read(source: FileText) -> CsvTable:
     if header:
         remarks = _check_header(header, source.at(first))
     if not cells:
-        message = f"{source.file}: no readings. It needs a header such as hour,R,G,B,x,y,Y and one row a reading."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{source.file}: no readings. It needs a header such as hour,R,G,B,x,y,Y and one row a reading."
+        )
     table = CsvTable(source, comments, header, tuple(map(_plain, header)), cells, lines, remarks)
     table.check_end()
     return table
@@ -179,10 +180,9 @@ class CsvTable:
         white = float(np.median(xyz[places, 1])) if places.size else float(xyz[:, 1].max())
         relative = not absolute and (white < _LEAST_WHITE or white in _RELATIVE_WHITES)
         if (relative or places.size) and white <= 0:
-            message = (
+            raise LutgenError(
                 f"{self.source.file}: white has Y = {white:g}: no light. Correct the row of R = G = B = full drive."
             )
-            raise LutgenError(message)
         if relative:
             return white, f"White has Y = {white:g}: taken as relative, not as cd/m². Good for ratios alone."
         if absolute:
@@ -198,10 +198,9 @@ class CsvTable:
             raise pick_one(f"{self.source.file}: drive", declared, known)
         top = float(drive.max(initial=0.0))
         if 0.0 < top <= 1.0 < known[declared]:
-            message = (
+            raise LutgenError(
                 f"{self.source.file}: drive is said to be {declared}, but reaches only {top:g}. Write # drive: 0..1."
             )
-            raise LutgenError(message)
         return known[declared]
 
     def _since_start(self, hours: Array) -> Array:
@@ -211,16 +210,14 @@ class CsvTable:
             return hours
         start, file = number(text), self.source.file
         if start is None:
-            message = (
+            raise LutgenError(
                 f"{file}: start_hour is {text[:40]!r}; it is the counter's hour at the first session, such as 2400."
             )
-            raise LutgenError(message)
         if hours.min() != start:
-            message = (
+            raise LutgenError(
                 f"{file}: start_hour is {start:g}, and the smallest hour is {hours.min():g}. They must be the same: "
                 f"aging is told from the first session."
             )
-            raise LutgenError(message)
         return hours - start
 
     def _xyz(self, values: Mapping[str, Array]) -> Array:
@@ -252,8 +249,7 @@ class CsvTable:
             outside = (values[name] < low) | (values[name] > high) if name in values else np.zeros(1, dtype=bool)
             if outside.any():
                 line = self.lines[int(np.argmax(outside))]
-                message = f"{self.source.at(line)}, column {name}: must be {meaning}, {low:g}..{high:g}."
-                raise LutgenError(message)
+                raise LutgenError(f"{self.source.at(line)}, column {name}: must be {meaning}, {low:g}..{high:g}.")
 
     def _numbers(self, name: str) -> Array:
         place = self.columns.index(name)
@@ -281,11 +277,10 @@ class CsvTable:
             return
         *before, last = [len(row[-1].rpartition(".")[2]) if "." in row[-1] else 0 for row in self.cells]
         if len(set(before)) == 1 and last < before[0]:
-            message = (
+            raise LutgenError(
                 f"{self.source.at(self.lines[-1])}: the file ends inside {self.header[-1]} = {self.cells[-1][-1]!r} "
                 f"({before[0]} decimals everywhere else, no line end): is it cut off? Copy it again."
             )
-            raise LutgenError(message)
 
 
 def _plain(cell: str) -> str:
@@ -296,8 +291,9 @@ def _plain(cell: str) -> str:
 
 def _checked_row(source: FileText, fields: list[str], width: int, at: int, separator: str) -> list[str]:
     if separator == ";" and any(has_decimal_comma(field) for field in fields):
-        message = f"{source.at(at)}: decimal commas. Write 0.3127 with a point, whatever stands between fields."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{source.at(at)}: decimal commas. Write 0.3127 with a point, whatever stands between fields."
+        )
     if len(fields) != width:
         hint = "a decimal comma? Write 0.3127" if len(fields) > width else "is the file cut off, or a value missing?"
         raise LutgenError(f"{source.at(at)}: {len(fields)} fields for {width} columns; {hint}")
@@ -310,24 +306,23 @@ def _check_header(header: tuple[str, ...], where: str) -> tuple[str, ...]:
     unknown = [name for name in columns if name not in _KNOWN and name.lower() not in _NAMES and name]
     for name in unknown:
         if near := _known_name(name):
-            message = (
+            raise LutgenError(
                 f"{where}: unknown column {name!r} in the header; is {near} meant? Pick one of: {', '.join(_KNOWN)}."
             )
-            raise LutgenError(message)
     if doubled := first_doubled(name for name in columns if name):
         raise LutgenError(f"{where}: column {doubled!r} appears twice in the header. Name each column once.")
     missing = [name for name in "RGB" if name not in columns]
     if not missing and not {"X", "Y", "Z"} <= {*columns} and not {"x", "y", "Y"} <= {*columns}:
         missing = ["X,Y,Z or x,y,Y"]
     if missing:
-        message = (
+        raise LutgenError(
             f"{where}: the header lacks {', '.join(missing)}. Required: R,G,B and X,Y,Z in cd/m² or x,y,Y; and hour, "
             "where readings are of several times."
         )
-        raise LutgenError(message)
     if {"hour", "X", "Z"} <= {*columns} and {"x", "y"} & {*columns}:
-        message = f"{where}: the header has both X,Y,Z and x,y. Keep one of them: they could contradict each other."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{where}: the header has both X,Y,Z and x,y. Keep one of them: they could contradict each other."
+        )
     if not unknown:
         return ()
     listed = ", ".join(name[:40] for name in unknown[:12])

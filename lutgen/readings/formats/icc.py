@@ -56,11 +56,10 @@ def _readings_in(data: bytes, file: str) -> tuple[str, bytes]:
     for name, text in _texts(data, tags):
         if all(any(column in text.upper() for column in columns) for columns in _NEEDED):
             return name, text
-    message = (
+    raise LutgenError(
         f"{file}: is an ICC profile without readings in its tags {', '.join(TAGS)} as text; they are in the .ti3 or "
         "CGATS file that it was made from."
     )
-    raise LutgenError(message)
 
 
 def _texts(data: bytes, tags: tuple[Tag, ...]) -> Iterator[tuple[str, bytes]]:

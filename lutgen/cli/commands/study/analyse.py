@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import click
 
 from lutgen.cli.command import Command
+from lutgen.cli.options import json_option
 from lutgen.cli.outputs import check_json, check_new_file, check_pictures, print_page, write_json
-from lutgen.cli.picture_options import json_option
-from lutgen.cli.shared import progress_bar
+from lutgen.cli.terminal import progress_bar
 from lutgen.names import INTERVALS
 
 if TYPE_CHECKING:
@@ -57,8 +57,9 @@ def command(
       lutgen study analyse --counts examples/paper-study-counts.csv --summary examples/paper-study-summary.csv
     """
     if sum(map(bool, (study, answers, counts or summary))) != 1:
-        message = "give one of: the folder STUDY, --answers FILE, or --counts FILE and --summary FILE (one or both)."
-        raise click.UsageError(message)
+        raise click.UsageError(
+            "give one of: the folder STUDY, --answers FILE, or --counts FILE and --summary FILE (one or both)."
+        )
     alone = check_json(json_to, force=force)
     _check(csv_to, plots, force=force)
     with progress_bar("analysing", quiet=alone):

@@ -5,9 +5,8 @@ from __future__ import annotations
 import click
 
 from lutgen.cli.command import Command
-from lutgen.cli.number_types import WHOLE
+from lutgen.cli.options import WHOLE, json_option
 from lutgen.cli.outputs import check_json, check_pictures, print_page, write_json
-from lutgen.cli.picture_options import json_option
 
 
 @click.command(cls=Command)

@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 
 from lutgen.cli.command import Command
+from lutgen.cli.options import json_option
 from lutgen.cli.outputs import check_json, print_page, write_json
-from lutgen.cli.picture_options import json_option
 
 
 @click.command(cls=Command)

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from lutgen.cells import number
-from lutgen.lint.cube.statistics import Gatherer, TableStatistics
 from lutgen.lint.stream import BYTE_ORDER_MARK, Block, blocks, shown
+from lutgen.lint.table_statistics import Gatherer, TableStatistics
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
