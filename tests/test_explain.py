@@ -14,8 +14,7 @@ import pytest
 
 from lutgen import LutgenError
 from lutgen.history.calibration import full_light_ratio
-from lutgen.history.causes import Cause, causes
-from lutgen.history.causes._cause import ON_THE_DISPLAY
+from lutgen.history.causes import ON_THE_DISPLAY, Cause, causes
 from lutgen.history.colour_points import COLOURS, PARAMETERS, ColourPoints, changed, covariance, fit
 from lutgen.history.explain import explain, explanations
 from lutgen.history.pair import FACTS, line_shift

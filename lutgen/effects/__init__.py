@@ -14,7 +14,8 @@ from importlib import import_module
 from pkgutil import iter_modules
 
 from lutgen.effects.declare import STAGES, Effect, Parameter, chain_order, effect
-from lutgen.effects.scene import Scene, growth
+from lutgen.effects.scene import Scene
+from lutgen.effects.shapes import growth
 from lutgen.errors import LutgenError
 
 __all__ = ["STAGES", "Effect", "Parameter", "Scene", "catalogue", "effect", "growth"]

@@ -16,7 +16,7 @@ from lutgen.cli.options import (
     model_options,
     source_option,
 )
-from lutgen.cli.outputs import check_json, print_page, write_json
+from lutgen.cli.outputs import Outputs
 from lutgen.cli.terminal import progress_bar
 from lutgen.names import AGING_MODES, MAP_SUFFIXES
 
@@ -70,22 +70,21 @@ def command(
     from lutgen.report.pictures.difference_map import check_range, plot_map
 
     low, high = check_range(*_numbers(ends))
-    alone = check_json(json_to, force=force)
+    statistics = Outputs(json_to, force=force)
     paths = [check_output(output, image, force=force, suffixes=(".png", *MAP_SUFFIXES)) for output in outputs]
     _check_different(outputs)
     floats = [path for path in paths if path.suffix.lower() in MAP_SUFFIXES]
     model = model_from(**options)
-    with progress_bar("comparing pixels", quiet=alone) as progress:
+    with progress_bar("comparing pixels", quiet=statistics.alone) as progress:
         difference = difference_map(
             image, model, mode, hours, floats=floats, source=source, force=force, progress=progress
         )
     for path in paths:
         if path not in floats:
             plot_map(difference, path, ends=(low, high), force=force)
-    if json_to:
-        write_json(difference.as_json(), json_to)
-    if not alone:
-        print_page([*_sentences(difference), f"Written: {', '.join(outputs)}", *difference.remarks()])
+    statistics.write(
+        [*_sentences(difference), f"Written: {', '.join(outputs)}", *difference.remarks()], difference.as_json
+    )
 
 
 def _numbers(text: str) -> tuple[float, float]:

@@ -19,8 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.scene import growth
-from lutgen.effects.shapes import POWER, SATURATION
+from lutgen.effects.shapes import POWER, SATURATION, growth
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

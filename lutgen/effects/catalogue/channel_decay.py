@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.scene import growth
-from lutgen.effects.shapes import POWER, SATURATION, scaled
+from lutgen.effects.shapes import POWER, SATURATION, growth, scaled
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

@@ -17,8 +17,7 @@ import numpy as np
 
 from lutgen.colorimetry import linear_to_code
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.scene import growth
-from lutgen.effects.shapes import GROWING, POWER, SATURATION, bent, level_curve, share_of_final
+from lutgen.effects.shapes import GROWING, POWER, SATURATION, bent, growth, level_curve, share_of_final
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

@@ -20,8 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.scene import growth
-from lutgen.effects.shapes import LASTING, POWER, SATURATION, share_of_final
+from lutgen.effects.shapes import LASTING, POWER, SATURATION, growth, share_of_final
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

@@ -19,8 +19,7 @@ import numpy as np
 
 from lutgen.colorimetry import code_to_linear
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.scene import growth
-from lutgen.effects.shapes import POWER
+from lutgen.effects.shapes import POWER, growth
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.scene import growth
+from lutgen.effects.shapes import growth
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lutgen.history.causes._cause import Cause
+from lutgen.history.causes import Cause
 from lutgen.history.pair import CLEAR_SHIFT
 
 if TYPE_CHECKING:
-    from lutgen.history.causes._cause import Values
+    from lutgen.history.causes import Values
     from lutgen.history.pair import SessionPair
 
 #: By how much two meters in good order disagree about luminance, at most, in natural logarithms.
