@@ -31,7 +31,7 @@ MOST_POINTS, MOST_CURVE_POINTS = 129, 1_048_576
 #: How a .csp opens, and the lines between which its metadata stand.
 _CSP, _METADATA = re.compile(rb"(?i)\s*CSPLUTV100"), re.compile(rb"(?im)^[ \t]*(BEGIN|END) METADATA")
 
-#: The sizes that a .cube claims; OpenColorIO 2.1 would ask for the memory before it counts the rows.
+#: The sizes that a .cube states; OpenColorIO 2.1 would allocate the memory before it counts the rows.
 _CLAIMED = re.compile(rb"(?im)^[ \t]*LUT_([13])D_SIZE[ \t]+([0-9]+)")
 
 
@@ -94,7 +94,7 @@ def lut_processor(path: Path) -> Any:
         head = file.read(65_536)
     for dimensions, digits in _CLAIMED.findall(head):
         most = MOST_POINTS if dimensions == b"3" else MOST_CURVE_POINTS
-        # Nobody needs all digits of a lie, and Python refuses to read thousands of them.
+        # Nine digits are enough to refuse a size, and Python does not read thousands of digits.
         if len(digits) > 9 or int(digits) > most:
             claimed = digits[:12].decode()
             message = f"{path}: claims {claimed} points in {dimensions.decode()}D; OpenColorIO takes at most {most}."

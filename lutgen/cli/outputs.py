@@ -1,6 +1,6 @@
-"""What a command leaves: JSON, tables and pictures in files, and after them a page of words on the terminal.
+"""Outputs of a command: JSON, tables and pictures in files, and after them a page on the terminal.
 
-Files that cannot be written are refused before any work is done for them.
+A place that cannot be written to is refused before any work is done.
 """
 
 from __future__ import annotations
@@ -127,9 +127,9 @@ def _print(part: Headline | Table) -> None:
 
 @dataclass(frozen=True)
 class Outputs:
-    """Where a command leaves what it found: on a page, and where --json, --csv and --plots say.
+    """Outputs of a command: a page on the terminal, and the files of --json, --csv and --plots.
 
-    ``pictures`` names the files of --plots; it is asked where there is a folder for them.
+    ``pictures`` names the files in the folder of --plots; it is called only if there is such a folder.
     """
 
     json_to: str | None

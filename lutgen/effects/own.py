@@ -1,7 +1,7 @@
 """Users' own effects beside the built-in ones: from a Python file, an installed package, or a one-line expression.
 
 All of them are imported into this process, as plug-ins are: a file runs with the rights of the user, without limits of
-time or memory. ``lutgen effects --check`` tries a file that nobody trusts yet, see :mod:`lutgen.effects.child`.
+time or memory. For a file that is not trusted yet there is ``lutgen effects --check``, see :mod:`lutgen.effects.child`.
 
 A file declares effects with the same decorator as the built-in ones, and is named by its path::
 

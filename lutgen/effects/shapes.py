@@ -23,19 +23,17 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-POWER = Parameter(1.0, (0.3, 6.0), "1", "power of time with which it grows")
-SATURATION = Parameter(
-    0.0, (0.0, 20.0), "1", "nepers by which its growth has saturated by 18 000 h, 0: a power of time"
-)
+POWER = Parameter(1.0, (0.3, 6.0), "1", "power of time in the growth")
+SATURATION = Parameter(0.0, (0.0, 20.0), "1", "saturation of the growth by 18 000 h, in nepers; 0: a power of time")
 GROWING = Parameter(0.0, (0.0, 1.5), "1", "share of the size at 18 000 h that is there at hour 0")
 LASTING = Parameter(1.0, (0.0, 1.5), "1", "share of the size at 18 000 h that is there at hour 0")
 
 
 def growth(tau: Array, *, new: float, grown: float, power: float, saturation: float = 0.0) -> Array:
-    """Size at τ of what is ``new`` at hour 0 and has grown by ``grown`` at τ = 1, as a power of time.
+    """Size at τ of an amplitude that is ``new`` at hour 0 and ``new`` + ``grown`` at τ = 1, as a power of time.
 
-    With ``saturation`` s the power bends over as Weibull's law does, (1 − e^(−s τ^p))/(1 − e^(−s)): an exponential
-    approach for p = 1, an S-curve for larger powers, within 1 % of logistic curves of most steepnesses and middles.
+    With ``saturation`` s the growth is that of Weibull's law, (1 − e^(−s τ^p))/(1 − e^(−s)): an exponential approach
+    for p = 1, and for larger powers an S-curve, which lies within 1 % of most logistic curves.
     """
     size = tau**power
     if saturation:

@@ -1,12 +1,12 @@
 """The display's light as spectra: an estimate of its class, corrected so that it has the measured primaries.
 
-What acts by wavelength (yellowed optics, worn phosphors) needs spectra, and readings mostly have three numbers. Each
-class states the spectrum of a typical primary; of all spectra that have the measured XYZ, the one nearest to it in
-relative entropy is taken: S(λ) = S₀(λ)·exp(θ·c(λ)), c the colour-matching functions, θ from three equations. That
-factor is smooth and positive, and Newton's method finds it because the dual is convex (Boyd & Vandenberghe, Convex
-Optimization, 2004, §5.2.4 and §9.5).
+Effects on wavelengths (yellowed optics, worn phosphors) need spectra, and most readings are three numbers. Each class
+of displays states the spectrum S₀ of a typical primary. Of all spectra with the measured XYZ, lutgen takes the one
+nearest to S₀ in relative entropy: S(λ) = S₀(λ)·exp(θ·c(λ)), with c the colour-matching functions and θ from three
+equations. The factor is smooth and positive. Newton's method finds θ, because the dual problem is convex (Boyd &
+Vandenberghe, Convex Optimization, 2004, §5.2.4 and §9.5).
 
-Class spectra are assumptions in their widths and strengths. Line positions: Hg from the NIST Atomic Spectra Database;
+*Assumption:* the widths and strengths in the class spectra. Line positions: Hg from the NIST Atomic Spectra Database;
 Tb³⁺, Eu³⁺ and BaMgAl₁₀O₁₇:Eu²⁺ (BAM) rounded from Blasse & Grabmaier, Luminescent Materials (1994). Lines are drawn
 wider than they are, for the 5 nm grid. Mercury's lines do not wear.
 """
@@ -160,7 +160,7 @@ class _ClassLight(NamedTuple):
 
 
 def _bell(peak: float, below: float, above: float | None = None, area: float = 1.0) -> Array:
-    """Spectrum with a Gaussian's flanks, their widths (nm) at half maximum counted twice; area per 5 nm step."""
+    """Spectrum with Gaussian flanks of full widths ``below`` and ``above`` (nm, half maximum); ``area`` is its sum."""
     width = np.where(peak > WAVELENGTHS, below, above or below)
     bell = np.exp(-4.0 * np.log(2.0) * ((WAVELENGTHS - peak) / width) ** 2)
     return np.asarray(area * bell / bell.sum())
@@ -246,9 +246,9 @@ class SpectralDisplay:
     spectra
         Of red, green, blue at full drive, (3, 81), at ``observer.WAVELENGTHS``; Σ spectrum·CMF is XYZ in cd/m².
     parts
-        What wears, first what wears most → its share of the light at each wavelength, (81,).
+        Part of the light that wears, the fastest first → its share of the light at each wavelength, (81,).
     misfit
-        Largest relative error of a primary's XYZ; above 1e-9 only where no light has such XYZ.
+        Largest relative error of the XYZ of a primary; above 1e-9 only for XYZ that no light has.
 
     """
 
@@ -293,7 +293,7 @@ class SpectralDisplay:
 
     @cached_property
     def _by_wavelength(self) -> Array:
-        """What each wavelength contributes to the map from XYZ to XYZ, (81, 3, 3); their sum is 1."""
+        """Contribution of each wavelength to the matrix from XYZ to XYZ, (81, 3, 3); the sum is the identity."""
         back = inverse(_xyz_of(self.spectra).T)
         colours = self.spectra.T[:, :, np.newaxis] * back  # (81, primary, from)
         return np.asarray((CMFS[:, :, np.newaxis, np.newaxis] * colours[:, np.newaxis]).sum(axis=2))

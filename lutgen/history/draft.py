@@ -1,4 +1,4 @@
-"""A campaign file drafted from session files: what they say is filled in, what only a person knows is left open."""
+"""A campaign file drafted from session files, with open lines for what only a person knows."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.readings.session import Session
 
-#: Δu'v' of a primary between two sessions that no aging explains; another panel, mode or correction of the meter does.
-#: Eighteen thousand hours of the paper's display move none by half as much.
+#: Δu'v' of a primary between two sessions that no aging explains, but another panel, mode or correction of the meter
+#: does. 18 000 hours move no primary of the paper's display by half as much.
 ANOTHER = 0.02
 
-#: What only a person knows of a display, and of a session: key → question.
+#: Keys that only a person can fill in, for the display and for a session → question.
 OF_DISPLAY = {"hours_per_day": "Hours a day that the display is on"}
 OF_SESSION = {
     "ambient_lx": "Light in the room in lux (0: dark)",
@@ -36,7 +36,7 @@ OF_SESSION = {
 
 @dataclass(frozen=True)
 class Answers:
-    """What a person said: of the display, and of all sessions; what is absent stays open in the draft.
+    """Answers of a person, for the display and for all sessions; a key without an answer stays open in the draft.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Answers:
 
 
 def displays_of(sessions: Sequence[Session]) -> list[list[Session]]:
-    """Group sessions by display, in the order given: names do not differ, nor primaries by more than by aging."""
+    """Group sessions by display, in the order given: in a group names agree, and primaries as far as they age."""
     groups: list[list[tuple[Session, dict[str, Array]]]] = []
     for session in sessions:
         mine = (session, _uv(session))
@@ -66,7 +66,7 @@ def displays_of(sessions: Sequence[Session]) -> list[list[Session]]:
 
 
 def check_one_display(sessions: Sequence[Session]) -> None:
-    """Refuse sessions of clearly different displays, naming which are which.
+    """Refuse sessions of clearly different displays, and say which session belongs to which display.
 
     Raises
     ------

@@ -1,9 +1,9 @@
 """Display, instrument, room or settings: why the sessions of a campaign differ from a reference session.
 
-Each session is held against the reference, without readings that contradict their own ramp: first what proves a cause
-by itself (drift while reading, HDR, another display's name, shifted spectral lines), then every cause and every two of
-them by the evidence of white, primaries and black. A verdict names one cause, or those that cannot be told apart and
-the measurement that would tell.
+Each session is compared with the reference, without misread readings. Some causes can be proven alone: drift during
+the session, HDR, the name of another display, shifted spectral lines. Otherwise every cause, and every pair of causes,
+is weighed by the evidence of white, primaries and black. A verdict names one cause, or the causes that cannot be told
+apart and the measurement that would separate them.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from lutgen.history.colour_points import ColourFit
     from lutgen.readings.campaign import Campaign, CampaignEntry
 
-#: What a second cause costs before it explains anything, in natural logarithms: two changes at once are rarer.
+#: Prior of two causes at once against one, in natural logarithms: two changes at once are rarer.
 SECOND = 3.0
 
 
@@ -61,9 +61,9 @@ class Explanations:
     campaign
         The sessions.
     reference
-        Place of the session that the others are held against.
+        Place of the session with which the others are compared.
     pairs, verdicts
-        Of every other session, in the campaign's order.
+        One for every other session, in the order of the campaign.
 
     """
 
@@ -78,7 +78,7 @@ def explain(
 ) -> Explanations:
     """Say of every session of a campaign why it differs from the reference.
 
-    ``reference`` names its file; without it, the earliest session that is whole and steady is taken.
+    ``reference`` names the file of the reference session; without it, the earliest complete and steady session is it.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def explain(
 
 
 def explanations(pair: SessionPair) -> tuple[Hypothesis, ...]:
-    """Weigh nothing, every cause and every two, the best first; empty where white or a primary was not read."""
+    """Weigh no cause, every cause and every pair of causes; best first, empty where white or a primary is missing."""
     if pair.seen is None:
         return ()
     before, after = pair.seen
@@ -145,7 +145,7 @@ def _reference(campaign: Campaign, named: str | None) -> int:
 
 
 def _doubt(entry: CampaignEntry) -> float:
-    """What speaks against a session as the reference: that it lacks patches, ran away, or is not additive."""
+    """Penalty of a session as the reference: for missing patches, a drift, or light that is not additive."""
     found = colour_points(entry.session)
     if found is None:
         return np.inf
@@ -154,7 +154,7 @@ def _doubt(entry: CampaignEntry) -> float:
 
 
 def _age(entry: CampaignEntry) -> tuple[float, str]:
-    """Sort key: hours where said, else the date, to the minute where the file says it."""
+    """Sort key: hours where known, else the date, with the time of day where the file has it."""
     if entry.hours is not None:
         return entry.hours, ""
     made = entry.session.created
@@ -163,7 +163,7 @@ def _age(entry: CampaignEntry) -> tuple[float, str]:
 
 
 def _days(campaign: Campaign, before: CampaignEntry, after: CampaignEntry) -> float | None:
-    """Days from one to the other: by operating hours where said (24 a day, or as the campaign says), or dates."""
+    """Days between two sessions: from operating hours (24 a day unless the campaign says more), else from dates."""
     if before.hours is not None and after.hours is not None:
         return (after.hours - before.hours) / (campaign.hours_per_day or 24.0)
     if before.date and after.date:
@@ -172,7 +172,7 @@ def _days(campaign: Campaign, before: CampaignEntry, after: CampaignEntry) -> fl
 
 
 def explanations_as_json(found: Explanations) -> dict[str, Any]:
-    """Return the content of the file."""
+    """Return the content of ``sessions explain --json``."""
     campaign = found.campaign
     return {
         "schema": 1,

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Inspection:
-    """What one session says.
+    """What one session says about a display.
 
     Attributes
     ----------
@@ -127,7 +127,7 @@ class Inspection:
 
 
 def inspect_session(session: Session) -> Inspection:
-    """Say of a session what can be said without a model; what it lacks is None, and named in ``wanting``."""
+    """Inspect a session without a model. What the session lacks is None, and ``wanting`` names it."""
     session, misread = left_out(session)
     white, black = mean_xyz(session, "white"), mean_xyz(session, "black")
     ramps = {name: ramp(session, name) for name in ("grey", *CHANNELS)}

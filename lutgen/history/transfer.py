@@ -25,10 +25,11 @@ if TYPE_CHECKING:
     from lutgen.history.patches import Ramp
     from lutgen.readings.session import Session
 
-#: γ is fitted between these code values: below, black and noise rule; above, all curves meet.
+#: γ is fitted between these code values: below, black and noise are too large a part of the light; above, all curves
+#: meet.
 FITTED = (0.1, 0.9)
 
-#: A γ takes this many levels between them.
+#: Fewest levels between them for a γ.
 FEWEST_LEVELS = 3
 
 
@@ -44,7 +45,7 @@ class Transfer:
         Slope of log ``linear`` against log ``drive`` by least squares through full drive, between 10 and 90 %; None:
         fewer than three levels there.
     residual
-        Root mean square of what that power misses, as a share of the luminance at each level; None with ``gamma``.
+        Root mean square of the relative difference between the luminance and that power; None with ``gamma``.
     lightness
         L* of the curve less L* of sRGB at each drive, (n,): above 0 the display is lighter (CIE 15:2018, 8.2.1).
 
@@ -84,25 +85,25 @@ def lightness(ratio: Array) -> Array:
     return np.where(ratio > (6 / 29) ** 3, 116.0 * np.cbrt(ratio) - 16.0, ratio * (29 / 3) ** 3)
 
 
-#: Of L*: below this, black and noise rule a change of a curve.
+#: Changes of a curve are ignored below this L*: black and noise are too large a part of the light there.
 DARKEST = 20.0
 
-#: Shares of the ramp's light that are one for the eye: at the top a third of a step of ΔL* 1, at the bottom of black.
+#: Shares of the ramp's light that the eye does not tell from full light, and from none: a third of ΔL* 1.
 ALIKE, DARK = 0.005, 2e-4
 
-#: Codes nearer to the ends than this are alike on any display, or nearly.
+#: Code values nearer to 0 or 1 than this look alike on any display.
 NEAR = 0.06
 
 
 class Clipping(NamedTuple):
-    """The code value from which a curve stands still (None: it does not), and up to which it gives no light."""
+    """The code value from which light no longer rises, and up to which there is no light; None: no such code value."""
 
     bright: float | None
     dark: float | None
 
 
 def clipping(curves: Mapping[str, Transfer]) -> dict[str, Clipping]:
-    """Return which of the curves, by name, stand still at an end; those that do not are left out."""
+    """Return name → clipping of those curves that clip at an end."""
     found = {}
     for name, curve in curves.items():
         still = curve.drive[np.abs(curve.linear - 1.0) <= ALIKE]
@@ -114,7 +115,7 @@ def clipping(curves: Mapping[str, Transfer]) -> dict[str, Clipping]:
     return found
 
 
-#: Below this code value the black's own colour rules.
+#: Below this code value the colour of black is too large a part of the colour of a grey.
 LOWEST = 0.1
 
 
@@ -216,7 +217,7 @@ def contrast_response(session: Session, ambient_cd_m2: float = 0.0) -> ContrastR
         return None
     drive = np.concatenate([[0.0], greys.drive])
     light = np.concatenate([[black[1]], greys.xyz[:, 1]]) + ambient_cd_m2
-    # Between greys that are nearer to each other noise and 8-bit steps rule.
+    # Between greys that are nearer to each other, noise and steps of 8 bits are larger than the contrast.
     read = np.unique(np.abs(drive - np.linspace(0.0, 1.0, LEVELS)[:, np.newaxis]).argmin(axis=1))
     drive, light = drive[read], light[read]
     if not (GSDF_RANGE[0] <= light.min() and light.max() <= GSDF_RANGE[1]):

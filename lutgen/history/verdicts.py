@@ -33,13 +33,13 @@ KINDS = {
     "unclear": "something changed that no known cause explains, or what would tell was not read",
 }
 
-#: Explanations whose weights differ by less, in natural logarithms, are rivals: odds of less than 20 to 1.
+#: Two explanations are rivals where their weights differ by less than this, in natural logarithms: odds below 20 to 1.
 RIVAL = 3.0
 
-#: χ² of the best explanation from which it explains nothing: fifteen numbers, less what is fitted.
+#: The best explanation is no explanation from this χ² on, of fifteen numbers less the fitted parameters.
 MISFIT = 45.0
 
-#: Change of white over the sum of the primaries that is worth telling.
+#: A change of white over the sum of the primaries is reported from this size on.
 SUM_TOLD = 0.02
 
 _NOT_READ = "white or a primary at full drive was not read in both, or not in cd/m²"
@@ -54,17 +54,17 @@ class SessionVerdict:
     kind
         One of ``KINDS``.
     names
-        The causes that are named; of ``one-of`` the likeliest first, of ``same`` none.
+        The named causes; the likeliest first for ``one-of``, none for ``same``.
     sentence
         The finding in plain words.
     evidence
-        What it rests on, a sentence or half of one each.
+        The facts behind the verdict, each a sentence or a clause.
     tests
-        Measurements that would tell, one a named cause where there is doubt.
+        Measurements that would decide between the named causes, one for each.
     display
-        Whether the display itself is another than it was: "unchanged" (no sign of it), "changed" or "cannot tell".
+        Whether the display itself has changed: "unchanged" (no sign of a change), "changed" or "cannot tell".
     sure
-        Of ``one-of``: causes that are in every explanation, beside rivals that are not.
+        For ``one-of``: the causes that every explanation contains.
 
     """
 
@@ -78,18 +78,18 @@ class SessionVerdict:
 
 
 def without(verdict: SessionVerdict, name: str, why: str) -> SessionVerdict:
-    """Return the verdict without a cause that something else refutes."""
+    """Return the verdict without a cause; ``why`` says what refutes that cause."""
     left = tuple(each for each in verdict.names if each != name)
     return _verdict("one-of" if len(left) > 1 else "named", left, (*verdict.evidence, why), verdict.sure)
 
 
 def only(verdict: SessionVerdict, name: str, why: str) -> SessionVerdict:
-    """Return the verdict with one cause alone, which something else proves."""
+    """Return the verdict with one cause alone; ``why`` says what proves that cause."""
     return _verdict("named", (name,), (*verdict.evidence, why))
 
 
 def pronounce(pair: SessionPair, found: Sequence[Hypothesis]) -> SessionVerdict:
-    """Weigh proofs first, then the explanations of white, primaries and black, the best first."""
+    """Return the verdict from proofs, else from ``found``, the explanations of the pair, best first."""
     verdict = _proven(pair) or (_weighed(pair, found) if found else _by_signs(pair))
     for name, cause in causes().items():
         if happened := cause.beside(pair):
@@ -98,7 +98,7 @@ def pronounce(pair: SessionPair, found: Sequence[Hypothesis]) -> SessionVerdict:
 
 
 def _proven(pair: SessionPair) -> SessionVerdict | None:
-    """Return the verdict where something proves a cause, with the causes that could have moved as much."""
+    """Return the verdict where a cause is proven, with other causes that could have made the same changes."""
     proofs = {name: proof for name, cause in causes().items() if (proof := cause.proof(pair))}
     if not proofs:
         return None
@@ -108,13 +108,13 @@ def _proven(pair: SessionPair) -> SessionVerdict | None:
 
 
 def _able(pair: SessionPair) -> list[str]:
-    """Causes that may move all facts that moved, and that the records leave open."""
+    """Causes that can move all facts that moved, and that the records do not exclude."""
     known = causes().items() if pair.moved else ()
     return [name for name, cause in known if cause.moves >= pair.moved and cause.possible(pair)]
 
 
 def _by_signs(pair: SessionPair) -> SessionVerdict:
-    """Return the verdict where white and primaries were not read: whatever speaks for a cause names it."""
+    """Return the verdict from signs alone, for sessions in which white and primaries were not read."""
     signs = _signs(pair)
     return _verdict("named" if len(signs) == 1 else "unclear", tuple(signs), tuple(signs.values()) or (_NOT_READ,))
 
@@ -148,7 +148,7 @@ def _weighed(pair: SessionPair, found: Sequence[Hypothesis]) -> SessionVerdict:
 
 
 def _mistaken(pair: SessionPair, rivals: Sequence[Hypothesis], names: tuple[str, ...]) -> dict[str, str]:
-    """Causes that may be mistaken for those of a hypothesis → the parameter whose change they may have made."""
+    """Causes that the hypotheses do not name, but that can make the same change → the parameter of that change."""
     found = {}
     for name, cause in causes().items():
         parameters = [cause.rival(each.names, each.fit.values, pair) for each in rivals]
@@ -166,7 +166,7 @@ def _one_of(names: tuple[str, ...], evidence: tuple[str, ...]) -> SessionVerdict
 
 
 def _with(verdict: SessionVerdict, name: str, happened: str) -> SessionVerdict:
-    """Return the verdict with a cause that happened for certain beside what it names."""
+    """Return the verdict with one more cause, which happened for certain."""
     evidence = (happened, *verdict.evidence)
     if verdict.kind == "same":
         return _verdict("named", (name,), evidence)
@@ -179,7 +179,7 @@ def _with(verdict: SessionVerdict, name: str, happened: str) -> SessionVerdict:
 
 
 def _joined(names: tuple[str, ...], curves: tuple[str, ...], facts: tuple[str, ...]) -> SessionVerdict:
-    """Put together what white, primaries and black name, and what the curves do."""
+    """Combine the causes that white, primaries and black name with those that bent the curves."""
     if not names and not curves:
         return _verdict("same", (), facts)
     if not names or not curves:
@@ -214,7 +214,7 @@ def _verdict(
 
 
 def _facts(pair: SessionPair) -> tuple[str, ...]:
-    """Say by how much white, primaries and the curves moved."""
+    """Say by how much white, primaries, black and the curves changed."""
     if pair.seen is None:
         return ()
     before, after = pair.seen
@@ -246,19 +246,19 @@ def _records(pair: SessionPair) -> tuple[str, ...]:
     return tuple(part for part in (pair.other_instrument, pair.other_settings, said) if part)
 
 
-#: A later session with this much more light shows that an earlier one's loss was no aging, natural logarithm.
+#: If a later session has this much more light (natural logarithm), the loss in an earlier session was no aging.
 CAME_BACK = 0.05
 
-#: Share of a steady loss below which one that was read earlier had hardly begun.
+#: An earlier session with less than this share of the loss that a steady decay gives shows that the loss came late.
 LATE = 0.25
 
-#: Sessions beside the reference that a steady loss takes; how well it must follow a straight line in time, natural
-#: logarithm; and the least loss at its end.
+#: A steady loss needs this many sessions beside the reference; its largest distance from a straight line in time, and
+#: the least loss at its end, are natural logarithms.
 FEWEST_SESSIONS, STEADY, LEAST = 3, 0.02, 0.05
 
 
 def in_succession(pairs: Sequence[SessionPair], verdicts: Sequence[SessionVerdict]) -> tuple[SessionVerdict, ...]:
-    """Return the verdicts, those that name aging revised by what came after, and by how steadily light was lost."""
+    """Return the verdicts; those that name aging are revised by the later sessions and by how steady the loss is."""
     revised = list(verdicts)
     still = [pair for pair, each in zip(pairs, verdicts, strict=True) if each.kind == "same"]
     for place, pair in enumerate(pairs):
@@ -283,7 +283,7 @@ def in_succession(pairs: Sequence[SessionPair], verdicts: Sequence[SessionVerdic
 
 
 def _going(way: str, verdict: SessionVerdict) -> tuple[str, ...]:
-    """Causes that a verdict names with which light goes so over many sessions."""
+    """Named causes whose ``over_time`` is ``way``."""
     return tuple(name for name in verdict.names if causes()[name].over_time == way)
 
 
@@ -296,19 +296,19 @@ def _light(pair: SessionPair) -> Array | None:
 
 
 def _brighter_later(pair: SessionPair, pairs: Sequence[SessionPair]) -> float:
-    """By how much light came back after a session, as a share; 0 where it did not, or time is not known."""
+    """Share of light that came back after a session; 0 where none did, or where dates are missing."""
     mine = _light(pair)
     if mine is None or pair.days is None:
         return 0.0
     later = [_light(each) for each in pairs if each.days is not None and each.days > pair.days]
-    # A session brighter than the reference was turned up itself; of the others one may be: the middle one counts.
+    # Sessions brighter than the reference were turned up. Of the others some may be too: the median counts.
     gains = [float((each - mine).min()) for each in later if each is not None and each.max() <= CAME_BACK]
     gain = float(np.median(gains)) if gains else 0.0
     return float(np.expm1(gain)) if gain >= CAME_BACK else 0.0
 
 
 def _lost_within(pair: SessionPair, still: Sequence[SessionPair]) -> float:
-    """Days in which most of a session's loss came, where one without change is nearer to it than the reference is."""
+    """Days within which most of the loss came, if an unchanged session lies nearer in time than the reference."""
     mine = _light(pair)
     if mine is None or pair.days is None or pair.days <= 0:
         return 0.0
@@ -322,7 +322,7 @@ def _lost_within(pair: SessionPair, still: Sequence[SessionPair]) -> float:
 
 
 def _is_steady(pairs: Sequence[SessionPair]) -> bool:
-    """Whether every channel's light follows a straight line through the reference, falling, in the logarithm."""
+    """Whether the logarithm of every channel's light falls on a straight line in time through the reference."""
     days = np.array([pair.days if pair.days is not None else np.nan for pair in pairs])
     light = [_light(pair) for pair in pairs]
     if not np.isfinite(days).all() or np.ptp(np.append(days, 0.0)) <= 0 or any(each is None for each in light):

@@ -45,8 +45,8 @@ def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, f
         for number, session in enumerate(_sessions(files)):
             progress(number, len(files))
             inspections.append(inspect_session(session))
-    # Only now: the names of the pictures are those of the sessions.
-    names = picture_names([each.session.file for each in inspections])
+    # Only now: the pictures are named after the sessions.
+    names = picture_names([each.session.file for each in inspections]) if plots else []
     outputs = Outputs(json_to, plots=plots, pictures=lambda: names, force=force)
 
     def plot(folder: str) -> list[Path]:

@@ -4,7 +4,7 @@ XYZ += κ(τ) · q · W(t), with W(t) the white at that hour and q the leak's co
 LCDs.
 
 Meaning of 0 and 1: a share of 0 is a panel that shuts off all light (an OLED); 1 would be black as bright as white.
-1/κ is the contrast ratio of the display alone, in the dark.
+1/κ is the contrast ratio of the display in a dark room.
 Valid for a leak that follows the backlight; local dimming, which darkens black with the picture, is not part of it.
 Sources: a constant light under all colours as a part of an LCD's model: Day, Taplin & Berns, Color Res. Appl. 29, 365
 (2004), doi:10.1002/col.20046; Yoshida & Yamamoto (2003), doi:10.1002/ecjc.10074.
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     says="black leaks {size} of white",
     source="Day, Taplin & Berns 2004, doi:10.1002/col.20046 (form); size: an assumption",
     new=Parameter(0.0015, (0.0, 0.03), "1", "share of white's light that passes at black, at hour 0"),
-    grown=Parameter(0.0015, (-0.03, 0.06), "1", "what has come to that share by 18 000 h"),
+    grown=Parameter(0.0015, (-0.03, 0.06), "1", "growth of that share by 18 000 h"),
     power=POWER,
     saturation=SATURATION,
     tint_x=Parameter(0.0, (-0.5, 0.5), "1", "X of the leak relative to white's, less 1"),

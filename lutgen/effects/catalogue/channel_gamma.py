@@ -33,7 +33,7 @@ def _new(channel: str) -> Parameter:
 
 
 def _grown(channel: str) -> Parameter:
-    return Parameter(0.05, (-0.6, 2.0), "1", f"what has come to {channel}'s exponent by 18 000 h")
+    return Parameter(0.05, (-0.6, 2.0), "1", f"further change of {channel}'s exponent by 18 000 h")
 
 
 def _level(channel: str, code: str) -> Parameter:

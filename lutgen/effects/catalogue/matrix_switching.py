@@ -1,7 +1,8 @@
 """The model's own jump: the paper's ``nearest`` matrix changes at once where white becomes the nearest colour point.
 
-No physics of the display: the residual sits on the borders between colour points, by a third of what white adds to its
-primaries. The cure is ``selection = "continuous"``, which an effect of this stage switches on.
+This is no physics of the display. The model jumps at the borders between colour points, by a third of the difference
+between white and the sum of its primaries. The remedy is ``selection = "continuous"``, which an effect of this stage
+switches on.
 
 Meaning of 0 and 1: it has no size; it is there or not.
 Valid for models with ``selection = "nearest"`` of a display that is not additive.

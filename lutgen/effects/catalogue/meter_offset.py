@@ -3,7 +3,7 @@
 XYZ += o, constant in time: o of Y with D65's ratio of X and Z in the simple form, free X and Z in the refined one.
 
 Meaning of 0 and 1: 0 is a meter that reads nothing in the dark; 1 would be 1 cd/m² too much in every reading.
-Valid for one dark signal for the whole campaign. Never baked: it is no light of the display.
+Valid for a dark signal that is the same over the whole campaign. Never baked: a meter adds no light to the display.
 Assumption: from about 0.003 cd/m² on.
 """
 
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     says="the meter adds {offset:.2g} cd/m² to every reading",
     source="size: an assumption",
     offset=Parameter(0.01, (-0.5, 0.5), "cd/m²", "luminance that is added, with X and Z in the ratio of D65"),
-    offset_x=Parameter(0.0, (-0.5, 0.5), "cd/m²", "X that is added beside that"),
-    offset_z=Parameter(0.0, (-0.5, 0.5), "cd/m²", "Z that is added beside that"),
+    offset_x=Parameter(0.0, (-0.5, 0.5), "cd/m²", "X that is added in addition"),
+    offset_z=Parameter(0.0, (-0.5, 0.5), "cd/m²", "Z that is added in addition"),
 )
 def meter_offset(xyz: Array, scene: Scene, *, offset: float, offset_x: float, offset_z: float) -> Array:  # noqa: ARG001 - an effect's signature
     """Add the dark signal."""

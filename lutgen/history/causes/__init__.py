@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     #: Parameter of ``colour_points.PARAMETERS`` → its fitted numbers.
     Values = Mapping[str, Array]
 
-#: What the verdict on the display itself is where a cause alone is named.
+#: What may be said about the display itself where one cause alone is named.
 ON_THE_DISPLAY = ("unchanged", "changed", "cannot tell")
 
 
@@ -61,35 +61,36 @@ class Cause:
     test
         The measurement that would confirm or refute it.
     display
-        What it says of the display itself, one of ``ON_THE_DISPLAY``.
+        What the cause says about the display itself, one of ``ON_THE_DISPLAY``.
     moves
-        Facts of ``pair.FACTS`` that it may move; the others it leaves.
+        Facts of ``pair.FACTS`` that the cause may move; it does not move the others.
     possible
-        Whether the records of a pair leave it open, where only the facts speak for it.
+        Whether the records of a pair allow the cause; asked where the facts alone speak for it.
     ways
-        Sets of parameters of ``colour_points.PARAMETERS`` by which it changes white, primaries and black.
+        Sets of parameters of ``colour_points.PARAMETERS``: the ways in which the cause changes white, primaries, black.
     prior
-        Natural logarithm of how much likelier than usual the records of a pair make it; -inf: they rule it out.
+        Natural logarithm of the factor by which the records of a pair make the cause likelier; -inf: they exclude it.
     sound
-        Whether fitted parameters are ones that this cause can have.
+        Whether this cause can have the fitted parameters.
     loose
-        Share by which it may move the colour of a primary besides.
+        Share by which the cause may move the colour of a primary in addition.
     proof, rank, alone
-        A sentence where something beside white, primaries and black proves it; "" where nothing does. Of several
-        proofs that of the lowest rank is believed; unless ``alone``, other causes that move as much stay rivals.
+        A sentence where something other than white, primaries and black proves the cause, else "". Of several proofs
+        the one with the lowest rank counts. Unless ``alone``, other causes that can move the same facts stay rivals.
     sign
-        A sentence where something speaks for it that is no proof: it is named where nothing else explains the pair.
+        A sentence where something speaks for the cause without proving it: the cause is named if no other explains the
+        pair.
     bends
-        Whether it may have bent the transfer curves as they are seen to be bent.
+        Whether the cause may have bent the transfer curves as far as they are bent.
     beside
-        A sentence where it happened beside whatever else did, and was put right: a reading that was left out.
+        A sentence where the cause happened in addition to any other and was corrected: a reading was left out.
     rival
-        Names, fitted values and pair of another explanation → the parameter whose change this cause may have made as
-        well; "" where there is none.
+        Names, fitted values and pair of another explanation → the parameter whose change this cause can make as well;
+        "" where there is none.
     over_time
-        How light goes with it over many sessions: "steady", "step", or "" where it does not say.
+        How light changes with the cause over many sessions: "steady", "step", or "" (unknown).
     spoils
-        Whether a session with it tells nothing of the display's age.
+        Whether a session with this cause says nothing about the age of the display.
 
     """
 

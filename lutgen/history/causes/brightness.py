@@ -23,7 +23,7 @@ def _bends(pair: SessionPair) -> bool:
 
 
 def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
-    """A change of all light that is laid to the instrument may be a setting."""
+    """A change of all light that the instrument explains may be a setting instead."""
     if pair.other_instrument or len(names) > 1:
         return ""
     if "step" in values:

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def _prior(pair: SessionPair) -> float:
-    # Where both files hold their curves, what these do is taken off already.
+    # Where both files hold their curves, the comparison is made behind these curves already.
     return -8.0 if pair.curves_known else 0.0
 
 

@@ -1,4 +1,4 @@
-"""Warm-up or automatic brightness: the light ran away while the session was read."""
+"""Warm-up or automatic brightness: the light drifted while the session was read."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ _NOT_ADDITIVE = 0.06
 
 
 def _proof(pair: SessionPair) -> str:
-    """Another sum of the primaries beside another fact, or a large one alone; or curve and contrast at once."""
+    """Additivity changed, together with another fact or by much; or curve and contrast changed together."""
     moved = pair.moved
     if pair.seen is None or not {"sum", "curve"} & moved:
         return ""

@@ -1,4 +1,4 @@
-"""``.ocioz``: the directory first, then what is safe to unpack, in a temporary folder, where each file is linted."""
+"""``.ocioz``: its directory is read first; safe files are unpacked into a temporary folder, where each is linted."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ def _write(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, target: Path, left:
 
 
 def archive_form(scan: ArchiveScan) -> Iterator[Finding]:
-    """A program that opens an archive unpacks it, so that a bad one can do harm."""
+    """Faults of the archive: a program that opens it unpacks it, so that a bad archive can do harm."""
     fates = refused(OCIO_26, how="opens no such archive")
     if scan.broken:
         yield Finding(scan.broken, "Do not unpack it; create it again with ocioarchive.", 0, fates)

@@ -197,14 +197,14 @@ def _non_finite_half(bits: int) -> bool:
 
 
 def loads(scan: ClfScan) -> Iterator[Finding]:
-    """Whether the installed OpenColorIO, which reads this format strictly, reads the file at all."""
+    """Whether the installed OpenColorIO, which reads this format strictly, reads the file."""
     if not scan.broken:
         without_id = scan.of_smpte and "id" not in scan.root
         yield from loading(scan.refusal, *([OCIO_21] if without_id else OCIO))
 
 
 def clf_form(scan: ClfScan) -> Iterator[Finding]:
-    """OpenColorIO refuses most faults with a clear message; a wrong scale it shows."""
+    """Faults of form: OpenColorIO refuses most of them with a clear message, but shows a wrong scale."""
     if scan.broken:
         fates = refused(*OCIO, CLF_IO, how="stops at invalid XML")
         yield Finding(f"is not valid XML: {scan.broken}", "Export it again.", scan.broken_line, fates)

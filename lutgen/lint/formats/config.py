@@ -1,6 +1,6 @@
-"""OpenColorIO configs: loaded, every part of them instantiated, and what programs make of what they hold.
+"""OpenColorIO configs: each is loaded, every part of it is instantiated, and rules say what programs do with the parts.
 
-``validate()`` passes when a LUT file is missing, so nothing less will do.
+``validate()`` alone passes when a LUT file is missing.
 """
 
 from __future__ import annotations
@@ -183,7 +183,7 @@ def _said(scan: ConfigScan) -> str:
 
 
 def config_parts(scan: ConfigScan) -> Iterator[Finding]:
-    """A user who chooses such a part gets an error; Debian's oiiotool aborts."""
+    """Parts that cannot be instantiated: a user who chooses one gets an error, and Debian's oiiotool aborts."""
     reasons: dict[str, list[str]] = {}
     for part, reason in scan.broken:
         reasons.setdefault(reason.partition(" The following attempts")[0], []).append(part)
@@ -199,7 +199,7 @@ def config_parts(scan: ConfigScan) -> Iterator[Finding]:
 
 
 def config_files(scan: ConfigScan) -> Iterator[Finding]:
-    """Notes, since such a config works where it lies now."""
+    """Paths that work in this folder alone, and tables without an interpolation: notes, since the config works here."""
     if scan.config is None:
         return
     files = [transform.getSrc() for transform in scan.file_transforms]
@@ -253,7 +253,7 @@ def config_keys(scan: ConfigScan) -> Iterator[Finding]:
 
 
 def config_roles(scan: ConfigScan) -> Iterator[Finding]:
-    """Notes, since programs choose another colour space where a role is missing."""
+    """Missing roles: notes, since programs then choose another colour space."""
     if scan.config is None:
         return
     wanted = {role: why for role, why in WANTED.items() if scan.version >= (2, 0) or "interchange" not in role}
@@ -271,7 +271,7 @@ def config_roles(scan: ConfigScan) -> Iterator[Finding]:
 
 
 def config_views(scan: ConfigScan) -> Iterator[Finding]:
-    """DJV shows a view without its looks."""
+    """Many views, and looks, which DJV leaves out."""
     if scan.config is None:
         return
     pairs = [(display, view) for display in scan.config.getDisplays() for view in scan.config.getViews(display)]
@@ -293,7 +293,7 @@ def config_views(scan: ConfigScan) -> Iterator[Finding]:
 
 
 def config_encoding(scan: ConfigScan) -> Iterator[Finding]:
-    """OpenColorIO takes any bytes, and its Python binding decodes names; a comment harms nobody."""
+    """Bytes that are not UTF-8: OpenColorIO takes them, its Python binding fails on names; comments do no harm."""
     # Bytes that are not UTF-8 were read as this letter.
     line = scan.line_of("\ufffd")
     if not scan.decodes:

@@ -1,6 +1,6 @@
-"""Hald images as PNG: the chunks' names and lengths, the header, whether all of it is there, and what ffmpeg does.
+"""Hald images as PNG: header, names and lengths of chunks, whether all pixels are there, and what ffmpeg does.
 
-Pixels are decompressed and counted, and not kept; of 512 × 512 they are read, to tell OBS Studio's layout.
+Pixels are decompressed and counted, and not kept. Those of 512 × 512 are read, to recognise the layout of OBS Studio.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""ICC profiles: header, tag table, the heads of its tables, LittleCMS's white, and what readers make of each fault."""
+"""ICC profiles: header, tag table, heads of tables, the white that LittleCMS shows, and what readers do with faults."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ NEWEST = (5, 0)
 #: Bytes that may follow a table: padding.
 PADDING = 3
 
-#: White within this distance of the screen's is meant to be the screen's: one code of 255.
+#: White within this distance of the screen's white counts as that white: one code of 255.
 SAME = 1 / 255
 
 #: Tags of tables from the device's colours; a device link has the first alone.

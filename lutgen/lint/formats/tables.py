@@ -210,7 +210,7 @@ class _CspLines:
 
 
 def loads(scan: TableScan) -> Iterator[Finding]:
-    """Whether the installed OpenColorIO, which reads these formats strictly, reads the file at all."""
+    """Whether the installed OpenColorIO, which reads these formats strictly, reads the file."""
     if not scan.unclosed:
         yield from loading(scan.refusal, *OCIO)
 

@@ -41,14 +41,14 @@ SUFFIXES = (".toml",)
 
 SCHEMA = 1
 
-#: What an entry may say, beside its file: text, and conditions with the ranges of a table of readings.
+#: Keys of an entry beside its file: texts, and conditions, which have the ranges of a table of readings.
 TEXTS = ("instrument", "settings", "note")
 CONDITIONS = tuple(name for name in COLUMNS if name not in {"u", "v"})
 _KEYS = ("file", "date", "hours", *TEXTS, *CONDITIONS, "position")
 _TOP = {"schema", "display", "sessions"}
 _DISPLAY = ("name", "hours_per_day", "note")
 
-#: A campaign of more sessions than a day's worth for years is a slip.
+#: A campaign with more sessions is an error: this many are one a day for five years.
 MOST_SESSIONS = 2000
 
 _SESSIONS = re.compile(r"^[ \t]*\[\[[ \t]*sessions[ \t]*\]\]", re.MULTILINE)

@@ -1,9 +1,9 @@
 """CGATS, ArgyllCMS' (.ti3) and that of others: drive and XYZ, xyY or Lab of every patch, and Argyll's calibration.
 
-Of an ArgyllCMS file all is known: drive is in percent, ``NORMALIZED_TO_Y_100`` says whether Y of white is 100, and
-``LUMINANCE_XYZ_CDM2`` what white is in cd/m² (https://www.argyllcms.com/doc/ti3_format.html). Its rows are in the order
-of reading, and a second table, CAL, holds the curves that the graphics card was loaded with. Of another program's file
-only what it says is believed.
+For an ArgyllCMS file the scales are known: drive is in percent, ``NORMALIZED_TO_Y_100`` says whether Y of white is 100,
+and ``LUMINANCE_XYZ_CDM2`` what white is in cd/m² (https://www.argyllcms.com/doc/ti3_format.html). Its rows are in the
+order of reading, and a second table, CAL, holds the curves in the graphics card. For a file of another program nothing
+is assumed that the file does not state.
 """
 
 from __future__ import annotations
@@ -42,16 +42,16 @@ _NAMES = ("SAMPLE_LOC", "SAMPLE_NAME", "SAMPLE_ID", "SAMPLEID", "STRING")
 #: Whites of Lab that files name, relative with Y = 1: D50 as ICC.1:2022 7.2.16 prints it, and sRGB's D65.
 _LAB_WHITES = {"D50": np.array([0.9642, 1.0, 0.8249]), "D65": D65}
 
-#: X, Y and Z that Lab may mean, relative to white: below 0 no more than rounding and the noise of black make.
+#: Smallest X, Y or Z from Lab, relative to white: rounding and the noise of black give no smaller values.
 _LEAST_RATIO = -0.02
 
-#: White of a file that is normalised to 100 may drift within the session; beyond this it was not normalised so.
+#: White of a file that is normalised to 100 may drift during the session; outside this range it was not normalised.
 _NORMALISED = (50.0, 200.0)
 
-#: A white of another program's file that is so near to 100, or below 2, is relative: nobody's display has just that.
+#: In a file of another program, a white this near to 100, or below 2, is relative.
 _LOOKS_RELATIVE = 0.5
 
-#: Absolute white, in cd/m²: what a display can be.
+#: Range of white, in cd/m².
 _WHITE_CD_M2 = (0.01, 1e5)
 
 
@@ -106,7 +106,7 @@ def read(source: FileText) -> Session:
 
 
 def _named(arguments: str) -> str:
-    """Take the model that profiling was to name, ``-M`` of colprof: there DisplayCAL writes the display."""
+    """Return the display's name: DisplayCAL gives it to colprof as the model, ``-M``."""
     try:
         words = shlex.split(arguments)
     except ValueError:
@@ -211,7 +211,7 @@ def _from_lab(source: FileText, table: CgatsTable, *, argyll: bool) -> _Light:
 
 
 def _scaled(source: FileText, table: CgatsTable, xyz: Array, drive: Array, *, argyll: bool) -> _Light:
-    """Bring XYZ to cd/m², or to Y = 1 for white where nothing tells what white was."""
+    """Scale XYZ to cd/m², or to Y = 1 for white where the luminance of white is not known."""
     keywords = table.keywords
     luminance = _luminance(source, keywords["LUMINANCE_XYZ_CDM2"]) if "LUMINANCE_XYZ_CDM2" in keywords else None
     normalised = keywords.get("NORMALIZED_TO_Y_100", "").upper()
@@ -243,7 +243,7 @@ _RELATIVE = "XYZ are relative to white; how many cd/m² white has, the file does
 
 
 def _undeclared(source: FileText, xyz: Array, white: float | None, *, argyll: bool) -> _Light:
-    """XYZ of a file that does not say what they are: relative, for that is true of cd/m² too once divided by white."""
+    """Take XYZ of an unknown unit as relative: divided by white, XYZ in cd/m² are correct too."""
     if white is None:
         raise LutgenError(
             f"{source.file}: does not say whether XYZ are in cd/m², and has no white to tell by. Add its reading."
@@ -279,7 +279,7 @@ def _luminance(source: FileText, text: str) -> Array:
 
 
 def _contradiction(luminance: Array, xyz: Array, places: NDArray[np.intp]) -> tuple[str, ...]:
-    """Say so where the first white has another colour than LUMINANCE_XYZ_CDM2, which is the same reading."""
+    """Return a remark where the first white and LUMINANCE_XYZ_CDM2, which are one reading, differ in colour."""
     if not places.size:
         return ()
     first = xyz[places[0]] / xyz[places[0], 1]

@@ -1,8 +1,8 @@
 """Tables of readings (CSV): a header, then one row a reading, as people, scripts and spreadsheets write them.
 
-Required columns: ``R,G,B`` and ``X,Y,Z`` in cd/m² or ``x,y,Y``. With ``hour`` the table is that of a display's life:
-code values are 0..1 and light is absolute. Without it the table is one session: full drive is told by its largest
-value (1, 100, 255 or 1023) or by ``# drive: percent``, and light may be relative to white. Optional: the columns of
+Required columns: ``R,G,B`` and ``X,Y,Z`` in cd/m² or ``x,y,Y``. With ``hour`` the table holds the life of a display:
+code values are 0..1 and light is absolute. Without ``hour`` the table is one session: full drive is its largest value
+(1, 100, 255 or 1023) or stated by ``# drive: percent``, and light may be relative to white. Optional: the columns of
 conditions (``u,v,ambient_lx,…``), ``session``, ``order`` (a number that grows with the time of reading), ``note`` and
 the name of a patch. The order of rows means nothing. Lines that begin with ``#`` are comments, ``# key: value`` is
 metadata; ``# start_hour: 2400`` is taken from every hour. Fields are separated by commas, semicolons or tabs.
@@ -43,13 +43,13 @@ _NAMES = ("set", "name", "patch", "sample", "sample_id", "note")
 _UNIT = re.compile(r"[_ ]?[(\[]?(?:cd[_ /]?m2|cd/m²|nits?)[)\]]?$", re.IGNORECASE)
 _DRIVE = {"RED": "R", "GREEN": "G", "BLUE": "B", "RGB_R": "R", "RGB_G": "G", "RGB_B": "B"}
 
-#: How alike (0..1) two names are of which one is a slip for the other: "ambient_lux" or "hours", not "gamma".
+#: Similarity (0..1) from which on an unknown name counts as a misspelt column: "ambient_lux" or "hours", not "gamma".
 _NEAR = 0.7
 
 #: No colour has a smaller y than the violet end of the spectrum, 0.005; far below, xY/y overflows.
 MIN_Y = 1e-4
 
-#: White below this, or just at 1 or 100, is no luminance in cd/m² where the header does not say so.
+#: White below this, or exactly 1 or 100, is relative unless the header names the unit.
 _LEAST_WHITE, _RELATIVE_WHITES = 2.0, (1.0, 100.0)
 
 
@@ -91,7 +91,7 @@ def read(source: FileText) -> CsvTable:
 
 @dataclass(frozen=True)
 class CsvTable:
-    """A table whose header and widths of rows are in order; its values are read when they are asked for.
+    """A table whose header and number of fields are checked; its values are read on demand.
 
     Attributes
     ----------
@@ -102,9 +102,9 @@ class CsvTable:
     header, columns
         Names of the columns as written, and without their units.
     cells, lines
-        Of each reading its fields, and its line in the file.
+        Fields of each reading, and its line in the file.
     remarks
-        What is not heeded, in sentences.
+        Sentences on columns that are ignored.
 
     """
 
@@ -204,7 +204,7 @@ class CsvTable:
         return known[declared]
 
     def _since_start(self, hours: Array) -> Array:
-        """Hours since the un-aged display: less the counter's ``# start_hour``, where the file states one."""
+        """Hours since the un-aged display: the counter less ``# start_hour``, where the file states one."""
         text = self.metadata.get("start_hour")
         if text is None:
             return hours
@@ -238,7 +238,7 @@ class CsvTable:
         return xyY_to_xyz(np.column_stack([x, y, luminance]))
 
     def _order(self, values: Mapping[str, Array]) -> Array | None:
-        """The order of reading; None where one reading lacks its place."""
+        """The order of reading; None where a reading has no number."""
         self._check_ranges({"order": values["order"]} if "order" in values else {})
         order = values.get("order")
         return None if order is None or np.isnan(order).any() else order
@@ -301,7 +301,7 @@ def _checked_row(source: FileText, fields: list[str], width: int, at: int, separ
 
 
 def _check_header(header: tuple[str, ...], where: str) -> tuple[str, ...]:
-    """Refuse a header that lacks a column, or has one twice or nearly known; return remarks on columns unknown."""
+    """Refuse a header with a missing, doubled or misspelt column; return remarks on unknown columns."""
     columns = [_plain(name) for name in header]
     unknown = [name for name in columns if name not in _KNOWN and name.lower() not in _NAMES and name]
     for name in unknown:
@@ -330,7 +330,7 @@ def _check_header(header: tuple[str, ...], where: str) -> tuple[str, ...]:
 
 
 def _known_name(name: str) -> str:
-    """The known column that a name is a slip for, or begins; "" where there is none."""
+    """The known column that a name is a misspelling or the beginning of; "" where there is none."""
     known = [each for each in _KNOWN if len(each) > 1]
     written = name.casefold()[:40]
     begun = [each for each in known if len(written) >= 4 and each.startswith(written)]

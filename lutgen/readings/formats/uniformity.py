@@ -1,7 +1,7 @@
 """DisplayCAL's uniformity check as a table (CSV): four greys on a grid, ``position,row,col,level_index,X,Y,Z``.
 
-The levels are taken for 100, 75, 50 and 25 % grey, as the luminances of such tables bear out: γ 2.14 with 2 % left over
-in the one that this was written for. X, Y and Z are in cd/m².
+The levels are taken as 100, 75, 50 and 25 % grey. The table does not state them; in a real one the luminances then
+follow γ 2.14 within 2 %. X, Y and Z are in cd/m².
 """
 
 from __future__ import annotations
