@@ -152,6 +152,9 @@ def _binding(module: str) -> Any:
     try:
         return import_module(module)
     except ImportError as error:
+        # Ctrl-C while a library in C++ loads.
+        if isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):
+            raise KeyboardInterrupt from None
         name, debian = _SOURCES[module]
         raise LutgenError(
             f"{name}'s Python binding cannot be imported ({error}). Install Debian's {debian} and use a virtual "

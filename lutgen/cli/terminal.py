@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import sys
 from contextlib import contextmanager
 from shutil import get_terminal_size
@@ -24,6 +25,20 @@ def say(text: str, *, err: bool = False) -> None:
     click.echo(wrapped(text, get_terminal_size().columns) if stream.isatty() else text, err=err)
 
 
+#: A space in a number, such as 18 000, where no line may break; and what stands in its place while lines are broken.
+_IN_A_NUMBER, _FIXED_SPACE = re.compile(r"(?<=\d) (?=\d{3}(?!\d))"), "\u2007"
+
+
+def with_fixed_spaces(text: str) -> str:
+    """Replace the spaces in numbers, such as 18 000, by spaces at which no line is broken."""
+    return _IN_A_NUMBER.sub(_FIXED_SPACE, text)
+
+
+def with_plain_spaces(text: str) -> str:
+    """Undo :func:`with_fixed_spaces`."""
+    return text.replace(_FIXED_SPACE, " ")
+
+
 def wrapped(text: str, width: int) -> str:
     """Wrap each line at words; a continued line is indented as its beginning is.
 
@@ -37,8 +52,8 @@ def _wrapped_line(line: str, width: int) -> list[str]:
     if len(line) <= width or words.startswith("lutgen "):
         return [line]
     indent = line[: len(line) - len(words)]
-    return wrap(
-        words,
+    parts = wrap(
+        with_fixed_spaces(words),
         width,
         initial_indent=indent,
         subsequent_indent=indent,
@@ -46,6 +61,7 @@ def _wrapped_line(line: str, width: int) -> list[str]:
         break_on_hyphens=False,
         replace_whitespace=False,
     )
+    return [with_plain_spaces(part) for part in parts]
 
 
 @contextmanager

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from lutgen.effects.contract import Report
     from lutgen.report.parts import Page
 
+#: Letters in a line of the built-in effects' docstrings.
+SOURCE_WIDTH = 120
+
 #: Version of the JSON.
 SCHEMA = 1
 
@@ -136,7 +139,7 @@ def _explain(effect: Effect, plot: str | None, *, force: bool, as_json: bool) ->
     print_page(
         [
             Headline(f"{effect.name} · {effect.stage} · {effect.origin}"),
-            f"\n{effect.text}\n\n{text}\n",
+            f"\n{_unwrapped(effect.text)}\n\n{text}\n",
             f"signal    {STAGES[effect.stage]}",
             f"baseline  {_BASELINES[effect.baseline]}",
             f"needs     {', '.join(effect.needs) or 'no column of conditions'}",
@@ -146,6 +149,18 @@ def _explain(effect: Effect, plot: str | None, *, force: bool, as_json: bool) ->
             *([plot] if plot else []),
         ]
     )
+
+
+def _unwrapped(text: str) -> str:
+    """Join lines that were only broken because the first word of the next one did not fit, for another width."""
+    first, *others = text.split("\n")
+    joined = first
+    last = first
+    for line in others:
+        broken = line and last and len(last) + 1 + len(line.split()[0]) > SOURCE_WIDTH
+        joined += f" {line}" if broken else f"\n{line}"
+        last = line
+    return joined
 
 
 def _said(effect: Effect, *, must_be_sound: bool) -> str:
