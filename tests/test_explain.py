@@ -433,7 +433,7 @@ def test_a_cause_is_one_file(declares: str, tmp_path: Path, monkeypatch: pytest.
     says: dict[str, object] = {declares: lambda _pair: True if declares == "bends" else "a cat sat on the screen"}
     invented = Cause("cat", "a cat sat on the screen", "look", "unchanged", frozenset({"sum"}), **says)  # type: ignore[arg-type]
     known = {**causes(), "cat": invented}
-    for module in ("verdicts", "explain", "succession"):
+    for module in ("verdicts", "explain"):
         monkeypatch.setattr(f"lutgen.history.{module}.causes", lambda: known)
     greys = "R,G,B,X_cdm2,Y_cdm2,Z_cdm2\n255,255,255,95,100,108\n128,128,128,20,21,23\n"
     texts = [greys, greys.replace("100", "101")] if declares == "sign" else life([State(), State()])

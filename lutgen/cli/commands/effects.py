@@ -101,18 +101,20 @@ def _chosen(effects: Mapping[str, Effect], name: str) -> Effect:
 
 
 def _list(effects: Mapping[str, Effect]) -> None:
-    own = sum(effect.origin != "built-in" for effect in effects.values())
-    also = f", {own} of them not built in" if own else ""
-    heads = ("effect", "stage", "what happens", "baseline", "needs", *(["origin"] if own else []))
+    own = [effect for effect in effects.values() if effect.origin != "built-in"]
+    also = f", {len(own)} of them not built in" if own else ""
+    heads = ("effect", "stage", "what happens", "baseline", "needs")
     rows, stage = [], ""
     for effect in effects.values():
-        row = (effect.summary, effect.baseline, ", ".join(effect.needs) or "–", effect.origin)
-        rows.append((effect.name, effect.stage if stage != effect.stage else "", *row)[: len(heads)])
+        shown = effect.stage if stage != effect.stage else ""
+        rows.append((effect.name, shown, effect.summary, effect.baseline, ", ".join(effect.needs) or "–"))
         stage = effect.stage
     print_page(
         [
             f"{len(effects)} effects{also}, in the order of the light's way:\n",
             Table(heads, rows, words=range(len(heads)), unbroken=True),
+            *([""] if own else []),
+            *(f"{effect.name} comes from {effect.origin}" for effect in own),
             (
                 "\nbaseline: colour-points effects are seen beside white and primaries measured again at every hour, "
                 "first-hour effects only by a model that starts from hour 0.\n`lutgen effects NAME` explains one."
