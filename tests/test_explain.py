@@ -18,7 +18,7 @@ from lutgen.history.causes import ON_THE_DISPLAY, Cause, causes
 from lutgen.history.colour_points import COLOURS, PARAMETERS, ColourPoints, changed, covariance, fit
 from lutgen.history.explain import explain, explanations
 from lutgen.history.pair import FACTS, line_shift
-from lutgen.history.steadiness import course, steadiness
+from lutgen.history.steadiness import drift_by_repeats, steadiness
 from lutgen.history.verdicts import KINDS, SessionVerdict
 from lutgen.readings import read_campaign, read_session
 from lutgen.readings.campaign import Campaign, CampaignEntry
@@ -223,7 +223,7 @@ def test_what_scatters_is_told_from_what_drifts(
     (tmp_path / "s.csv").write_text(csv_text(np.ones((readings, 3)), np.tile(white, (readings, 1))))
     session = read_session(tmp_path / "s.csv")
     light = (1.0 + moved(np.linspace(0.0, 1.0, readings))) * (1.0 + noise * random.standard_normal((300, readings)))
-    drifts = [course(steadiness(replace(session, xyz=np.outer(each, white)))) for each in light]
+    drifts = [drift_by_repeats(steadiness(replace(session, xyz=np.outer(each, white)))) for each in light]
     low, high = share
     assert low <= sum(each.ran_away for each in drifts) / 300 <= high
 

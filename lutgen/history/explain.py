@@ -19,7 +19,7 @@ from lutgen.history.causes import causes
 from lutgen.history.colour_points import BY_CONTENT, colour_points, fit
 from lutgen.history.pair import SessionPair
 from lutgen.history.patches import CHANNELS
-from lutgen.history.steadiness import course, left_out, steadiness
+from lutgen.history.steadiness import drift_by_repeats, left_out, steadiness
 from lutgen.history.verdicts import SessionVerdict, in_succession, pronounce
 
 if TYPE_CHECKING:
@@ -150,7 +150,7 @@ def _doubt(entry: CampaignEntry) -> float:
     if found is None:
         return np.inf
     off = abs(float(found.extra[1] / found.channels[:, 1].sum()))
-    return (10.0 if course(steadiness(entry.session)).ran_away else 0.0) + (off if off >= BY_CONTENT else 0.0)
+    return (10.0 if drift_by_repeats(steadiness(entry.session)).ran_away else 0.0) + (off if off >= BY_CONTENT else 0.0)
 
 
 def _age(entry: CampaignEntry) -> tuple[float, str]:

@@ -13,7 +13,7 @@ from lutgen.errors import LutgenError
 from lutgen.history.calibration import bend, full_light_ratio
 from lutgen.history.colour_points import colour_points
 from lutgen.history.patches import CHANNELS, mean_xyz, tip_rows
-from lutgen.history.steadiness import FEWEST_SHARED, Course, course, course_beside, shared, steadiness
+from lutgen.history.steadiness import FEWEST_SHARED, SessionDrift, drift_by_order, drift_by_repeats, shared, steadiness
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -99,14 +99,14 @@ class SessionPair:
         return bend(self.before.session, self.after.session, native=False)
 
     @cached_property
-    def drifts(self) -> tuple[Course, Course]:
+    def drifts(self) -> tuple[SessionDrift, SessionDrift]:
         """Drift within the reference, and within the session."""
         steady = [steadiness(each.session) for each in (self.before, self.after)]
         # One meter repeats alike in both sessions: what the other session's repeats differ by bounds its scatter.
         known = [other.noise if other and not self.other_instrument else None for other in reversed(steady)]
-        own = [course(each, scatter) for each, scatter in zip(steady, known, strict=True)]
+        own = [drift_by_repeats(each, scatter) for each, scatter in zip(steady, known, strict=True)]
         if not own[1].ran_away and not own[0].ran_away:
-            beside = course_beside(self.after.session, self.before.session)
+            beside = drift_by_order(self.after.session, self.before.session)
             own[1] = beside or own[1]
         return own[0], own[1]
 

@@ -193,7 +193,7 @@ _DARK = 0.03
 
 
 @dataclass(frozen=True)
-class Course:
+class SessionDrift:
     """The drift of a session.
 
     Attributes
@@ -217,17 +217,17 @@ class Course:
         return abs(self.change) >= max(RAN_AWAY, CLEAR * self.scatter)
 
 
-def course(steady: Steadiness | None, scatter: float | None = None) -> Course:
+def drift_by_repeats(steady: Steadiness | None, scatter: float | None = None) -> SessionDrift:
     """Return the drift that a session's own repeated patches show; 0 where none was repeated.
 
     ``scatter`` is an upper limit of the scatter, from another session that the same meter read.
     """
     if steady is None:
-        return Course(0.0, "repeats")
-    return Course(steady.drift, "repeats", steady.scatter if scatter is None else min(scatter, steady.scatter))
+        return SessionDrift(0.0, "repeats")
+    return SessionDrift(steady.drift, "repeats", steady.scatter if scatter is None else min(scatter, steady.scatter))
 
 
-def course_beside(session: Session, other: Session) -> Course | None:
+def drift_by_order(session: Session, other: Session) -> SessionDrift | None:
     """Return the drift of a session from patches that both sessions read.
 
     None: too few such patches, no clear drift, an unknown order of reading, or an order that follows the colours.
@@ -249,7 +249,7 @@ def course_beside(session: Session, other: Session) -> Course | None:
     change, error = _trend(colour, order, ratio)
     if abs(change) < CLEAR * error:
         return None
-    return Course(float(np.expm1(change)), "order")
+    return SessionDrift(float(np.expm1(change)), "order")
 
 
 def shared(one: Session, other: Session) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from lutgen.cells import number
-from lutgen.lint.stream import BYTE_ORDER_MARK, Block, blocks, shown
+from lutgen.lint.stream import BYTE_ORDER_MARK, LineBlock, blocks, shown
 from lutgen.lint.table_statistics import Gatherer, TableStatistics
 
 if TYPE_CHECKING:
@@ -186,7 +186,7 @@ class _Scanner:
     def __post_init__(self) -> None:
         self.table = Gatherer(0, keep=self.keep)
 
-    def take(self, block: Block) -> None:
+    def take(self, block: LineBlock) -> None:
         """Scan the next lines."""
         data = block.data
         self.ends |= block.ends

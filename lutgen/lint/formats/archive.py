@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from lutgen.errors import LutgenError
 from lutgen.files import scratch
 from lutgen.lint.finding import OCIO_26, Finding, Linted, refused
-from lutgen.lint.formats import Format, clf, config, cube, findings, tables
+from lutgen.lint.formats import FileKind, clf, config, cube, findings, tables
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -180,7 +180,7 @@ def lint_archive(path: Path, _ask_readers: bool) -> Linted:
     return Linted(path, "archive", (f"{len(scan.names)} files, {scan.bytes} bytes",), tuple(found))
 
 
-def _inside(folder: Path, name: str, form: Format) -> list[Finding]:
+def _inside(folder: Path, name: str, form: FileKind) -> list[Finding]:
     """Lint a file of an archive, and put its name before each finding."""
     try:
         found = form.lint(folder / name, False).findings  # noqa: FBT003 - no reader is asked
@@ -194,4 +194,4 @@ def _named(words: str, folder: Path) -> str:
     return "".join(letter if letter.isprintable() else " " for letter in words.replace(f"{folder}/", ""))
 
 
-FORMAT = Format((".ocioz",), lint_archive, RULES)
+FORMAT = FileKind((".ocioz",), lint_archive, RULES)

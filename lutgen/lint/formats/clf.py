@@ -13,7 +13,7 @@ from xml.parsers import expat
 from lutgen.cells import LONGEST, NON_FINITE, number
 from lutgen.errors import LutgenError, reason_of
 from lutgen.lint.finding import CLF_IO, OCIO, OCIO_21, Finding, Linted, refused, wrong
-from lutgen.lint.formats import Format, findings
+from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.programs import MAX_BYTES, loading, refusal
 from lutgen.lint.stream import BLOCK, shown
 
@@ -246,4 +246,4 @@ def lint_clf(path: Path, _ask_readers: bool) -> Linted:
     return Linted(path, "clf", (f"{names}, {scan.bytes} bytes",), tuple(findings(RULES, scan)))
 
 
-FORMAT = Format((".clf", ".ctf"), lint_clf, RULES)
+FORMAT = FileKind((".clf", ".ctf"), lint_clf, RULES)

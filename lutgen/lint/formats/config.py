@@ -24,7 +24,7 @@ from lutgen.bindings import (
 )
 from lutgen.errors import LutgenError, reason_of
 from lutgen.lint.finding import BLENDER, DJV, NUKE, OCIO, OCIO_21, Finding, Linted, refused, wrong
-from lutgen.lint.formats import Format, findings
+from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.trial import try_config
 
 if TYPE_CHECKING:
@@ -317,4 +317,4 @@ def lint_config(path: Path, ask_readers: bool) -> Linted:
     return Linted(path, "config", (f"profile version {version}",), tuple(findings(RULES, scan)), trials)
 
 
-FORMAT = Format((".ocio",), lint_config, RULES)
+FORMAT = FileKind((".ocio",), lint_config, RULES)

@@ -13,7 +13,7 @@ import numpy as np
 from lutgen.bake.beside_clip import HEADROOM
 from lutgen.lint.cube_scan import scan_cube
 from lutgen.lint.finding import COLOUR, FFMPEG, OCIO, OCIO_21, OCIO_26, PILLOW, Fate, Finding, Linted, refused, wrong
-from lutgen.lint.formats import Format, findings
+from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.trial import try_cube
 
 if TYPE_CHECKING:
@@ -396,4 +396,4 @@ def lint_cube(path: Path, ask_readers: bool) -> Linted:
     return Linted(path, "cube", facts, tuple(findings(RULES, scan)), trials)
 
 
-FORMAT = Format((".cube",), lint_cube, RULES)
+FORMAT = FileKind((".cube",), lint_cube, RULES)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from lutgen.bake.table_picture import POINTS, TILES, read_table
 from lutgen.errors import LutgenError, reason_of
 from lutgen.lint.finding import HALDCLUT, Finding, Linted, refused, wrong
-from lutgen.lint.formats import Format, findings
+from lutgen.lint.formats import FileKind, findings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -206,4 +206,4 @@ def lint_hald(path: Path, _ask_readers: bool) -> Linted:
     return Linted(path, "obs" if scan.tiles else "hald", facts, tuple(findings(RULES, scan)))
 
 
-FORMAT = Format((".png",), lint_hald, RULES)
+FORMAT = FileKind((".png",), lint_hald, RULES)

@@ -15,7 +15,7 @@ from lutgen.bindings import LARGEST_LUT, littlecms
 from lutgen.errors import LutgenError, reason_of
 from lutgen.icc_tags import HEADER, MOST_TAGS, SMALLEST_TAG, Tag, is_profile, tags_claimed
 from lutgen.lint.finding import ARGYLL, CHROMIUM, LCMS_8, LCMS_16, Fate, Finding, Linted, refused, wrong
-from lutgen.lint.formats import Format, findings
+from lutgen.lint.formats import FileKind, findings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -376,4 +376,4 @@ def lint_profile(path: Path, _ask_readers: bool) -> Linted:
     return Linted(path, "link" if scan.link else "profile", facts, tuple(findings(RULES, scan)))
 
 
-FORMAT = Format((".icc", ".icm"), lint_profile, RULES)
+FORMAT = FileKind((".icc", ".icm"), lint_profile, RULES)
