@@ -226,7 +226,7 @@ def _delta_e_2000_chunk(lab_1: Array, lab_2: Array) -> Array:
     return np.asarray(np.sqrt(np.maximum(squared, 0.0)))
 
 
-#: Keeps divisions from complaining where their result is replaced later, or tends to nothing.
+#: Avoids a division by zero where the quotient is replaced later, or has a factor of 0.
 _TINY = 1e-200
 
 

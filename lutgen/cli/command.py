@@ -105,7 +105,7 @@ class Command(click.Command):
         self.place = place
 
     def get_help_option_names(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - click's interface
-        """Name the help option: -h too, whether a group or nobody called the command, since click keeps the first."""
+        """Return -h and --help, also for a command that no group has called: click takes the names from the group."""
         return ["-h", "--help"]
 
     @property

@@ -279,7 +279,7 @@ def _with(values: Mapping[str, float], names: list[str] | None = None) -> str:
 
 def _kinds(result: Array) -> str:
     kinds = [("NaN", np.isnan(result).any()), ("infinity", np.isinf(result).any())]
-    return " and ".join(name for name, found in kinds if found)
+    return " and ".join(name for name, holds in kinds if holds)
 
 
 def _and(names: tuple[str, ...] | list[str]) -> str:

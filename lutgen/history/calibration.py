@@ -83,11 +83,11 @@ def native_ramp(session: Session, channel: str) -> tuple[Array, Array]:
 
     Without calibration curves the drive is that of the file; without a reading of black nothing is subtracted.
     """
-    found = ramp(session, channel)
-    drive = found.drive
+    levels = ramp(session, channel)
+    drive = levels.drive
     if session.calibration is not None:
         drive = np.interp(drive, session.calibration[:, 0], session.calibration[:, 1 + CHANNELS[channel]])
-    return drive, found.xyz - black_xyz(session)
+    return drive, levels.xyz - black_xyz(session)
 
 
 def native_gamma(session: Session, channel: str) -> float | None:
@@ -125,10 +125,10 @@ def _light_kept(session: Session, channel: str, share: float) -> float:
 
 
 def _cost(session: Session, ends: Array) -> float | None:
-    found = [each for name in CHANNELS if (each := tip(session, name)) is not None]
-    if len(found) < 3 or ends.min() <= 0:
+    tips = [each for name in CHANNELS if (each := tip(session, name)) is not None]
+    if len(tips) < 3 or ends.min() <= 0:
         return None
-    light = np.array([each[1] for each in found]) - black_xyz(session)[1]
+    light = np.array([each[1] for each in tips]) - black_xyz(session)[1]
     gammas = np.array([native_gamma(session, name) or USUAL_GAMMA for name in CHANNELS])
     native = float((light / ends**gammas).sum())
     return float(1.0 - light.sum() / native) if native > 0 else None
@@ -136,12 +136,12 @@ def _cost(session: Session, ends: Array) -> float | None:
 
 def _target(arguments: str) -> dict[str, float]:
     """Read Argyll dispcal's -w (white's x, y) and -b (luminance), https://www.argyllcms.com/doc/dispcal.html."""
-    found: dict[str, float] = {}
+    target: dict[str, float] = {}
     if match := re.search(r"(?:^|\s)-w(0?\.[0-9]+),(0?\.[0-9]+)", arguments):
-        found |= {"x": float(match[1]), "y": float(match[2])}
+        target |= {"x": float(match[1]), "y": float(match[2])}
     if match := re.search(r"(?:^|\s)-b([0-9]+(?:\.[0-9]+)?)", arguments):
-        found["Y"] = float(match[1])
-    return found
+        target["Y"] = float(match[1])
+    return target
 
 
 #: Fewest levels of a ramp that is compared with another.
@@ -154,8 +154,8 @@ def bend(before: Session, after: Session, *, native: bool) -> float | None:
     None where no ramp was read with enough levels in both sessions. Above 0 the later session is lighter.
     """
     names = list(CHANNELS) if native else ["grey", *CHANNELS]
-    found = [each for name in names if (each := _between(_curve(before, name, native), _curve(after, name, native)))]
-    return max(found, key=abs) if found else None
+    changes = [each for name in names if (each := _between(_curve(before, name, native), _curve(after, name, native)))]
+    return max(changes, key=abs) if changes else None
 
 
 def _curve(session: Session, name: str, native: bool) -> tuple[Array, Array]:
@@ -163,8 +163,8 @@ def _curve(session: Session, name: str, native: bool) -> tuple[Array, Array]:
     if native:
         drive, xyz = native_ramp(session, name)
         return drive, xyz[:, 1]
-    found = ramp(session, name)
-    return found.drive, found.xyz[:, 1] - black_xyz(session)[1]
+    levels = ramp(session, name)
+    return levels.drive, levels.xyz[:, 1] - black_xyz(session)[1]
 
 
 def _between(one: tuple[Array, Array], other: tuple[Array, Array]) -> float | None:

@@ -91,14 +91,14 @@ def colour_points(session: Session, *, black_too: bool = True) -> ColourPoints |
     """Return the colour points of a session; None where white or a primary was not read, or has no light."""
     tips = [tip(session, name) for name in CHANNELS]
     white, black = mean_xyz(session, "white"), mean_xyz(session, "black") if black_too else None
-    found = [each for each in (*tips, white) if each is not None]
-    if len(found) < 4:
+    read = [each for each in (*tips, white) if each is not None]
+    if len(read) < 4:
         return None
     leak = np.zeros(3) if black is None else np.asarray(black, dtype=np.float64)
-    channels = np.vstack(found[:3]) - leak
+    channels = np.vstack(read[:3]) - leak
     if channels[:, 1].min() <= 0:
         return None
-    return ColourPoints(channels, found[3] - leak - channels.sum(axis=0), leak, black is not None)
+    return ColourPoints(channels, read[3] - leak - channels.sum(axis=0), leak, black is not None)
 
 
 def changed(before: ColourPoints, values: Mapping[str, Array]) -> Array:
@@ -176,17 +176,17 @@ def covariance(before: ColourPoints, after: Array, *, noise: float, loose: float
     variance[:4] += loose**2 * size[:4] ** 2
     if not before.has_black:
         variance[4] = 1e9
-    made = np.diag(variance.ravel())
+    matrix = np.diag(variance.ravel())
     wild = UNCERTAIN * _by_content(before, after)
     common = (np.hypot(ALIKE, wild) * after).ravel()
-    made += np.outer(common, common)
+    matrix += np.outer(common, common)
     total, own = after[:3].sum(axis=0), np.hypot(CHANNEL, wild)
     for channel in range(3):
         alone = np.zeros((5, 3))
         alone[channel] = own * after[channel]
         alone[3] = own * after[3] * np.abs(after[channel]) / np.maximum(total, 1e-9)
-        made += np.outer(alone.ravel(), alone.ravel())
-    return np.asarray(made)
+        matrix += np.outer(alone.ravel(), alone.ravel())
+    return np.asarray(matrix)
 
 
 def _by_content(before: ColourPoints, after: Array) -> float:

@@ -171,5 +171,5 @@ def _alike(one: tuple[Session, dict[str, Array]], other: tuple[Session, dict[str
 
 
 def _uv(session: Session) -> dict[str, Array]:
-    found = primaries(session)
-    return {name: xyz_to_uv(xyz) for name, xyz in found.xyz.items()} if found else {}
+    tips = primaries(session)
+    return {name: xyz_to_uv(xyz) for name, xyz in tips.xyz.items()} if tips else {}

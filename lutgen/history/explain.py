@@ -111,7 +111,7 @@ def explanations(pair: SessionPair) -> tuple[Hypothesis, ...]:
     known = [cause for cause in causes().values() if cause.ways and cause.prior(pair) > -np.inf]
     # Give "no change" the largest tolerance of any cause, so that no cause wins by tolerance alone.
     loosest = max(cause.loose for cause in known)
-    found: list[Hypothesis] = []
+    hypotheses: list[Hypothesis] = []
     for together in ((), *combinations(known, 1), *combinations(known, 2)):
         best: Hypothesis | None = None
         prior = sum(cause.prior(pair) for cause in together) - SECOND * max(len(together) - 1, 0)
@@ -129,27 +129,27 @@ def explanations(pair: SessionPair) -> tuple[Hypothesis, ...]:
             here = Hypothesis(tuple(cause.name for cause in together), found_fit, found_fit.evidence + prior)
             best = here if best is None or here.weight > best.weight else best
         if best is not None:
-            found.append(best)
-    return tuple(sorted(found, key=lambda each: -each.weight))
+            hypotheses.append(best)
+    return tuple(sorted(hypotheses, key=lambda each: -each.weight))
 
 
 def _reference(campaign: Campaign, named: str | None) -> int:
     files = [entry.session.file for entry in campaign.entries]
     if named:
-        found = [place for place, file in enumerate(files) if file == named or file.endswith(f"/{named}")]
-        if len(found) != 1:
+        places = [place for place, file in enumerate(files) if file == named or file.endswith(f"/{named}")]
+        if len(places) != 1:
             names = ", ".join(file.rsplit("/", 1)[-1] for file in files)
-            raise LutgenError(f"{campaign.file}: {named!r} names {len(found)} of its sessions. Pick one of: {names}.")
-        return found[0]
+            raise LutgenError(f"{campaign.file}: {named!r} names {len(places)} of its sessions. Pick one of: {names}.")
+        return places[0]
     return min(range(len(files)), key=lambda place: (_doubt(campaign.entries[place]), _age(campaign.entries[place])))
 
 
 def _doubt(entry: CampaignEntry) -> float:
     """Penalty of a session as the reference: for missing patches, a drift, or light that is not additive."""
-    found = colour_points(entry.session)
-    if found is None:
+    points = colour_points(entry.session)
+    if points is None:
         return np.inf
-    off = abs(float(found.extra[1] / found.channels[:, 1].sum()))
+    off = abs(float(points.extra[1] / points.channels[:, 1].sum()))
     return (10.0 if drift_by_repeats(steadiness(entry.session)).ran_away else 0.0) + (off if off >= BY_CONTENT else 0.0)
 
 
@@ -157,8 +157,8 @@ def _age(entry: CampaignEntry) -> tuple[float, str]:
     """Sort key: hours where known, else the date, with the time of day where the file has it."""
     if entry.hours is not None:
         return entry.hours, ""
-    made = entry.session.created
-    minute = made.isoformat() if made and entry.date == made.date() else ""
+    created = entry.session.created
+    minute = created.isoformat() if created and entry.date == created.date() else ""
     return (float(entry.date.toordinal()) if entry.date else np.inf), minute
 
 
@@ -171,28 +171,30 @@ def _days(campaign: Campaign, before: CampaignEntry, after: CampaignEntry) -> fl
     return None
 
 
-def explanations_as_json(found: Explanations) -> dict[str, Any]:
+def explanations_as_json(explanations: Explanations) -> dict[str, Any]:
     """Return the content of ``sessions explain --json``."""
-    campaign = found.campaign
+    campaign = explanations.campaign
     return {
         "schema": 1,
         "campaign": {"file": campaign.file, "sha256": campaign.sha256, "display": campaign.display or None},
-        "reference": campaign.entries[found.reference].session.file,
-        "sessions": [_session(pair, said) for pair, said in zip(found.pairs, found.verdicts, strict=True)],
+        "reference": campaign.entries[explanations.reference].session.file,
+        "sessions": [
+            _session(pair, verdict) for pair, verdict in zip(explanations.pairs, explanations.verdicts, strict=True)
+        ],
     }
 
 
-def _session(pair: SessionPair, said: SessionVerdict) -> dict[str, Any]:
+def _session(pair: SessionPair, verdict: SessionVerdict) -> dict[str, Any]:
     return {
         "file": pair.after.session.file,
         "days": pair.days,
-        "verdict": said.kind,
-        "causes": list(said.names),
-        "certain": list(said.sure),
-        "display": said.display,
-        "sentence": said.sentence,
-        "evidence": list(said.evidence),
-        "tests": list(said.tests),
+        "verdict": verdict.kind,
+        "causes": list(verdict.names),
+        "certain": list(verdict.sure),
+        "display": verdict.display,
+        "sentence": verdict.sentence,
+        "evidence": list(verdict.evidence),
+        "tests": list(verdict.tests),
         "figures": _figures(pair),
     }
 

@@ -175,8 +175,8 @@ def _curve(curve: Transfer) -> dict[str, Any]:
     }
 
 
-def _loop(found: Inspection) -> dict[str, Any] | None:
-    loop = found.calibration
+def _loop(inspection: Inspection) -> dict[str, Any] | None:
+    loop = inspection.calibration
     if loop is None:
         return None
     return {
@@ -187,5 +187,5 @@ def _loop(found: Inspection) -> dict[str, Any] | None:
         "monotonic": loop.monotonic,
         "bend": loop.bend,
         "target": loop.target,
-        "native_gamma": {name[0]: native_gamma(found.session, name) for name in CHANNELS},
+        "native_gamma": {name[0]: native_gamma(inspection.session, name) for name in CHANNELS},
     }

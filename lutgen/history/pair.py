@@ -119,9 +119,9 @@ class SessionPair:
 
     @cached_property
     def noise(self) -> float:
-        """Noise of a reading of these two, 1 σ, as a share: as repeated patches say, or nothing."""
-        found = [steadiness(each.session) for each in (self.before, self.after)]
-        one, other = (min(each.noise, 0.02) if each else 0.0 for each in found)
+        """Noise of readings of both sessions, 1 σ, as a share, from repeated patches; 0 without such patches."""
+        steady = [steadiness(each.session) for each in (self.before, self.after)]
+        one, other = (min(each.noise, 0.02) if each else 0.0 for each in steady)
         return float(np.hypot(one, other))
 
     @cached_property
@@ -216,7 +216,7 @@ class SessionPair:
 
     @property
     def other_instrument(self) -> str:
-        """What the records say of another instrument or setting of it; "": nothing."""
+        """Sentence on another instrument, or another setting of it, from the records; "" without one."""
         one, other = self.before.instrument, self.after.instrument
         if one.lower() not in UNKNOWN and other.lower() not in UNKNOWN and one != other:
             return f"the instrument is {other!r}, it was {one!r}"
@@ -228,7 +228,7 @@ class SessionPair:
 
     @property
     def other_display(self) -> str:
-        """What the records say of another display; "": nothing."""
+        """Sentence on another display, from the records; "" without one."""
         one, other = self.before.session.display, self.after.session.display
         if one.lower() not in UNKNOWN and other.lower() not in UNKNOWN and one != other:
             return f"the file names {other!r}, the reference {one!r}"
@@ -236,7 +236,7 @@ class SessionPair:
 
     @property
     def other_settings(self) -> str:
-        """What the campaign says of other settings; "": nothing."""
+        """Sentence on other settings, from the campaign; "" without one."""
         one, other = self.before.settings, self.after.settings
         return f"the campaign says {other!r}, it was {one!r}" if one and other and one != other else ""
 
@@ -266,14 +266,14 @@ def line_shift(before: Session, after: Session) -> float | None:
     """
     if before.spectra is None or after.spectra is None or before.wavelengths is None or after.wavelengths is None:
         return None
-    found = []
+    shifts = []
     for name in CHANNELS:
         pair = [_tip_spectrum(each, name) for each in (before, after)]
         if pair[0] is None or pair[1] is None:
             return None
-        found.append(_spectral_shift(before.wavelengths, pair[0], after.wavelengths, pair[1]))
-    middle = float(np.median(found))
-    return middle if np.ptp(found) <= max(0.2, 0.5 * abs(middle)) else None
+        shifts.append(_spectral_shift(before.wavelengths, pair[0], after.wavelengths, pair[1]))
+    middle = float(np.median(shifts))
+    return middle if np.ptp(shifts) <= max(0.2, 0.5 * abs(middle)) else None
 
 
 def _tip_spectrum(session: Session, channel: str) -> Array | None:

@@ -81,8 +81,8 @@ def repeats(session: Session) -> list[NDArray[np.int64]]:
     where = session.positions if session.positions is not None else np.zeros((len(session.drive), 2))
     keys = np.round(np.hstack([session.drive, where]) / _SAME).astype(np.int64)
     _, group, counts = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
-    found = [np.flatnonzero(group.ravel() == each).astype(np.int64) for each in np.flatnonzero(counts > 1)]
-    return sorted(found, key=lambda rows: int(rows[0]))
+    groups = [np.flatnonzero(group.ravel() == each).astype(np.int64) for each in np.flatnonzero(counts > 1)]
+    return sorted(groups, key=lambda rows: int(rows[0]))
 
 
 #: x, y of red, green and blue: IEC 61966-2-1 (Rec. ITU-R BT.709 has the same), SMPTE EG 432-1, Rec. ITU-R BT.2020.

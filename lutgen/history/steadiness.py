@@ -43,31 +43,31 @@ def left_out(session: Session) -> tuple[Session, tuple[str, ...]]:
     rows = misread(session)
     if not rows.size:
         return session, ()
-    said = tuple(
+    sentences = tuple(
         f"{session.file}, line {session.lines[row]}: code {', '.join(f'{code:.2f}' for code in session.drive[row])} "
         f"reads {session.xyz[row, 1]:.4g}, far from its neighbours or repeats: left out as misread"
         for row in rows
     )
-    return session.without(rows), said
+    return session.without(rows), sentences
 
 
 def _off_its_ramp(session: Session, kind: str) -> NDArray[np.int64]:
     """Rows of the one level that lies far from the line between its neighbours, in L*, where no other does."""
-    found = ramp(session, kind)
+    levels = ramp(session, kind)
     none = np.empty(0, dtype=np.int64)
-    if found.drive.size < FEWEST_LEVELS:
+    if levels.drive.size < FEWEST_LEVELS:
         return none
-    light = found.xyz[:, 1] - black_xyz(session)[1]
+    light = levels.xyz[:, 1] - black_xyz(session)[1]
     if light[-1] <= 0:
         return none
     level = lightness(light / light[-1])
-    off = _from_neighbours(found.drive, level)
+    off = _from_neighbours(levels.drive, level)
     worst = int(np.argmax(np.abs(off))) + 1
-    others = np.abs(_from_neighbours(np.delete(found.drive, worst), np.delete(level, worst)))
+    others = np.abs(_from_neighbours(np.delete(levels.drive, worst), np.delete(level, worst)))
     if abs(off[worst - 1]) < max(FAR, CLEARLY * float(others.max())):
         return none
     rows = session.rows("grey") if kind == "grey" else session.rows(kind)
-    return np.asarray(rows[np.abs(session.drive[rows].max(axis=1) - found.drive[worst]) <= 1e-4])
+    return np.asarray(rows[np.abs(session.drive[rows].max(axis=1) - levels.drive[worst]) <= 1e-4])
 
 
 def _from_neighbours(drive: Array, level: Array) -> Array:
@@ -255,25 +255,25 @@ def drift_by_order(session: Session, other: Session) -> SessionDrift | None:
 def shared(one: Session, other: Session) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Rows of the patches that both sessions read, each patch once: rows in ``one`` and rows in ``other``."""
     keys = {tuple(row): place for place, row in enumerate(np.round(other.drive, 3).tolist())}
-    found: dict[tuple[float, ...], tuple[int, int]] = {}
+    places: dict[tuple[float, ...], tuple[int, int]] = {}
     for place, row in enumerate(np.round(one.drive, 3).tolist()):
         if tuple(row) in keys:
-            found.setdefault(tuple(row), (place, keys[tuple(row)]))
-    pairs = np.array(list(found.values()), dtype=np.int64).reshape(-1, 2)
+            places.setdefault(tuple(row), (place, keys[tuple(row)]))
+    pairs = np.array(list(places.values()), dtype=np.int64).reshape(-1, 2)
     return pairs[:, 0], pairs[:, 1]
 
 
 def _goes_with(colour: Array, order: Array) -> bool:
     """Whether the order of reading follows the colours, as in a list sorted by code; a drift cannot be seen then."""
-    found = np.linalg.lstsq(colour, order, rcond=None)[0]
-    return bool(np.var(order - colour @ found) < (1.0 - SORTED) * np.var(order))
+    coefficients = np.linalg.lstsq(colour, order, rcond=None)[0]
+    return bool(np.var(order - colour @ coefficients) < (1.0 - SORTED) * np.var(order))
 
 
 def _trend(colour: Array, order: Array, ratio: Array) -> tuple[float, float]:
     """Slope of a ratio over the order (0 to 1), fitted together with the colours, and its standard error."""
     design = np.column_stack([order, colour])
-    found, _, rank, _ = np.linalg.lstsq(design, ratio, rcond=None)
-    left = ratio - design @ found
+    coefficients, _, rank, _ = np.linalg.lstsq(design, ratio, rcond=None)
+    left = ratio - design @ coefficients
     variance = float(left @ left) / max(len(ratio) - int(rank), 1)
     spread = float(np.linalg.pinv(design.T @ design)[0, 0])
-    return float(found[0]), float(np.sqrt(variance * spread))
+    return float(coefficients[0]), float(np.sqrt(variance * spread))

@@ -104,15 +104,15 @@ class Clipping(NamedTuple):
 
 def clipping(curves: Mapping[str, Transfer]) -> dict[str, Clipping]:
     """Return name → clipping of those curves that clip at an end."""
-    found = {}
+    clipped = {}
     for name, curve in curves.items():
         still = curve.drive[np.abs(curve.linear - 1.0) <= ALIKE]
         none = curve.drive[curve.linear <= DARK]
         bright = float(still.min()) if still.size and still.min() <= 1.0 - NEAR else None
         dark = float(none.max()) if none.size and none.max() >= NEAR else None
         if bright is not None or dark is not None:
-            found[name] = Clipping(bright, dark)
-    return found
+            clipped[name] = Clipping(bright, dark)
+    return clipped
 
 
 #: Below this code value the colour of black is too large a part of the colour of a grey.

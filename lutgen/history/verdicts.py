@@ -88,9 +88,9 @@ def only(verdict: SessionVerdict, name: str, why: str) -> SessionVerdict:
     return _verdict("named", (name,), (*verdict.evidence, why))
 
 
-def pronounce(pair: SessionPair, found: Sequence[Hypothesis]) -> SessionVerdict:
-    """Return the verdict from proofs, else from ``found``, the explanations of the pair, best first."""
-    verdict = _proven(pair) or (_weighed(pair, found) if found else _by_signs(pair))
+def pronounce(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerdict:
+    """Return the verdict from proofs, else from ``hypotheses``, the explanations of the pair, best first."""
+    verdict = _proven(pair) or (_weighed(pair, hypotheses) if hypotheses else _by_signs(pair))
     for name, cause in causes().items():
         if happened := cause.beside(pair):
             verdict = _with(verdict, name, happened)
@@ -123,8 +123,8 @@ def _signs(pair: SessionPair) -> dict[str, str]:
     return {name: sign for name, cause in causes().items() if (sign := cause.sign(pair))}
 
 
-def _weighed(pair: SessionPair, found: Sequence[Hypothesis]) -> SessionVerdict:
-    near = [each for each in found if found[0].weight - each.weight < RIVAL]
+def _weighed(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerdict:
+    near = [each for each in hypotheses if hypotheses[0].weight - each.weight < RIVAL]
     simplest = min(len(each.names) for each in near)
     rivals = [each for each in near if len(each.names) == simplest]
     signs = _signs(pair)
@@ -149,12 +149,12 @@ def _weighed(pair: SessionPair, found: Sequence[Hypothesis]) -> SessionVerdict:
 
 def _mistaken(pair: SessionPair, rivals: Sequence[Hypothesis], names: tuple[str, ...]) -> dict[str, str]:
     """Causes that the hypotheses do not name, but that can make the same change → the parameter of that change."""
-    found = {}
+    mistaken = {}
     for name, cause in causes().items():
         parameters = [cause.rival(each.names, each.fit.values, pair) for each in rivals]
         if name not in names and any(parameters):
-            found[name] = next(filter(None, parameters))
-    return found
+            mistaken[name] = next(filter(None, parameters))
+    return mistaken
 
 
 def _parameters(name: str) -> set[str]:
@@ -242,8 +242,8 @@ def _facts(pair: SessionPair) -> tuple[str, ...]:
 
 def _records(pair: SessionPair) -> tuple[str, ...]:
     light = pair.more_room_light
-    said = f"the campaign says {light:+g} lx" if light else ""
-    return tuple(part for part in (pair.other_instrument, pair.other_settings, said) if part)
+    room_light = f"the campaign says {light:+g} lx" if light else ""
+    return tuple(part for part in (pair.other_instrument, pair.other_settings, room_light) if part)
 
 
 #: If a later session has this much more light (natural logarithm), the loss in an earlier session was no aging.

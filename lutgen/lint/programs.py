@@ -116,11 +116,11 @@ def _through_colour(path: Path, code: NDArray[np.uint8]) -> Array:
 
 @cache
 def _ffmpeg_version() -> str:
-    found = shutil.which("ffmpeg")
-    if found is None:
+    program = shutil.which("ffmpeg")
+    if program is None:
         raise Absent("ffmpeg is not on the PATH (Debian: apt install ffmpeg)")
-    said = subprocess.run([found, "-version"], capture_output=True, check=False, timeout=TIMEOUT).stdout  # noqa: S603 - no shell
-    words = said.decode(errors="replace").split()
+    output = subprocess.run([program, "-version"], capture_output=True, check=False, timeout=TIMEOUT).stdout  # noqa: S603 - no shell
+    words = output.decode(errors="replace").split()
     return words[2] if len(words) > 2 else "of no version"
 
 
@@ -204,8 +204,8 @@ def refusal(path: Path) -> str:
     try:
         through_opencolorio(path, probe_colours())
     except Refusal as refused:
-        said = " ".join(str(refused).split())
-        return said.rpartition("failed with: ")[2].replace(str(path), path.name)[:300] or "it says nothing"
+        reason = " ".join(str(refused).split())
+        return reason.rpartition("failed with: ")[2].replace(str(path), path.name)[:300] or "it says nothing"
     return ""
 
 

@@ -129,20 +129,22 @@ def _outcome(program: Program, path: Path, code: NDArray[np.uint8], meant: Array
 
 def try_config(path: Path) -> Iterator[Trial]:
     """Run ``ociocheck``, which loads and validates a config and opens no LUT file."""
-    found = shutil.which(OCIOCHECK)
-    if found is None:
+    program = shutil.which(OCIOCHECK)
+    if program is None:
         yield Trial(OCIOCHECK, "", "", "ociocheck is not on the PATH (Debian: apt install opencolorio-tools)")
         return
     try:
         done = subprocess.run(  # noqa: S603 - no shell
-            [found, "--iconfig", str(path)], capture_output=True, check=False, timeout=TIMEOUT
+            [program, "--iconfig", str(path)], capture_output=True, check=False, timeout=TIMEOUT
         )
     except subprocess.TimeoutExpired:
         yield Trial(OCIOCHECK, "", REFUSES, f"gives no answer in {TIMEOUT} s")
         return
-    said = [line for line in done.stdout.decode(errors="replace").splitlines() if line.strip()]
-    version = next((line.split(":")[1].strip() for line in said if line.startswith("OpenColorIO Library Version")), "")
+    output = [line for line in done.stdout.decode(errors="replace").splitlines() if line.strip()]
+    version = next(
+        (line.split(":")[1].strip() for line in output if line.startswith("OpenColorIO Library Version")), ""
+    )
     failed = bool(done.returncode)
     yield Trial(
-        OCIOCHECK, version, REFUSES if failed else READS, said[-1] if failed and said else "loads and validates"
+        OCIOCHECK, version, REFUSES if failed else READS, output[-1] if failed and output else "loads and validates"
     )

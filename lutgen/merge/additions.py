@@ -187,10 +187,10 @@ def inserted(text: str, written: str, names: Sequence[str], views: Sequence[tupl
         if parts:
             lines = _with_parts(lines, section, parts)
     for display, aged in views:
-        found = _with_view(lines, display, aged)
-        if found is None:
+        with_view = _with_view(lines, display, aged)
+        if with_view is None:
             return None
-        lines = found
+        lines = with_view
     listed = _with_active(lines, list(dict.fromkeys(aged.view for _, aged in views)))
     return None if listed is None else "\n".join(listed) + "\n"
 

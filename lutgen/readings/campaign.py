@@ -143,8 +143,8 @@ class Campaign:
     def _source(self) -> str:
         """Say where the readings come from; readings of simulated sessions are called simulated."""
         sessions = [entry.session for entry in self.entries]
-        said = [session.metadata.get("SIMULATED", "") for session in sessions]
-        simulated = next((f"simulated, not measured ({text}); " for text in said if text), "")
+        remarks = [session.metadata.get("SIMULATED", "") for session in sessions]
+        simulated = next((f"simulated, not measured ({text}); " for text in remarks if text), "")
         if len(sessions) > 1:
             return f"{simulated}campaign of {len(sessions)} sessions, {Path(self.file).name}"
         day = f" of {sessions[0].created.date()}" if sessions[0].created else ""
@@ -238,13 +238,13 @@ def _common(sessions: Sequence[Session]) -> dict[str, str]:
 
 def _order(sessions: Sequence[Session]) -> Array | None:
     """Numbers that grow with the time of reading, session by session; None where one session has no order."""
-    after, found = 0.0, []
+    after, orders = 0.0, []
     for session in sessions:
         if session.order is None:
             return None
-        found.append(session.order - session.order.min() + after)
-        after = float(found[-1].max()) + 1.0
-    return np.concatenate(found)
+        orders.append(session.order - session.order.min() + after)
+        after = float(orders[-1].max()) + 1.0
+    return np.concatenate(orders)
 
 
 def _notes(entry: CampaignEntry) -> list[str]:

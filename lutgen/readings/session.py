@@ -164,14 +164,14 @@ class Session:
         """The kind of each reading, one of ``KINDS``; the ramp of a single channel has the name of the channel."""
         low, high = self.drive <= DRIVE_TOLERANCE, self.drive >= 1.0 - DRIVE_TOLERANCE
         grey = np.ptp(self.drive, axis=1) <= DRIVE_TOLERANCE
-        found = np.full(len(self.drive), "mixture", dtype="<U7")
+        kinds = np.full(len(self.drive), "mixture", dtype="<U7")
         for channel, name in enumerate(("red", "green", "blue")):
             others = np.delete(low, channel, axis=1)
-            found[others.all(axis=1)] = name
-        found[grey] = "grey"
-        found[low.all(axis=1)] = "black"
-        found[high.all(axis=1)] = "white"
-        return tuple(found.tolist())
+            kinds[others.all(axis=1)] = name
+        kinds[grey] = "grey"
+        kinds[low.all(axis=1)] = "black"
+        kinds[high.all(axis=1)] = "white"
+        return tuple(kinds.tolist())
 
     def rows(self, *kinds: str) -> NDArray[np.int64]:
         """Rows of the readings of these kinds nearest to the middle of the screen, in the order of the file."""

@@ -104,11 +104,11 @@ class Measurements:
             for name, values in self.conditions.items()
             if values.size and ((values == values[0]).all() or np.isnan(values).all())
         }
-        said = {name: value for name, value in fixed.items() if not np.isnan(value)}
+        known = {name: value for name, value in fixed.items() if not np.isnan(value)}
         varying = {name: values for name, values in self.conditions.items() if name not in fixed}
         constants = {name: value for name, value in self.constants.items() if name not in self.conditions}
         object.__setattr__(self, "conditions", varying)
-        object.__setattr__(self, "constants", constants | said)
+        object.__setattr__(self, "constants", constants | known)
 
     def file_of(self, row: int) -> str:
         """Name the file that a reading came from."""

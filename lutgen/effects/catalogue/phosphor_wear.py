@@ -4,9 +4,10 @@ The part's share of the spectrum is multiplied by exp(−w·g(τ)), g a power of
 then the green one; in a white LED the yellow phosphor (YAG), then the chip; of RGB LEDs and OLEDs the blue emitter,
 then the green one. Acts on the display's spectra, measured or estimated from its class.
 
-Meaning of 0 and 1: ``wear`` 0 keeps the spectrum; 1 leaves 1/e, 37 %, of that part at 18 000 h. Valid as far as the
-spectra are: with an estimated spectrum the size is an estimate too. The LUT is correct all the same, since it is fitted
-to XYZ. Assumption: which part leads, its exponential loss, and Δu'v' of 0.002 to 0.007 at 6000 h.
+Meaning of 0 and 1: ``wear`` 0 keeps the spectrum; 1 leaves 1/e, 37 %, of that part at 18 000 h.
+Valid as far as the spectra are: with an estimated spectrum the size is an estimate too. The LUT is correct all the
+same, since it is fitted to XYZ.
+Assumption: which part leads, its exponential loss, and Δu'v' of 0.002 to 0.007 at 6000 h.
 """
 
 from __future__ import annotations

@@ -3,10 +3,12 @@
 Transmittance exp(−a·g(τ)·e^(−(λ−400 nm)/λ₀)) on the display's spectra, measured or estimated from its class, g a power
 of time. The depth is never negative: optics do not become clear again.
 
-Meaning of 0 and 1: ``depth`` 0 is clear optics; 1 lets 1/e, 37 %, of the light at 400 nm pass at 18 000 h. Valid as far
-as the spectra are: with an estimated spectrum the size is an estimate too. The LUT is correct all the same, since it is
-fitted to XYZ. Source: all colour LCDs of a radiology practice yellowed over three years, and did so together: J. Digit.
-Imaging 24, 828 (2011), doi:10.1007/s10278-010-9346-x. Assumption: the exponential in wavelength, and the size.
+Meaning of 0 and 1: ``depth`` 0 is clear optics; 1 lets 1/e, 37 %, of the light at 400 nm pass at 18 000 h.
+Valid as far as the spectra are: with an estimated spectrum the size is an estimate too. The LUT is correct all the
+same, since it is fitted to XYZ.
+Source: all colour LCDs of a radiology practice yellowed over three years, and did so together: J. Digit. Imaging 24,
+828 (2011), doi:10.1007/s10278-010-9346-x.
+Assumption: the exponential in wavelength, and the size.
 """
 
 from __future__ import annotations

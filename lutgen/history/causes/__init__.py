@@ -118,5 +118,5 @@ class Cause:
 @cache
 def causes() -> dict[str, Cause]:
     """Name → cause, by name."""
-    found: list[Cause] = [import_module(f"{__name__}.{each.name}").CAUSE for each in iter_modules(__path__)]
-    return {cause.name: cause for cause in sorted(found, key=lambda each: each.name)}
+    declared: list[Cause] = [import_module(f"{__name__}.{each.name}").CAUSE for each in iter_modules(__path__)]
+    return {cause.name: cause for cause in sorted(declared, key=lambda each: each.name)}

@@ -171,22 +171,24 @@ def lint_archive(path: Path, _ask_readers: bool) -> Linted:
             if (form := _LUTS.get(Path(name).suffix.lower())) and (folder / name).is_file()
             for finding in _inside(folder, name, form)
         ]
-        found = [*findings(RULES, scan), *of_luts]
+        all_findings = [*findings(RULES, scan), *of_luts]
         if any(each.rule in _LARGE for each in of_luts):
             # Loading the config loads its LUTs, and a LUT that claims a huge size would fill the memory.
-            found.append(Finding(f"{CONFIG} was not loaded, since a LUT may be too large", "Correct that first."))
+            all_findings.append(
+                Finding(f"{CONFIG} was not loaded, since a LUT may be too large", "Correct that first.")
+            )
         elif (folder / CONFIG).is_file():
-            found += _inside(folder, CONFIG, config.FORMAT)
-    return Linted(path, "archive", (f"{len(scan.names)} files, {scan.bytes} bytes",), tuple(found))
+            all_findings += _inside(folder, CONFIG, config.FORMAT)
+    return Linted(path, "archive", (f"{len(scan.names)} files, {scan.bytes} bytes",), tuple(all_findings))
 
 
 def _inside(folder: Path, name: str, form: FileKind) -> list[Finding]:
     """Lint a file of an archive, and put its name before each finding."""
     try:
-        found = form.lint(folder / name, False).findings  # noqa: FBT003 - no reader is asked
+        of_file = form.lint(folder / name, False).findings  # noqa: FBT003 - no reader is asked
     except LutgenError as error:
         return [Finding(_named(str(error), folder), "Create it again.", rule="archive-form")]
-    return [replace(each, what=_named(f"{name}: {each.what}", folder)) for each in found]
+    return [replace(each, what=_named(f"{name}: {each.what}", folder)) for each in of_file]
 
 
 def _named(words: str, folder: Path) -> str:

@@ -110,8 +110,8 @@ def scan_config(path: Path) -> ConfigScan:
         raise LutgenError(f"{path}: cannot be read: {reason_of(error)}. Give the name of a config.") from None
     utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     text = data.decode("utf-16" if utf16 else "utf-8", errors="replace")
-    found = re.search(r"^ocio_profile_version:\s*[\"']?([0-9]+)(?:\.([0-9]+))?", text, re.MULTILINE)
-    version = (int(found[1][:6]), int((found[2] or "0")[:6])) if found else (0, 0)
+    stated = re.search(r"^ocio_profile_version:\s*[\"']?([0-9]+)(?:\.([0-9]+))?", text, re.MULTILINE)
+    version = (int(stated[1][:6]), int((stated[2] or "0")[:6])) if stated else (0, 0)
     lib = ocio()
     lib.ClearAllCaches()
     broken: list[tuple[str, str]] = []

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.bake.beside_clip import HEADROOM
-from lutgen.lint.cube_scan import scan_cube
+from lutgen.lint.cube_scan import CubeScan, Entry, scan_cube
 from lutgen.lint.finding import COLOUR, FFMPEG, OCIO, OCIO_21, OCIO_26, PILLOW, Fate, Finding, Linted, refused, wrong
 from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.trial import try_cube
@@ -19,8 +19,6 @@ from lutgen.lint.trial import try_cube
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
-
-from lutgen.lint.cube_scan import CubeScan, Entry
 
 EVERYONE = (*OCIO, FFMPEG, PILLOW, COLOUR)
 

@@ -139,7 +139,7 @@ def scan_profile(path: Path) -> ProfileScan:
             size = path.stat().st_size
             tags = tuple(tags_claimed(start))
             inside = [tag for tag in tags if tag.name in TABLES and tag.start < size]
-            tables = tuple(found for tag in inside if (found := _table(tag, file)))
+            tables = tuple(head for tag in inside if (head := _table(tag, file)))
             whole = size <= LARGEST_LUT and is_profile(start)
             file.seek(0)
             identifier = _identifier(file.read()) if whole else None
@@ -313,15 +313,15 @@ def profile_parts(scan: ProfileScan) -> Iterator[Finding]:
 def profile_table(scan: ProfileScan) -> Iterator[Finding]:
     """A table of version 2 with more bytes than its head asks for shows nonsense in every reader."""
     for table in scan.tables:
-        said = f"{table.tag.name} states {table.points} points an edge for {table.inputs} colours"
+        shape = f"{table.tag.name} states {table.points} points an edge for {table.inputs} colours"
         lacks = table.needs > table.tag.size
         if table.points < 2 or table.inputs != 3 or table.outputs != 3 or lacks:
-            what = f"{said} to {table.outputs}"
+            what = f"{shape} to {table.outputs}"
             what += f", which is {table.needs} bytes, and it has {table.tag.size}" if lacks else ""
             yield Finding(what, "Export it again.", 0, _unusable(scan, table))
         elif table.kind != _V4 and table.needs + PADDING < table.tag.size:
             fates = wrong(LCMS_8, LCMS_16, ARGYLL, CHROMIUM, how="reads the wrong numbers")
-            what = f"{said}, which is {table.needs} bytes, and it has {table.tag.size}"
+            what = f"{shape}, which is {table.needs} bytes, and it has {table.tag.size}"
             yield Finding(what, "Export it again.", 0, fates)
     if scan.tables and not scan.link and scan.word(20) == "XYZ ":
         fates = wrong(CHROMIUM, how="shows it half as bright")

@@ -73,7 +73,7 @@ def joined(name: str, *parts: Variation) -> Variation:
 
 
 def within(tolerance: float) -> Callable[[Array, float], tuple[float, float]]:
-    """Return a span of rest that reaches as far up as down, whatever the values of the session."""
+    """Return a span of rest of this size on either side of the value at rest."""
     return lambda _values, rest: (rest - tolerance, rest + tolerance)
 
 

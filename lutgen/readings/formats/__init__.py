@@ -141,11 +141,11 @@ def _files(folder: Path) -> Sequence[Path]:
         files = sorted(each for each in folder.iterdir() if each.is_file() and not each.name.startswith("."))
     except OSError as error:
         raise LutgenError(f"{folder}: cannot read the folder: {reason_of(error)}.") from None
-    found = [each for each in files if each.suffix.lower() in suffixes]
-    listing = next((each for each in found if each.suffix.lower() == ".toml"), None)
+    readable = [each for each in files if each.suffix.lower() in suffixes]
+    listing = next((each for each in readable if each.suffix.lower() == ".toml"), None)
     if listing is not None:
         raise LutgenError(f"{folder}: the folder holds a campaign file. Name it instead: {listing}.")
-    if not found:
+    if not readable:
         known = ", ".join(sorted(suffixes - {".toml"}))
         raise LutgenError(f"{folder}: the folder holds no readings. Put sessions into it ({known}), or name a file.")
-    return found
+    return readable

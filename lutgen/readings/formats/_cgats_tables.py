@@ -1,4 +1,4 @@
-"""CGATS as text: the tables of a file, each with its keywords and rows; nothing is known here of what they mean.
+"""CGATS as text: the tables of a file, each with its keywords and rows; their meaning is read in ``cgats``.
 
 CGATS.5 and ArgyllCMS' own dialect (https://www.argyllcms.com/doc/File_Formats.html): comments from ``#``, strings in
 double quotes that double a quote inside, keywords with one value, ``BEGIN_DATA_FORMAT``, ``BEGIN_DATA``, several tables
@@ -76,7 +76,7 @@ def tables(source: FileText) -> list[CgatsTable]:
         Cut off, a wrong number of fields or sets, a doubled column, a string without end: names the line.
 
     """
-    found: list[CgatsTable] = []
+    closed: list[CgatsTable] = []
     lines = _lines(source)
     current: _Open | None = None
     for at, words in lines:
@@ -85,7 +85,7 @@ def tables(source: FileText) -> list[CgatsTable]:
         if head == _FORMAT[0]:
             current.fields = _fields(source, current, words[1:], at, lines)
         elif head == _DATA[0]:
-            found.append(_close(source, current, words[1:], at, lines))
+            closed.append(_close(source, current, words[1:], at, lines))
             current = None
         elif head in (_FORMAT[1], _DATA[1]):
             raise LutgenError(f"{source.at(at)}: {head} without its BEGIN: is a line missing above?")
@@ -95,10 +95,10 @@ def tables(source: FileText) -> list[CgatsTable]:
             current.kind = words[0]
         else:
             current.keywords[head] = " ".join(words[1:])
-    if current is not None and (current.fields or not found):
+    if current is not None and (current.fields or not closed):
         place = f"{source.file}: the table of line {current.line}"
         raise LutgenError(f"{place} ends before its data (no BEGIN_DATA): cut off? Copy it again.")
-    return found
+    return closed
 
 
 def _lines(source: FileText) -> Iterator[tuple[int, list[str]]]:
@@ -212,12 +212,12 @@ def _check_count(source: FileText, table: _Open, name: str, count: int, held: st
     stated = table.keywords.get(name)
     if stated is None:
         return
-    said = whole(stated, least=0, most=10**9)
-    if said is None:
+    number = whole(stated, least=0, most=10**9)
+    if number is None:
         raise LutgenError(
             f"{source.file}: {name} of the table of line {table.line} is {stated[:40]!r}, no count. Give a number."
         )
-    if said != count:
+    if number != count:
         raise LutgenError(
-            f"{source.file}: {name} of the table of line {table.line} is {said}, but {held}. Copy the file again."
+            f"{source.file}: {name} of the table of line {table.line} is {number}, but {held}. Copy the file again."
         )

@@ -150,14 +150,14 @@ def date_of(text: str) -> tuple[datetime | None, str]:
         return None, ""
     text = text[:_LONGEST]
     try:
-        found = _date(" ".join(text.split()))
+        date = _date(" ".join(text.split()))
     except ValueError as error:
         return None, f"Its date, {text[:40]!r}, is none: {error}."
-    if found is None:
+    if date is None:
         return None, f"Its date, {text[:40]!r}, cannot be read for certain; give it as 2020-05-26."
-    if found.year not in YEARS:
+    if date.year not in YEARS:
         return None, f"Its date, {text[:40]!r}, is not believed: displays are measured since {YEARS[0]}."
-    return found, ""
+    return date, ""
 
 
 def _date(text: str) -> datetime | None:

@@ -72,15 +72,15 @@ def read(source: FileText) -> Session:
     if not claims(source):
         message = f"{source.file}: is no CGATS: no table in it begins with BEGIN_DATA: {source.text.lstrip()[:24]!r}."
         raise LutgenError(f"{message} Readable are .ti3, CGATS or CSV.")
-    found = tables(source)
-    readings = _readings(source, found)
+    file_tables = tables(source)
+    readings = _readings(source, file_tables)
     argyll = readings.kind.upper() == "CTI3"
     drive = _drive(source, readings, argyll=argyll)
     light = _light(source, readings, drive, argyll=argyll)
     keywords = dict(readings.keywords)
     created, doubt = date_of(keywords.get("CREATED", ""))
     spectra, wavelengths = _spectra(source, readings)
-    calibration = next((table for table in found if set(_CAL) <= set(table.fields)), None)
+    calibration = next((table for table in file_tables if set(_CAL) <= set(table.fields)), None)
     if calibration is not None:
         keywords |= {f"CAL_{name}": value for name, value in calibration.keywords.items()}
     names = next((name for name in _NAMES if name in readings.fields), None)
@@ -114,15 +114,17 @@ def _named(arguments: str) -> str:
     return next((value for word, value in itertools.pairwise(words) if word == "-M"), "")
 
 
-def _readings(source: FileText, found: list[CgatsTable]) -> CgatsTable:
+def _readings(source: FileText, file_tables: list[CgatsTable]) -> CgatsTable:
     """Return the one table that holds drive and colours."""
-    for table in found:
+    for table in file_tables:
         if any(name.startswith(("CMYK_", "CMY_")) for name in table.fields):
             raise LutgenError(
                 f"{source.at(table.line)}: CMYK: a printer's file. lutgen reads displays: R, G, B and XYZ."
             )
     colours = (_XYZ, *_XYY, _LAB)
-    full = [t for t in found if set(_RGB) <= set(t.fields) and any(set(names) <= set(t.fields) for names in colours)]
+    full = [
+        t for t in file_tables if set(_RGB) <= set(t.fields) and any(set(names) <= set(t.fields) for names in colours)
+    ]
     if len(full) == 1:
         return full[0]
     if full:
@@ -130,11 +132,11 @@ def _readings(source: FileText, found: list[CgatsTable]) -> CgatsTable:
         raise LutgenError(
             f"{source.file}: several sets of readings, in the tables of lines {places}. Make a file of each."
         )
-    if any(set(_CAL) <= set(table.fields) for table in found):
+    if any(set(_CAL) <= set(table.fields) for table in file_tables):
         raise LutgenError(
             f"{source.file}: calibration curves without readings. The .ti3 of the same session holds both."
         )
-    columns = ", ".join(found[0].fields[:12]) if found else "none"
+    columns = ", ".join(file_tables[0].fields[:12]) if file_tables else "none"
     raise LutgenError(
         f"{source.file}: no table has drive (RGB_R, RGB_G, RGB_B) and colour (XYZ_X, …, or XYY_X, XYY_Y, XYY_CAPY, or "
         f"LAB_L, …); columns: {columns}. A chart (.ti1, .ti2) has no readings, and spectra alone are not enough."
@@ -182,11 +184,11 @@ def _light(source: FileText, table: CgatsTable, drive: Array, *, argyll: bool) -
 
 def _from_lab(source: FileText, table: CgatsTable, *, argyll: bool) -> _Light:
     """Lab to XYZ relative to the white that it was given under (CIE 15:2018, 8.2.1)."""
-    said = " ".join(
+    keywords = " ".join(
         table.keywords.get(name, "")
         for name in ("ILLUMINANT", "ILLUMINATION_NAME", "WEIGHTING_FUNCTION", "WHITE_POINT")
     ).upper()
-    name = "D50" if argyll else next((name for name in _LAB_WHITES if name in said), None)
+    name = "D50" if argyll else next((name for name in _LAB_WHITES if name in keywords), None)
     if name is None:
         raise LutgenError(
             f"{source.file}: Lab without its reference white (keyword ILLUMINANT or WEIGHTING_FUNCTION with D50 or "

@@ -41,5 +41,5 @@ def command(*, files: tuple[str, ...], reference: str | None, json_to: str | Non
     outputs = Outputs(json_to, force=force)
     campaign = read_campaign(*files)
     with progress_bar("explaining", quiet=outputs.alone) as progress:
-        found = explain(campaign, reference=reference, progress=progress)
-    outputs.write(explanation_page(found), lambda: explanations_as_json(found))
+        explanations = explain(campaign, reference=reference, progress=progress)
+    outputs.write(explanation_page(explanations), lambda: explanations_as_json(explanations))

@@ -63,7 +63,7 @@ def command(*, files: tuple[str, ...], output: str, same_display: bool, force: b
 
 
 def _ask(sessions: Sequence[Session]) -> Answers:
-    """Ask on the terminal; nothing leaves the line open."""
+    """Ask on the terminal; an empty answer leaves the line open."""
     from lutgen.history.draft import OF_DISPLAY, OF_SESSION, Answers
 
     names = ", ".join(dict.fromkeys(each.display for each in sessions if each.display))
