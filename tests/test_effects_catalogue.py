@@ -52,6 +52,12 @@ class TestContract:
             # A search starts where the effect does nothing: without an amplitude it would stay there.
             assert not effect.parameters or set(form) & set(effect.neutral)
 
+    def test_its_simple_forms_free_sizes_and_times_alone(self, effect: Effect) -> None:
+        """What bends the formula, such as a power, belongs to the refined forms."""
+        times = {"hour", "early_h", "minutes", "headroom"}
+        for form in effect.forms[: effect.refined]:
+            assert set(form) <= {*effect.neutral, *times}
+
     def test_neutral_is_identity_whatever_the_shape(self, effect: Effect) -> None:
         rng = np.random.default_rng(seed_of(effect))
         scene = scene_of()

@@ -164,9 +164,9 @@ TWINS: tuple[tuple[str, Mapping[str, float], Scene, object, object], ...] = (
     (
         "warm-up",
         {"amount": 0.1, "grown": 0.2, "minutes": 30, "stretch": 2.0, "tint_x": 1.0, "tint_z": -1.0},
-        at(HALF, warmup_min=60.0),
+        at(HALF, warmup_min=45.0),
         TIPS[None],
-        TIPS[None] * (1 - 0.2 * np.exp(-4.0) * np.array([2.0, 1.0, 0.0])),
+        TIPS[None] * (1 - 0.2 * np.exp(-2.25) * np.array([2.0, 1.0, 0.0])),
     ),
     # (1 + q·m/τ_w)^(−1/q)
     (
