@@ -1,4 +1,4 @@
-"""OpenColorIO and OpenImageIO, which come from Debian's packages or from PyPI's wheels; reading LUT files with them.
+"""OpenColorIO and OpenImageIO, from Debian's packages or PyPI's wheels; LUT files and configs as OpenColorIO sees them.
 
 Nothing newer than OpenColorIO 2.1 may be assumed: what it lacks is asked for by feature.
 """
@@ -9,13 +9,13 @@ import os
 import re
 from contextlib import contextmanager
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import LutgenError, reason_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from pathlib import Path
 
 _SOURCES = {
     "PyOpenColorIO": ("OpenColorIO", "python3-pyopencolorio"),
@@ -31,7 +31,7 @@ MOST_POINTS, MOST_CURVE_POINTS = 129, 1_048_576
 #: How a .csp opens, and the lines between which its metadata stand.
 _CSP, _METADATA = re.compile(rb"(?i)\s*CSPLUTV100"), re.compile(rb"(?im)^[ \t]*(BEGIN|END) METADATA")
 
-#: The sizes that a .cube claims; OpenColorIO 2.1 would ask for the memory before it counts the rows.
+#: The sizes that a .cube states; OpenColorIO 2.1 would allocate the memory before it counts the rows.
 _CLAIMED = re.compile(rb"(?im)^[ \t]*LUT_([13])D_SIZE[ \t]+([0-9]+)")
 
 
@@ -72,11 +72,10 @@ def littlecms() -> Any:
     try:
         return import_module("imagecodecs")
     except ImportError as error:
-        message = (
+        raise LutgenError(
             f"ICC profiles are read back through LittleCMS, whose binding cannot be imported ({error}). Install it by "
             f"`pip install lutgen[icc]`; `lutgen build --no-certificates` does without."
-        )
-        raise LutgenError(message) from None
+        ) from None
 
 
 def lut_processor(path: Path) -> Any:
@@ -95,14 +94,13 @@ def lut_processor(path: Path) -> Any:
         head = file.read(65_536)
     for dimensions, digits in _CLAIMED.findall(head):
         most = MOST_POINTS if dimensions == b"3" else MOST_CURVE_POINTS
-        # Nobody needs all digits of a lie, and Python refuses to read thousands of them.
+        # Nine digits are enough to refuse a size, and Python does not read thousands of digits.
         if len(digits) > 9 or int(digits) > most:
             claimed = digits[:12].decode()
             message = f"{path}: claims {claimed} points in {dimensions.decode()}D; OpenColorIO takes at most {most}."
             raise LutgenError(f"{message} Ask its maker for a smaller one.")
     if line := unclosed_metadata(path):
-        message = f"{path}:{line}: opens its metadata and never closes them. Write END METADATA behind them."
-        raise LutgenError(message)
+        raise LutgenError(f"{path}:{line}: opens its metadata and never closes them. Write END METADATA behind them.")
     # Caches key on the path: a rewritten file would otherwise be answered from memory.
     lib.ClearAllCaches()
     # The name as it is given, not where a link leads: OpenColorIO chooses the reader by its suffix.
@@ -110,8 +108,9 @@ def lut_processor(path: Path) -> Any:
     try:
         return lib.Config.CreateRaw().getProcessor(file_transform)
     except ocio_errors() as error:
-        message = f"{path}: OpenColorIO {lib.__version__} cannot read it: {' '.join(str(error).split())}"
-        raise LutgenError(message) from None
+        raise LutgenError(
+            f"{path}: OpenColorIO {lib.__version__} cannot read it: {' '.join(str(error).split())}"
+        ) from None
 
 
 def unclosed_metadata(path: Path) -> int:
@@ -153,9 +152,126 @@ def _binding(module: str) -> Any:
     try:
         return import_module(module)
     except ImportError as error:
+        # Ctrl-C while a library in C++ loads.
+        if isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):
+            raise KeyboardInterrupt from None
         name, debian = _SOURCES[module]
-        message = (
+        raise LutgenError(
             f"{name}'s Python binding cannot be imported ({error}). Install Debian's {debian} and use a virtual "
             f"environment with system site packages, or without rights `pip install lutgen[wheels]`."
-        )
-        raise LutgenError(message) from None
+        ) from None
+
+
+def all_parts(config: Any) -> Iterator[tuple[str, Any]]:
+    """Yield the name of each view, colour space and look, and a transform between it and :func:`first_space`.
+
+    Raises
+    ------
+    LutgenError
+        No colour space of the config holds colours.
+
+    """
+    lib, start = ocio(), first_space(config)
+    for display in config.getDisplaysAll():
+        for view in config.getViews(display):
+            yield f"view {view} of {display}", lib.DisplayViewTransform(start, display, view)
+    for space in config.getColorSpaceNames(lib.SEARCH_REFERENCE_SPACE_ALL, lib.COLORSPACE_ALL):
+        yield f"colour space {space}", lib.ColorSpaceTransform(src=space, dst=start)
+        yield f"colour space {space}", lib.ColorSpaceTransform(src=start, dst=space)
+    for look in config.getLookNames():
+        yield f"look {look}", lib.LookTransform(src=start, dst=start, looks=look)
+
+
+def first_space(config: Any) -> str:
+    """Return a colour space that pictures are in: the role scene_linear or default, else the first with colours.
+
+    Raises
+    ------
+    LutgenError
+        No colour space of the config holds colours.
+
+    """
+    roles = [name for name in ("scene_linear", "default") if config.hasRole(name)]
+    for name in [*roles, *config.getColorSpaceNames()]:
+        # None, where a role names a colour space that is missing.
+        space = config.getColorSpace(name)
+        if space is not None and not space.isData():
+            return str(space.getName())
+    raise LutgenError("this config has no colour space that holds colours: nothing can be shown through it.")
+
+
+def is_utf8(config: Any) -> bool:
+    """Whether all names and texts of a config can be decoded; comments are not looked at.
+
+    OpenColorIO takes any bytes, and its Python binding raises UnicodeDecodeError for each name that is not UTF-8.
+    """
+    lib = ocio()
+    try:
+        list(config.getColorSpaceNames(lib.SEARCH_REFERENCE_SPACE_ALL, lib.COLORSPACE_ALL))
+        for display in config.getDisplaysAll():
+            list(config.getViews(display))
+        list(config.getLookNames())
+        list(config.getSearchPaths())
+        sources(config)
+        config.serialize()
+    except UnicodeDecodeError:
+        return False
+    except ocio_errors():
+        # A config that is not valid cannot be written; that is told apart.
+        return True
+    return True
+
+
+def sources(config: Any) -> list[str]:
+    """Return the files that a config's transforms name, as written, each once."""
+    return list(dict.fromkeys(each.getSrc() for each in file_transforms(config)))
+
+
+def file_transforms(config: Any) -> Iterator[Any]:
+    """Yield every FileTransform of a config, those of inactive colour spaces too."""
+    lib = ocio()
+    for transform in _transforms(lib, config):
+        yield from _files_in(lib, transform)
+
+
+def _transforms(lib: Any, config: Any) -> Iterator[Any]:
+    ways = lib.COLORSPACE_DIR_TO_REFERENCE, lib.COLORSPACE_DIR_FROM_REFERENCE
+    for space in config.getColorSpaces(lib.SEARCH_REFERENCE_SPACE_ALL, lib.COLORSPACE_ALL):
+        yield from (space.getTransform(way) for way in ways)
+    for view in config.getViewTransforms():
+        yield view.getTransform(lib.VIEWTRANSFORM_DIR_TO_REFERENCE)
+        yield view.getTransform(lib.VIEWTRANSFORM_DIR_FROM_REFERENCE)
+    for look in config.getLooks():
+        yield from (look.getTransform(), look.getInverseTransform())
+    for named in config.getNamedTransforms():
+        yield from (named.getTransform(lib.TRANSFORM_DIR_FORWARD), named.getTransform(lib.TRANSFORM_DIR_INVERSE))
+
+
+def _files_in(lib: Any, transform: Any) -> Iterator[Any]:
+    if isinstance(transform, lib.FileTransform):
+        yield transform
+    elif isinstance(transform, lib.GroupTransform):
+        for child in transform:
+            yield from _files_in(lib, child)
+
+
+def endless_file(config: Any) -> Path | None:
+    """Return a file that a config names and that OpenColorIO would read for ever; None where there is none."""
+    for source in sources(config):
+        try:
+            path = Path(config.getCurrentContext().resolveFileLocation(source))
+        except ocio_errors():
+            continue
+        if path.is_file() and unclosed_metadata(path):
+            return path
+    return None
+
+
+def search_path(config: Any) -> list[str]:
+    """Return the folders of a config's search path, without empty entries."""
+    return [entry for entry in config.getSearchPaths() if entry]
+
+
+def leads_out(entry: str) -> bool:
+    """Whether a relative folder lies outside the one that it is relative to."""
+    return Path(os.path.normpath(entry)).parts[:1] == (os.pardir,)

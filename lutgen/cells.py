@@ -60,7 +60,7 @@ def number(text: str, *, non_finite: bool = False) -> float | None:
 
 
 def has_decimal_comma(text: str) -> bool:
-    """Whether a cell is a number written with a decimal comma, of which nothing else is wrong."""
+    """Whether a cell is a number written with a decimal comma, and correct but for that."""
     return bool(_DECIMAL_COMMA.fullmatch(text[: LONGEST + 1].strip(BLANKS)))
 
 

@@ -53,6 +53,11 @@ def xy_to_uv(xy: ArrayLike) -> Array:
     return np.asarray(np.stack([4 * x, 9 * y], axis=-1) / (-2 * x + 12 * y + 3)[..., np.newaxis])
 
 
+def xyz_to_uv(xyz: ArrayLike) -> Array:
+    """CIE XYZ to CIE 1976 u', v'. Shape (..., 3) → (..., 2); black has no chromaticity: NaN."""
+    return xy_to_uv(xyz_to_xyY(xyz)[..., :2])
+
+
 def transform(matrix: Array, signal: ArrayLike) -> Array:
     """Multiply every k-vector of ``signal`` by ``matrix``: shapes (m, k) and (..., k) → (..., m).
 
@@ -221,7 +226,7 @@ def _delta_e_2000_chunk(lab_1: Array, lab_2: Array) -> Array:
     return np.asarray(np.sqrt(np.maximum(squared, 0.0)))
 
 
-#: Keeps divisions from complaining where their result is replaced later, or tends to nothing.
+#: Avoids a division by zero where the quotient is replaced later, or has a factor of 0.
 _TINY = 1e-200
 
 

@@ -1,17 +1,28 @@
-"""Reading of files that may hold anything; writing so that a reader sees the old file or the new one, never a part."""
+"""Reading of files that may hold anything, atomic writing, and temporary folders.
+
+Writing is atomic: a reader sees the old file or the new one, never a part. A run that was killed leaves its temporary
+folder, and the next run removes it.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import os
 import shutil
+import tempfile
+import time
 from contextlib import contextmanager, suppress
+from functools import cache
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError, reason_of
-from lutgen.scratch import scratch
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -21,6 +32,13 @@ PARTIAL = ".lutgen-partial"
 
 #: Bytes of a name to which a dot and ``PARTIAL`` can be added: file systems take 255.
 _LONGEST_NAME = 200
+
+#: Temporary folders begin with this.
+PREFIX = "lutgen-"
+
+#: An unlocked folder that is older than this, in seconds, belongs to a killed run: a new one is locked within a few
+#: milliseconds.
+GRACE = 60.0
 
 
 def write_atomically(path: Path, data: bytes) -> None:
@@ -188,3 +206,47 @@ def under_its_name(path: Path, suffix: str) -> Iterator[Path]:
         link = Path(folder) / f"lut{suffix}"
         link.symlink_to(path.resolve())
         yield link
+
+
+@contextmanager
+def scratch() -> Iterator[Path]:
+    """Give a new private folder, which is removed at the end of the block.
+
+    The folder is locked while the process runs, however that ends; the first use in a process removes folders of this
+    user that no process holds any more.
+    """
+    _clear(tempfile.gettempdir())
+    with tempfile.TemporaryDirectory(prefix=PREFIX) as name:
+        held = _held(Path(name))
+        try:
+            yield Path(name)
+        finally:
+            if held is not None:
+                os.close(held)
+
+
+@cache
+def _clear(place: str) -> None:
+    """Remove the folders that killed runs left; done once in each process."""
+    if fcntl is None:
+        return
+    for folder in Path(place).glob(f"{PREFIX}*"):
+        with suppress(OSError):  # somebody else clears it too
+            found = folder.lstat()
+            ours = found.st_uid == os.getuid() and not folder.is_symlink() and folder.is_dir()
+            if ours and time.time() - found.st_mtime > GRACE and (held := _held(folder)) is not None:
+                shutil.rmtree(folder, ignore_errors=True)
+                os.close(held)
+
+
+def _held(folder: Path) -> int | None:
+    """Lock a folder; None where another process holds it, or where that cannot be done."""
+    if fcntl is None:
+        return None
+    opened = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(opened)
+        return None
+    return opened

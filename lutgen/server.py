@@ -1,8 +1,8 @@
-"""The local server of lutgen's pages: on the loopback address alone, for whoever has its address.
+"""The local server of lutgen's pages, on the loopback address 127.0.0.1 alone.
 
-Other machines cannot reach 127.0.0.1. Other pages in the same browser could: a name that resolves to it is refused by
-``Host``, a page of another origin by ``Origin``, and both lack the random word in the address, as other users of the
-computer do.
+Other machines cannot reach 127.0.0.1, but other pages in the same browser and other users of the computer can. The
+server checks three things: ``Host``, against names that resolve to 127.0.0.1; ``Origin``, against pages of other
+origins; and a random word in the address, which only the user who started the server is told.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ HOST = "127.0.0.1"
 #: Requests that are answered at the same time; one more is refused.
 MOST_AT_ONCE = 64
 
-#: What every reply says: nothing is stored, nothing foreign runs, nothing is told to other pages.
+#: Headers of every reply: the browser stores nothing, runs no foreign code, and tells other pages nothing.
 HEADERS = {
     "Cache-Control": "no-store",
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; "
@@ -59,7 +59,7 @@ KINDS = {
 
 
 class RefusedError(LutgenError):
-    """The page asked what it may not have; ``why`` is for the page, ``status`` for HTTP."""
+    """A request is refused; ``why`` is a word for the page, ``status`` the code of HTTP."""
 
     def __init__(self, status: int, why: str, message: str) -> None:
         """Take the HTTP status, the page's word for it, and a sentence for the reader."""
@@ -71,7 +71,7 @@ NOTHING = RefusedError(404, "bad", "There is nothing here.")
 
 
 class Guard:
-    """Lets a request pass that has the right Host, Origin and random word; takes the word out of its path."""
+    """Passes on requests with the right Host, Origin and random word, and removes the word from their path."""
 
     def __init__(self, app: ASGIApp, listening: socket) -> None:
         """Guard an application that is served on a port."""
@@ -144,12 +144,12 @@ def refused(error: RefusedError) -> Response:
 
 
 async def pieces(request: Request, most: int, what: str) -> AsyncIterator[bytes]:
-    """Give what a page sends, piece by piece, refused where it is more than so many bytes.
+    """Yield the body of a request piece by piece; refuse a body of more than ``most`` bytes.
 
     Raises
     ------
     RefusedError
-        It says that it is larger, turns out to be, or says no length that is one.
+        The stated or the real length is larger, or the stated length is no number.
 
     """
     length = request.headers.get("content-length")
@@ -202,12 +202,12 @@ def page_file(folder: Path, name: str) -> tuple[bytes, str]:
 
 
 def port_taken(port: int) -> socket:
-    """Take a port of this computer, 0 for any that is free, before anything else is done.
+    """Bind a port of this computer (0: any free one), before any other work is done.
 
     Raises
     ------
     LutgenError
-        The port is another program's, or none; or what serves pages is not installed.
+        Another program has the port, there is no such port, or starlette or uvicorn is not installed.
 
     """
     check_installed()
@@ -240,12 +240,12 @@ async def _nothing() -> None:
 
 
 def server_of(guarded: Guard, ending: Callable[[], Awaitable[None]] = _nothing) -> Server:
-    """Return what serves a guarded application, for the caller to run; ``ending`` is called before it ends replies."""
+    """Return the server of a guarded application, for the caller to run; it awaits ``ending`` before it shuts down."""
     from uvicorn import Config, Server
 
     class Ending(Server):
         async def shutdown(self, sockets: list[socket] | None = None) -> None:
-            # Before uvicorn gives the signal back, which cancels what is awaited then.
+            # Before uvicorn raises the signal again, which cancels everything that is awaited.
             await ending()
             await super().shutdown(sockets)
 

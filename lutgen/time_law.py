@@ -1,7 +1,7 @@
-"""What a display does between two hours at which it was measured: a straight line in time, and how far that may be off.
+"""White and primaries between two measured hours: a straight line in time, and the error of that line.
 
 The display model (white and primaries at any hour) and the criticism (hours without white and primaries) use this law.
-Whoever wants another one, such as a spline, writes it here.
+Another law, such as a spline, would be written here.
 """
 
 from __future__ import annotations

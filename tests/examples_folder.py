@@ -20,7 +20,8 @@ from skimage.io import imsave
 
 from lutgen.bake import icc_profile
 from lutgen.bake.spaces import linear_to_xyz_d50
-from lutgen.cli import group, main
+from lutgen.cli import main
+from lutgen.cli.program import group
 from lutgen.display import DisplayModel, default_display
 from lutgen.readings import read_measurements
 from lutgen.report.criticism.effect_sketch import sketched

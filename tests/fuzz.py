@@ -46,7 +46,7 @@ from lutgen.display import DisplayModel, default_display, load_model
 from lutgen.errors import LutgenError
 from lutgen.lint import lint, trial
 from lutgen.lint.finding import READS
-from lutgen.lint.programs import opencolorio
+from lutgen.lint.programs import OPENCOLORIO
 from lutgen.readings import read_campaign, read_measurements, read_session
 
 if TYPE_CHECKING:
@@ -168,7 +168,7 @@ def readers(case: int, chance: random.Random, folder: Path) -> str:
     try:
         result = read(path)
         asked = path.suffix == ".cube" and case % ASKED == 0 and lint(path).clean
-        with mock.patch.object(trial, "programs", return_value=[opencolorio.PROGRAM]):
+        with mock.patch.object(trial, "PROGRAMS", (OPENCOLORIO,)):
             trials = lint(path, ask_readers=True).trials if asked else ()
     except LutgenError as error:
         return f"{name}: more than one line: {error}" if "\n" in str(error) else ""

@@ -22,9 +22,9 @@ PACKAGE = ROOT / "lutgen"
 #: A row imports only from rows above it; two siblings of a row do not import each other. A name is a folder's or a
 #: file's in ``lutgen/``.
 ROWS = (
-    {"errors", "cells", "names", "scratch"},
+    {"errors", "cells", "names"},
     {"colorimetry", "bindings", "documents", "files", "icc_tags", "numerals"},
-    {"config_parts", "server", "time_law"},
+    {"server", "time_law"},
     {"readings"},
     {"effects"},
     {"display"},

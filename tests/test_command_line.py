@@ -18,9 +18,10 @@ from typing import TYPE_CHECKING
 import pytest
 from click import Context
 
-from lutgen.cli import group, outputs
+from lutgen.cli import outputs
 from lutgen.cli.command import Command, Section
-from lutgen.cli.words import wrapped
+from lutgen.cli.program import group
+from lutgen.cli.terminal import wrapped
 from tests.command import in_process
 from tests.examples_folder import COMMANDS, ROOT, make_folder
 
@@ -133,6 +134,13 @@ def test_a_sentence_wraps_at_words_and_keeps_its_indent() -> None:
     assert wrapped(command, 30) == command
 
 
+@pytest.mark.parametrize("width", range(8, 30))
+def test_no_line_ends_inside_a_number(width: int) -> None:
+    lines = wrapped("white by 18 000 h, black by 1 048 576 h, 5 at 3 times", width).split("\n")
+    assert " ".join(lines) == "white by 18 000 h, black by 1 048 576 h, 5 at 3 times"
+    assert not [line for line in lines if re.match(r"\d{3}\b", line)]
+
+
 @pytest.mark.parametrize("width", [33, 60])
 def test_a_terminal_gets_sentences_that_wrap_at_words(width: int) -> None:
     command = ["apply", "absent.png", "--mode", "chroma", "--hours", "5", "--lut", "some.cube", "-o", "out.png"]
@@ -169,6 +177,36 @@ def handles_sigterm(pid: int) -> bool:
     """Whether a process has begun to run a command: from then on it answers SIGINT and SIGTERM itself."""
     (caught,) = re.findall(r"SigCgt:\s*([0-9a-f]+)", Path(f"/proc/{pid}/status").read_text())
     return bool(int(caught, 16) >> (signal.SIGTERM - 1) & 1)
+
+
+#: Ctrl-C comes while a module is imported.
+INTERRUPTED_IMPORT = """
+import importlib.abc, sys
+class Interrupt(importlib.abc.MetaPathFinder):
+    def find_spec(self, name, path, target=None):
+        if name == {module!r}:
+            raise {error}
+sys.meta_path.insert(0, Interrupt())
+from lutgen.cli import main
+sys.argv = ["lutgen", "apply", "a.png", "--mode", "chroma", "--hours", "1", "-o", "b.png"]
+main()
+"""
+
+
+@pytest.mark.parametrize(
+    ("module", "error"),
+    [
+        ("click", "KeyboardInterrupt"),
+        # As libraries in C++ say it.
+        ("OpenImageIO", "ImportError('initialization failed') from KeyboardInterrupt()"),
+    ],
+)
+def test_an_interrupt_while_modules_load_ends_with_130_in_silence(module: str, error: str, folder: Path) -> None:
+    program = INTERRUPTED_IMPORT.format(module=module, error=error).replace("a.png", "slide.png")
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=folder, capture_output=True, text=True, check=False, timeout=60
+    )
+    assert (done.returncode, done.stdout, done.stderr.strip()) == (130, "", "")
 
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="only Linux says which signals a process handles")

@@ -52,6 +52,12 @@ class TestContract:
             # A search starts where the effect does nothing: without an amplitude it would stay there.
             assert effect.stage == "selection" or set(form) & set(effect.neutral)
 
+    def test_its_simple_forms_free_sizes_and_times_alone(self, effect: Effect) -> None:
+        """What bends the formula, such as a power, belongs to the refined forms."""
+        times = {"hour", "early_h", "minutes", "headroom"}
+        for form in effect.forms[: effect.refined]:
+            assert set(form) <= {*effect.neutral, *times}
+
     def test_neutral_is_identity_whatever_the_shape(self, effect: Effect) -> None:
         if effect.stage == "selection":
             assert not effect.neutral
@@ -183,6 +189,14 @@ def test_every_module_docstring_gives_its_equation() -> None:
     for effect in EFFECTS:
         if effect.name != "matrix-switching":
             assert re.search(r"[×→=]|exp", effect.text), effect.name
+
+
+@pytest.mark.parametrize("effect", EFFECTS, ids=NAMES)
+def test_a_docstring_says_what_0_and_1_mean_where_it_holds_and_what_it_rests_on(effect: Effect) -> None:
+    starts = {line.split()[0].rstrip(":") for line in effect.text.splitlines() if line}
+    assert {"Meaning", "Valid"} <= starts
+    assert starts & {"Source", "Sources", "Assumption"}
+    assert "assumption" not in effect.source or "Assumption" in starts
 
 
 @pytest.mark.parametrize(

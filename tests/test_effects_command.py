@@ -15,7 +15,8 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from lutgen.cli import group, main
+from lutgen.cli import main
+from lutgen.cli.program import group
 from lutgen.display import default_display
 from lutgen.display.signature import CODES, Signature
 from lutgen.effects import STAGES, catalogue

@@ -13,6 +13,7 @@ from lutgen.colorimetry import D65, code_to_linear, linear_to_code
 from lutgen.display.trace import panel, reported
 from lutgen.effects import Scene, catalogue, growth
 from lutgen.effects.shapes import LEAST_EXPONENT, bent, level_curve
+from lutgen.effects.spectra import CMFS
 from tests.effect_scenes import TIPS, N, Term, at, one, scene_of
 
 if TYPE_CHECKING:
@@ -27,6 +28,8 @@ NAMES = tuple(catalogue())
 # Literal twins: name, values, where, what passes and what must come out, computed by hand or in plain Python.
 LINEAR = (0.2, 0.5, 0.9)
 HALF = 9000.0
+#: exp(−0.4·τ^(2·bend)) at τ = ½ for bends of 2, 1 and ½.
+GAINS = np.exp([[-0.4 / 16], [-0.4 / 4], [-0.4 / 2]])
 TWINS: tuple[tuple[str, Mapping[str, float], Scene, object, object], ...] = (
     ("eotf-drift", {"new": 0.1, "grown": 0.2}, at(HALF), [LINEAR], [[x**1.2 for x in LINEAR]]),
     ("eotf-drift", {"grown": 0.2, "power": 2.0}, at(HALF), [LINEAR], [[x**1.05 for x in LINEAR]]),
@@ -137,6 +140,126 @@ TWINS: tuple[tuple[str, Mapping[str, float], Scene, object, object], ...] = (
     ("channel-decay", dict.fromkeys(("red", "green", "blue"), 0.3), at(HALF), TIPS[None], TIPS[None] * np.exp(-0.15)),
     ("stabilizer-headroom", {"headroom": 0.5, "loss": 0.4}, at(HALF), TIPS[None], TIPS[None]),
     ("stabilizer-headroom", {"headroom": 0.5, "loss": 2.0}, at(), TIPS[None], TIPS[None] * 1.5 * np.exp(-2.0)),
+    # The parameters of the refined forms.
+    (
+        "stabilizer-headroom",
+        {"headroom": 0.5, "loss": 2.0, "beta": 2.0, "knee": 0.1},
+        at(HALF),
+        TIPS[None],
+        TIPS[None] * ((1 + 1.5**-10) / (1 + np.exp(5.0) * 1.5**-10)) ** 0.1,
+    ),
+    ("backlight-decay", {"loss": 0.8, "beta": 2.0}, at(HALF), TIPS[None], TIPS[None] * np.exp(-0.2)),
+    ("meter-drift", {"drift": 0.02, "drift_z": -0.01, "power": 2.0}, at(HALF), [[1.0] * 3], [[1.005, 1.005, 1.0025]]),
+    ("meter-offset", {"offset_x": 0.03}, at(), [[1.0] * 3], [[1.03, 1.0, 1.0]]),
+    (
+        "ambient-reflection",
+        {"reflectance": 0.02, "exponent": 2.0, "tint_z": -0.5},
+        at(ambient_lx=50.0),
+        [[1.0] * 3],
+        [1 + 0.02 * 25.0 * D65 * [1, 1, 0.5]],
+    ),
+    (
+        "veiling-glare",
+        {"glare": 0.01, "grown": 0.02, "power": 2.0, "reach": 2.0, "tint_x": 0.5, "tint_z": -0.5},
+        at(HALF, window=0.5, surround=1.0),
+        [[10.0] * 3],
+        [10 + 0.015 * (0.25 * 10 + 0.75 * TIPS[0]) * [1.5, 1, 0.5]],
+    ),
+    (
+        "warm-up",
+        {"amount": 0.1, "grown": 0.2, "minutes": 30, "stretch": 2.0, "tint_x": 1.0, "tint_z": -1.0},
+        at(HALF, warmup_min=45.0),
+        TIPS[None],
+        TIPS[None] * (1 - 0.2 * np.exp(-2.25) * np.array([2.0, 1.0, 0.0])),
+    ),
+    # (1 + q·m/τ_w)^(−1/q)
+    (
+        "warm-up",
+        {"amount": 0.1, "minutes": 30, "tail": 2},
+        at(warmup_min=120.0),
+        TIPS[None],
+        TIPS[None] * (1 - 0.1 / 3),
+    ),
+    (
+        "temperature",
+        {"slope": -0.003, "curve": 1e-4, "tint_x": 1.0, "tint_z": -1.0},
+        at(temperature_c=35.0),
+        TIPS[None],
+        TIPS[None] * [1 - 0.04, 1 - 0.02, 1.0],
+    ),
+    (
+        "edge-falloff",
+        {"new": 0.2, "slope_v": 0.5, "tint_x": 0.5, "exponent": 2, "contour": 2},
+        at(u=0.5, v=1.0),
+        [[10.0] * 3],
+        [[10 * (1 - 0.2 * 1.5), 10 * (1 - 0.2), 10 * (1 - 0.2)]],
+    ),
+    # (1.5·|2u − 1|² + 0.5·|2v − 1|²)/2 instead of ρ²
+    ("edge-falloff", {"new": 0.2, "stretch": 0.5}, at(u=1.0, v=0.5), [[10.0] * 3], [[10 * (1 - 0.2 * 0.75)] * 3]),
+    (
+        "black-level",
+        {"grown": 0.004, "power": 2.0, "tint_x": -0.2},
+        at(HALF),
+        [[0.0] * 3],
+        [TIPS[0] * 0.001 * [0.8, 1, 1]],
+    ),
+    # (1 − e^(−s·τ^p))/(1 − e^(−s))
+    (
+        "black-level",
+        {"grown": 0.004, "saturation": 3.0},
+        at(HALF),
+        [[0.0] * 3],
+        [TIPS[0] * 0.004 * (1 - np.exp(-1.5)) / (1 - np.exp(-3.0))],
+    ),
+    ("drive-loss", {"new": 0.1, "lean": 0.5}, at(), [LINEAR], [[x * (1 - 0.1 * (1 + 0.5 * x)) for x in LINEAR]]),
+    ("drive-loss", {"red": 0.1, "green": 0.2, "onset": 0.5}, at(HALF), [LINEAR], [[0.185, 0.425, 0.9]]),
+    (
+        "crosstalk",
+        {"new": 0.1, "exponent": 2.0},
+        at(),
+        [LINEAR],
+        [[0.2 * (1 - 0.106), 0.5 * (1 - 0.085), 0.9 * (1 - 0.029)]],
+    ),
+    (
+        "loading",
+        {"new": 0.1, "exponent": 2.0, "weight_red": 1.0, "weight_blue": 3.0, "tint_red": 0.5, "tint_blue": -0.5},
+        at(code=(1.0, 0.0, 0.5), window=0.5, surround=0.6),
+        [[1.0] * 3],
+        # Weights 2:1:4 of squared code values, half of the screen
+        [1 - 0.1 * (0.5 * 3 / 7 + 0.5 * 0.36) * np.array([1.5, 1.0, 0.5])],
+    ),
+    (
+        "quantization",
+        {"bits": 4, "panel_gamma": 2.0, "added": 0.0},
+        at(),
+        [[0.0, 0.5, 1.0]],
+        # Light 0.21404 of code 0.5; its root times 15 is 6.94, which truncates to 6
+        [[0.0, float(linear_to_code((6 / 15) ** 2)), float(linear_to_code((14 / 15) ** 2))]],
+    ),
+    ("recalibration", {"hour": 9000, "green": 0.2, "blue": -0.1}, at(), [LINEAR], [[0.2, 0.5**1.2, 0.9**0.9]]),
+    # A Γ that is the same at all levels
+    (
+        "recalibration",
+        {"hour": 9000, **dict.fromkeys(("level_00", "level_25", "level_50", "level_75", "level_100"), 0.2)},
+        at(),
+        [LINEAR],
+        [[x**1.2 for x in LINEAR]],
+    ),
+    (
+        "channel-gamma",
+        {**dict.fromkeys(("red_00", "red_25", "red_50", "red_75", "red_100"), 0.2), "onset": 0.5},
+        at(HALF),
+        [LINEAR],
+        [[0.2**1.15, 0.5, 0.9]],
+    ),
+    ("channel-gamma", {"blue_grown": 0.2, "power": 2.0}, at(HALF), [LINEAR], [[0.2, 0.5, 0.9**1.05]]),
+    (
+        "channel-decay",
+        {"green": 0.4, "red": 0.4, "blue": 0.4, "red_bend": 2.0, "blue_bend": 0.5, "power": 2.0},
+        at(HALF),
+        [[TIPS[1:].sum(axis=0), *TIPS[1:]]],  # white is the sum of its primaries
+        [[(TIPS[1:] * GAINS).sum(axis=0), *(TIPS[1:] * GAINS)]],
+    ),
 )
 
 
@@ -171,6 +294,34 @@ def test_a_primary_shifts_with_its_own_level_only() -> None:
     shifts[2] = TIPS[3].sum() * np.array([0.01, 0.0, 0.04])
     np.testing.assert_allclose(found[0, 1:], TIPS[1:] + shifts, rtol=1e-12)
     np.testing.assert_allclose(found[0, 0], TIPS[0] + shifts.sum(axis=0), rtol=1e-12)
+
+
+def test_a_primary_may_gain_luminance_by_the_light_of_its_drive() -> None:
+    """(1 − d^b)^e at d = ½, b = 2, e = 1, and half of the shift at hour 0."""
+    found = one("primary-shift", TIPS[None], at(HALF, code=(0.5, 1, 1)), red_y=0.04, bend=2.0, onset=0.5, power=2.0)
+    shift = 0.75 * (0.5 + 0.5 / 4) * 0.04 * TIPS[1].sum() * np.array([0.0, 1.0, 0.0])
+    np.testing.assert_allclose(found[0], np.add(TIPS, [shift, shift, [0.0] * 3, [0.0] * 3]), rtol=1e-12)
+
+
+def test_yellowing_absorbs_by_wavelength() -> None:
+    """XYZ of a primary behind exp(−a·τ²·e^(−(λ − 400 nm)/λ₀)), as a sum over its spectrum."""
+    scene = at(HALF)
+    assert scene.light is not None
+    nm = np.arange(380, 781, 5)
+    passed = np.exp(-0.8 * 0.25 * np.exp(-(nm - 400) / 50))
+    wanted = scene.light.spectra * passed @ CMFS
+    found = [one("yellowing", tip[None], scene, depth=0.8, power=2.0, reach=50.0)[0] for tip in TIPS[1:]]
+    np.testing.assert_allclose(found, wanted, rtol=1e-9)
+
+
+def test_worn_phosphors_keep_a_share_of_their_light() -> None:
+    scene = at(HALF)
+    assert scene.light is not None
+    first, second, _ = scene.light.parts.values()
+    left = 1 - first * (1 - np.exp(-0.8 * 0.25)) - second * (1 - np.exp(-0.4 * 0.25))
+    wanted = scene.light.spectra * left @ CMFS
+    found = one("phosphor-wear", TIPS[None], scene, wear=0.8, second=0.4, power=2.0)
+    np.testing.assert_allclose(found[0, 1:], wanted, rtol=1e-9)
 
 
 def test_at_full_drive_primaries_are_the_tips() -> None:

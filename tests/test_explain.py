@@ -14,14 +14,11 @@ import pytest
 
 from lutgen import LutgenError
 from lutgen.history.calibration import full_light_ratio
-from lutgen.history.causes import Cause, causes
-from lutgen.history.causes._cause import ON_THE_DISPLAY
-from lutgen.history.colour_points import COLOURS, PARAMETERS, ColourPoints, changed
-from lutgen.history.drift import course, steadiness
-from lutgen.history.evidence import covariance, fit
+from lutgen.history.causes import ON_THE_DISPLAY, Cause, causes
+from lutgen.history.colour_points import COLOURS, PARAMETERS, ColourPoints, changed, covariance, fit
 from lutgen.history.explain import explain, explanations
-from lutgen.history.lines import line_shift
-from lutgen.history.pair import FACTS
+from lutgen.history.pair import FACTS, line_shift
+from lutgen.history.steadiness import drift_by_repeats, steadiness
 from lutgen.history.verdicts import KINDS, SessionVerdict
 from lutgen.readings import read_campaign, read_session
 from lutgen.readings.campaign import Campaign, CampaignEntry
@@ -226,7 +223,7 @@ def test_what_scatters_is_told_from_what_drifts(
     (tmp_path / "s.csv").write_text(csv_text(np.ones((readings, 3)), np.tile(white, (readings, 1))))
     session = read_session(tmp_path / "s.csv")
     light = (1.0 + moved(np.linspace(0.0, 1.0, readings))) * (1.0 + noise * random.standard_normal((300, readings)))
-    drifts = [course(steadiness(replace(session, xyz=np.outer(each, white)))) for each in light]
+    drifts = [drift_by_repeats(steadiness(replace(session, xyz=np.outer(each, white)))) for each in light]
     low, high = share
     assert low <= sum(each.ran_away for each in drifts) / 300 <= high
 
@@ -436,7 +433,7 @@ def test_a_cause_is_one_file(declares: str, tmp_path: Path, monkeypatch: pytest.
     says: dict[str, object] = {declares: lambda _pair: True if declares == "bends" else "a cat sat on the screen"}
     invented = Cause("cat", "a cat sat on the screen", "look", "unchanged", frozenset({"sum"}), **says)  # type: ignore[arg-type]
     known = {**causes(), "cat": invented}
-    for module in ("verdicts", "explain", "succession"):
+    for module in ("verdicts", "explain"):
         monkeypatch.setattr(f"lutgen.history.{module}.causes", lambda: known)
     greys = "R,G,B,X_cdm2,Y_cdm2,Z_cdm2\n255,255,255,95,100,108\n128,128,128,20,21,23\n"
     texts = [greys, greys.replace("100", "101")] if declares == "sign" else life([State(), State()])

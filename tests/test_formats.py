@@ -273,17 +273,31 @@ NASTY = Provenance(
 )
 
 
+def labelled(
+    name: str,
+    provenance: Provenance,
+    displays: dict[str, AgedDisplay],
+    sampler: Sampler,
+    *,
+    colours: Array,
+    folder: Path,
+) -> Path:
+    """A file with this provenance, which is read back as the same file with a plain one is."""
+    form = format_named(name)
+    (lut, *_) = form.bake(sampler, displays["nearest, chroma, 18000.0 h, relative"], 17)
+    path = folder / form.file
+    path.write_bytes(form.write(lut, PROVENANCE))
+    expected = read_back(path, colours)
+    path.write_bytes(form.write(lut, provenance))
+    np.testing.assert_array_equal(read_back(path, colours), expected)
+    return path
+
+
 @pytest.mark.parametrize("name", format_names())
 def test_no_text_of_the_provenance_can_break_a_file(
     name: str, displays: dict[str, AgedDisplay], sampler: Sampler, colours: Array, tmp_path: Path
 ) -> None:
-    form = format_named(name)
-    (lut, *_) = form.bake(sampler, displays["nearest, chroma, 18000.0 h, relative"], 17)
-    path = tmp_path / form.file
-    path.write_bytes(form.write(lut, PROVENANCE))
-    expected = read_back(path, colours)
-    path.write_bytes(form.write(lut, NASTY))
-    np.testing.assert_array_equal(read_back(path, colours), expected)
+    labelled(name, NASTY, displays, sampler, colours=colours, folder=tmp_path)
 
 
 #: Names of displays in scripts whose letters take two, three and four bytes; Í has a byte that Windows-1252 lacks.
@@ -294,17 +308,11 @@ SCRIPTS = "Büro, Íslenska, Дисплей, 显示器, 𝒟"
 def test_a_displays_name_in_any_script_survives_in_a_file(
     name: str, displays: dict[str, AgedDisplay], sampler: Sampler, colours: Array, tmp_path: Path
 ) -> None:
-    form = format_named(name)
-    (lut, *_) = form.bake(sampler, displays["nearest, chroma, 18000.0 h, relative"], 17)
-    path = tmp_path / form.file
-    path.write_bytes(form.write(lut, PROVENANCE))
-    expected = read_back(path, colours)
-    data = form.write(lut, Provenance("Aged display", "lutgen", ("lutgen: words", f"display: {SCRIPTS}.csv")))
+    provenance = Provenance("Aged display", "lutgen", ("lutgen: words", f"display: {SCRIPTS}.csv"))
+    path = labelled(name, provenance, displays, sampler, colours=colours, folder=tmp_path)
     # The text of a profile is ASCII, where each letter stands as its number.
-    held = SCRIPTS.encode("ascii", "backslashreplace") if form.suffix == ".icc" else SCRIPTS.encode()
-    assert b"display: %s.csv" % held in data
-    path.write_bytes(data)
-    np.testing.assert_array_equal(read_back(path, colours), expected)
+    held = SCRIPTS.encode("ascii", "backslashreplace") if path.suffix == ".icc" else SCRIPTS.encode()
+    assert b"display: %s.csv" % held in path.read_bytes()
     assert not any(trial.outcome != READS for trial in lint(path, ask_readers=True).trials if trial.version)
 
 

@@ -18,7 +18,7 @@ from lutgen.cli.outputs import write_json
 from lutgen.colorimetry import SRGB_XY, xy_to_uv
 from lutgen.history import Inspection, inspect_session
 from lutgen.history.calibration import native_gamma, native_ramp
-from lutgen.history.primaries import GAMUTS, _covered
+from lutgen.history.patches import GAMUTS, _covered
 from lutgen.readings import read_session
 from lutgen.report.history.inspection import headline, inspect_page, picture_names, plot_inspection
 from tests.schemas import validator

@@ -19,13 +19,13 @@ import lutgen
 from lutgen.bindings import ocio
 from lutgen.errors import LutgenError
 from lutgen.lint import KINDS, lint, trial
-from lutgen.lint.cube.meaning import read_as_meant
-from lutgen.lint.cube.scan import scan_cube
-from lutgen.lint.cube.statistics import Gatherer
+from lutgen.lint.cube_scan import scan_cube
 from lutgen.lint.finding import OCIO_21, READS, REFUSES, WRONG, Fate, Finding, Linted, Trial
 from lutgen.lint.formats import formats, rule_names
-from lutgen.lint.programs import Absent, Program, Refusal, opencolorio, programs
+from lutgen.lint.programs import OPENCOLORIO, PROGRAMS, Absent, Program, Refusal
 from lutgen.lint.stream import blocks
+from lutgen.lint.table_statistics import Gatherer
+from lutgen.lint.trial import read_as_meant
 from lutgen.merge import Merging
 from tests.command import in_process
 from tests.lint_cases import BAD, CURVES, GOOD, MARK, PLAIN, SIZE, N, R, curved, lines, rows
@@ -54,7 +54,7 @@ def linted(folder: Path, data: bytes, *, ask: bool = False, suffix: str = ".cube
 @pytest.fixture
 def ask_opencolorio(monkeypatch: pytest.MonkeyPatch) -> None:
     """Ask the one reader that lutgen itself depends on."""
-    monkeypatch.setattr(trial, "programs", lambda: [opencolorio.PROGRAM])
+    monkeypatch.setattr(trial, "PROGRAMS", (OPENCOLORIO,))
 
 
 @pytest.mark.usefixtures("ask_opencolorio")
@@ -72,7 +72,7 @@ def test_opencolorio_does_what_the_rules_say(name: str, tmp_path: Path) -> None:
     found = linted(tmp_path, data, ask=True)
     assert rule in {finding.rule for finding in found.findings}
     assert not found.clean
-    assert [each.reader for each in found.trials] == [opencolorio.reader()]
+    assert [each.reader for each in found.trials] == [OPENCOLORIO.reader()]
     assert found.disagreements() == ()
 
 
@@ -98,7 +98,7 @@ def test_every_function_that_yields_findings_is_among_the_rules_of_its_format() 
 def test_the_packages_can_be_called_like_the_functions_whose_names_they_have(tmp_path: Path) -> None:
     (tmp_path / "lut.cube").write_bytes(PLAIN)
     import_module("lutgen.lint.stream")
-    import_module("lutgen.merge.text")
+    import_module("lutgen.merge.additions")
     assert lutgen.lint(tmp_path / "lut.cube").clean
     with pytest.raises(LutgenError, match="prefix"):
         lutgen.merge(tmp_path, tmp_path, tmp_path, Merging([], prefix=""))
@@ -128,7 +128,7 @@ def test_a_trial_tells_what_a_reader_did(tmp_path: Path, monkeypatch: pytest.Mon
         reader("strict", refuse),
         reader("missing", refuse, absent),
     ]
-    monkeypatch.setattr(trial, "programs", lambda: readers)
+    monkeypatch.setattr(trial, "PROGRAMS", readers)
     found = linted(tmp_path, lines("DOMAIN_MAX 2 2 2", SIZE, *R), ask=True)
     assert [each.outcome for each in found.trials] == [READS, WRONG, WRONG, REFUSES, ""]
     assert [each.said for each in found.trials][3:] == ["no domain in lut.cube", "is not here"]
@@ -384,7 +384,7 @@ def test_a_mutation_that_lint_calls_clean_is_read_as_meant_by_opencolorio(data: 
     import tempfile
 
     with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
-        patch.setattr(trial, "programs", lambda: [opencolorio.PROGRAM])
+        patch.setattr(trial, "PROGRAMS", (OPENCOLORIO,))
         path = Path(folder, "lut.cube")
         path.write_bytes(data)
         if lint(path).clean:
@@ -428,4 +428,4 @@ def test_its_json_is_as_the_schema_says(run: Callable[..., Done]) -> None:
 
 
 def test_every_program_stands_for_a_reader_of_cubes() -> None:
-    assert {program.reader() for program in programs()} < set(Linted(Path(), "cube", (), ()).readers)
+    assert {program.reader() for program in PROGRAMS} < set(Linted(Path(), "cube", (), ()).readers)

@@ -17,8 +17,7 @@ from lutgen.cells import number
 from lutgen.errors import LutgenError
 from lutgen.lint import lint, trial
 from lutgen.lint.finding import CLF_IO, FFMPEG, OCIO_21, OCIO_26, OCIOCHECK, READS, REFUSES, WRONG, Linted, Trial
-from lutgen.lint.programs import Refusal, opencolorio, probe_colours
-from lutgen.lint.programs.opencolorio import apply, reader
+from lutgen.lint.programs import OPENCOLORIO, Refusal, opencolorio_reader, probe_colours, through_opencolorio
 from tests.mesh_cases import BLUE, GREEN, MESHES, PLACES, mesh
 
 ROOT = Path(__file__).parents[1]
@@ -152,13 +151,13 @@ def test_what_is_said_of_clf_and_tables_is_what_opencolorio_does(name: str, tmp_
     path = tmp_path / f"lut{suffix}"
     path.write_text(text)
     found = lint(path)
-    assert found.fate(reader())[0].outcome == outcome
+    assert found.fate(opencolorio_reader())[0].outcome == outcome
     assert found.clean == (outcome == READS)
     assert not rule or rule in said(found)
     if name == "spi3d of any size":
         return  # given to OpenColorIO, it would ask for 12 PB
     try:
-        apply(path, probe_colours())
+        through_opencolorio(path, probe_colours())
     except Refusal:
         assert outcome == REFUSES
     else:
@@ -172,11 +171,11 @@ def test_what_is_said_of_a_3dl_is_what_opencolorio_does(name: str, tmp_path: Pat
     path = tmp_path / "lut.3dl"
     path.write_text(text(), newline="")
     found = lint(path)
-    assert [found.fate(each)[0].outcome for each in (reader(), FFMPEG)] == outcomes
+    assert [found.fate(each)[0].outcome for each in (opencolorio_reader(), FFMPEG)] == outcomes
     assert found.clean == (outcomes == [READS, READS])
     code = probe_colours()
     try:
-        shown = apply(path, code)
+        shown = through_opencolorio(path, code)
     except Refusal:
         assert outcomes[0] == REFUSES
     else:
@@ -201,12 +200,12 @@ def test_a_word_that_opencolorio_reads_as_another_number_is_told(word: str, suff
     assert not found.clean
     line = content[: content.index(number)].count("\n") + 1
     try:
-        shown = apply(path, np.array([[255, 0, 0]], np.uint8))[0, 0]
+        shown = through_opencolorio(path, np.array([[255, 0, 0]], np.uint8))[0, 0]
     except Refusal:
         assert WORDS[word] is None
-        assert found.fate(reader())[0].outcome == REFUSES
+        assert found.fate(opencolorio_reader())[0].outcome == REFUSES
         return
-    assert found.fate(reader())[0].outcome == WRONG
+    assert found.fate(opencolorio_reader())[0].outcome == WRONG
     assert said(found)["table-numbers"].startswith(f"error: {line}: ")
     if WORDS[word] is not None:
         assert shown == pytest.approx(WORDS[word], abs=1e-6)
@@ -228,9 +227,9 @@ def test_what_lint_calls_clean_opencolorio_reads_as_the_number_that_stands_there
         path = Path(folder, f"lut{suffix}")
         path.write_text(GAPS[suffix].replace("{}", word))
         if lint(path).clean:
-            shown = apply(path, probe_colours())
+            shown = through_opencolorio(path, probe_colours())
             path.write_text(GAPS[suffix].replace("{}", repr(number(word))))
-            np.testing.assert_allclose(shown, apply(path, probe_colours()), rtol=1e-6, atol=1e-7)
+            np.testing.assert_allclose(shown, through_opencolorio(path, probe_colours()), rtol=1e-6, atol=1e-7)
 
 
 @pytest.mark.parametrize(
@@ -271,7 +270,12 @@ def test_a_mesh_line_with_a_word_in_it_is_told(tmp_path: Path) -> None:
     (tmp_path / "sound.3dl").write_text(f"{curve}\n{mesh()}")
     (tmp_path / "lut.3dl").write_text(f"{curve.replace('128', '128.5')}\n{mesh()}")
     code = np.array([[16, 16, 16]], np.uint8)
-    assert np.abs(apply(tmp_path / "sound.3dl", code) - apply(tmp_path / "lut.3dl", code)).max() > 0.01
+    assert (
+        np.abs(
+            through_opencolorio(tmp_path / "sound.3dl", code) - through_opencolorio(tmp_path / "lut.3dl", code)
+        ).max()
+        > 0.01
+    )
     assert "surplus or malformed numbers" in said(lint(tmp_path / "lut.3dl"))["table-numbers"]
 
 
@@ -311,9 +315,9 @@ ODD_CLF = {
 def test_a_value_of_a_clf_that_opencolorio_takes_and_nobody_means_is_told(name: str, tmp_path: Path) -> None:
     path = tmp_path / "lut.clf"
     path.write_text(ODD_CLF[name])
-    apply(path, probe_colours())  # OpenColorIO does not refuse it
+    through_opencolorio(path, probe_colours())  # OpenColorIO does not refuse it
     found = lint(path)
-    assert found.fate(reader())[0].outcome == WRONG
+    assert found.fate(opencolorio_reader())[0].outcome == WRONG
     assert "no finite decimal number of float32" in said(found)["clf-form"]
 
 
@@ -345,8 +349,8 @@ def test_a_comma_in_a_clf_is_refused_by_python_alone(tmp_path: Path) -> None:
     path = tmp_path / "lut.clf"
     path.write_text(clf(values=ROWS.replace("0.800000", "0.800000,", 1)))
     found = lint(path)
-    assert (found.fate(reader())[0].outcome, found.fate(CLF_IO)[0].outcome) == (READS, REFUSES)
-    apply(path, probe_colours())
+    assert (found.fate(opencolorio_reader())[0].outcome, found.fate(CLF_IO)[0].outcome) == (READS, REFUSES)
+    through_opencolorio(path, probe_colours())
 
 
 # Configs that broke lint
@@ -416,11 +420,11 @@ def test_a_clf_of_smpte_without_id_is_read_by_new_versions_alone(tmp_path: Path)
     path = tmp_path / "lut.clf"
     path.write_text(clf(SMPTE))
     try:
-        apply(path, probe_colours())
+        through_opencolorio(path, probe_colours())
     except Refusal:
-        assert reader() == OCIO_21
+        assert opencolorio_reader() == OCIO_21
     else:
-        assert reader() == OCIO_26
+        assert opencolorio_reader() == OCIO_26
     found = lint(path)
     assert found.fate(OCIO_21)[0].outcome == REFUSES
     assert found.fate(OCIO_26)[0].outcome == READS
@@ -448,7 +452,7 @@ def test_metadata_that_never_end_are_told_and_never_given_to_opencolorio(
     with pytest.raises(LutgenError, match=r"lut\.csp:4: opens its metadata and never closes them"):
         apply_lut(tmp_path / "lut.csp", np.zeros((1, 3)))
     (tmp_path / "lut.cube").write_text(content)
-    monkeypatch.setattr(trial, "programs", lambda: [opencolorio.PROGRAM])
+    monkeypatch.setattr(trial, "PROGRAMS", (OPENCOLORIO,))
     assert [each.outcome for each in lint(tmp_path / "lut.cube", ask_readers=True).trials] == [REFUSES]
     found = changed(tmp_path, "aged.clf", "lut.csp")
     assert "lut.csp opens its metadata and never closes them" in said(found)["config-parts"]

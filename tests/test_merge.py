@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from lutgen.bake.build import Plan, build
-from lutgen.bindings import ocio
-from lutgen.config_parts import file_transforms
+from lutgen.bindings import file_transforms, ocio
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
 from lutgen.merge import Merging, merge

@@ -22,7 +22,7 @@ from skimage.io import imread, imsave
 from lutgen.bake.build import Plan, build
 from lutgen.bake.check import check
 from lutgen.bake.manifest import MANIFEST, model_as_json, model_from_json
-from lutgen.cli import main, shared
+from lutgen.cli import main, options
 from lutgen.colorimetry import xyY_to_xyz
 from lutgen.display import (
     MODES,
@@ -647,7 +647,7 @@ def test_conditions_that_are_not_allowed_are_one_sentence(
 
 def test_conditions_of_the_command_line_come_over_those_of_the_file(readings: Measurements, tmp_path: Path) -> None:
     save_model(refined(readings, conditions=Conditions(u=0.0, ambient_lx=9.0)), tmp_path / "my.toml")
-    model = shared.model_from(
+    model = options.model_from(
         display=None, model=str(tmp_path / "my.toml"), selection=None, reference=None, luminance=None, at=("u=1",)
     )
     assert model.conditions == Conditions(u=1.0, ambient_lx=9.0)

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table as TerminalTable
 
 from lutgen.cli import outputs
-from lutgen.cli.narrow import LONGEST_WORD, WHOLE, fitted
+from lutgen.cli.terminal import LONGEST_WORD, WHOLE_CELL, fitted
 from lutgen.report.parts import Headline, Table, terminal_table
 from tests.command import in_process
 
@@ -59,7 +59,7 @@ def test_a_table_with_room_is_left_as_it_is() -> None:
 
 def test_only_a_very_long_word_is_folded() -> None:
     for length, lines in ((LONGEST_WORD, 2), (2 * LONGEST_WORD, 3)):
-        assert len(printed(Table(("file", "hours"), [("x" * length, "8 850")]), WHOLE)) == lines
+        assert len(printed(Table(("file", "hours"), [("x" * length, "8 850")]), WHOLE_CELL)) == lines
 
 
 def test_a_table_without_head_or_rows_is_printed() -> None:
@@ -87,7 +87,7 @@ def test_a_sentence_is_printed_as_it_is(capsys: pytest.CaptureFixture[str]) -> N
 def test_names_are_broken_unless_the_table_forbids_it() -> None:
     name = "chroma-luma, a whole slide"
     for unbroken, lines in ((True, 2), (False, 3)):
-        assert len(printed(Table(("mode", "hours"), [(name, "1")], unbroken=unbroken), WHOLE)) == lines
+        assert len(printed(Table(("mode", "hours"), [(name, "1")], unbroken=unbroken), WHOLE_CELL)) == lines
 
 
 def test_brackets_in_a_cell_or_a_heading_are_no_markup() -> None:

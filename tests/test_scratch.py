@@ -12,12 +12,12 @@ from pathlib import Path
 
 import pytest
 
-from lutgen import scratch
-from lutgen.scratch import GRACE
+from lutgen import files
+from lutgen.files import GRACE
 
 pytest.importorskip("fcntl", reason="locks of folders are Unix's")
 
-HOLD = "from lutgen.scratch import scratch\nwith scratch() as it:\n    print(it, flush=True)\n    input()\n"
+HOLD = "from lutgen.files import scratch\nwith scratch() as it:\n    print(it, flush=True)\n    input()\n"
 
 
 def holder(place: Path) -> tuple[subprocess.Popen[str], Path]:
@@ -53,12 +53,12 @@ def test_the_next_run_clears_what_a_killed_one_left_and_nothing_else(
     for folder in (left, held, others):
         old(folder)
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    scratch._clear.cache_clear()
-    with scratch.scratch() as own:
+    files._clear.cache_clear()
+    with files.scratch() as own:
         assert set(tmp_path.iterdir()) == {held, others, fresh, own}
     running.communicate("\n", timeout=10)
     assert set(tmp_path.iterdir()) == {others, fresh}
-    scratch._clear.cache_clear()
+    files._clear.cache_clear()
 
 
 @pytest.mark.parametrize("jobs", ["1", "2"])

@@ -11,8 +11,16 @@ import pytest
 from lutgen import default_display, read_measurements
 from lutgen.colorimetry import D65, LINEAR_TO_XYZ, rgb_to_xyz_matrix, xy_to_uv, xyY_to_xyz, xyz_to_xyY
 from lutgen.effects import Scene, catalogue
-from lutgen.effects.observer import CMFS, WAVELENGTHS
-from lutgen.effects.spectra import DEFAULT_CLASS, SpectralDisplay, class_of, mapped, of_scene, stated_class
+from lutgen.effects.spectra import (
+    CMFS,
+    DEFAULT_CLASS,
+    WAVELENGTHS,
+    SpectralDisplay,
+    class_of,
+    mapped,
+    of_scene,
+    stated_class,
+)
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:

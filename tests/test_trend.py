@@ -10,8 +10,8 @@ from scipy.integrate import quad
 
 from lutgen import LutgenError
 from lutgen.history.decay import LAWS, decay_of
-from lutgen.history.gsdf import contrast_response, index_of, luminance_of
 from lutgen.history.limits import SETS, Limit, limits_of, parse_limit
+from lutgen.history.transfer import contrast_response, index_of, luminance_of
 from lutgen.history.trend import ENOUGH, FEWEST, trend
 from lutgen.names import LIMIT_SETS
 from lutgen.readings import read_campaign, read_session

@@ -105,7 +105,7 @@ def plot(name: str) -> bytes:
     from click.testing import CliRunner
     from PIL import Image
 
-    from lutgen.cli import group
+    from lutgen.cli.program import group
 
     with TemporaryDirectory() as folder:
         path = Path(folder, "plot.png")

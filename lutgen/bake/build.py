@@ -22,8 +22,7 @@ from lutgen.bake.readback import TableKind, apply_lut
 from lutgen.bindings import ocio
 from lutgen.display.inverse import compensation_of
 from lutgen.errors import LutgenError
-from lutgen.files import replacing, under_its_name, write_atomically
-from lutgen.scratch import scratch
+from lutgen.files import replacing, scratch, under_its_name, write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -17,9 +17,8 @@ from lutgen.bake.expected import config_differs
 from lutgen.bake.formats import format_named
 from lutgen.bake.plan import direction_of
 from lutgen.bake.readback import apply_lut
-from lutgen.bindings import ocio, ocio_errors, warnings_logged
+from lutgen.bindings import is_utf8, ocio, ocio_errors, warnings_logged
 from lutgen.colorimetry import code_to_linear, inverse, linear_to_code, linear_to_xyz, transform
-from lutgen.config_parts import is_utf8
 from lutgen.display import hour_name
 from lutgen.errors import LutgenError
 

@@ -16,9 +16,8 @@ from lutgen.bake.config import config_text
 from lutgen.bake.formats.ocioz import TABLE, files_of
 from lutgen.bake.lut import Lut, lattice
 from lutgen.bake.readback import apply_lut
-from lutgen.bindings import ocio, ocio_errors
+from lutgen.bindings import is_utf8, ocio, ocio_errors
 from lutgen.cells import NUMBER
-from lutgen.config_parts import is_utf8
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -21,7 +21,7 @@ from lutgen.bake.digits import DECIMALS
 from lutgen.bake.lut import Lut
 from lutgen.bake.readback import apply_lut
 from lutgen.errors import LutgenError
-from lutgen.scratch import scratch
+from lutgen.files import scratch
 
 if TYPE_CHECKING:
     from pathlib import Path

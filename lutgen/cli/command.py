@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen.cli.terminal import with_fixed_spaces, with_plain_spaces
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
@@ -43,9 +45,13 @@ class Advanced(click.Option):
     """An option that few users need: the help lists it last, under "Advanced"."""
 
 
-#: click breaks lines at hyphens, so that --source-space becomes two words: hide hyphens from click as U+2011.
-_HIDDEN = str.maketrans("-", "\u2011")
-_SHOWN = str.maketrans("\u2011", "-")
+def _hidden(text: str) -> str:
+    """Hide hyphens and the spaces in numbers from click, which breaks lines there: --source-space, 18 000."""
+    return with_fixed_spaces(text).replace("-", "\u2011")
+
+
+def _shown(text: str) -> str:
+    return with_plain_spaces(text).replace("\u2011", "-")
 
 
 class Formatter(click.HelpFormatter):
@@ -61,19 +67,19 @@ class Formatter(click.HelpFormatter):
 
     def write(self, string: str) -> None:
         """Write a piece of finished help."""
-        super().write(string.translate(_SHOWN))
+        super().write(_shown(string))
 
     def write_usage(self, prog: str, args: str = "", prefix: str | None = None) -> None:
         """Write the line of usage."""
-        super().write_usage(prog, args.translate(_HIDDEN), prefix)
+        super().write_usage(prog, _hidden(args), prefix)
 
     def write_text(self, text: str) -> None:
         """Write paragraphs."""
-        super().write_text(text.translate(_HIDDEN))
+        super().write_text(_hidden(text))
 
     def write_dl(self, rows: Iterable[tuple[str, str]], col_max: int = 30, col_spacing: int = 2) -> None:
         """Write names and explanations; names take at most a third of the width."""
-        hidden = [(name.translate(_HIDDEN), text.translate(_HIDDEN)) for name, text in rows]
+        hidden = [(_hidden(name), _hidden(text)) for name, text in rows]
         super().write_dl(hidden, min(col_max, self.width // 3), col_spacing)
 
 
@@ -99,7 +105,7 @@ class Command(click.Command):
         self.place = place
 
     def get_help_option_names(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - click's interface
-        """Name the help option: -h too, whether a group or nobody called the command, since click keeps the first."""
+        """Return -h and --help, also for a command that no group has called: click takes the names from the group."""
         return ["-h", "--help"]
 
     @property
@@ -171,5 +177,4 @@ class CommandFolder(Command, click.Group):
             names = [name for of in self.sections(ctx).values() for name in of]
             near = get_close_matches(args[0].lower(), names, 1)
             advice = f"Did you mean {near[0]}?" if near else f"Pick one of: {', '.join(names)}."
-            message = f"No such command {args[0]!r}. {advice}"
-            raise click.UsageError(message, ctx) from None
+            raise click.UsageError(f"No such command {args[0]!r}. {advice}", ctx) from None

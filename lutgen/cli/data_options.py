@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lutgen.cli.shared import say_remarks
+from lutgen.cli.options import say_remarks
 from lutgen.names import BASELINES, SELECTIONS
 
 if TYPE_CHECKING:
@@ -151,8 +151,7 @@ def _saved(model: str, effects: dict[str, Effect]) -> DisplayModel:
 
 def _said_once(what: str, given: str | None, saved: str | None, usual: str) -> str:
     if given and saved and given != saved:
-        message = f"--{what} {given} contradicts --model, whose {what} is {saved}. Leave --{what} out."
-        raise click.UsageError(message)
+        raise click.UsageError(f"--{what} {given} contradicts --model, whose {what} is {saved}. Leave --{what} out.")
     return given or saved or usual
 
 

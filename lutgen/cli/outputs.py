@@ -1,6 +1,6 @@
-"""What a command leaves: JSON, tables and pictures in files, and after them a page of words on the terminal.
+"""Outputs of a command: JSON, tables and pictures in files, and after them a page on the terminal.
 
-Files that cannot be written are refused before any work is done for them.
+A place that cannot be written to is refused before any work is done.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lutgen.cli.words import say
+from lutgen.cli.terminal import say
 from lutgen.errors import LutgenError
 from lutgen.files import write_atomically
 
@@ -42,14 +42,11 @@ def check_new_file(path: str, *, force: bool, suffixes: Sequence[str] = ()) -> P
     """
     file = Path(path)
     if suffixes and file.suffix.lower() not in suffixes:
-        message = f"{path}: give a name that ends in {' or '.join(suffixes)}."
-        raise LutgenError(message)
+        raise LutgenError(f"{path}: give a name that ends in {' or '.join(suffixes)}.")
     if file.is_dir():
-        message = f"{path}: is a folder. Give the name of a file."
-        raise LutgenError(message)
+        raise LutgenError(f"{path}: is a folder. Give the name of a file.")
     if file.exists() and not force:
-        message = f"{path}: exists already. Add --force to replace it, or choose another name."
-        raise LutgenError(message)
+        raise LutgenError(f"{path}: exists already. Add --force to replace it, or choose another name.")
     _check_writable(file)
     return file
 
@@ -65,8 +62,7 @@ def check_pictures(folder: str, names: Iterable[str], *, force: bool) -> Path:
     """Return the folder when pictures of these names may be written into it; errors as in :func:`check_new_file`."""
     place = Path(folder)
     if place.exists() and not place.is_dir():
-        message = f"{folder}: is a file. Give the name of a folder for the pictures."
-        raise LutgenError(message)
+        raise LutgenError(f"{folder}: is a file. Give the name of a folder for the pictures.")
     for name in names:
         check_new_file(str(place / name), force=force)
     return place
@@ -76,8 +72,7 @@ def _check_writable(file: Path) -> None:
     place = next(parent for parent in file.absolute().parents if parent.exists())
     if not place.is_dir() or not os.access(place, os.W_OK):
         why = "no right to write there" if place.is_dir() else f"{place} is a file, not a folder"
-        message = f"{file}: cannot write: {why}. Choose another place to write to."
-        raise LutgenError(message)
+        raise LutgenError(f"{file}: cannot write: {why}. Choose another place to write to.")
 
 
 def write_json(content: Any, to: str) -> None:
@@ -87,6 +82,11 @@ def write_json(content: Any, to: str) -> None:
         click.echo(text)
     else:
         write_atomically(Path(to), f"{text}\n".encode())
+
+
+def print_json(content: Any) -> None:
+    """Print JSON for a program to read; what is not finite becomes null."""
+    write_json(content, STANDARD_OUTPUT)
 
 
 def _plain(content: Any) -> Any:
@@ -112,7 +112,7 @@ def print_page(page: Page) -> None:
 def _print(part: Headline | Table) -> None:
     from rich.console import Console
 
-    from lutgen.cli.narrow import fitted
+    from lutgen.cli.terminal import fitted
     from lutgen.report.parts import Headline, headline_text, terminal_table
 
     console = Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH)
@@ -127,9 +127,9 @@ def _print(part: Headline | Table) -> None:
 
 @dataclass(frozen=True)
 class Outputs:
-    """Where a command leaves what it found: on a page, and where --json, --csv and --plots say.
+    """Outputs of a command: a page on the terminal, and the files of --json, --csv and --plots.
 
-    ``pictures`` names the files of --plots; it is asked where there is a folder for them.
+    ``pictures`` names the files in the folder of --plots; it is called only if there is such a folder.
     """
 
     json_to: str | None

@@ -14,7 +14,8 @@ from importlib import import_module
 from pkgutil import iter_modules
 
 from lutgen.effects.declare import STAGES, Effect, Parameter, chain_order, effect
-from lutgen.effects.scene import Scene, growth
+from lutgen.effects.scene import Scene
+from lutgen.effects.shapes import growth
 from lutgen.errors import LutgenError
 
 __all__ = ["STAGES", "Effect", "Parameter", "Scene", "catalogue", "effect", "growth"]
@@ -30,7 +31,6 @@ def catalogue() -> dict[str, Effect]:
     for module in iter_modules(_FOLDER.__path__):
         declared = getattr(import_module(f"{_FOLDER.__name__}.{module.name}"), module.name, None)
         if not isinstance(declared, Effect):
-            message = f"lutgen/effects/catalogue/{module.name}.py holds no effect named {module.name}."
-            raise LutgenError(message)
+            raise LutgenError(f"lutgen/effects/catalogue/{module.name}.py holds no effect named {module.name}.")
         effects.append(declared)
     return {each.name: each for each in sorted(effects, key=chain_order)}

@@ -1,8 +1,8 @@
 """The contract of a file of effects, tried in a child process with limits of time and memory.
 
-``lutgen effects --check`` asks for it, so that the check ends whatever the file does. The child answers in lines of
-JSON in a temporary file: first the names of the effects or why they are refused, then a line a clause. A child that is
-stopped or dies leaves the rest out.
+``lutgen effects --check`` uses it, so that the check ends whatever the file does. The child writes lines of JSON into a
+temporary file: first the names of the effects, or why the file is refused, then one line for each clause. If the child
+is stopped or dies, the remaining lines are missing.
 """
 
 from __future__ import annotations
@@ -16,11 +16,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from lutgen.effects.clauses import CLAUSES, Clause, examine
-from lutgen.effects.contract import Report
+from lutgen.effects.contract import CLAUSES, Clause, Report, examine
 from lutgen.effects.own import load_file
 from lutgen.errors import LutgenError
-from lutgen.scratch import scratch
+from lutgen.files import scratch
 
 #: Seconds that a check of all effects of a file may take. Built-in effects take well below one.
 LIMIT_S = 10.0
@@ -72,7 +71,7 @@ def _names(answers: list[dict[str, Any]], ended: str, path: str | Path) -> list[
 
 
 def _ask(path: str | Path, limit_s: float) -> tuple[list[dict[str, Any]], str]:
-    """Run the child; return its answers, and how it ended, to be put behind a name: ``loops for ever …``."""
+    """Run the child; return its answers, and how it ended, as the predicate of a sentence: ``loops for ever …``."""
     # The child finds its modules where this process does; -P keeps the working folder out of it.
     places = os.pathsep.join(folder or str(Path.cwd()) for folder in sys.path)
     environment = os.environ | {"PYTHONPATH": places, "OPENBLAS_NUM_THREADS": "1"}
@@ -93,7 +92,7 @@ def _ask(path: str | Path, limit_s: float) -> tuple[list[dict[str, Any]], str]:
 
 
 def _serve(answers: str, path: str) -> None:
-    """Be the child."""
+    """Check the file and write the answers: the body of the child process."""
     with suppress(ImportError, ValueError, OSError):  # not on every system, and never above what was set before
         import resource
 

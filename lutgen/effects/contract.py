@@ -1,24 +1,289 @@
-"""Try the contract of an effect, built-in or a user's own, in this process.
+"""The contract of an effect: what fits and LUTs rely on, tried in this process on the readings of ``probe``.
 
-The clauses of the contract are in :mod:`lutgen.effects.clauses`. :mod:`lutgen.effects.child` tries a file under limits
-of time and memory, for ``lutgen effects --check``.
+Each clause is a function of an effect that returns one sentence saying how the clause is kept, or raises
+:class:`Broken`, which says with which values it is not. :mod:`lutgen.effects.child` tries a file under limits of time
+and memory, for ``lutgen effects --check``.
 """
 
 from __future__ import annotations
 
 import sys
 from contextlib import redirect_stdout
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from lutgen.effects.clauses import Clause, examine
+import numpy as np
+
+from lutgen.effects import probe
+from lutgen.effects.own import what_was_raised
+from lutgen.effects.scene import Scene
 from lutgen.errors import LutgenError
+from lutgen.readings.conditions import COLUMNS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable, Iterator, Mapping
     from pathlib import Path
 
+    from lutgen.colorimetry import Array
     from lutgen.effects.declare import Effect
+    from lutgen.effects.probe import ProbeReading
+
+
+@dataclass(frozen=True)
+class Clause:
+    """A clause of the contract, whether an effect keeps it, and one sentence that says how, or why not."""
+
+    clause: str
+    passed: bool
+    sentence: str
+
+
+class Broken(LutgenError):  # noqa: N818 - a clause is broken, which is a finding
+    """A clause is not kept; the text says how."""
+
+
+def examine(effect: Effect) -> Iterator[Clause]:
+    """Try one clause after the other, in this process, until a broken one makes the others meaningless."""
+    if effect.stage == "selection":
+        yield Clause("runs", passed=True, sentence="There is nothing to run: it chooses among the paper's matrices.")
+        return
+    for name, clause in CLAUSES.items():
+        try:
+            with np.errstate(all="ignore"):
+                yield Clause(name, passed=True, sentence=clause(effect))
+        except Broken as broken:
+            yield Clause(name, passed=False, sentence=str(broken))
+            if name in BASIC:
+                return
+
+
+def _runs(effect: Effect) -> str:
+    for reading in (probe.readings(effect.stage, at_rest=True), probe.readings(effect.stage)):
+        _apply(effect, reading, effect.typical())
+    return "Takes readings under all conditions."
+
+
+def _shapes(effect: Effect) -> str:
+    for case, reading in _cases(effect.stage).items():
+        result = _apply(effect, reading, effect.typical())
+        expected = reading.signal.shape
+        if case == "tips shared by all readings":
+            # Tips of one hour, read under many conditions: the result may differ from reading to reading, or not.
+            expected = (*expected[:-3], result.shape[-3] if result.ndim == 3 else 0, *expected[-2:])
+            if result.ndim == 3 and result.shape[0] not in {1, probe.READINGS}:
+                expected = reading.signal.shape
+        if result.shape != expected:
+            message = f"{case}: takes a signal of shape {reading.signal.shape} and returns {result.shape}."
+            raise Broken(f"{message} Return the shape that came in.")
+    return f"Returns the shape that comes in: {', '.join(_cases(effect.stage))}."
+
+
+def _neutral(effect: Effect) -> str:
+    others = [name for name in effect.parameters if name not in effect.neutral]
+    bounds = {name: effect.parameters[name].bounds for name in others}
+    tried = [effect.typical(), *probe.parameter_corners(bounds), *probe.parameter_draws(bounds, probe.DRAWS)]
+    neutral = ", ".join(f"{name} = {value:g}" for name, value in effect.neutral.items())
+    for reading in (probe.readings(effect.stage, at_rest=True), probe.readings(effect.stage)):
+        for values in tried:
+            result = _apply(effect, reading, effect.rest() | values | dict(effect.neutral))
+            change = np.abs(result - reading.signal)
+            if not change.max() <= probe.ROUNDING * np.abs(reading.signal).max():
+                worst = _worst(change)
+                raise Broken(
+                    f"At its neutral values ({neutral or 'it has none'}) it changes {_which(reading, worst)} by "
+                    f"{change[worst].max():.3g}{_with(values, others)}. There it must return the signal as it came."
+                )
+    beside = ", whatever the other parameters are" if others else ""
+    return f"Changes nothing at its neutral values ({neutral}){beside}."
+
+
+def _finite(effect: Effect) -> str:
+    bounds = {name: parameter.bounds for name, parameter in effect.parameters.items()}
+    corners = probe.parameter_corners(bounds)
+    for values in (*corners, *probe.parameter_draws(bounds, probe.DRAWS)):
+        for reading in (probe.readings(effect.stage, at_rest=True), probe.readings(effect.stage)):
+            result = _apply(effect, reading, values)
+            if not np.isfinite(result).all():
+                worst = _worst(~np.isfinite(result))
+                raise Broken(
+                    f"Gives {_kinds(result)} for {_which(reading, worst)}{_with(values)}. Narrow the bounds, or guard "
+                    f"the formula there (a root or power of a negative number, a division by zero)."
+                )
+    return (
+        f"Gives finite numbers in {len(corners)} corners of its parameters' bounds and at {probe.DRAWS} points inside."
+    )
+
+
+def _input(effect: Effect) -> str:
+    for reading in _cases(effect.stage).values():
+        given = probe.copied(reading)
+        _apply(effect, given, effect.typical(), copy=False)
+        if not np.array_equal(given.signal, reading.signal):
+            raise Broken("Writes into the signal that it is given. Return a new array: `xyz + …`, not `xyz += …`.")
+        for name, array in probe.arrays(reading.scene).items():
+            if not np.array_equal(array, probe.arrays(given.scene)[name]):
+                raise Broken(f"Writes into scene.{name}. Leave the scene as it is, and compute with copies.")
+    return "Leaves the signal and the scene that it is given as they are."
+
+
+def _repeatable(effect: Effect) -> str:
+    first, second = (_apply(effect, probe.readings(effect.stage), effect.typical()) for _ in range(2))
+    if not np.array_equal(first, second, equal_nan=True):
+        raise Broken("Gives another result when it is called again. Take out chance, clock and memory.")
+    return "Gives the same bits when it is called again."
+
+
+def _pointwise(effect: Effect) -> str:
+    reading = probe.readings(effect.stage)
+    for values in (effect.typical(), *probe.draws(effect)[:2]):
+        together = _apply(effect, reading, values)
+        tolerance = 1e3 * probe.ROUNDING * np.abs(together).max()
+        for row in (0, 7, probe.READINGS - 1):
+            alone = _apply(effect, probe.some(reading, slice(row, row + 1), effect.stage), values)
+            if not np.allclose(alone, together[row : row + 1], rtol=0, atol=tolerance, equal_nan=True):
+                raise Broken(
+                    f"Gives {_which(reading, (row,))} another result alone than among {probe.READINGS} readings. "
+                    f"Compute each reading from itself: no mean, maximum or order over axis 0."
+                )
+        if effect.stage in _STACKED:
+            stack = probe.at_once(reading)
+            for index, part in enumerate(_apply(effect, stack, values)):
+                scene = replace(stack.scene, white=stack.scene.white[index])
+                alone = _apply(effect, replace(stack, signal=stack.signal[index], scene=scene), values)
+                if not np.allclose(part, alone, rtol=0, atol=tolerance, equal_nan=True):
+                    raise Broken("Gives another result for one set of tips than for the same among twelve at once.")
+    return "Gives each reading the same result alone as among others."
+
+
+def _columns(effect: Effect) -> str:
+    reacts = [column for column in COLUMNS if _reacts(effect, column, at_rest=False)]
+    idle = [column for column in effect.needs if column not in reacts]
+    if idle:
+        raise Broken(f"Names {_and(idle)} in `needs`, which change nothing. Leave out what it does not read.")
+    visible_at_rest = any(
+        not probe.same(_apply(effect, reading, values), reading.signal)
+        for reading in (probe.readings(effect.stage, at_rest=True),)
+        for values in (effect.typical(), *probe.draws(effect))
+    )
+    alone = [column for column in reacts if _reacts(effect, column, at_rest=True)] or reacts
+    missing = [] if visible_at_rest else [column for column in alone if column not in effect.needs]
+    if missing:
+        raise Broken(
+            f"Does nothing under the reference conditions and something where {_and(missing)} differ, which `needs` "
+            f"does not name. Add: needs={(*effect.needs, *missing)!r}."
+        )
+    also = [column for column in reacts if column not in effect.needs]
+    read = f"Reads {_and(effect.needs)}, as it says" if effect.needs else "Needs no column"
+    return f"{read}{f'; reacts to {_and(also)} too' if also else ''}."
+
+
+def _influence(effect: Effect) -> str:
+    reading = probe.readings(effect.stage)
+    for name, parameter in effect.parameters.items():
+        for values in (effect.typical(), *probe.draws(effect)):
+            low, high = (_apply(effect, reading, {**values, name: end}) for end in parameter.bounds)
+            if not probe.same(low, high):
+                break
+        else:
+            low_text, high_text = (f"{end:g}" for end in parameter.bounds)
+            raise Broken(
+                f"Parameter {name!r} changes nothing between {low_text} and {high_text}. Use it or take it out: a fit "
+                f"cannot find it."
+            )
+    return "Every parameter changes something." if effect.parameters else "Has no parameters."
+
+
+#: Name of each clause → the function that tries it, in the order of the report.
+CLAUSES: dict[str, Callable[[Effect], str]] = {
+    "runs": _runs,
+    "shapes": _shapes,
+    "repeatable": _repeatable,
+    "neutral": _neutral,
+    "finite": _finite,
+    "input untouched": _input,
+    "reading by reading": _pointwise,
+    "columns named": _columns,
+    "parameters matter": _influence,
+}
+
+#: If an effect breaks one of these, the clauses after it cannot be tried.
+BASIC = ("runs", "shapes", "repeatable")
+
+#: Stages whose signals come for many sets of tips at once.
+_STACKED = {"emission", "optics", "viewing", "instrument"}
+
+
+def _cases(stage: str) -> dict[str, ProbeReading]:
+    """Readings in every arrangement that fits and LUTs use."""
+    full, rest = probe.readings(stage), probe.readings(stage, at_rest=True)
+    one = probe.some(full, slice(0, 1), stage)
+    one_hour = replace(rest, scene=replace(rest.scene, hours=np.full((1, 1), 9000.0), white=rest.scene.white[:1]))
+    cases = {"many readings": full, "one reading": one, "one hour": one_hour}
+    if stage in _STACKED:
+        cases["twelve sets of tips"] = probe.at_once(full)
+    if stage == "emission":
+        cases["tips shared by all readings"] = replace(full, signal=full.signal[:1])
+    return cases
+
+
+def _apply(effect: Effect, reading: ProbeReading, values: Mapping[str, float], *, copy: bool = True) -> Array:
+    """Send a reading through an effect; whatever a user's function raises breaks the clause."""
+    given = probe.copied(reading) if copy else reading
+    try:
+        result = effect.function(given.signal, given.scene, **values)
+    except BaseException as error:
+        if isinstance(error, KeyboardInterrupt):
+            raise
+        code = getattr(effect.function, "__code__", None)
+        told = what_was_raised(error, code.co_filename if code else "")
+        raise Broken(f"Raises {told}{_with(values)}.{_hint(effect, told)}") from None
+    return _array(result)
+
+
+def _array(result: object) -> Array:
+    """What a user's function returned, which may be anything."""
+    if not isinstance(result, np.ndarray) or result.dtype != np.float64:
+        kind = f"an array of {result.dtype}" if isinstance(result, np.ndarray) else type(result).__name__
+        raise Broken(f"Returns {kind}. Return a numpy array of float64, as the signal is.")
+    return result
+
+
+def _hint(effect: Effect, told: str) -> str:
+    if "'Scene' object has no attribute" in told:
+        known = [name for name in dir(Scene) if not name.startswith("_")]
+        return f" A scene has: {', '.join([*probe.arrays(probe.readings(effect.stage).scene), *known])}."
+    if effect.stage == "emission" and "broadcast" in told:
+        return " Columns such as scene.tau are (n, 1) and tips (n, 4, 3): write scene.tau[..., np.newaxis]."
+    return ""
+
+
+def _reacts(effect: Effect, column: str, *, at_rest: bool) -> bool:
+    return probe.reacts(effect, column, _apply, at_rest=at_rest)
+
+
+def _worst(change: Array) -> tuple[int, ...]:
+    """Index of the reading that is changed most."""
+    return (int(np.argmax(change.reshape(len(change), -1).max(axis=1))),)
+
+
+def _which(reading: ProbeReading, row: tuple[int, ...]) -> str:
+    code = ", ".join(f"{value:.3g}" for value in reading.scene.code[row])
+    hours = np.broadcast_to(reading.scene.hours, (probe.READINGS, 1))[row][0]
+    return f"the reading of code ({code}) at hour {hours:g}"
+
+
+def _with(values: Mapping[str, float], names: list[str] | None = None) -> str:
+    listed = [f"{name} = {value:g}" for name, value in values.items() if names is None or name in names]
+    return f" with {', '.join(listed)}" if listed else ""
+
+
+def _kinds(result: Array) -> str:
+    kinds = [("NaN", np.isnan(result).any()), ("infinity", np.isinf(result).any())]
+    return " and ".join(name for name, holds in kinds if holds)
+
+
+def _and(names: tuple[str, ...] | list[str]) -> str:
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 @dataclass(frozen=True)
@@ -69,8 +334,7 @@ def refuse_unsound(files: Iterable[str | Path] = (), expressions: Iterable[str] 
 def refuse_broken(report: Report, origin: str) -> None:
     """Raise LutgenError with the first clause that an effect of that origin breaks, if it does."""
     if report.failure:
-        message = (
+        raise LutgenError(
             f"{origin}: effect {report.effect!r} breaks the contract, clause {report.failure.clause!r}: "
             f"{report.failure.sentence}"
         )
-        raise LutgenError(message)

@@ -59,7 +59,7 @@ class Parameter:
     Attributes
     ----------
     value
-        Typical value: where a search starts, and what is meant while a form does not free it.
+        Typical value: the start of a search, and the value of the parameter in a form that does not free it.
     bounds
         Smallest and largest physical value.
     unit
@@ -67,8 +67,8 @@ class Parameter:
     meaning
         One sentence.
     grid
-        Values to try one by one, where a search cannot slide (a number of bits); ``"gaps"``: the middles between the
-        sessions of the data, for an hour at which something happened; ``"proposed"``: those that the effect proposes.
+        Values to try one by one, where no gradient leads a search (a number of bits); ``"gaps"``: the middles between
+        neighbouring sessions of the data, for the hour of an event; ``"proposed"``: those that the effect proposes.
 
     """
 
@@ -112,23 +112,24 @@ class Effect:
     parameters
         Name → :class:`Parameter`, in the function's order.
     neutral
-        Values at which it does nothing, whatever the other parameters are: its amplitudes.
+        Amplitude → the value at which the effect does nothing, whatever the other parameters are.
     forms
-        Sets of parameters that a fit frees, simplest first. The others stay at neutral, or at their typical value.
-        Those from ``refined`` on are refinements: the same physics with a freer formula.
+        Sets of parameters that a fit frees, simplest first. The other parameters keep their neutral value, else their
+        typical value. Forms from ``refined`` on are refinements: the same physics with a freer formula.
     refined
         Index of the first refinement in ``forms``.
     needs
-        Columns without which it cannot be seen.
+        Columns of the readings without which nobody can see the effect.
     baseline
-        ``colour-points``: can be seen beside re-measured tips; ``first-hour``: only by a model that starts from hour 0.
+        ``colour-points``: visible although white and primaries are measured again at every hour; ``first-hour``:
+        visible only to a model that knows hour 0 alone.
     confused_with
         Name of another effect → what would separate the two, one sentence.
     says
-        What it does, in a clause with the size of its simple forms: ``black leaks {size} of white``. ``{size}`` is its
-        first amplitude and what has grown by 18 000 h; other parameters go by their names, as in :meth:`str.format`.
+        A clause that says what the effect does and how large it is: ``black leaks {size} of white``. ``{size}`` stands
+        for the first amplitude and its growth; other parameters stand by their names, as in :meth:`str.format`.
     source
-        What the size and the form rest on (DOI where there is one).
+        Source of the form and of the size, with DOI where there is one; or that they are an assumption.
     propose
         For parameters whose ``grid`` is ``proposed``: code values (m,), and a judge of their shifts, → settings to try,
         best first.
@@ -163,7 +164,7 @@ class Effect:
         return self.text.strip().partition("\n")[0].rstrip(".")
 
     def in_words(self, values: Mapping[str, float]) -> str:
-        """Say in a clause what the effect does at some values, with its size where a clause can hold it."""
+        """Say in a clause what the effect does at these values, with the size where ``says`` has a place for it."""
         amount = next(iter(self.neutral), "")
         told = {amount, "grown", *(name for _, name, _, _ in Formatter().parse(self.says) if name)}
         if not self.says or any(values[name] != rest for name, rest in self.neutral.items() if name not in told):
@@ -172,6 +173,33 @@ class Effect:
         new, grown = values.get(amount, 0.0), values.get("grown", 0.0)
         clause = self.says.format(size=f"{100 * (new or grown):.2g} %", **values)
         return clause + _course(new, grown) if "{size}" in self.says else clause
+
+    def as_json(self) -> dict[str, Any]:
+        """Return all that the effect declares, its function apart."""
+        return {
+            "name": self.name,
+            "stage": self.stage,
+            "summary": self.summary,
+            "baseline": self.baseline,
+            "needs": list(self.needs),
+            "origin": self.origin,
+            "parameters": {
+                name: {
+                    "value": parameter.value,
+                    "bounds": list(parameter.bounds),
+                    "unit": parameter.unit,
+                    "meaning": parameter.meaning,
+                    "neutral": self.neutral.get(name),
+                    "grid": list(parameter.grid) if not isinstance(parameter.grid, str) else parameter.grid,
+                }
+                for name, parameter in self.parameters.items()
+            },
+            "forms": [list(form) for form in self.forms],
+            "refined": self.refined,
+            "confused_with": dict(self.confused_with),
+            "source": self.source,
+            "text": self.text,
+        }
 
     def rest(self) -> dict[str, float]:
         """Return the parameters at which the effect does nothing: amplitudes neutral, the others typical."""
@@ -183,7 +211,7 @@ class Effect:
 
 
 def _course(new: float, grown: float) -> str:
-    """Say how a share that is ``new`` at hour 0 goes on, as the end of a clause."""
+    """Say how a share that is ``new`` at hour 0 develops, as the end of a clause."""
     if not grown:
         return ""
     if not new:
@@ -197,7 +225,7 @@ def chain_order(declared: Effect) -> tuple[int, str]:
 
 
 def _recalled(name: str, origin: str, module: str, attribute: str) -> Effect:
-    """Find a pickled effect again: in its module, else, for a file's or an expression's, by its origin."""
+    """Find a pickled effect: in its module, or by its origin where that is a file or an expression."""
     home = import_module(module) if origin.startswith(CODE) else sys.modules.get(module)
     effect = getattr(home, attribute, None)
     if isinstance(effect, Effect) and effect.origin == origin:

@@ -1,8 +1,8 @@
 """Effects in one line: ``xyz + k*tau*white``.
 
-What a formula says of the signal decides the stage: ``code`` is an effect of the drive, ``linear`` of the transfer,
-``xyz`` of the optics. Names that stand for nothing else are its parameters; what they start from and how far they may
-go can be written behind semicolons, a name before a colon::
+The signal in the formula decides the stage: ``code`` makes an effect of the drive, ``linear`` of the transfer, ``xyz``
+of the optics. Names that are neither signal nor quantity are parameters. Their start and bounds may follow after
+semicolons, and a name of the effect may stand before a colon::
 
     leak: xyz + k*tau**p*white; k=0.002[0,0.05]; p=1[0.3,3]
 
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: Limits of a one-line effect, which a person reads: a longer one, or one of more parameters, belongs in a file.
+#: Limits of a one-line effect; an effect with a longer formula or with more parameters belongs in a file.
 MAX_LETTERS, MAX_PARAMETERS = 500, 8
 
-#: Start of an amplitude and its reach to either side. Other parameters start at 1 and reach a factor 10 to either side.
+#: Start of an amplitude, and its bounds on either side of 0. Other parameters start at 1, with bounds a factor 10 away.
 AMPLITUDE, REACH, DECADE = 0.01, 1.0, 10.0
 
 #: Largest similarity of a parameter's name to that of a quantity; `whte` and `ambient` are above it.
@@ -56,8 +56,9 @@ def parse(text: str) -> Effect:
 
     """
     if len(text) > MAX_LETTERS:
-        message = f"expression of {len(text)} letters: {MAX_LETTERS} are allowed. Write it as a file for --effects."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"expression of {len(text)} letters: {MAX_LETTERS} are allowed. Write it as a file for --effects."
+        )
     text = " ".join(text.split())
     named = re.match(r"([a-z][a-z0-9-]*) ?:(.*)", text)
     written, *values = (named[2] if named else text).split(";")
@@ -137,9 +138,9 @@ def _decades(start: float) -> tuple[float, float]:
 
 
 def _amplitudes(formula: Formula, given: Mapping[str, _Given]) -> tuple[str, ...]:
-    """Fewest parameters that make the formula the signal itself when they are 0, whatever the others are.
+    """Smallest set of parameters that, set to 0, leaves the signal unchanged, whatever the other parameters are.
 
-    Of equally few, those in which the formula is linear: in ``xyz*(1 + k*sin(w*tau))`` that is k, not w.
+    Of equally small sets, the one in which the formula is linear: in ``xyz*(1 + k*sin(w*tau))`` that is k, not w.
     """
     ends = {name: given.get(name, (1.0, None)) for name in formula.parameters}
     bounds = {name: reach or _decades(start) for name, (start, reach) in ends.items()}

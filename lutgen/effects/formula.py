@@ -238,5 +238,4 @@ def _outside(text: str, why: str) -> NoReturn:
 def refuse(text: str, why: str) -> NoReturn:
     """Raise the LutgenError that tells why a formula is refused."""
     shown = text if len(text) <= 60 else f"{text[:57]}…"
-    message = f"expression {shown!r}: {why}."
-    raise LutgenError(message)
+    raise LutgenError(f"expression {shown!r}: {why}.")

@@ -1,7 +1,7 @@
 """Users' own effects beside the built-in ones: from a Python file, an installed package, or a one-line expression.
 
 All of them are imported into this process, as plug-ins are: a file runs with the rights of the user, without limits of
-time or memory. ``lutgen effects --check`` tries a file that nobody trusts yet, see :mod:`lutgen.effects.child`.
+time or memory. For a file that is not trusted yet there is ``lutgen effects --check``, see :mod:`lutgen.effects.child`.
 
 A file declares effects with the same decorator as the built-in ones, and is named by its path::
 
@@ -68,11 +68,10 @@ def everything(files: Iterable[str | Path] = (), expressions: Iterable[str] = ()
     ]
     for each in own:
         if each.name in effects and effects[each.name].origin != each.origin:
-            message = (
+            raise LutgenError(
                 f"two effects are named {each.name!r}: of {effects[each.name].origin} and of {each.origin}. Rename "
                 f"one: a file's effect by its function, an expression by `another-name: …` before it."
             )
-            raise LutgenError(message)
         effects[each.name] = each
     return {each.name: each for each in sorted(effects.values(), key=chain_order)}
 
@@ -125,8 +124,7 @@ def installed() -> tuple[Effect, ...]:
     for point in sorted(entry_points(group=GROUP), key=lambda point: (_distribution(point), point.name)):
         for each in _effects_of(point):
             if each.name in catalogue():
-                message = f"{_whose(point)}: {each.name!r} is a built-in effect. Ask its authors to rename it."
-                raise LutgenError(message)
+                raise LutgenError(f"{_whose(point)}: {each.name!r} is a built-in effect. Ask its authors to rename it.")
             effects[each.name] = replace(each, origin=_distribution(point))
     return tuple(sorted(effects.values(), key=chain_order))
 
@@ -145,33 +143,30 @@ def recall(name: str, origin: str) -> Effect:
     if origin == "built-in":
         known: dict[str, Effect] = catalogue()
     elif origin.startswith(CODE):
-        message = f"effect {name!r} was declared by a running program ({origin}). Put it into a file of its own."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"effect {name!r} was declared by a running program ({origin}). Put it into a file of its own."
+        )
     elif origin.endswith(".py"):
         known = {each.name: each for each in load_file(origin)}
     else:
         packages = {each.name: each for each in installed() if each.origin.split()[:1] == origin.split()[:1]}
         known = packages or {each.name: each for each in (parse(origin),)}
     if name not in known:
-        message = f"{origin}: {pick_one('effect', name, known)}"
-        raise LutgenError(message)
+        raise LutgenError(f"{origin}: {pick_one('effect', name, known)}")
     return known[name]
 
 
 def _module_name(path: str | Path) -> str:
     """Name the module of a file by its place and content, when it is Python: another version is another module."""
     if Path(path).suffix != ".py":
-        message = f"{path}: effects are read from Python files. Give a name that ends in .py."
-        raise LutgenError(message)
+        raise LutgenError(f"{path}: effects are read from Python files. Give a name that ends in .py.")
     data = read_at_most(Path(path), MAX_BYTES, what="the effects", none="file of effects")
     try:
         ast.parse(data, str(path))
     except SyntaxError as error:
-        message = f"{path}: line {error.lineno}: not Python: {error.msg}."
-        raise LutgenError(message) from None
+        raise LutgenError(f"{path}: line {error.lineno}: not Python: {error.msg}.") from None
     except (ValueError, MemoryError, RecursionError) as error:
-        message = f"{path}: not Python: {error}."
-        raise LutgenError(message) from None
+        raise LutgenError(f"{path}: not Python: {error}.") from None
     return _PRIVATE + hashlib.sha256(str(Path(path).resolve()).encode() + data).hexdigest()[:16]
 
 
@@ -194,8 +189,7 @@ def _run(name: str, path: str | Path) -> ModuleType:
         del sys.modules[name]
         if isinstance(error, KeyboardInterrupt):
             raise
-        message = f"{path}: {_sentence(error, str(path))}"
-        raise LutgenError(message) from None
+        raise LutgenError(f"{path}: {_sentence(error, str(path))}") from None
     return module
 
 
@@ -228,13 +222,13 @@ def _effects_of(point: EntryPoint) -> tuple[Effect, ...]:
     except BaseException as error:
         if isinstance(error, KeyboardInterrupt):
             raise
-        message = f"{_whose(point)}: {what_was_raised(error, '')}. Update, mend or uninstall the package."
-        raise LutgenError(message) from None
+        raise LutgenError(
+            f"{_whose(point)}: {what_was_raised(error, '')}. Update, mend or uninstall the package."
+        ) from None
     values = (loaded,) if isinstance(loaded, Effect) else vars(loaded).values() if hasattr(loaded, "__dict__") else ()
     effects = tuple(value for value in values if isinstance(value, Effect) and value.origin != "built-in")
     if not effects:
-        message = f"{_whose(point)}: {point.value} holds no effect. Update, mend or uninstall the package."
-        raise LutgenError(message)
+        raise LutgenError(f"{_whose(point)}: {point.value} holds no effect. Update, mend or uninstall the package.")
     return effects
 
 

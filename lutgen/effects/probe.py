@@ -1,4 +1,4 @@
-"""Synthetic readings and parameters, seeded, on which the contract of an effect is tried: extremes included.
+"""Synthetic readings and parameters, seeded, on which the contract of an effect is tried, extreme ones included.
 
 Blacks, primaries, greys and mixtures at hours from 0 to 18 000, under every condition: at the centre and in the
 corners, dark and lit, cold and warm (where the minutes are infinite), small windows on bright surrounds.
@@ -30,16 +30,16 @@ if TYPE_CHECKING:
 #: Readings of a probe. The number is not 1, 3 or 4: a wrong formula would broadcast with those and stay unnoticed.
 READINGS = 48
 
-#: Sets of tips that are sent through at once: what the fits do to find how readings depend on the tips.
+#: Number of sets of tips that pass at once, as in fits, which need the derivatives of readings by the tips.
 TIPS_AT_ONCE = 12
 
-#: Most corners of the parameters' bounds that are all tried; of more, this many by chance.
+#: All corners of the parameters' bounds are tried up to this number; of more corners, so many at random.
 MAX_CORNERS = 256
 
-#: Results that agree to this, relative to the largest signal, are the same: the difference is rounding.
+#: Results whose difference, relative to the largest signal, is below this are equal but for rounding.
 ROUNDING = 1e-12
 
-#: Points inside the bounds of the parameters that are tried by chance.
+#: Number of random points inside the bounds of the parameters.
 DRAWS = 12
 
 _GREYS = (0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95)

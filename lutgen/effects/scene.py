@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.effects.spectra import SpectralDisplay
 
-__all__ = ["LIFE_H", "REFERENCE_C", "Scene", "growth"]
+__all__ = ["LIFE_H", "REFERENCE_C", "Scene"]
 
 #: The life over which τ runs from 0 to 1: the paper's 18 000 h.
 LIFE_H = 18_000.0
@@ -87,15 +87,3 @@ class Scene(_Conditions):
     def mean_drive(self) -> Array:
         """Mean code value of the whole screen, patch and surround."""
         return np.asarray(self.window * self.code.mean(axis=-1, keepdims=True) + (1.0 - self.window) * self.surround)
-
-
-def growth(tau: Array, *, new: float, grown: float, power: float, saturation: float = 0.0) -> Array:
-    """Size at τ of what is ``new`` at hour 0 and has grown by ``grown`` at τ = 1, as a power of time.
-
-    With ``saturation`` s the power bends over as Weibull's law does, (1 − e^(−s τ^p))/(1 − e^(−s)): an exponential
-    approach for p = 1, an S-curve for larger powers, within 1 % of logistic curves of most steepnesses and middles.
-    """
-    size = tau**power
-    if saturation:
-        size = np.expm1(-saturation * size) / np.expm1(-saturation)
-    return new + grown * size

@@ -1,14 +1,13 @@
 """Shapes that several effects share: growth in time, a gamma that differs by level, primaries that fade unequally.
 
-*Growth.* ``power`` and ``saturation`` bend the growth of :func:`~lutgen.effects.scene.growth`. Where an effect has
-several amplitudes, ``onset`` gives for all of them the share that is there at hour 0; the amplitudes are the sizes at
-18 000 h.
+*Growth.* :func:`growth` is a power of time (``power``) that may saturate (``saturation``). Where an effect has several
+amplitudes, these are the sizes at 18 000 h, and ``onset`` is the share of all of them that is there at hour 0.
 
 *Gamma by level.* l → l^(1 + Γ(d)), with Γ a cubic spline of the code value d given at five knots: the free form of each
-drift of the transfer curve. A constant Γ is the plain power law, so the free form contains the simple one; code 0 and 1
-stay where they are, and light stays positive for all knots. Uniform cubic B-splines: de Boor, A Practical Guide to
-Splines (1978); two outer coefficients continue the inner ones linearly, so that constants and straight lines are met
-exactly.
+drift of the transfer curve. A constant Γ is the plain power law, so the free form contains the simple one; the light of
+codes 0 and 1 does not change, and light stays positive for all knots. Uniform cubic B-splines: de Boor, A Practical
+Guide to Splines (1978); two outer coefficients continue the inner ones linearly, so that constants and straight lines
+are met exactly.
 """
 
 from __future__ import annotations
@@ -18,19 +17,28 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects.declare import Parameter
-from lutgen.effects.scene import growth
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lutgen.colorimetry import Array
 
-POWER = Parameter(1.0, (0.3, 6.0), "1", "power of time with which it grows")
-SATURATION = Parameter(
-    0.0, (0.0, 20.0), "1", "nepers by which its growth has saturated by 18 000 h, 0: a power of time"
-)
+POWER = Parameter(1.0, (0.3, 6.0), "1", "power of time in the growth")
+SATURATION = Parameter(0.0, (0.0, 20.0), "1", "saturation of the growth by 18 000 h, in nepers; 0: a power of time")
 GROWING = Parameter(0.0, (0.0, 1.5), "1", "share of the size at 18 000 h that is there at hour 0")
 LASTING = Parameter(1.0, (0.0, 1.5), "1", "share of the size at 18 000 h that is there at hour 0")
+
+
+def growth(tau: Array, *, new: float, grown: float, power: float, saturation: float = 0.0) -> Array:
+    """Size at τ of an amplitude that is ``new`` at hour 0 and ``new`` + ``grown`` at τ = 1, as a power of time.
+
+    With ``saturation`` s the growth is that of Weibull's law, (1 − e^(−s τ^p))/(1 − e^(−s)): an exponential approach
+    for p = 1, and for larger powers an S-curve, which lies within 1 % of most logistic curves.
+    """
+    size = tau**power
+    if saturation:
+        size = np.expm1(-saturation * size) / np.expm1(-saturation)
+    return new + grown * size
 
 
 def share_of_final(tau: Array, *, onset: float, power: float, saturation: float = 0.0) -> Array:

@@ -1,12 +1,12 @@
 """The display's light as spectra: an estimate of its class, corrected so that it has the measured primaries.
 
-What acts by wavelength (yellowed optics, worn phosphors) needs spectra, and readings mostly have three numbers. Each
-class states the spectrum of a typical primary; of all spectra that have the measured XYZ, the one nearest to it in
-relative entropy is taken: S(λ) = S₀(λ)·exp(θ·c(λ)), c the colour-matching functions, θ from three equations. That
-factor is smooth and positive, and Newton's method finds it because the dual is convex (Boyd & Vandenberghe, Convex
-Optimization, 2004, §5.2.4 and §9.5).
+Effects on wavelengths (yellowed optics, worn phosphors) need spectra, and most readings are three numbers. Each class
+of displays states the spectrum S₀ of a typical primary. Of all spectra with the measured XYZ, lutgen takes the one
+nearest to S₀ in relative entropy: S(λ) = S₀(λ)·exp(θ·c(λ)), with c the colour-matching functions and θ from three
+equations. The factor is smooth and positive. Newton's method finds θ, because the dual problem is convex (Boyd &
+Vandenberghe, Convex Optimization, 2004, §5.2.4 and §9.5).
 
-Class spectra are assumptions in their widths and strengths. Line positions: Hg from the NIST Atomic Spectra Database;
+*Assumption:* the widths and strengths in the class spectra. Line positions: Hg from the NIST Atomic Spectra Database;
 Tb³⁺, Eu³⁺ and BaMgAl₁₀O₁₇:Eu²⁺ (BAM) rounded from Blasse & Grabmaier, Luminescent Materials (1994). Lines are drawn
 wider than they are, for the 5 nm grid. Mercury's lines do not wear.
 """
@@ -21,13 +21,104 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from lutgen.colorimetry import inverse
-from lutgen.effects.observer import CMFS, WAVELENGTHS
 from lutgen.errors import LutgenError, pick_one
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from lutgen.colorimetry import Array
+
+#: nm, (81,).
+WAVELENGTHS = np.arange(380.0, 781.0, 5.0)
+
+# x̄, ȳ, z̄ at each wavelength.
+_TABLE = """
+0.001368 0.000039 0.006450001
+0.002236 0.000064 0.01054999
+0.004243 0.00012 0.02005001
+0.00765 0.000217 0.03621
+0.01431 0.000396 0.06785001
+0.02319 0.00064 0.1102
+0.04351 0.00121 0.2074
+0.07763 0.00218 0.3713
+0.13438 0.004 0.6456
+0.21477 0.0073 1.0390501
+0.2839 0.0116 1.3856
+0.3285 0.01684 1.62296
+0.34828 0.023 1.74706
+0.34806 0.0298 1.7826
+0.3362 0.038 1.77211
+0.3187 0.048 1.7441
+0.2908 0.06 1.6692
+0.2511 0.0739 1.5281
+0.19536 0.09098 1.28764
+0.1421 0.1126 1.0419
+0.09564 0.13902 0.8129501
+0.05795001 0.1693 0.6162
+0.03201 0.20802 0.46518
+0.0147 0.2586 0.3533
+0.0049 0.323 0.272
+0.0024 0.4073 0.2123
+0.0093 0.503 0.1582
+0.0291 0.6082 0.1117
+0.06327 0.71 0.07824999
+0.1096 0.7932 0.05725001
+0.1655 0.862 0.04216
+0.2257499 0.9148501 0.02984
+0.2904 0.954 0.0203
+0.3597 0.9803 0.0134
+0.4334499 0.9949501 0.008749999
+0.5120501 1.0 0.005749999
+0.5945 0.995 0.0039
+0.6784 0.9786 0.002749999
+0.7621 0.952 0.0021
+0.8425 0.9154 0.0018
+0.9163 0.87 0.001650001
+0.9786 0.8163 0.0014
+1.0263 0.757 0.0011
+1.0567 0.6949 0.001
+1.0622 0.631 0.0008
+1.0456 0.5668 0.0006
+1.0026 0.503 0.00034
+0.9384 0.4412 0.00024
+0.8544499 0.381 0.00019
+0.7514 0.321 0.0001
+0.6424 0.265 0.00004999999
+0.5419 0.217 0.00003
+0.4479 0.175 0.00002
+0.3608 0.1382 0.00001
+0.2835 0.107 0
+0.2187 0.0816 0
+0.1649 0.061 0
+0.1212 0.04458 0
+0.0874 0.032 0
+0.0636 0.0232 0
+0.04677 0.017 0
+0.0329 0.01192 0
+0.0227 0.00821 0
+0.01584 0.005723 0
+0.01135916 0.004102 0
+0.008110916 0.002929 0
+0.005790346 0.002091 0
+0.004109457 0.001484 0
+0.002899327 0.001047 0
+0.00204919 0.00074 0
+0.001439971 0.00052 0
+0.0009999493 0.0003611 0
+0.0006900786 0.0002492 0
+0.0004760213 0.0001719 0
+0.0003323011 0.00012 0
+0.0002348261 0.0000848 0
+0.0001661505 0.00006 0
+0.000117413 0.0000424 0
+0.00008307527 0.00003 0
+0.00005870652 0.0000212 0
+0.00004150994 0.00001499 0
+"""
+
+#: x̄, ȳ, z̄, (81, 3).
+CMFS = np.array([float(number) for number in _TABLE.split()]).reshape(WAVELENGTHS.size, 3)
+
 
 #: The class of a display whose readings state none: most desktop displays belong to it.
 DEFAULT_CLASS = "white-led"
@@ -69,7 +160,7 @@ class _ClassLight(NamedTuple):
 
 
 def _bell(peak: float, below: float, above: float | None = None, area: float = 1.0) -> Array:
-    """Spectrum with a Gaussian's flanks, their widths (nm) at half maximum counted twice; area per 5 nm step."""
+    """Spectrum with Gaussian flanks of full widths ``below`` and ``above`` (nm, half maximum); ``area`` is its sum."""
     width = np.where(peak > WAVELENGTHS, below, above or below)
     bell = np.exp(-4.0 * np.log(2.0) * ((WAVELENGTHS - peak) / width) ** 2)
     return np.asarray(area * bell / bell.sum())
@@ -155,9 +246,9 @@ class SpectralDisplay:
     spectra
         Of red, green, blue at full drive, (3, 81), at ``observer.WAVELENGTHS``; Σ spectrum·CMF is XYZ in cd/m².
     parts
-        What wears, first what wears most → its share of the light at each wavelength, (81,).
+        Part of the light that wears, the fastest first → its share of the light at each wavelength, (81,).
     misfit
-        Largest relative error of a primary's XYZ; above 1e-9 only where no light has such XYZ.
+        Largest relative error of the XYZ of a primary; above 1e-9 only for XYZ that no light has.
 
     """
 
@@ -191,11 +282,10 @@ class SpectralDisplay:
         light = _light_of(display_class)
         primaries = np.asarray(xyz_tips, dtype=np.float64)[1:]
         if not (np.isfinite(primaries).all() and (primaries[:, 1] > 0).all()):
-            message = (
+            raise LutgenError(
                 f"the primaries' luminances are {', '.join(f'{value:g}' for value in primaries[:, 1])} cd/m². "
                 f"Spectra are estimated from primaries that give light: give positive, finite tips."
             )
-            raise LutgenError(message)
         spectra = np.array([_nearest(base, xyz) for base, xyz in zip(light.primaries, primaries, strict=True)])
         parts = {name: part / light.total for name, part in light.parts.items()}
         misfit = np.abs(_xyz_of(spectra) - primaries).max(axis=1) / primaries.sum(axis=1)
@@ -203,7 +293,7 @@ class SpectralDisplay:
 
     @cached_property
     def _by_wavelength(self) -> Array:
-        """What each wavelength contributes to the map from XYZ to XYZ, (81, 3, 3); their sum is 1."""
+        """Contribution of each wavelength to the matrix from XYZ to XYZ, (81, 3, 3); the sum is the identity."""
         back = inverse(_xyz_of(self.spectra).T)
         colours = self.spectra.T[:, :, np.newaxis] * back  # (81, primary, from)
         return np.asarray((CMFS[:, :, np.newaxis, np.newaxis] * colours[:, np.newaxis]).sum(axis=2))
@@ -230,8 +320,9 @@ def mapped(xyz: Array, maps: Array) -> Array:
 def of_scene(light: SpectralDisplay | None, who: str) -> SpectralDisplay:
     """Return the light of a scene. Raises LutgenError if it is unknown: an effect on wavelengths needs a display."""
     if light is None:
-        message = f"{who} acts on the display's spectra, and the scene has none. Give it light=SpectralDisplay.of(…)."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{who} acts on the display's spectra, and the scene has none. Give it light=SpectralDisplay.of(…)."
+        )
     return light
 
 

@@ -6,7 +6,7 @@ import asyncio
 from typing import TYPE_CHECKING
 
 from lutgen.explore.app import Windows, explore_application
-from lutgen.scratch import scratch
+from lutgen.files import scratch
 from lutgen.server import Guard, server_of
 
 if TYPE_CHECKING:

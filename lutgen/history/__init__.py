@@ -1,7 +1,9 @@
-"""What a session of readings says of a display, before any model: one idea a module, put together by ``inspect``.
+"""What sessions of readings say of a display without a model: one session, two sessions, and a display's history.
 
-Each module takes a :class:`~lutgen.readings.session.Session` and gives a frozen result, or None where the session
-lacks the patches for it; ``wanting`` says which, and for what they are needed.
+``inspect`` puts together what one session says, ``explain`` why two sessions differ (``causes`` holds one file a
+cause), ``trend`` how a display changes over its sessions. One more file here answers one more question about sessions:
+it takes a :class:`~lutgen.readings.session.Session` or a pair, and gives a frozen result, or None where patches are
+missing.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""What the calibration was doing: the curves that the graphics card was loaded with while the session was read.
+"""What the calibration did: the curves that the graphics card held while the session was read.
 
-The signal goes through them first, then into the display. So a channel's readings against the curve's *output* are the
-display's native curve, and the curve's end says how much of the channel white was allowed. Two sessions are compared
-behind their calibrations, where these are known.
+The signal goes through these curves before it reaches the display. The readings of a channel against the *output* of
+its curve are therefore the native curve of the display, and the output at full input says how much of the channel the
+calibration uses for white. Where the calibrations of two sessions are known, the native curves are compared.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.history.patches import CHANNELS, mean_xyz, ramp, tip
+from lutgen.history.patches import CHANNELS, black_xyz, ramp, tip
 from lutgen.history.transfer import DARKEST, lightness
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.readings.session import Session
 
-#: A channel whose curve ends above this is at its stop: less than half a percent of its light is left to raise it by.
+#: A channel whose curve ends above this is at its stop: its light can be raised by less than half a percent.
 STOP = 0.998
 
 #: Native γ of a channel whose ramp was not read.
@@ -29,25 +29,25 @@ USUAL_GAMMA = 2.2
 
 @dataclass(frozen=True)
 class Calibration:
-    """The loop's gains.
+    """Calibration curves in a few numbers.
 
     Attributes
     ----------
     ends
         Output of the red, green and blue curve at full input, (3,).
     starts
-        Output at no input, (3,): above 0 the black was raised.
+        Output at input 0, (3,): above 0 the calibration raises black.
     at_stop
         Channels whose curve ends at 1.
     cost
-        Share of white's luminance that the lowered channels give away, from the tips and each channel's native γ; None
-        where a tip is missing.
+        Share of the luminance of white that is lost because channels are lowered, from the primaries and the native γ
+        of each channel; None where a primary is missing.
     monotonic
         Whether all curves rise.
     bend
         Largest distance of a curve from the straight line between its ends.
     target
-        What the calibration was asked for: white x, y and luminance in cd/m², where the file says so.
+        Target of the calibration, where the file says it: white's x, y and Y in cd/m².
 
     """
 
@@ -81,14 +81,13 @@ def calibration(session: Session) -> Calibration | None:
 def native_ramp(session: Session, channel: str) -> tuple[Array, Array]:
     """Return a channel's native curve: drive after the calibration, (n,), and XYZ less black, (n, 3).
 
-    Without calibration curves drive stays as it is; without black nothing is taken off.
+    Without calibration curves the drive is that of the file; without a reading of black nothing is subtracted.
     """
-    found = ramp(session, channel)
-    black = mean_xyz(session, "black")
-    drive = found.drive
+    levels = ramp(session, channel)
+    drive = levels.drive
     if session.calibration is not None:
         drive = np.interp(drive, session.calibration[:, 0], session.calibration[:, 1 + CHANNELS[channel]])
-    return drive, found.xyz - (0.0 if black is None else black)
+    return drive, levels.xyz - black_xyz(session)
 
 
 def native_gamma(session: Session, channel: str) -> float | None:
@@ -101,7 +100,7 @@ def native_gamma(session: Session, channel: str) -> float | None:
 
 
 def full_light_ratio(before: Session, after: Session) -> Array:
-    """By what the later calibration multiplies each channel's full light, (3,): 1 where a session has no curves."""
+    """Factor by which the later calibration changes the full light of each channel, (3,); 1 without curves in both."""
     loops = calibration(before), calibration(after)
     if loops[0] is None or loops[1] is None or min(loops[0].ends.min(), loops[1].ends.min()) <= 0:
         return np.ones(3)
@@ -113,9 +112,9 @@ def full_light_ratio(before: Session, after: Session) -> Array:
 
 
 def _light_kept(session: Session, channel: str, share: float) -> float:
-    """Light that a channel keeps at a share of its session's highest drive, by its native ramp, else by its γ.
+    """Share of its light that a channel has at a share of its highest drive, from its native ramp, else from its γ.
 
-    Levels are joined by powers: no curve of a display, DICOM's neither, is one power from black to white.
+    Between two levels the ramp is a power of the drive: no curve of a display is one power from black to white.
     """
     drive, xyz = native_ramp(session, channel)
     lit = (drive > 0) & (xyz[:, 1] > 0)
@@ -126,11 +125,10 @@ def _light_kept(session: Session, channel: str, share: float) -> float:
 
 
 def _cost(session: Session, ends: Array) -> float | None:
-    tips, black = [tip(session, name) for name in CHANNELS], mean_xyz(session, "black")
-    found = [each for each in tips if each is not None]
-    if len(found) < 3 or ends.min() <= 0:
+    tips = [each for name in CHANNELS if (each := tip(session, name)) is not None]
+    if len(tips) < 3 or ends.min() <= 0:
         return None
-    light = np.array([each[1] for each in found]) - (0.0 if black is None else black[1])
+    light = np.array([each[1] for each in tips]) - black_xyz(session)[1]
     gammas = np.array([native_gamma(session, name) or USUAL_GAMMA for name in CHANNELS])
     native = float((light / ends**gammas).sum())
     return float(1.0 - light.sum() / native) if native > 0 else None
@@ -138,42 +136,42 @@ def _cost(session: Session, ends: Array) -> float | None:
 
 def _target(arguments: str) -> dict[str, float]:
     """Read Argyll dispcal's -w (white's x, y) and -b (luminance), https://www.argyllcms.com/doc/dispcal.html."""
-    found: dict[str, float] = {}
+    target: dict[str, float] = {}
     if match := re.search(r"(?:^|\s)-w(0?\.[0-9]+),(0?\.[0-9]+)", arguments):
-        found |= {"x": float(match[1]), "y": float(match[2])}
+        target |= {"x": float(match[1]), "y": float(match[2])}
     if match := re.search(r"(?:^|\s)-b([0-9]+(?:\.[0-9]+)?)", arguments):
-        found["Y"] = float(match[1])
-    return found
+        target["Y"] = float(match[1])
+    return target
 
 
-#: Levels that a ramp needs to be held against another.
+#: Fewest levels of a ramp that is compared with another.
 FEWEST = 4
 
 
 def bend(before: Session, after: Session, *, native: bool) -> float | None:
     """Largest change of a normalised curve, in L*, over the channels and, unless ``native``, the greys.
 
-    None where no ramp of both has enough levels. The sign is that of the largest: above 0 the later one is lighter.
+    None where no ramp was read with enough levels in both sessions. Above 0 the later session is lighter.
     """
     names = list(CHANNELS) if native else ["grey", *CHANNELS]
-    found = [each for name in names if (each := _between(_curve(before, name, native), _curve(after, name, native)))]
-    return max(found, key=abs) if found else None
+    changes = [each for name in names if (each := _between(_curve(before, name, native), _curve(after, name, native)))]
+    return max(changes, key=abs) if changes else None
 
 
 def _curve(session: Session, name: str, native: bool) -> tuple[Array, Array]:
-    """Drive, and luminance after black."""
+    """Drive, and luminance less black."""
     if native:
         drive, xyz = native_ramp(session, name)
         return drive, xyz[:, 1]
-    found, black = ramp(session, name), mean_xyz(session, "black")
-    return found.drive, found.xyz[:, 1] - (0.0 if black is None else float(black[1]))
+    levels = ramp(session, name)
+    return levels.drive, levels.xyz[:, 1] - black_xyz(session)[1]
 
 
 def _between(one: tuple[Array, Array], other: tuple[Array, Array]) -> float | None:
     if min(one[0].size, other[0].size) < FEWEST:
         return None
     top = min(one[0][-1], other[0][-1])
-    # A curve is nearly straight in its cube root, so that few levels may be joined by lines there.
+    # The cube root of a curve is nearly straight, so that straight lines may join its few levels.
     roots = [np.cbrt(np.maximum(light / np.interp(top, drive, light), 0.0)) for drive, light in (one, other)]
     at = other[0][(other[0] <= top) & (other[0] >= one[0][0])]
     first, second = (

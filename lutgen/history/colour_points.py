@@ -1,11 +1,16 @@
-"""White, the primaries and black of a session, and what can happen to them between two sessions, as light.
+"""White, the primaries and black of a session, what can happen to them until the next one, and the evidence for it.
 
-A pixel's light is the sum of its channels and of what leaks through black. On its way into the file it is dimmed
-(settings, aging), has the room's light added, and is turned into XYZ by an instrument whose correction is a matrix::
+The light of a pixel is the sum of its channels and of what leaks through black. Settings and aging dim that light, the
+room adds its own, and an instrument, whose correction is a matrix, turns the sum into XYZ::
 
     XYZ = matrix · (scale · (Σ gain_c · channel_c + leak) + added)
 
-Settings of a channel do not reach the leak; a backlight that ages takes it along.
+Settings of a channel leave the leak as it is; an aging backlight dims the leak too.
+
+:func:`fit` fits the parameters of such a change. Each has a Gaussian prior, whose width is in ``PARAMETERS``. The
+evidence of the change is Laplace's approximation about the best fit (MacKay 2003, Information Theory, Inference, and
+Learning Algorithms, ch. 27). The evidence charges for every number that a cause needs: a matrix of nine numbers does
+not win over one factor only because the matrix can fit more.
 """
 
 from __future__ import annotations
@@ -18,7 +23,7 @@ import numpy as np
 from lutgen.history.patches import CHANNELS, mean_xyz, tip
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
     from lutgen.colorimetry import Array
     from lutgen.readings.session import Session
@@ -56,13 +61,13 @@ class ColourPoints:
     Attributes
     ----------
     channels
-        Light of red, green and blue at full drive, after black, (3, 3).
+        XYZ of red, green and blue at full drive, less black, (3, 3).
     extra
-        White after black less the sum of the channels, (3,): 0 for an additive display.
+        White less black and less the sum of the channels, (3,): 0 for an additive display.
     leak
         Black, (3,); zero where it was not read.
     has_black
-        Whether it was.
+        Whether black was read.
 
     """
 
@@ -86,14 +91,14 @@ def colour_points(session: Session, *, black_too: bool = True) -> ColourPoints |
     """Return the colour points of a session; None where white or a primary was not read, or has no light."""
     tips = [tip(session, name) for name in CHANNELS]
     white, black = mean_xyz(session, "white"), mean_xyz(session, "black") if black_too else None
-    found = [each for each in (*tips, white) if each is not None]
-    if len(found) < 4:
+    read = [each for each in (*tips, white) if each is not None]
+    if len(read) < 4:
         return None
     leak = np.zeros(3) if black is None else np.asarray(black, dtype=np.float64)
-    channels = np.vstack(found[:3]) - leak
+    channels = np.vstack(read[:3]) - leak
     if channels[:, 1].min() <= 0:
         return None
-    return ColourPoints(channels, found[3] - leak - channels.sum(axis=0), leak, black is not None)
+    return ColourPoints(channels, read[3] - leak - channels.sum(axis=0), leak, black is not None)
 
 
 def changed(before: ColourPoints, values: Mapping[str, Array]) -> Array:
@@ -119,3 +124,120 @@ def changed(before: ColourPoints, values: Mapping[str, Array]) -> Array:
     if "matrix" in values:
         light = light @ (np.eye(3) + values["matrix"].reshape(3, 3)).T
     return np.asarray(light)
+
+
+#: Differences between two sessions of an unchanged display, 1 σ: of all light together (temperature, place of the
+#: meter), of the light of one channel and of each number of a reading, as shares; and of any reading in cd/m². Two real
+#: displays that were read twice on one day differ by as much.
+ALIKE, CHANNEL, READING, FLOOR_CD_M2 = 0.010, 0.006, 0.0025, 0.03
+
+#: A display whose white differs by this share from the sum of its primaries sets its brightness by the content of the
+#: screen. The error of its light is then ``UNCERTAIN`` times that difference.
+BY_CONTENT, UNCERTAIN = 0.04, 0.6
+
+#: Error of a reading of black, 1 σ, as a share: black is a small number that instruments read badly.
+BLACK = 0.04
+
+_STEPS = 12
+
+
+@dataclass(frozen=True)
+class ColourFit:
+    """The best fit of a change.
+
+    Attributes
+    ----------
+    values
+        Parameter → its numbers.
+    chi2
+        Misfit of the readings; there are fifteen numbers, or twelve without black.
+    evidence
+        Natural logarithm, up to a constant that all fits of a pair share.
+    residual
+        XYZ as read less XYZ of the fit, (5, 3).
+
+    """
+
+    values: dict[str, Array]
+    chi2: float
+    evidence: float
+    residual: Array
+
+
+def covariance(before: ColourPoints, after: Array, *, noise: float, loose: float = 0.0) -> Array:
+    """Covariance of the fifteen numbers of ``after``, (5, 3), for a display that did not change.
+
+    ``noise`` is the noise of a reading in these sessions, as a share; ``loose`` is the share by which the colour of a
+    primary may move in addition.
+    """
+    size = np.abs(after)
+    share = np.array([READING] * 4 + [BLACK])[:, np.newaxis]
+    variance = (share**2 + noise**2) * size**2 + FLOOR_CD_M2**2
+    variance[:4] += loose**2 * size[:4] ** 2
+    if not before.has_black:
+        variance[4] = 1e9
+    matrix = np.diag(variance.ravel())
+    wild = UNCERTAIN * _by_content(before, after)
+    common = (np.hypot(ALIKE, wild) * after).ravel()
+    matrix += np.outer(common, common)
+    total, own = after[:3].sum(axis=0), np.hypot(CHANNEL, wild)
+    for channel in range(3):
+        alone = np.zeros((5, 3))
+        alone[channel] = own * after[channel]
+        alone[3] = own * after[3] * np.abs(after[channel]) / np.maximum(total, 1e-9)
+        matrix += np.outer(alone.ravel(), alone.ravel())
+    return np.asarray(matrix)
+
+
+def _by_content(before: ColourPoints, after: Array) -> float:
+    """Share by which white differs from the sum of the primaries; 0 unless it differs in both sessions."""
+    light = after[:4, 1] - after[4, 1]
+    off = abs(float(light[3] / light[:3].sum()) - 1.0), abs(float(before.extra[1] / before.channels[:, 1].sum()))
+    return max(off) if min(off) >= BY_CONTENT else 0.0
+
+
+def fit(before: ColourPoints, after: Array, free: Sequence[str], *, noise: float, loose: float = 0.0) -> ColourFit:
+    """Fit the parameters ``free`` by Gauss-Newton steps; a step that makes the misfit larger is halved."""
+    counts = [PARAMETERS[name][0] for name in free]
+    width = np.repeat([PARAMETERS[name][1] for name in free], counts).astype(np.float64)
+    spread = covariance(before, after, noise=noise, loose=loose)
+    lower = np.linalg.cholesky(spread)
+
+    def split(theta: Array) -> dict[str, Array]:
+        return dict(zip(free, np.split(theta, np.cumsum(counts)[:-1]), strict=True)) if counts else {}
+
+    def residual(theta: Array) -> Array:
+        left = np.linalg.solve(lower, (after - changed(before, split(theta))).ravel())
+        return np.concatenate([left, theta / width])
+
+    theta = np.zeros(width.size)
+    here = residual(theta)
+    slope = np.zeros((here.size, width.size))
+    for _ in range(_STEPS if width.size else 0):
+        slope = _slope(residual, theta, here)
+        step = np.linalg.lstsq(slope, -here, rcond=None)[0]
+        shrink = 1.0
+        while shrink > 1e-3 and (there := residual(theta + shrink * step)) @ there > here @ here:
+            shrink *= 0.5
+        if shrink <= 1e-3:
+            break
+        theta, here = theta + shrink * step, residual(theta + shrink * step)
+        if float(np.abs(step).max()) < 1e-6:
+            break
+    chi2 = float(here[:15] @ here[:15])
+    # Occam's factor: the width of the posterior over the width of the prior, of each parameter.
+    curved = slope[:15] * width
+    occam = float(np.linalg.slogdet(np.eye(width.size) + curved.T @ curved)[1])
+    # The determinant of the covariance over that without ``loose``: a wider tolerance lowers the evidence.
+    plain = np.linalg.slogdet(covariance(before, after, noise=noise))[1]
+    evidence = -0.5 * (float(here @ here) + occam + float(np.linalg.slogdet(spread)[1] - plain))
+    return ColourFit(split(theta), chi2, evidence, after - changed(before, split(theta)))
+
+
+def _slope(residual: Callable[[Array], Array], theta: Array, here: Array) -> Array:
+    columns = []
+    for place in range(theta.size):
+        nudged = theta.copy()
+        nudged[place] += 1e-5
+        columns.append((residual(nudged) - here) / 1e-5)
+    return np.column_stack(columns)

@@ -1,4 +1,4 @@
-"""A campaign file drafted from session files: what they say is filled in, what only a person knows is left open."""
+"""A campaign file drafted from session files, with open lines for what only a person knows."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import xy_to_uv
+from lutgen.colorimetry import xyz_to_uv
 from lutgen.errors import LutgenError
 from lutgen.history.calibration import calibration
-from lutgen.history.patches import CHANNELS, mean_xyz
-from lutgen.history.primaries import primaries
+from lutgen.history.pair import UNKNOWN
+from lutgen.history.patches import CHANNELS, mean_xyz, primaries
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -22,14 +22,11 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.readings.session import Session
 
-#: Δu'v' of a primary between two sessions that no aging explains; another panel, mode or correction of the meter does.
-#: Eighteen thousand hours of the paper's display move none by half as much.
+#: Δu'v' of a primary between two sessions that no aging explains, but another panel, mode or correction of the meter
+#: does. 18 000 hours move no primary of the paper's display by half as much.
 ANOTHER = 0.02
 
-#: What systems call a display whose name they do not know.
-NO_NAMES = ("", "color lcd", "generic pnp monitor", "default monitor", "display")
-
-#: What only a person knows of a display, and of a session: key → question.
+#: Keys that only a person can fill in, for the display and for a session → question.
 OF_DISPLAY = {"hours_per_day": "Hours a day that the display is on"}
 OF_SESSION = {
     "ambient_lx": "Light in the room in lux (0: dark)",
@@ -39,7 +36,7 @@ OF_SESSION = {
 
 @dataclass(frozen=True)
 class Answers:
-    """What a person said: of the display, and of all sessions; what is absent stays open in the draft.
+    """Answers of a person, for the display and for all sessions; a key without an answer stays open in the draft.
 
     Attributes
     ----------
@@ -56,7 +53,7 @@ class Answers:
 
 
 def displays_of(sessions: Sequence[Session]) -> list[list[Session]]:
-    """Group sessions by display, in the order given: names do not differ, nor primaries by more than by aging."""
+    """Group sessions by display, in the order given: in a group names agree, and primaries as far as they age."""
     groups: list[list[tuple[Session, dict[str, Array]]]] = []
     for session in sessions:
         mine = (session, _uv(session))
@@ -69,7 +66,7 @@ def displays_of(sessions: Sequence[Session]) -> list[list[Session]]:
 
 
 def check_one_display(sessions: Sequence[Session]) -> None:
-    """Refuse sessions of clearly different displays, naming which are which.
+    """Refuse sessions of clearly different displays, and say which session belongs to which display.
 
     Raises
     ------
@@ -84,12 +81,11 @@ def check_one_display(sessions: Sequence[Session]) -> None:
         f"{number}) {_names(group) or 'no name'}: {', '.join(Path(each.file).name for each in group)}"
         for number, group in enumerate(groups, start=1)
     )
-    message = (
+    raise LutgenError(
         f"these sessions are of {len(groups)} displays, or of settings as different (primaries apart by more than "
         f"Δu'v' {ANOTHER:g}, or other names): {listed}. A campaign is of one: name its files alone, or add "
         "--same-display if it is one."
     )
-    raise LutgenError(message)
 
 
 def draft(sessions: Sequence[Session], beside: Path, answers: Answers | None = None) -> str:
@@ -105,8 +101,7 @@ def draft(sessions: Sequence[Session], beside: Path, answers: Answers | None = N
     twice = {each.sha256: each for each in sessions}
     if len(twice) < len(sessions):
         same = next(each for each in sessions if twice[each.sha256] is not each)
-        message = f"{same.file} and {twice[same.sha256].file} hold the same bytes. Name one of them."
-        raise LutgenError(message)
+        raise LutgenError(f"{same.file} and {twice[same.sha256].file} hold the same bytes. Name one of them.")
     ordered = sorted(sessions, key=lambda each: (each.created.isoformat() if each.created else "undated", each.file))
     names = _names(ordered)
     lines = [
@@ -169,12 +164,12 @@ def _names(sessions: Sequence[Session]) -> str:
 
 def _alike(one: tuple[Session, dict[str, Array]], other: tuple[Session, dict[str, Array]]) -> bool:
     (mine, my_uv), (theirs, their_uv) = one, other
-    named = {each.display for each in (mine, theirs) if each.display.lower() not in NO_NAMES}
+    named = {each.display for each in (mine, theirs) if each.display.lower() not in UNKNOWN}
     return len(named) < 2 and all(
         float(np.hypot(*(my_uv[name] - their_uv[name]))) <= ANOTHER for name in my_uv.keys() & their_uv.keys()
     )
 
 
 def _uv(session: Session) -> dict[str, Array]:
-    found = primaries(session)
-    return {name: xy_to_uv(xy) for name, xy in found.xy.items()} if found else {}
+    tips = primaries(session)
+    return {name: xyz_to_uv(xyz) for name, xyz in tips.xyz.items()} if tips else {}

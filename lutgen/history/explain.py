@@ -1,9 +1,9 @@
 """Display, instrument, room or settings: why the sessions of a campaign differ from a reference session.
 
-Each session is held against the reference, without readings that contradict their own ramp: first what proves a cause
-by itself (drift while reading, HDR, another display's name, shifted spectral lines), then every cause and every two of
-them by the evidence of white, primaries and black. A verdict names one cause, or those that cannot be told apart and
-the measurement that would tell.
+Each session is compared with the reference, without misread readings. Some causes can be proven alone: drift during
+the session, HDR, the name of another display, shifted spectral lines. Otherwise every cause, and every pair of causes,
+is weighed by the evidence of white, primaries and black. A verdict names one cause, or the causes that cannot be told
+apart and the measurement that would separate them.
 """
 
 from __future__ import annotations
@@ -16,22 +16,19 @@ import numpy as np
 
 from lutgen.errors import LutgenError
 from lutgen.history.causes import causes
-from lutgen.history.colour_points import colour_points
-from lutgen.history.drift import course, steadiness
-from lutgen.history.evidence import BY_CONTENT, fit
-from lutgen.history.misreading import left_out
+from lutgen.history.colour_points import BY_CONTENT, colour_points, fit
 from lutgen.history.pair import SessionPair
 from lutgen.history.patches import CHANNELS
-from lutgen.history.succession import in_succession
-from lutgen.history.verdicts import SessionVerdict, pronounce
+from lutgen.history.steadiness import drift_by_repeats, left_out, steadiness
+from lutgen.history.verdicts import SessionVerdict, in_succession, pronounce
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lutgen.history.evidence import ColourFit
+    from lutgen.history.colour_points import ColourFit
     from lutgen.readings.campaign import Campaign, CampaignEntry
 
-#: What a second cause costs before it explains anything, in natural logarithms: two changes at once are rarer.
+#: Prior of two causes at once against one, in natural logarithms: two changes at once are rarer.
 SECOND = 3.0
 
 
@@ -64,9 +61,9 @@ class Explanations:
     campaign
         The sessions.
     reference
-        Place of the session that the others are held against.
+        Place of the session with which the others are compared.
     pairs, verdicts
-        Of every other session, in the campaign's order.
+        One for every other session, in the order of the campaign.
 
     """
 
@@ -81,7 +78,7 @@ def explain(
 ) -> Explanations:
     """Say of every session of a campaign why it differs from the reference.
 
-    ``reference`` names its file; without it, the earliest session that is whole and steady is taken.
+    ``reference`` names the file of the reference session; without it, the earliest complete and steady session is it.
 
     Raises
     ------
@@ -90,8 +87,7 @@ def explain(
 
     """
     if len(campaign.entries) < 2:
-        message = f"{campaign.file}: one session; causes are told from two or more. Add another [[sessions]]."
-        raise LutgenError(message)
+        raise LutgenError(f"{campaign.file}: one session; causes are told from two or more. Add another [[sessions]].")
     place = _reference(campaign, reference)
     cleaned = [left_out(entry.session) for entry in campaign.entries]
     entries = [replace(entry, session=each) for entry, (each, _) in zip(campaign.entries, cleaned, strict=True)]
@@ -108,14 +104,14 @@ def explain(
 
 
 def explanations(pair: SessionPair) -> tuple[Hypothesis, ...]:
-    """Weigh nothing, every cause and every two, the best first; empty where white or a primary was not read."""
+    """Weigh no cause, every cause and every pair of causes; best first, empty where white or a primary is missing."""
     if pair.seen is None:
         return ()
     before, after = pair.seen
     known = [cause for cause in causes().values() if cause.ways and cause.prior(pair) > -np.inf]
     # Give "no change" the largest tolerance of any cause, so that no cause wins by tolerance alone.
     loosest = max(cause.loose for cause in known)
-    found: list[Hypothesis] = []
+    hypotheses: list[Hypothesis] = []
     for together in ((), *combinations(known, 1), *combinations(known, 2)):
         best: Hypothesis | None = None
         prior = sum(cause.prior(pair) for cause in together) - SECOND * max(len(together) - 1, 0)
@@ -133,42 +129,41 @@ def explanations(pair: SessionPair) -> tuple[Hypothesis, ...]:
             here = Hypothesis(tuple(cause.name for cause in together), found_fit, found_fit.evidence + prior)
             best = here if best is None or here.weight > best.weight else best
         if best is not None:
-            found.append(best)
-    return tuple(sorted(found, key=lambda each: -each.weight))
+            hypotheses.append(best)
+    return tuple(sorted(hypotheses, key=lambda each: -each.weight))
 
 
 def _reference(campaign: Campaign, named: str | None) -> int:
     files = [entry.session.file for entry in campaign.entries]
     if named:
-        found = [place for place, file in enumerate(files) if file == named or file.endswith(f"/{named}")]
-        if len(found) != 1:
+        places = [place for place, file in enumerate(files) if file == named or file.endswith(f"/{named}")]
+        if len(places) != 1:
             names = ", ".join(file.rsplit("/", 1)[-1] for file in files)
-            message = f"{campaign.file}: {named!r} names {len(found)} of its sessions. Pick one of: {names}."
-            raise LutgenError(message)
-        return found[0]
+            raise LutgenError(f"{campaign.file}: {named!r} names {len(places)} of its sessions. Pick one of: {names}.")
+        return places[0]
     return min(range(len(files)), key=lambda place: (_doubt(campaign.entries[place]), _age(campaign.entries[place])))
 
 
 def _doubt(entry: CampaignEntry) -> float:
-    """What speaks against a session as the reference: that it lacks patches, ran away, or is not additive."""
-    found = colour_points(entry.session)
-    if found is None:
+    """Penalty of a session as the reference: for missing patches, a drift, or light that is not additive."""
+    points = colour_points(entry.session)
+    if points is None:
         return np.inf
-    off = abs(float(found.extra[1] / found.channels[:, 1].sum()))
-    return (10.0 if course(steadiness(entry.session)).ran_away else 0.0) + (off if off >= BY_CONTENT else 0.0)
+    off = abs(float(points.extra[1] / points.channels[:, 1].sum()))
+    return (10.0 if drift_by_repeats(steadiness(entry.session)).ran_away else 0.0) + (off if off >= BY_CONTENT else 0.0)
 
 
 def _age(entry: CampaignEntry) -> tuple[float, str]:
-    """Sort key: hours where said, else the date, to the minute where the file says it."""
+    """Sort key: hours where known, else the date, with the time of day where the file has it."""
     if entry.hours is not None:
         return entry.hours, ""
-    made = entry.session.created
-    minute = made.isoformat() if made and entry.date == made.date() else ""
+    created = entry.session.created
+    minute = created.isoformat() if created and entry.date == created.date() else ""
     return (float(entry.date.toordinal()) if entry.date else np.inf), minute
 
 
 def _days(campaign: Campaign, before: CampaignEntry, after: CampaignEntry) -> float | None:
-    """Days from one to the other: by operating hours where said (24 a day, or as the campaign says), or dates."""
+    """Days between two sessions: from operating hours (24 a day unless the campaign says more), else from dates."""
     if before.hours is not None and after.hours is not None:
         return (after.hours - before.hours) / (campaign.hours_per_day or 24.0)
     if before.date and after.date:
@@ -176,28 +171,30 @@ def _days(campaign: Campaign, before: CampaignEntry, after: CampaignEntry) -> fl
     return None
 
 
-def explanations_as_json(found: Explanations) -> dict[str, Any]:
-    """Return the content of the file."""
-    campaign = found.campaign
+def explanations_as_json(explanations: Explanations) -> dict[str, Any]:
+    """Return the content of ``sessions explain --json``."""
+    campaign = explanations.campaign
     return {
         "schema": 1,
         "campaign": {"file": campaign.file, "sha256": campaign.sha256, "display": campaign.display or None},
-        "reference": campaign.entries[found.reference].session.file,
-        "sessions": [_session(pair, said) for pair, said in zip(found.pairs, found.verdicts, strict=True)],
+        "reference": campaign.entries[explanations.reference].session.file,
+        "sessions": [
+            _session(pair, verdict) for pair, verdict in zip(explanations.pairs, explanations.verdicts, strict=True)
+        ],
     }
 
 
-def _session(pair: SessionPair, said: SessionVerdict) -> dict[str, Any]:
+def _session(pair: SessionPair, verdict: SessionVerdict) -> dict[str, Any]:
     return {
         "file": pair.after.session.file,
         "days": pair.days,
-        "verdict": said.kind,
-        "causes": list(said.names),
-        "certain": list(said.sure),
-        "display": said.display,
-        "sentence": said.sentence,
-        "evidence": list(said.evidence),
-        "tests": list(said.tests),
+        "verdict": verdict.kind,
+        "causes": list(verdict.names),
+        "certain": list(verdict.sure),
+        "display": verdict.display,
+        "sentence": verdict.sentence,
+        "evidence": list(verdict.evidence),
+        "tests": list(verdict.tests),
         "figures": _figures(pair),
     }
 

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import xy_to_uv, xyz_to_xyY
+from lutgen.colorimetry import xyz_to_uv
 from lutgen.errors import LutgenError
-from lutgen.history.evidence import ALIKE, BLACK, FLOOR_CD_M2
-from lutgen.history.gsdf import contrast_response
+from lutgen.history.colour_points import ALIKE, BLACK, FLOOR_CD_M2
 from lutgen.history.inspect import inspect_session
+from lutgen.history.transfer import contrast_response
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
-    from lutgen.history.gsdf import ContrastResponse
     from lutgen.history.inspect import Inspection
+    from lutgen.history.transfer import ContrastResponse
     from lutgen.readings.campaign import Campaign
 
 #: Quantity → what it is, with its unit.
@@ -77,9 +77,9 @@ def history(campaign: Campaign, ambient_cd_m2: float = 0.0) -> History:
     order = np.argsort(time, kind="stable")
     for entry in campaign.entries:
         _ = entry.session.xyz_cd_m2
-    found = [inspect_session(campaign.entries[place].session) for place in order]
-    responses = tuple(contrast_response(each.session, ambient_cd_m2) for each in found)
-    values, errors = _figures(found, responses, ambient_cd_m2)
+    inspections = [inspect_session(campaign.entries[place].session) for place in order]
+    responses = tuple(contrast_response(each.session, ambient_cd_m2) for each in inspections)
+    values, errors = _figures(inspections, responses, ambient_cd_m2)
     return History(campaign, tuple(order.tolist()), time[order], unit, values, errors, responses)
 
 
@@ -94,25 +94,25 @@ def times(campaign: Campaign) -> tuple[Array, str]:
 
 
 def _figures(
-    found: list[Inspection], responses: tuple[ContrastResponse | None, ...], ambient: float
+    inspections: list[Inspection], responses: tuple[ContrastResponse | None, ...], ambient: float
 ) -> tuple[dict[str, Array], dict[str, Array]]:
-    white, black = (_luminance(found, kind) for kind in ("white", "black"))
+    white, black = (_luminance(inspections, kind) for kind in ("white", "black"))
     with np.errstate(divide="ignore", invalid="ignore"):
         contrast = np.where(black + ambient > 0, (white + ambient) / (black + ambient), np.nan)
-        share = np.where(black > 0, ambient / black, np.nan) if ambient else np.full(len(found), np.nan)
-    ends = [each.uniformity or (np.nan, np.nan) for each in found]
+        share = np.where(black > 0, ambient / black, np.nan) if ambient else np.full(len(inspections), np.nan)
+    ends = [each.uniformity or (np.nan, np.nan) for each in inspections]
     even = [2.0 * (high - low) / (high + low) for low, high in ends]
     dark = np.hypot(BLACK * black, FLOOR_CD_M2)
     values = {
         "white": white,
         "black": black,
         "contrast": contrast,
-        "white-shift": _shift([None if each.white is None else [each.white] for each in found]),
+        "white-shift": _shift([None if each.white is None else [each.white] for each in inspections]),
         "primaries-shift": _shift(
             [list(each.primaries.xyz.values()) if each.primaries and len(each.primaries.xyz) == 3 else None
-             for each in found]
+             for each in inspections]
         ),
-        "gamma": np.array([np.nan if each.gamma is None else each.gamma for each in found]),
+        "gamma": np.array([np.nan if each.gamma is None else each.gamma for each in inspections]),
         "non-uniformity": np.array(even),
         "gsdf": np.array([np.nan if each is None else each.worst for each in responses]),
         "ambient": share,
@@ -121,20 +121,22 @@ def _figures(
         "white": ALIKE * white,
         "black": dark,
         "contrast": contrast * np.hypot(ALIKE, dark / np.maximum(black + ambient, 1e-9)),
-        "white-shift": np.full(len(found), COLOUR_NOISE),
-        "primaries-shift": np.full(len(found), COLOUR_NOISE),
-        "gamma": np.full(len(found), GAMMA_NOISE),
-        "non-uniformity": np.full(len(found), EVEN_NOISE),
-        "gsdf": np.full(len(found), GSDF_NOISE),
+        "white-shift": np.full(len(inspections), COLOUR_NOISE),
+        "primaries-shift": np.full(len(inspections), COLOUR_NOISE),
+        "gamma": np.full(len(inspections), GAMMA_NOISE),
+        "non-uniformity": np.full(len(inspections), EVEN_NOISE),
+        "gsdf": np.full(len(inspections), GSDF_NOISE),
         "ambient": share * np.hypot(BLACK, FLOOR_CD_M2 / np.maximum(black, 1e-9)),
     }
     if not np.isfinite(white).any():
-        raise LutgenError(f"{found[0].session.file}: no session of the campaign read white; nothing can be followed.")
+        raise LutgenError(
+            f"{inspections[0].session.file}: no session of the campaign read white; nothing can be followed."
+        )
     return values, errors
 
 
-def _luminance(found: list[Inspection], kind: str) -> Array:
-    read = [getattr(each, kind) for each in found]
+def _luminance(inspections: list[Inspection], kind: str) -> Array:
+    read = [getattr(each, kind) for each in inspections]
     return np.array([np.nan if each is None else float(each[1]) for each in read])
 
 
@@ -148,4 +150,4 @@ def _shift(colours: list[list[Array] | None]) -> Array:
 
 
 def _uv(colours: list[Array]) -> Array:
-    return xy_to_uv(xyz_to_xyY(np.array(colours))[:, :2])
+    return xyz_to_uv(np.array(colours))

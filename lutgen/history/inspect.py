@@ -10,13 +10,10 @@ import numpy as np
 
 from lutgen.colorimetry import xyz_to_xyY
 from lutgen.history.calibration import Calibration, calibration, native_gamma
-from lutgen.history.drift import Steadiness, steadiness
-from lutgen.history.grey_tracking import GreyTracking, grey_tracking
-from lutgen.history.misreading import left_out
-from lutgen.history.patches import CHANNELS, mean_xyz, ramp
-from lutgen.history.primaries import Primaries, additivity, primaries
+from lutgen.history.patches import CHANNELS, Primaries, additivity, mean_xyz, primaries, ramp
 from lutgen.history.remarks import missing_patches, remarks
-from lutgen.history.transfer import Transfer, transfer
+from lutgen.history.steadiness import Steadiness, left_out, steadiness
+from lutgen.history.transfer import GreyTracking, Transfer, grey_tracking, transfer
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -25,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Inspection:
-    """What one session says.
+    """What one session says about a display.
 
     Attributes
     ----------
@@ -130,7 +127,7 @@ class Inspection:
 
 
 def inspect_session(session: Session) -> Inspection:
-    """Say of a session what can be said without a model; what it lacks is None, and named in ``wanting``."""
+    """Inspect a session without a model. What the session lacks is None, and ``wanting`` names it."""
     session, misread = left_out(session)
     white, black = mean_xyz(session, "white"), mean_xyz(session, "black")
     ramps = {name: ramp(session, name) for name in ("grey", *CHANNELS)}
@@ -178,8 +175,8 @@ def _curve(curve: Transfer) -> dict[str, Any]:
     }
 
 
-def _loop(found: Inspection) -> dict[str, Any] | None:
-    loop = found.calibration
+def _loop(inspection: Inspection) -> dict[str, Any] | None:
+    loop = inspection.calibration
     if loop is None:
         return None
     return {
@@ -190,5 +187,5 @@ def _loop(found: Inspection) -> dict[str, Any] | None:
         "monotonic": loop.monotonic,
         "bend": loop.bend,
         "target": loop.target,
-        "native_gamma": {name[0]: native_gamma(found.session, name) for name in CHANNELS},
+        "native_gamma": {name[0]: native_gamma(inspection.session, name) for name in CHANNELS},
     }

@@ -120,8 +120,9 @@ def parse_limit(text: str) -> Limit:
     """
     found = re.fullmatch(r"\s*([a-z-]+)\s*(>=|<=)\s*([^%\s]+)\s*(%?)\s*", text, re.ASCII)
     if not found:
-        message = f"--limit {text!r}: write a quantity, >= or <=, and a number, such as white>=200 or white>=80%."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"--limit {text!r}: write a quantity, >= or <=, and a number, such as white>=200 or white>=80%."
+        )
     name, side, written, percent = found.groups()
     if name not in QUANTITIES:
         raise pick_one("quantity of --limit", name, QUANTITIES)

@@ -8,37 +8,40 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import xy_to_uv, xyz_to_xyY
+from lutgen.colorimetry import xyz_to_uv
 from lutgen.errors import LutgenError
 from lutgen.history.calibration import bend, full_light_ratio
 from lutgen.history.colour_points import colour_points
-from lutgen.history.drift import FEWEST_SHARED, Course, course, course_beside, shared, steadiness
-from lutgen.history.lines import line_shift
-from lutgen.history.patches import mean_xyz
+from lutgen.history.patches import CHANNELS, mean_xyz, tip_rows
+from lutgen.history.steadiness import FEWEST_SHARED, SessionDrift, drift_by_order, drift_by_repeats, shared, steadiness
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.history.colour_points import ColourPoints
     from lutgen.readings.campaign import CampaignEntry
+    from lutgen.readings.session import Session
 
-#: Words that a file's or a campaign's name of an instrument or display may hold and still say nothing.
+#: Names of instruments and displays that systems write when they do not know the name.
 UNKNOWN = ("", "unknown", "color lcd", "generic pnp monitor", "default monitor", "display")
 
-#: What dispread notes of how the instrument was set: another value is another correction.
+#: Keywords in which ArgyllCMS' dispread writes the settings of the instrument: another value is another correction.
 _SETTINGS = ("DISPLAY_TYPE_REFRESH", "DISPLAY_TYPE_BASE_ID", "CCMX_NAME", "CCSS_NAME")
 
+#: Shifts of a spectrum that are tried, and the smallest that counts as one, in nanometres: a spectrometer repeats
+#: within 0.1 to 0.2.
+REACH, CLEAR_SHIFT = 5.0, 0.3
 
-#: Facts of a pair that a cause moves or leaves, beside light and black, which the evidence weighs: colour of blue, of
-#: red or green, transfer curve, white over the sum of the primaries, and white over black.
+#: Facts that a cause may move, beside light and black, which the evidence weighs: colour of blue, colour of red or
+#: green, transfer curve, white over the sum of the primaries, and white over black.
 FACTS = ("blue", "colour", "curve", "sum", "contrast")
 
-#: From where on they have moved: Δu'v', ΔL*, a share, and a factor.
+#: A fact has moved from these changes on: Δu'v', ΔL*, a share, and a factor.
 COLOUR_MOVED, CURVE_MOVED, SUM_MOVED, CONTRAST_MOVED = 0.012, 3.0, 0.04, 1.8
 
-#: ΔL* of a curve at equal drive that is a change and not a chart's noise or its few levels, and one as strong as HDR's.
+#: Change of a curve at equal drive, in ΔL*, that noise and few levels do not explain; and one as strong as that of HDR.
 BENT, STRONGLY_BENT = 2.5, 6.0
 
-#: What a calibration made anew may move and be no news: a channel's light, as a share.
+#: Change of a channel's light, as a share, that repeating the same calibration may cause.
 RECALIBRATED = 0.04
 
 
@@ -96,14 +99,14 @@ class SessionPair:
         return bend(self.before.session, self.after.session, native=False)
 
     @cached_property
-    def drifts(self) -> tuple[Course, Course]:
+    def drifts(self) -> tuple[SessionDrift, SessionDrift]:
         """Drift within the reference, and within the session."""
         steady = [steadiness(each.session) for each in (self.before, self.after)]
         # One meter repeats alike in both sessions: what the other session's repeats differ by bounds its scatter.
         known = [other.noise if other and not self.other_instrument else None for other in reversed(steady)]
-        own = [course(each, scatter) for each, scatter in zip(steady, known, strict=True)]
+        own = [drift_by_repeats(each, scatter) for each, scatter in zip(steady, known, strict=True)]
         if not own[1].ran_away and not own[0].ran_away:
-            beside = course_beside(self.after.session, self.before.session)
+            beside = drift_by_order(self.after.session, self.before.session)
             own[1] = beside or own[1]
         return own[0], own[1]
 
@@ -116,9 +119,9 @@ class SessionPair:
 
     @cached_property
     def noise(self) -> float:
-        """Noise of a reading of these two, 1 σ, as a share: as repeated patches say, or nothing."""
-        found = [steadiness(each.session) for each in (self.before, self.after)]
-        one, other = (min(each.noise, 0.02) if each else 0.0 for each in found)
+        """Noise of readings of both sessions, 1 σ, as a share, from repeated patches; 0 without such patches."""
+        steady = [steadiness(each.session) for each in (self.before, self.after)]
+        one, other = (min(each.noise, 0.02) if each else 0.0 for each in steady)
         return float(np.hypot(one, other))
 
     @cached_property
@@ -130,7 +133,8 @@ class SessionPair:
     @cached_property
     def additivity(self) -> tuple[float, float]:
         """White over the sum of the primaries, both after black, in luminance: before and after."""
-        return tuple(1.0 + float(each.extra[1] / each.channels[:, 1].sum()) for each in _both(self))  # type: ignore[return-value]
+        one, other = (1.0 + float(each.extra[1] / each.channels[:, 1].sum()) for each in _both(self))
+        return one, other
 
     @cached_property
     def contrast(self) -> tuple[float, float] | None:
@@ -212,7 +216,7 @@ class SessionPair:
 
     @property
     def other_instrument(self) -> str:
-        """What the records say of another instrument or setting of it; "": nothing."""
+        """Sentence on another instrument, or another setting of it, from the records; "" without one."""
         one, other = self.before.instrument, self.after.instrument
         if one.lower() not in UNKNOWN and other.lower() not in UNKNOWN and one != other:
             return f"the instrument is {other!r}, it was {one!r}"
@@ -224,7 +228,7 @@ class SessionPair:
 
     @property
     def other_display(self) -> str:
-        """What the records say of another display; "": nothing."""
+        """Sentence on another display, from the records; "" without one."""
         one, other = self.before.session.display, self.after.session.display
         if one.lower() not in UNKNOWN and other.lower() not in UNKNOWN and one != other:
             return f"the file names {other!r}, the reference {one!r}"
@@ -232,7 +236,7 @@ class SessionPair:
 
     @property
     def other_settings(self) -> str:
-        """What the campaign says of other settings; "": nothing."""
+        """Sentence on other settings, from the campaign; "" without one."""
         one, other = self.before.settings, self.after.settings
         return f"the campaign says {other!r}, it was {one!r}" if one and other and one != other else ""
 
@@ -251,4 +255,39 @@ def _both(pair: SessionPair) -> tuple[ColourPoints, ColourPoints]:
 
 def _uv(colours: ColourPoints) -> Array:
     light = np.vstack([colours.channels, colours.channels.sum(axis=0) + colours.extra])
-    return xy_to_uv(xyz_to_xyY(light)[:, :2])
+    return xyz_to_uv(light)
+
+
+def line_shift(before: Session, after: Session) -> float | None:
+    """Shift in wavelength, in nm, of the spectra of all primaries from one session to the other.
+
+    A common shift comes from the instrument: no display shifts all its primaries. None: a session has no spectra, a
+    primary is missing, or the shifts of the primaries differ by more than half of their median.
+    """
+    if before.spectra is None or after.spectra is None or before.wavelengths is None or after.wavelengths is None:
+        return None
+    shifts = []
+    for name in CHANNELS:
+        pair = [_tip_spectrum(each, name) for each in (before, after)]
+        if pair[0] is None or pair[1] is None:
+            return None
+        shifts.append(_spectral_shift(before.wavelengths, pair[0], after.wavelengths, pair[1]))
+    middle = float(np.median(shifts))
+    return middle if np.ptp(shifts) <= max(0.2, 0.5 * abs(middle)) else None
+
+
+def _tip_spectrum(session: Session, channel: str) -> Array | None:
+    full = tip_rows(session, channel)
+    return session.spectra[full].mean(axis=0) if full.size and session.spectra is not None else None
+
+
+def _spectral_shift(at: Array, one: Array, at_other: Array, other: Array) -> float:
+    """Shift in nm by which the first spectrum, scaled, fits the second best."""
+    inner = (at_other >= at[0] + REACH) & (at_other <= at[-1] - REACH)
+    shifts = np.arange(-REACH, REACH + 0.05, 0.1)
+    misfits = []
+    for shift in shifts:
+        moved = np.interp(at_other[inner] - shift, at, one)
+        scale = float(moved @ other[inner]) / max(float(moved @ moved), 1e-12)
+        misfits.append(float(((other[inner] - scale * moved) ** 2).sum()))
+    return float(shifts[int(np.argmin(misfits))])

@@ -1,4 +1,4 @@
-"""Patches of a session by what they are for: tips, black, and ramps of grey and of each channel."""
+"""Patches of a session by what they are for: white, black, primaries, and ramps of grey and of each channel."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from lutgen.colorimetry import SRGB_XY, xy_to_uv, xyz_to_uv, xyz_to_xyY
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -43,10 +45,21 @@ def mean_xyz(session: Session, kind: str) -> Array | None:
     return session.xyz[rows].mean(axis=0) if rows.size else None
 
 
+def black_xyz(session: Session) -> Array:
+    """Mean XYZ of black, (3,); zeros where black was not read."""
+    black = mean_xyz(session, "black")
+    return np.zeros(3) if black is None else black
+
+
+def tip_rows(session: Session, channel: str) -> NDArray[np.int64]:
+    """Rows of one channel at full drive, the others at none."""
+    rows = session.rows(channel)
+    return np.asarray(rows[session.drive[rows, CHANNELS[channel]] >= 1.0 - _SAME])
+
+
 def tip(session: Session, channel: str) -> Array | None:
     """Mean XYZ of one channel at full drive, the others at none, (3,); None where it was not read."""
-    rows = session.rows(channel)
-    full = rows[session.drive[rows, CHANNELS[channel]] >= 1.0 - _SAME]
+    full = tip_rows(session, channel)
     return session.xyz[full].mean(axis=0) if full.size else None
 
 
@@ -68,5 +81,91 @@ def repeats(session: Session) -> list[NDArray[np.int64]]:
     where = session.positions if session.positions is not None else np.zeros((len(session.drive), 2))
     keys = np.round(np.hstack([session.drive, where]) / _SAME).astype(np.int64)
     _, group, counts = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
-    found = [np.flatnonzero(group.ravel() == each).astype(np.int64) for each in np.flatnonzero(counts > 1)]
-    return sorted(found, key=lambda rows: int(rows[0]))
+    groups = [np.flatnonzero(group.ravel() == each).astype(np.int64) for each in np.flatnonzero(counts > 1)]
+    return sorted(groups, key=lambda rows: int(rows[0]))
+
+
+#: x, y of red, green and blue: IEC 61966-2-1 (Rec. ITU-R BT.709 has the same), SMPTE EG 432-1, Rec. ITU-R BT.2020.
+GAMUTS = {
+    "sRGB/Rec.709": SRGB_XY[1:],
+    "P3": np.array([[0.680, 0.320], [0.265, 0.690], [0.150, 0.060]]),
+    "Rec.2020": np.array([[0.708, 0.292], [0.170, 0.797], [0.131, 0.046]]),
+}
+
+
+@dataclass(frozen=True)
+class Primaries:
+    """Red, green and blue at full drive, black included.
+
+    Attributes
+    ----------
+    xyz
+        Channel → XYZ at full drive, (3,), in the session's unit.
+    shift
+        Name of a gamut → channel → Δu'v' to its primary.
+    nearest
+        The gamut whose primaries are nearest, by the mean Δu'v' of what was read.
+    coverage
+        Area of this display's triangle inside sRGB's over that of sRGB's, in u'v'; None unless all three were read.
+
+    """
+
+    xyz: dict[str, Array]
+    shift: dict[str, dict[str, float]]
+    nearest: str
+    coverage: float | None
+
+    @property
+    def xy(self) -> dict[str, Array]:
+        """Channel → x, y."""
+        return {name: xyz_to_xyY(xyz)[:2] for name, xyz in self.xyz.items()}
+
+
+def primaries(session: Session) -> Primaries | None:
+    """Return what was read of red, green and blue at full drive; None where none of them was, or they have no light."""
+    tips = {name: each for name in CHANNELS if (each := tip(session, name)) is not None and each[1] > 0}
+    if not tips:
+        return None
+    uv = {name: xyz_to_uv(xyz) for name, xyz in tips.items()}
+    shift = {
+        gamut: {name: float(np.hypot(*(uv[name] - xy_to_uv(xy[CHANNELS[name]])))) for name in uv}
+        for gamut, xy in GAMUTS.items()
+    }
+    nearest = min(shift, key=lambda gamut: sum(shift[gamut].values()))
+    triangle = np.array(list(uv.values()))
+    covered = _covered(triangle, xy_to_uv(SRGB_XY[1:])) if len(tips) == 3 else None
+    return Primaries(tips, shift, nearest, covered)
+
+
+def additivity(session: Session) -> float | None:
+    """Y of white over the sum of red's, green's and blue's, all after black if it was read; None: a tip is missing."""
+    white, dark = mean_xyz(session, "white"), float(black_xyz(session)[1])
+    tips = [each for name in CHANNELS if (each := tip(session, name)) is not None]
+    if white is None or len(tips) < 3:
+        return None
+    total = float(sum(each[1] - dark for each in tips))
+    return float((white[1] - dark) / total) if total > 0 else None
+
+
+def _covered(triangle: Array, reference: Array) -> float:
+    """Share of a triangle's area that another covers: cut by each of its sides in turn (Sutherland & Hodgman 1974)."""
+    kept = [tuple(corner) for corner in reference]
+    if _area(triangle) < 0:
+        triangle = triangle[::-1]
+    for start, end in zip(triangle, np.roll(triangle, -1, axis=0), strict=True):
+        sides = [float((end[0] - start[0]) * (p[1] - start[1]) - (end[1] - start[1]) * (p[0] - start[0])) for p in kept]
+        cut = []
+        for n, (here, side) in enumerate(zip(kept, sides, strict=True)):
+            before, other = kept[n - 1], sides[n - 1]
+            if (side >= 0) != (other >= 0):
+                share = other / (other - side)
+                cut.append(tuple(b + share * (h - b) for b, h in zip(before, here, strict=True)))
+            if side >= 0:
+                cut.append(here)
+        kept = cut
+    return abs(_area(np.array(kept))) / abs(_area(reference)) if len(kept) > 2 else 0.0
+
+
+def _area(corners: Array) -> float:
+    x, y = corners.T
+    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))

@@ -15,11 +15,10 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.history.calibration import Calibration
-    from lutgen.history.drift import Steadiness
-    from lutgen.history.grey_tracking import GreyTracking
     from lutgen.history.inspect import Inspection
-    from lutgen.history.primaries import Primaries
-    from lutgen.history.transfer import Transfer
+    from lutgen.history.patches import Primaries
+    from lutgen.history.steadiness import Steadiness
+    from lutgen.history.transfer import GreyTracking, Transfer
     from lutgen.readings.session import Session
 
 #: Change of luminance within a session that is drift, and one that no settled display at fixed settings has: a warm-up
@@ -48,38 +47,38 @@ COST = 0.1
 UNEVEN = 0.1
 
 
-def remarks(found: Inspection) -> tuple[str, ...]:
+def remarks(inspection: Inspection) -> tuple[str, ...]:
     """Return the remarks on a session."""
-    session = found.session
+    session = inspection.session
     return (
         *session.remarks,
-        *(f"Misread: {each}." for each in found.misread),
-        *_steadiness(found.steadiness),
-        *_black(session, found.white, found.black),
-        *_additivity(found.additivity, found.black),
-        *_calibration(found.calibration),
-        *_white(session, found.white, found.calibration),
-        *_primaries(found.primaries),
-        *_clipped(found.curves),
-        *_curve(found.curves),
-        *_greys(found.greys),
-        *_uniformity(found.uniformity),
+        *(f"Misread: {each}." for each in inspection.misread),
+        *_steadiness(inspection.steadiness),
+        *_black(session, inspection.white, inspection.black),
+        *_additivity(inspection.additivity, inspection.black),
+        *_calibration(inspection.calibration),
+        *_white(session, inspection.white, inspection.calibration),
+        *_primaries(inspection.primaries),
+        *_clipped(inspection.curves),
+        *_curve(inspection.curves),
+        *_greys(inspection.greys),
+        *_uniformity(inspection.uniformity),
     )
 
 
-def _steadiness(found: Steadiness | None) -> Iterator[str]:
-    if found is None:
+def _steadiness(steady: Steadiness | None) -> Iterator[str]:
+    if steady is None:
         return
-    change = f"{found.drift:+.1%}"
-    if abs(found.drift) >= UNSTEADY:
+    change = f"{steady.drift:+.1%}"
+    if abs(steady.drift) >= UNSTEADY:
         yield (
             f"Unsteady: a patch that was read again had {change} luminance within the session: automatic brightness, "
             "local dimming or warm-up. All readings are uncertain by as much."
         )
-    elif abs(found.drift) >= DRIFT:
+    elif abs(steady.drift) >= DRIFT:
         yield f"Drift: luminance changed by {change} within the session, as in warm-up."
-    if found.noise >= NOISY and abs(found.drift) < UNSTEADY:
-        yield f"Noisy: repeated patches scatter by {found.noise:.2%} (1 σ); a colorimeter in contact has 0.1 to 0.3 %."
+    if steady.noise >= NOISY and abs(steady.drift) < UNSTEADY:
+        yield f"Noisy: repeated patches scatter by {steady.noise:.2%} (1 σ); a colorimeter in contact has 0.1 to 0.3 %."
 
 
 def _black(session: Session, white: Array | None, black: Array | None) -> Iterator[str]:
@@ -101,29 +100,29 @@ def _additivity(additivity: float | None, black: Array | None) -> Iterator[str]:
         )
 
 
-def _calibration(found: Calibration | None) -> Iterator[str]:
-    if found is None:
+def _calibration(loop: Calibration | None) -> Iterator[str]:
+    if loop is None:
         return
-    ends = ", ".join(f"{name} {end:.3f}" for name, end in zip(CHANNELS, found.ends, strict=True))
-    if found.at_stop and len(found.at_stop) < 3:
+    ends = ", ".join(f"{name} {end:.3f}" for name, end in zip(CHANNELS, loop.ends, strict=True))
+    if loop.at_stop and len(loop.at_stop) < 3:
         yield (
-            f"Calibration: {' and '.join(found.at_stop)} at the stop ({ends}): white is held by lowering the others, "
+            f"Calibration: {' and '.join(loop.at_stop)} at the stop ({ends}): white is held by lowering the others, "
             "and nothing is left to raise it by."
         )
-    elif not found.at_stop:
+    elif not loop.at_stop:
         yield f"Calibration ends at {ends}: no channel is at its stop."
-    if found.cost is not None and found.cost >= COST:
-        yield f"The calibration gives away {found.cost:.0%} of white's luminance."
-    if not found.monotonic:
+    if loop.cost is not None and loop.cost >= COST:
+        yield f"The calibration gives away {loop.cost:.0%} of white's luminance."
+    if not loop.monotonic:
         yield "A calibration curve falls somewhere: steps will invert there."
-    if found.starts.max() > 1e-3:
-        yield f"The calibration raises black (to {found.starts.max():.3f} of drive)."
+    if loop.starts.max() > 1e-3:
+        yield f"The calibration raises black (to {loop.starts.max():.3f} of drive)."
 
 
 def _clipped(curves: dict[str, Transfer]) -> Iterator[str]:
-    found = clipping(curves)
-    bright = [f"{name} from code {each.bright:.2f} up" for name, each in found.items() if each.bright is not None]
-    dark = [f"{name} up to code {each.dark:.2f}" for name, each in found.items() if each.dark is not None]
+    clipped = clipping(curves)
+    bright = [f"{name} from code {each.bright:.2f} up" for name, each in clipped.items() if each.bright is not None]
+    dark = [f"{name} up to code {each.dark:.2f}" for name, each in clipped.items() if each.dark is not None]
     if bright:
         yield (
             f"Clipped: the same light for {', '.join(bright)}: contrast set too high, a calibration at its stop, or a "
@@ -148,16 +147,16 @@ def _white(session: Session, white: Array | None, loop: Calibration | None) -> I
         yield f"White has {white[1]:.0f} cd/m², the calibration asked for {wanted:.0f}."
 
 
-def _primaries(found: Primaries | None) -> Iterator[str]:
-    if found is None:
+def _primaries(tips: Primaries | None) -> Iterator[str]:
+    if tips is None:
         return
-    shift = found.shift[found.nearest]
+    shift = tips.shift[tips.nearest]
     worst = max(shift, key=lambda name: shift[name])
-    covered = "" if found.coverage is None else f"; covers {found.coverage:.0%} of sRGB in u'v'"
+    covered = "" if tips.coverage is None else f"; covers {tips.coverage:.0%} of sRGB in u'v'"
     if shift[worst] >= COLOUR:
-        yield f"Primaries: nearest to {found.nearest}, {worst} Δu'v' {shift[worst]:.3f} off{covered}."
+        yield f"Primaries: nearest to {tips.nearest}, {worst} Δu'v' {shift[worst]:.3f} off{covered}."
     else:
-        yield f"Primaries: {found.nearest} within Δu'v' {shift[worst]:.3f}{covered}."
+        yield f"Primaries: {tips.nearest} within Δu'v' {shift[worst]:.3f}{covered}."
 
 
 def _curve(curves: dict[str, Transfer]) -> Iterator[str]:
@@ -172,21 +171,21 @@ def _curve(curves: dict[str, Transfer]) -> Iterator[str]:
         yield f"Channels bend apart: γ {', '.join(f'{name} {gamma:.2f}' for name, gamma in gammas.items())}."
 
 
-def _greys(found: GreyTracking | None) -> Iterator[str]:
-    if found is None:
+def _greys(greys: GreyTracking | None) -> Iterator[str]:
+    if greys is None:
         return
-    worst = int(np.argmax(found.delta_e))
-    if found.delta_e[worst] >= CAST:
-        u, v = found.shift[worst]
+    worst = int(np.argmax(greys.delta_e))
+    if greys.delta_e[worst] >= CAST:
+        u, v = greys.shift[worst]
         yield (
-            f"Greys do not track white: ΔE2000 {found.delta_e[worst]:.1f} at code {found.drive[worst]:.2f} "
+            f"Greys do not track white: ΔE2000 {greys.delta_e[worst]:.1f} at code {greys.drive[worst]:.2f} "
             f"(Δu' {u:+.4f}, Δv' {v:+.4f})."
         )
 
 
-def _uniformity(found: tuple[float, float] | None) -> Iterator[str]:
-    if found is not None:
-        low, high = found
+def _uniformity(extremes: tuple[float, float] | None) -> Iterator[str]:
+    if extremes is not None:
+        low, high = extremes
         word = "Uneven" if max(1.0 - low, high - 1.0) >= UNEVEN else "Even"
         yield f"{word}: over the screen white has {low:.0%} to {high:.0%} of the middle's luminance."
 

@@ -1,7 +1,11 @@
-"""The transfer curve: luminance against drive, its γ, how far it is from sRGB, and where it clips.
+"""Tone curves: luminance against drive, its γ and its clipping, the colour of the greys, and DICOM's display function.
 
-A contrast that is set too high and a calibration that runs into its stop clip the bright end; a signal of limited range
-(16..235 of 255) that the display takes for a full one, or the other way round, crushes or clips both.
+A contrast that is set too high, or a calibration that reaches full drive, clips the bright end. A display that takes a
+signal of limited range (16..235 of 255) for a full one, or the other way round, crushes the dark end or clips both.
+
+DICOM PS3.14, 7.1 (Grayscale Standard Display Function) gives luminance by index of just-noticeable difference (JND);
+colour-science has the function. Contrast response is TG18's (Samei et al. 2005, doi:10.1118/1.1861159, 4.3): the change
+of luminance between neighbouring greys over their mean luminance, by JND, against what the standard has there.
 """
 
 from __future__ import annotations
@@ -11,19 +15,22 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from lutgen.colorimetry import code_to_linear
+from lutgen.colorimetry import code_to_linear, delta_e_2000, xyz_to_lab, xyz_to_uv
+from lutgen.history.patches import mean_xyz, ramp
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from lutgen.colorimetry import Array
     from lutgen.history.patches import Ramp
+    from lutgen.readings.session import Session
 
-#: γ is fitted between these code values: below, black and noise rule; above, all curves meet.
+#: γ is fitted between these code values: below, black and noise are too large a part of the light; above, all curves
+#: meet.
 FITTED = (0.1, 0.9)
 
-#: A γ takes this many levels between them.
-FEWEST = 3
+#: Fewest levels between them for a γ.
+FEWEST_LEVELS = 3
 
 
 @dataclass(frozen=True)
@@ -38,7 +45,7 @@ class Transfer:
         Slope of log ``linear`` against log ``drive`` by least squares through full drive, between 10 and 90 %; None:
         fewer than three levels there.
     residual
-        Root mean square of what that power misses, as a share of the luminance at each level; None with ``gamma``.
+        Root mean square of the relative difference between the luminance and that power; None with ``gamma``.
     lightness
         L* of the curve less L* of sRGB at each drive, (n,): above 0 the display is lighter (CIE 15:2018, 8.2.1).
 
@@ -66,7 +73,7 @@ def transfer(ramp: Ramp, black: Array | None) -> Transfer | None:
     linear = light / light[-1]
     fitted = (ramp.drive >= FITTED[0]) & (ramp.drive <= FITTED[1]) & (linear > 0)
     gamma = residual = None
-    if np.count_nonzero(fitted) >= FEWEST:
+    if np.count_nonzero(fitted) >= FEWEST_LEVELS:
         across, up = np.log(ramp.drive[fitted]), np.log(linear[fitted])
         gamma = float(across @ up / (across @ across))
         residual = float(np.sqrt(np.mean((linear[fitted] / ramp.drive[fitted] ** gamma - 1.0) ** 2)))
@@ -78,31 +85,148 @@ def lightness(ratio: Array) -> Array:
     return np.where(ratio > (6 / 29) ** 3, 116.0 * np.cbrt(ratio) - 16.0, ratio * (29 / 3) ** 3)
 
 
-#: Of L*: below this, black and noise rule a change of a curve.
+#: Changes of a curve are ignored below this L*: black and noise are too large a part of the light there.
 DARKEST = 20.0
 
-#: Shares of the ramp's light that are one for the eye: at the top a third of a step of ΔL* 1, at the bottom of black.
+#: Shares of the ramp's light that the eye does not tell from full light, and from none: a third of ΔL* 1.
 ALIKE, DARK = 0.005, 2e-4
 
-#: Codes nearer to the ends than this are alike on any display, or nearly.
+#: Code values nearer to 0 or 1 than this look alike on any display.
 NEAR = 0.06
 
 
 class Clipping(NamedTuple):
-    """The code value from which a curve stands still (None: it does not), and up to which it gives no light."""
+    """The code value from which light no longer rises, and up to which there is no light; None: no such code value."""
 
     bright: float | None
     dark: float | None
 
 
 def clipping(curves: Mapping[str, Transfer]) -> dict[str, Clipping]:
-    """Return which of the curves, by name, stand still at an end; those that do not are left out."""
-    found = {}
+    """Return name → clipping of those curves that clip at an end."""
+    clipped = {}
     for name, curve in curves.items():
         still = curve.drive[np.abs(curve.linear - 1.0) <= ALIKE]
         none = curve.drive[curve.linear <= DARK]
         bright = float(still.min()) if still.size and still.min() <= 1.0 - NEAR else None
         dark = float(none.max()) if none.size and none.max() >= NEAR else None
         if bright is not None or dark is not None:
-            found[name] = Clipping(bright, dark)
-    return found
+            clipped[name] = Clipping(bright, dark)
+    return clipped
+
+
+#: Below this code value the colour of black is too large a part of the colour of a grey.
+LOWEST = 0.1
+
+
+@dataclass(frozen=True)
+class GreyTracking:
+    """Colour of the greys, as seen, black included.
+
+    Attributes
+    ----------
+    drive
+        Code values from 0.1 up to white's, (n,).
+    shift
+        u', v' of each less white's, (n, 2).
+    delta_e
+        ΔE2000 to a grey of the same luminance in white's colour, under white, (n,).
+
+    """
+
+    drive: Array
+    shift: Array
+    delta_e: Array
+
+
+def grey_tracking(ramp: Ramp, white: Array | None) -> GreyTracking | None:
+    """Return the colour of a grey ramp against white, (3,); None where there are no greys, or no white."""
+    if white is None or white[1] <= 0:
+        return None
+    kept = (ramp.drive >= LOWEST) & (ramp.drive < 1.0 - 1e-4) & (ramp.xyz[:, 1] > 0)
+    if not kept.any():
+        return None
+    xyz = ramp.xyz[kept]
+    uv = xyz_to_uv(np.vstack([white, xyz]))
+    neutral = xyz[:, 1:2] / white[1] * white
+    return GreyTracking(
+        ramp.drive[kept], uv[1:] - uv[0], delta_e_2000(xyz_to_lab(xyz, white), xyz_to_lab(neutral, white))
+    )
+
+
+#: Largest index of just-noticeable difference.
+_LAST = 1023.0
+
+#: Luminances that the function covers, cd/m².
+GSDF_RANGE = (0.05, 3993.404)
+
+#: Greys, black and white among them, that a contrast response takes at least, and of more those nearest to even steps:
+#: TG18 reads 18.
+FEWEST_GREYS, LEVELS = 8, 18
+
+
+def luminance_of(index: Array) -> Array:
+    """Luminance in cd/m² of indices of just-noticeable difference, 1 to 1023. Any shape."""
+    from colour.models import eotf_DICOMGSDF
+
+    return np.asarray(eotf_DICOMGSDF(index / _LAST))
+
+
+def index_of(luminance: Array) -> Array:
+    """Index of just-noticeable difference of luminances within ``GSDF_RANGE``, cd/m². Any shape."""
+    from colour.models import eotf_inverse_DICOMGSDF
+
+    return np.asarray(eotf_inverse_DICOMGSDF(luminance) * _LAST)
+
+
+@dataclass(frozen=True)
+class ContrastResponse:
+    """Contrast between neighbouring greys.
+
+    Attributes
+    ----------
+    drive
+        Middle of each two code values, (n,).
+    contrast, standard
+        ΔL over mean L by JND, as read and as the standard has it between the same ends, (n,).
+
+    """
+
+    drive: Array
+    contrast: Array
+    standard: Array
+
+    @property
+    def deviation(self) -> Array:
+        """Share by which the contrast differs from the standard's, (n,)."""
+        return np.asarray(self.contrast / self.standard - 1.0)
+
+    @property
+    def worst(self) -> float:
+        """The largest of them."""
+        return float(np.abs(self.deviation).max())
+
+
+def contrast_response(session: Session, ambient_cd_m2: float = 0.0) -> ContrastResponse | None:
+    """Return the contrast response of a session's greys with the room's light on them.
+
+    None: relative light, fewer greys than ``FEWEST_GREYS``, no black or white, or luminances beyond ``GSDF_RANGE``.
+    """
+    greys, black = ramp(session, "grey"), mean_xyz(session, "black")
+    if not session.absolute or black is None or greys.drive.size < FEWEST_GREYS - 1 or greys.drive[-1] < 1.0 - 1e-4:
+        return None
+    drive = np.concatenate([[0.0], greys.drive])
+    light = np.concatenate([[black[1]], greys.xyz[:, 1]]) + ambient_cd_m2
+    # Between greys that are nearer to each other, noise and steps of 8 bits are larger than the contrast.
+    read = np.unique(np.abs(drive - np.linspace(0.0, 1.0, LEVELS)[:, np.newaxis]).argmin(axis=1))
+    drive, light = drive[read], light[read]
+    if not (GSDF_RANGE[0] <= light.min() and light.max() <= GSDF_RANGE[1]):
+        return None
+    ends = index_of(light[[0, -1]])
+    index = ends[0] + drive * (ends[1] - ends[0])
+    middle = 0.5 * (drive[1:] + drive[:-1])
+    return ContrastResponse(middle, _by_jnd(light, index), _by_jnd(luminance_of(index), index))
+
+
+def _by_jnd(light: Array, index: Array) -> Array:
+    return np.asarray(2.0 * np.diff(light) / (light[1:] + light[:-1]) / np.diff(index))

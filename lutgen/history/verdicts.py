@@ -1,6 +1,9 @@
-"""What the evidence on two sessions allows to say: one cause, rivals that nothing tells apart, two at once, or none.
+"""What may be said of two sessions: one cause, causes that nothing tells apart, several at once, or none.
 
-All that is known of a cause is what its file in ``causes`` declares; this module names none.
+All that is known of a cause is what its file in ``causes`` declares; this module names no cause. :func:`in_succession`
+revises a verdict by the other sessions of the campaign: light that came back later was not lost by aging, light that
+was lost at once after long steadiness was not either, and a steady loss over many sessions is no setting that somebody
+turned.
 """
 
 from __future__ import annotations
@@ -17,6 +20,7 @@ from lutgen.history.transfer import DARKEST
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from lutgen.colorimetry import Array
     from lutgen.history.explain import Hypothesis
     from lutgen.history.pair import SessionPair
 
@@ -29,13 +33,13 @@ KINDS = {
     "unclear": "something changed that no known cause explains, or what would tell was not read",
 }
 
-#: Explanations whose weights differ by less, in natural logarithms, are rivals: odds of less than 20 to 1.
+#: Two explanations are rivals where their weights differ by less than this, in natural logarithms: odds below 20 to 1.
 RIVAL = 3.0
 
-#: χ² of the best explanation from which it explains nothing: fifteen numbers, less what is fitted.
+#: The best explanation is no explanation from this χ² on, of fifteen numbers less the fitted parameters.
 MISFIT = 45.0
 
-#: Change of white over the sum of the primaries that is worth telling.
+#: A change of white over the sum of the primaries is reported from this size on.
 SUM_TOLD = 0.02
 
 _NOT_READ = "white or a primary at full drive was not read in both, or not in cd/m²"
@@ -50,17 +54,17 @@ class SessionVerdict:
     kind
         One of ``KINDS``.
     names
-        The causes that are named; of ``one-of`` the likeliest first, of ``same`` none.
+        The named causes; the likeliest first for ``one-of``, none for ``same``.
     sentence
         The finding in plain words.
     evidence
-        What it rests on, a sentence or half of one each.
+        The facts behind the verdict, each a sentence or a clause.
     tests
-        Measurements that would tell, one a named cause where there is doubt.
+        Measurements that would decide between the named causes, one for each.
     display
-        Whether the display itself is another than it was: "unchanged" (no sign of it), "changed" or "cannot tell".
+        Whether the display itself has changed: "unchanged" (no sign of a change), "changed" or "cannot tell".
     sure
-        Of ``one-of``: causes that are in every explanation, beside rivals that are not.
+        For ``one-of``: the causes that every explanation contains.
 
     """
 
@@ -74,19 +78,19 @@ class SessionVerdict:
 
 
 def without(verdict: SessionVerdict, name: str, why: str) -> SessionVerdict:
-    """Return the verdict without a cause that something else refutes."""
+    """Return the verdict without a cause; ``why`` says what refutes that cause."""
     left = tuple(each for each in verdict.names if each != name)
     return _verdict("one-of" if len(left) > 1 else "named", left, (*verdict.evidence, why), verdict.sure)
 
 
 def only(verdict: SessionVerdict, name: str, why: str) -> SessionVerdict:
-    """Return the verdict with one cause alone, which something else proves."""
+    """Return the verdict with one cause alone; ``why`` says what proves that cause."""
     return _verdict("named", (name,), (*verdict.evidence, why))
 
 
-def pronounce(pair: SessionPair, found: Sequence[Hypothesis]) -> SessionVerdict:
-    """Weigh proofs first, then the explanations of white, primaries and black, the best first."""
-    verdict = _proven(pair) or (_weighed(pair, found) if found else _by_signs(pair))
+def pronounce(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerdict:
+    """Return the verdict from proofs, else from ``hypotheses``, the explanations of the pair, best first."""
+    verdict = _proven(pair) or (_weighed(pair, hypotheses) if hypotheses else _by_signs(pair))
     for name, cause in causes().items():
         if happened := cause.beside(pair):
             verdict = _with(verdict, name, happened)
@@ -94,7 +98,7 @@ def pronounce(pair: SessionPair, found: Sequence[Hypothesis]) -> SessionVerdict:
 
 
 def _proven(pair: SessionPair) -> SessionVerdict | None:
-    """Return the verdict where something proves a cause, with the causes that could have moved as much."""
+    """Return the verdict where a cause is proven, with other causes that could have made the same changes."""
     proofs = {name: proof for name, cause in causes().items() if (proof := cause.proof(pair))}
     if not proofs:
         return None
@@ -104,13 +108,13 @@ def _proven(pair: SessionPair) -> SessionVerdict | None:
 
 
 def _able(pair: SessionPair) -> list[str]:
-    """Causes that may move all facts that moved, and that the records leave open."""
+    """Causes that can move all facts that moved, and that the records do not exclude."""
     known = causes().items() if pair.moved else ()
     return [name for name, cause in known if cause.moves >= pair.moved and cause.possible(pair)]
 
 
 def _by_signs(pair: SessionPair) -> SessionVerdict:
-    """Return the verdict where white and primaries were not read: whatever speaks for a cause names it."""
+    """Return the verdict from signs alone, for sessions in which white and primaries were not read."""
     signs = _signs(pair)
     return _verdict("named" if len(signs) == 1 else "unclear", tuple(signs), tuple(signs.values()) or (_NOT_READ,))
 
@@ -119,8 +123,8 @@ def _signs(pair: SessionPair) -> dict[str, str]:
     return {name: sign for name, cause in causes().items() if (sign := cause.sign(pair))}
 
 
-def _weighed(pair: SessionPair, found: Sequence[Hypothesis]) -> SessionVerdict:
-    near = [each for each in found if found[0].weight - each.weight < RIVAL]
+def _weighed(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerdict:
+    near = [each for each in hypotheses if hypotheses[0].weight - each.weight < RIVAL]
     simplest = min(len(each.names) for each in near)
     rivals = [each for each in near if len(each.names) == simplest]
     signs = _signs(pair)
@@ -144,13 +148,13 @@ def _weighed(pair: SessionPair, found: Sequence[Hypothesis]) -> SessionVerdict:
 
 
 def _mistaken(pair: SessionPair, rivals: Sequence[Hypothesis], names: tuple[str, ...]) -> dict[str, str]:
-    """Causes that may be mistaken for those of a hypothesis → the parameter whose change they may have made."""
-    found = {}
+    """Causes that the hypotheses do not name, but that can make the same change → the parameter of that change."""
+    mistaken = {}
     for name, cause in causes().items():
         parameters = [cause.rival(each.names, each.fit.values, pair) for each in rivals]
         if name not in names and any(parameters):
-            found[name] = next(filter(None, parameters))
-    return found
+            mistaken[name] = next(filter(None, parameters))
+    return mistaken
 
 
 def _parameters(name: str) -> set[str]:
@@ -162,7 +166,7 @@ def _one_of(names: tuple[str, ...], evidence: tuple[str, ...]) -> SessionVerdict
 
 
 def _with(verdict: SessionVerdict, name: str, happened: str) -> SessionVerdict:
-    """Return the verdict with a cause that happened for certain beside what it names."""
+    """Return the verdict with one more cause, which happened for certain."""
     evidence = (happened, *verdict.evidence)
     if verdict.kind == "same":
         return _verdict("named", (name,), evidence)
@@ -175,7 +179,7 @@ def _with(verdict: SessionVerdict, name: str, happened: str) -> SessionVerdict:
 
 
 def _joined(names: tuple[str, ...], curves: tuple[str, ...], facts: tuple[str, ...]) -> SessionVerdict:
-    """Put together what white, primaries and black name, and what the curves do."""
+    """Combine the causes that white, primaries and black name with those that bent the curves."""
     if not names and not curves:
         return _verdict("same", (), facts)
     if not names or not curves:
@@ -210,7 +214,7 @@ def _verdict(
 
 
 def _facts(pair: SessionPair) -> tuple[str, ...]:
-    """Say by how much white, primaries and the curves moved."""
+    """Say by how much white, primaries, black and the curves changed."""
     if pair.seen is None:
         return ()
     before, after = pair.seen
@@ -238,5 +242,92 @@ def _facts(pair: SessionPair) -> tuple[str, ...]:
 
 def _records(pair: SessionPair) -> tuple[str, ...]:
     light = pair.more_room_light
-    said = f"the campaign says {light:+g} lx" if light else ""
-    return tuple(part for part in (pair.other_instrument, pair.other_settings, said) if part)
+    room_light = f"the campaign says {light:+g} lx" if light else ""
+    return tuple(part for part in (pair.other_instrument, pair.other_settings, room_light) if part)
+
+
+#: If a later session has this much more light (natural logarithm), the loss in an earlier session was no aging.
+CAME_BACK = 0.05
+
+#: An earlier session with less than this share of the loss that a steady decay gives shows that the loss came late.
+LATE = 0.25
+
+#: A steady loss needs this many sessions beside the reference; its largest distance from a straight line in time, and
+#: the least loss at its end, are natural logarithms.
+FEWEST_SESSIONS, STEADY, LEAST = 3, 0.02, 0.05
+
+
+def in_succession(pairs: Sequence[SessionPair], verdicts: Sequence[SessionVerdict]) -> tuple[SessionVerdict, ...]:
+    """Return the verdicts; those that name aging are revised by the later sessions and by how steady the loss is."""
+    revised = list(verdicts)
+    still = [pair for pair, each in zip(pairs, verdicts, strict=True) if each.kind == "same"]
+    for place, pair in enumerate(pairs):
+        for name in _going("steady", revised[place]):
+            if len(revised[place].names) > 1 and (later := _brighter_later(pair, pairs)):
+                revised[place] = without(revised[place], name, f"light came back by {later:+.0%} in a later session")
+            elif _going("step", revised[place]) and (days := _lost_within(pair, still)):
+                revised[place] = without(
+                    revised[place], name, f"hardly any of that was lost until {days:.0f} days before"
+                )
+    steady = [place for place, each in enumerate(revised) if {*each.sure} <= {*_going("steady", each)} != set()]
+    calm = [place for place, each in enumerate(revised) if each.kind == "same" and pairs[place].days is not None]
+    if (
+        len(steady) + len(calm) >= FEWEST_SESSIONS
+        and len(steady) > 1
+        and _is_steady([pairs[place] for place in steady + calm])
+    ):
+        why = f"light was lost steadily over {len(steady) + len(calm) + 1} sessions, as no turned setting does"
+        for place in steady:
+            revised[place] = only(revised[place], _going("steady", revised[place])[0], why)
+    return tuple(revised)
+
+
+def _going(way: str, verdict: SessionVerdict) -> tuple[str, ...]:
+    """Named causes whose ``over_time`` is ``way``."""
+    return tuple(name for name in verdict.names if causes()[name].over_time == way)
+
+
+def _light(pair: SessionPair) -> Array | None:
+    """Logarithm of each channel's light over the reference's, (3,)."""
+    if pair.seen is None:
+        return None
+    before, after = pair.seen
+    return np.asarray(np.log(after.channels[:, 1] / before.channels[:, 1]))
+
+
+def _brighter_later(pair: SessionPair, pairs: Sequence[SessionPair]) -> float:
+    """Share of light that came back after a session; 0 where none did, or where dates are missing."""
+    mine = _light(pair)
+    if mine is None or pair.days is None:
+        return 0.0
+    later = [_light(each) for each in pairs if each.days is not None and each.days > pair.days]
+    # Sessions brighter than the reference were turned up. Of the others some may be too: the median counts.
+    gains = [float((each - mine).min()) for each in later if each is not None and each.max() <= CAME_BACK]
+    gain = float(np.median(gains)) if gains else 0.0
+    return float(np.expm1(gain)) if gain >= CAME_BACK else 0.0
+
+
+def _lost_within(pair: SessionPair, still: Sequence[SessionPair]) -> float:
+    """Days within which most of the loss came, if an unchanged session lies nearer in time than the reference."""
+    mine = _light(pair)
+    if mine is None or pair.days is None or pair.days <= 0:
+        return 0.0
+    for each in still:
+        light = _light(each)
+        if light is not None and each.days is not None and pair.days / 2 <= each.days < pair.days:
+            steady = float(mine.mean()) * each.days / pair.days
+            if steady <= -CAME_BACK and float(light.mean()) > LATE * steady:
+                return pair.days - each.days
+    return 0.0
+
+
+def _is_steady(pairs: Sequence[SessionPair]) -> bool:
+    """Whether the logarithm of every channel's light falls on a straight line in time through the reference."""
+    days = np.array([pair.days if pair.days is not None else np.nan for pair in pairs])
+    light = [_light(pair) for pair in pairs]
+    if not np.isfinite(days).all() or np.ptp(np.append(days, 0.0)) <= 0 or any(each is None for each in light):
+        return False
+    loss = np.array(light)
+    slope = days @ loss / (days @ days)
+    left = loss - days[:, np.newaxis] * slope
+    return bool(np.sqrt((left**2).mean(axis=0)).max() <= STEADY and (slope * np.abs(days).max()).mean() <= -LEAST)

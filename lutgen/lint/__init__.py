@@ -1,8 +1,8 @@
 """``lutgen lint``: what each reader does with a LUT, a profile or a config, whoever made it.
 
-``formats`` holds one module for each kind of file, ``programs`` one for each reader of ``.cube`` that ``--try`` runs,
-``cube`` the numbers of a ``.cube``. A further kind of file is one module in ``formats``: it reads the file without
-believing its header and ends in ``FORMAT``, which names its suffixes, its rules and the function that applies them.
+``formats`` holds one module for each kind of file. A further kind of file is one more module there: it reads the file
+without trusting its header and ends in ``FORMAT``, which names its suffixes, its rules and the function that applies
+them. ``programs`` holds the readers of ``.cube`` that ``--try`` runs, ``trial`` compares them with our own reading.
 """
 
 from __future__ import annotations
@@ -42,11 +42,9 @@ def lint(path: str | Path, *, ask_readers: bool = False) -> Linted:
     form = _BY_SUFFIX.get(path.suffix.lower())
     if path.is_dir() or not path.exists():
         what = "is a folder" if path.is_dir() else "there is no such file"
-        message = f"{path}: {what}. Give a file that ends in {', '.join(KINDS)}."
-        raise LutgenError(message)
+        raise LutgenError(f"{path}: {what}. Give a file that ends in {', '.join(KINDS)}.")
     if form is None:
-        message = f"{path}: ends in none of {', '.join(KINDS)}. Rename it to the suffix of its format."
-        raise LutgenError(message)
+        raise LutgenError(f"{path}: ends in none of {', '.join(KINDS)}. Rename it to the suffix of its format.")
     return form.lint(path, ask_readers)
 
 

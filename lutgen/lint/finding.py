@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 READS, REFUSES, WRONG = "reads", "refuses", "silently wrong"
 
-#: From first to last, the one that counts when findings differ for a reader: a refused file is not shown at all.
+#: Outcomes by weight: where findings differ for a reader, the last of these counts, since a refused file is not shown.
 OUTCOMES = (READS, WRONG, REFUSES)
 
 LEVELS = ("error", "warning", "note")
@@ -81,8 +81,8 @@ class Finding:
     fates
         What the affected readers do. Readers without an entry show what the author meant.
     in_the_file
-        Whether the numbers themselves are not what the author meant. Readers show them as they are, so that asking
-        installed readers cannot find the fault.
+        Whether the fault is in the numbers themselves. Readers show these as they are, so that asking installed readers
+        cannot find the fault.
     rule
         Name of the rule, set by ``formats.findings``.
 
@@ -106,7 +106,7 @@ class Finding:
 class Trial(NamedTuple):
     """What an installed reader did with the file.
 
-    ``outcome`` is one of ``OUTCOMES``, or empty where the reader could not be tried. ``said`` is the reader's message,
+    ``outcome`` is one of ``OUTCOMES``, or empty where the reader was not tried. ``said`` is the message of the reader,
     or the difference of its colours from our own reading.
     """
 

@@ -19,7 +19,7 @@ LONGEST_LINE = 1 << 20
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
-class Block(NamedTuple):
+class LineBlock(NamedTuple):
     """Whole lines with LF ends, the number of the first, and the line ends that they had: "LF", "CRLF" or "CR"."""
 
     first: int
@@ -27,7 +27,7 @@ class Block(NamedTuple):
     ends: frozenset[str]
 
 
-def blocks(path: Path) -> Iterator[Block]:
+def blocks(path: Path) -> Iterator[LineBlock]:
     """Yield a file's lines, in blocks of at most ``BLOCK`` + ``LONGEST_LINE`` bytes.
 
     Raises
@@ -51,8 +51,7 @@ def blocks(path: Path) -> Iterator[Block]:
                     line += block.data.count(b"\n")
                     yield block
     except OSError as error:
-        message = f"{path}: cannot be read: {reason_of(error)}. Give the name of a LUT or config."
-        raise LutgenError(message) from None
+        raise LutgenError(f"{path}: cannot be read: {reason_of(error)}. Give the name of a LUT or config.") from None
     if rest:
         yield _block(line, rest if rest.endswith((b"\n", b"\r")) else rest + b"\n")
 
@@ -63,7 +62,7 @@ def shown(data: bytes) -> str:
     return "".join(letter if letter.isprintable() else "\ufffd" for letter in text)
 
 
-def _block(first: int, data: bytes) -> Block:
+def _block(first: int, data: bytes) -> LineBlock:
     pairs, returns = data.count(b"\r\n"), data.count(b"\r")
     ends = {
         name
@@ -72,7 +71,7 @@ def _block(first: int, data: bytes) -> Block:
     }
     if returns:
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    return Block(first, data, frozenset(ends))
+    return LineBlock(first, data, frozenset(ends))
 
 
 def _no_lines(path: Path, line: int) -> str:

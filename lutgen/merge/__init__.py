@@ -1,8 +1,7 @@
 """``lutgen merge``: aged displays into a user's own OpenColorIO config, which stays as it is for everything else.
 
-``merging`` plans, writes and proves; the other modules hold what it needs of the files, the text, the colour spaces and
-the pixels of a config. One more file here holds one more such part, and nothing that lint needs too: that is in
-``lutgen.config_parts``.
+``merging`` plans, writes and proves a merge. ``additions`` holds the new parts of a config, ``files`` its LUT files,
+and ``proof`` compares pixels. One more file here serves merging alone: what lint needs too is in ``lutgen.bindings``.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 from typing import Any, Self
 
-from lutgen.config_parts import leads_out, search_path, sources
+from lutgen.bindings import leads_out, search_path, sources
 from lutgen.errors import LutgenError, reason_of
 from lutgen.files import PARTIAL
 

@@ -2,11 +2,11 @@
 
 An aged view sends the code values that a display would get through the LUT of the aged display. The *source space* is
 the user's colour space of these code values. A config with the role ``aces_interchange`` needs no source space: the
-sRGB signal is then defined through ACES2065-1 (:mod:`lutgen.merge.spaces`).
+sRGB signal is then defined through ACES2065-1 (:mod:`lutgen.merge.additions`).
 
 OpenColorIO's own ``ConfigMerger`` (2.5) is not used: it joins two whole configs, and would add the build's displays,
 roles and colour spaces. New parts are inserted into the config's text, which keeps its comments and digits
-(:mod:`lutgen.merge.text`); where that fails, OpenColorIO writes the whole config, which keeps neither.
+(:mod:`lutgen.merge.additions`); where that fails, OpenColorIO writes the whole config, which keeps neither.
 """
 
 from __future__ import annotations
@@ -17,14 +17,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lutgen.bake.manifest import MANIFEST, FileRecord, read_manifest
-from lutgen.bindings import ocio, ocio_errors, refuse_unlikely, warnings_logged
-from lutgen.config_parts import endless_file, is_utf8, search_path
+from lutgen.bindings import endless_file, is_utf8, ocio, ocio_errors, refuse_unlikely, search_path, warnings_logged
 from lutgen.display import hour_name
 from lutgen.errors import LutgenError, pick_one
+from lutgen.merge.additions import AgedNames, add_aged, add_source_signal, check_source, inserted, with_search_path
 from lutgen.merge.files import NewFolder, copy_files, folder_of_luts, moved_search_path
 from lutgen.merge.proof import ROUNDING, aged_difference, compare_parts, missing_parts
-from lutgen.merge.spaces import AgedNames, add_aged, add_source_signal, check_source
-from lutgen.merge.text import inserted, with_search_path
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -109,8 +107,7 @@ def merge(build: str | Path, into: str | Path, output: str | Path, wanted: Mergi
     build, into, output = Path(build), Path(into), Path(output)
     _check_prefix(wanted.prefix)
     if output.exists() and not (force and output.is_dir()):
-        message = f"{output}: exists already. Add --force to replace its files, or choose another folder."
-        raise LutgenError(message)
+        raise LutgenError(f"{output}: exists already. Add --force to replace its files, or choose another folder.")
     luts = {which: _lut(build, *which) for which in wanted.displays}
     with warnings_logged(lib), NewFolder(output) as partial:
         before = _load(lib, into)
@@ -164,8 +161,7 @@ def _planned(lib: Any, into: Path, wanted: Merging, luts: Mapping[tuple[str, flo
             add_aged(config, names[which], source=source, onto=onto, lut=_place(which, lut).as_posix())
     except ocio_errors() as error:
         # Each version of OpenColorIO knows more kinds of names that may be taken: roles, aliases, shared views.
-        message = f"{into}: {' '.join(str(error).split())} Choose another --prefix."
-        raise LutgenError(message) from None
+        raise LutgenError(f"{into}: {' '.join(str(error).split())} Choose another --prefix.") from None
     without = "a config of version 1 has no named transforms: views, looks and colour spaces alone were added"
     return _Plan(config, names, source, onto, [without] if config.getMajorVersion() < 2 else [])
 
@@ -187,8 +183,9 @@ def _written(plan: _Plan, before: Any, into: Path, output: Path, folder: Path) -
         plan.config.validate()
         serialised = str(plan.config.serialize())
     except ocio_errors() as error:
-        message = f"{into}: OpenColorIO {lib.__version__} does not write it: {' '.join(str(error).split())}"
-        raise LutgenError(message) from None
+        raise LutgenError(
+            f"{into}: OpenColorIO {lib.__version__} does not write it: {' '.join(str(error).split())}"
+        ) from None
     own = into.read_bytes().decode("utf-8", errors="surrogateescape")
     ends = "\r\n" if "\r\n" in own else "\n"
     added = [plan.source, *(name for names in plan.names.values() for name in names)]
@@ -214,22 +211,21 @@ def _written(plan: _Plan, before: Any, into: Path, output: Path, folder: Path) -
             return merged, proof.compared, None if exact else 0.0
         if not exact and proof.largest <= ROUNDING:
             return merged, proof.compared, proof.largest
-    message = f"{into}: merging would change {', '.join(proof.changed[:3])}. Nothing was written."
-    raise LutgenError(message)
+    raise LutgenError(f"{into}: merging would change {', '.join(proof.changed[:3])}. Nothing was written.")
 
 
 def _check_prefix(prefix: str) -> None:
     if not prefix or prefix != prefix.strip() or "," in prefix or not prefix.isprintable():
-        message = f"--prefix {prefix!r}: give a word that new names begin with, without commas and blanks around it."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"--prefix {prefix!r}: give a word that new names begin with, without commas and blanks around it."
+        )
 
 
 def _lut(build: Path, mode: str, hours: float) -> FileRecord:
     """Return the LUT of a display in a build, the unclipped one where there is one."""
     manifest = read_manifest(build / MANIFEST)
     if manifest is None:
-        message = f"{build}: has no {MANIFEST}, so it is no folder that `lutgen build` made."
-        raise LutgenError(message)
+        raise LutgenError(f"{build}: has no {MANIFEST}, so it is no folder that `lutgen build` made.")
     luts = sorted((each for each in manifest.files if each.kind == "lut"), key=lambda lut: bool(lut.clipped))
     for lut in luts:
         if (lut.mode, lut.hours) == (mode, hours):
@@ -242,15 +238,15 @@ def _lut(build: Path, mode: str, hours: float) -> FileRecord:
 def _load(lib: Any, path: Path) -> Any:
     lib.ClearAllCaches()
     if not path.is_file():
-        message = f"{path}: there is no such file. Give an OpenColorIO config (config.ocio)."
-        raise LutgenError(message)
+        raise LutgenError(f"{path}: there is no such file. Give an OpenColorIO config (config.ocio).")
     refuse_unlikely(path)
     try:
         config = lib.Config.CreateFromFile(str(path))
         config.validate()
     except ocio_errors() as error:
-        message = f"{path}: OpenColorIO {lib.__version__} does not load it: {' '.join(str(error).split())}"
-        raise LutgenError(message) from None
+        raise LutgenError(
+            f"{path}: OpenColorIO {lib.__version__} does not load it: {' '.join(str(error).split())}"
+        ) from None
     if not is_utf8(config):
         raise LutgenError(f"{path}: has names or texts that are not UTF-8. Save it as UTF-8, then merge again.")
     endless = endless_file(config)
@@ -268,9 +264,8 @@ def _displays(config: Any, wanted: Sequence[str]) -> list[str]:
             raise pick_one("display", name, there)
     chosen = list(wanted) or [name for name in there if "srgb" in name.lower()]
     if not chosen:
-        message = (
+        raise LutgenError(
             "no display of this config has sRGB in its name. Say which one shows sRGB code values with --onto DISPLAY, "
             f"one of: {', '.join(there)}."
         )
-        raise LutgenError(message)
     return chosen

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from lutgen.bake.config import AGED_VIEW, SOURCE
-from lutgen.bindings import ocio, ocio_errors
-from lutgen.config_parts import all_parts, first_space
+from lutgen.bindings import all_parts, first_space, ocio, ocio_errors
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
@@ -95,16 +94,16 @@ def aged_difference(built: Path, merged: Any, source: str, display: str, view: s
         expected = _through(own, lib.DisplayViewTransform(SOURCE, "sRGB", AGED_VIEW), code.astype(np.float64))
         shown = _through(merged, lib.DisplayViewTransform(start, display, view), _code())
     except ocio_errors() as error:
-        message = f"view {view} of {display} cannot be shown: {' '.join(str(error).split())}. Nothing was written."
-        raise LutgenError(message) from None
+        raise LutgenError(
+            f"view {view} of {display} cannot be shown: {' '.join(str(error).split())}. Nothing was written."
+        ) from None
     difference = float(np.abs(np.clip(shown, 0, 1) - np.clip(expected, 0, 1)).max())
     # NaN fails the comparison too.
     if not difference <= TOLERANCE:
-        message = (
+        raise LutgenError(
             f"view {view} of {display} would differ from the build's own by {difference:.3g} in code values, more than "
             f"{TOLERANCE:g}. Name another --source-space than {source}. Nothing was written."
         )
-        raise LutgenError(message)
     return difference
 
 

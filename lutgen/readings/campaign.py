@@ -1,6 +1,6 @@
 """``Campaign``: the sessions of one display over its life, and the table of readings that they make.
 
-A date is no operating hour: without hours, or hours a day, nothing is told about aging.
+A date is no operating hour: aging needs the hours of each session, or dates and the hours a day.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ class CampaignEntry:
     session
         Its readings.
     where
-        For errors: file and line at which a campaign file names it, or the session's own file.
+        For errors: file and line at which a campaign file names the session, or the file of the session.
     date, hours
-        When it was measured: a date, operating hours as counted by whoever wrote them; None: not said.
+        When the session was measured: a date, and operating hours as the campaign counts them; None: not known.
     instrument, settings, note
-        What the campaign says, else for the instrument what the file says.
+        As the campaign says; for the instrument else as the file of the session says.
     conditions
-        ``ambient_lx``, ``warmup_min``, ``temperature_c``, ``window`` and the position ``u``, ``v``, where said.
+        ``ambient_lx``, ``warmup_min``, ``temperature_c``, ``window`` and the position ``u``, ``v``, where known.
 
     """
 
@@ -79,9 +79,9 @@ class Campaign:
     sha256: str
 
     def hours(self) -> Array:
-        """Operating hours of each entry since the earliest, (n,): by its ``hours``, else by its date and hours a day.
+        """Operating hours of each entry since the earliest, (n,): its ``hours``, else its date and the hours a day.
 
-        One session needs neither.
+        A campaign of one session needs neither.
 
         Raises
         ------
@@ -97,14 +97,12 @@ class Campaign:
         for entry in self.entries:
             if entry.hours is not None or entry.date is None:
                 what = "neither hours nor date" if entry.date is None else "hours where others only have a date"
-                message = f"{entry.where}: {what}. Give every session hours, or every session a date."
-                raise LutgenError(message)
+                raise LutgenError(f"{entry.where}: {what}. Give every session hours, or every session a date.")
         if self.hours_per_day is None:
-            message = (
+            raise LutgenError(
                 f"{self.file}: sessions have dates, which are no operating hours. Say how long the display is on: "
                 "hours_per_day = 8.0 under [display] of a campaign file, or hours = … in every session."
             )
-            raise LutgenError(message)
         days = np.array([entry.date.toordinal() for entry in self.entries if entry.date], dtype=np.float64)
         return np.asarray((days - days.min()) * self.hours_per_day)
 
@@ -143,22 +141,22 @@ class Campaign:
         )
 
     def _source(self) -> str:
-        """Say where the readings come from, and that they are simulated where a session says so."""
+        """Say where the readings come from; readings of simulated sessions are called simulated."""
         sessions = [entry.session for entry in self.entries]
-        said = [session.metadata.get("SIMULATED", "") for session in sessions]
-        simulated = next((f"simulated, not measured ({text}); " for text in said if text), "")
+        remarks = [session.metadata.get("SIMULATED", "") for session in sessions]
+        simulated = next((f"simulated, not measured ({text}); " for text in remarks if text), "")
         if len(sessions) > 1:
             return f"{simulated}campaign of {len(sessions)} sessions, {Path(self.file).name}"
         day = f" of {sessions[0].created.date()}" if sessions[0].created else ""
         return sessions[0].metadata.get("source") or f"{simulated}one session{day}, {sessions[0].form}"
 
     def campaign(self) -> Campaign:
-        """Return itself: a campaign file is had as its sessions."""
+        """Return the campaign itself, as readers of other formats return their sessions."""
         return self
 
 
 def entry_of(session: Session) -> CampaignEntry:
-    """Return the entry of a session that no campaign file lists: its date is the one that it holds."""
+    """Return the entry of a session that no campaign file lists, with the date of the session's own file."""
     day = session.created.date() if session.created else None
     return CampaignEntry(session, session.file, day, None, session.instrument, "", "", {})
 
@@ -181,7 +179,7 @@ def campaign_of(entries: Sequence[CampaignEntry], *, file: str) -> Campaign:
 def sessions_of(readings: Measurements) -> Campaign:
     """Cut a table of readings into its sessions: readings of one hour and one name of a session.
 
-    Readings that were taken away from rest by another condition than the place on the screen are left out.
+    Readings away from rest are left out, except those away only by their position on the screen.
     """
     moved = [condition.cell for condition in CONDITIONS if condition.name != "position"]
     rest = np.ones(readings.hours.size, dtype=bool)
@@ -233,20 +231,20 @@ def check_once(entries: Sequence[CampaignEntry]) -> None:
 
 
 def _common(sessions: Sequence[Session]) -> dict[str, str]:
-    """What the metadata of all sessions say alike."""
+    """Metadata that are the same in all sessions."""
     first = sessions[0].metadata
     return {key: text for key, text in first.items() if all(each.metadata.get(key) == text for each in sessions)}
 
 
 def _order(sessions: Sequence[Session]) -> Array | None:
-    """Numbers that grow with the time of reading, session by session; None where one does not say."""
-    after, found = 0.0, []
+    """Numbers that grow with the time of reading, session by session; None where one session has no order."""
+    after, orders = 0.0, []
     for session in sessions:
         if session.order is None:
             return None
-        found.append(session.order - session.order.min() + after)
-        after = float(found[-1].max()) + 1.0
-    return np.concatenate(found)
+        orders.append(session.order - session.order.min() + after)
+        after = float(orders[-1].max()) + 1.0
+    return np.concatenate(orders)
 
 
 def _notes(entry: CampaignEntry) -> list[str]:
@@ -260,7 +258,7 @@ def _conditions(entry: CampaignEntry) -> set[str]:
 
 
 def _condition(entry: CampaignEntry, name: str) -> Array:
-    """Values of a column, (n,): what the campaign file says counts, else the session's own."""
+    """Values of a column, (n,): those of the campaign file, else those of the session."""
     session = entry.session
     if name in entry.conditions:
         return np.full(len(session.drive), entry.conditions[name])

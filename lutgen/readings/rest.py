@@ -1,10 +1,9 @@
-"""Rest: under which conditions a campaign's colour points were read, session by session.
+"""Rest: the conditions under which the colour points of a campaign were read, session by session.
 
-No value is rest for every campaign: rest is the campaign's own, whether its room was dark or had 5 lx, its panel was
-24 °C, its patches filled the screen or 90 % of it. In each session the colour points (white, red, green, blue at full
-drive) that were read under the same conditions, all four of them, tell the value of every column; a condition says how
-far a reading may lie from that. A session without a set of its own takes the rest of its hour's others, else the
-campaign's.
+Rest differs from campaign to campaign: the room was dark or had 5 lx, the panel was at 24 °C, patches filled the screen
+or 90 % of it. In each session, rest is the conditions under which all four colour points (white, red, green, blue at
+full drive) were read; each condition declares how far a reading may lie from rest. A session without four colour points
+under the same conditions has the rest of the other sessions of its hour, else that of the campaign.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ class Rest:
     values
         Column → its value at rest, (n,); NaN where nobody logged it.
     away
-        Cell of a condition ("ambient", "cold", …) → readings that were taken away from rest by it, (n,).
+        Cell of a condition ("ambient", "cold", …) → which readings that condition takes away from rest, (n,).
 
     """
 
@@ -44,7 +43,7 @@ class Rest:
     away: Mapping[str, NDArray[np.bool_]]
 
     def reached(self, count: int) -> NDArray[np.bool_]:
-        """Readings that are away from rest by no condition, (n,)."""
+        """Which readings no condition takes away from rest, (n,)."""
         rest = np.ones(count, dtype=bool)
         for away in self.away.values():
             rest &= ~away
@@ -71,14 +70,14 @@ def rest_of(
         The columns of conditions, (n,) each.
 
     """
-    # A blank cell of minutes means warm, which is as long on as can be; of temperature, that nobody knows.
+    # A blank cell means warm in the column of minutes, and unknown in that of temperature.
     columns = {
         name: np.where(np.isnan(values), COLUMNS[name].usual, values) if np.isinf(COLUMNS[name].usual) else values
         for name, values in columns.items()
     }
     tips = is_tip(drive) & ~capped[:, np.newaxis]
     at = {name: np.full(sessions.size, COLUMNS[name].blank) for name in columns}
-    # A set that is complete in its session alone counts most, then one of its hour, then one of the campaign.
+    # Later assignments replace earlier ones: the campaign's rest, then that of the hour, then that of the session.
     for groups in (np.zeros(sessions.size), hours, sessions):
         for group in np.unique(groups):
             rows = np.flatnonzero((groups == group) & tips.any(axis=1))
@@ -110,9 +109,10 @@ def _away(columns: Mapping[str, Array], spans: Mapping[str, Array]) -> dict[str,
 
 
 def _centre(tips: NDArray[np.bool_], columns: Mapping[str, Array]) -> NDArray[np.intp] | None:
-    """Places of the colour points, among those of one session, that were read at rest; None without all four.
+    """Rows of the colour points of one session that were read at rest; None without all four.
 
-    Rest is where most of them were read alike: every column within the span of rest about one reading's value.
+    Rest is where most of them were read under the same conditions: every column within the span of rest about the value
+    of one reading.
     """
     if not columns:
         return np.arange(len(tips)) if tips.any(axis=0).all() else None
@@ -128,13 +128,13 @@ def _centre(tips: NDArray[np.bool_], columns: Mapping[str, Array]) -> NDArray[np
     if not whole.size:
         return None
     usual = sum((values == COLUMNS[name].usual).astype(int) for name, values in each.items()) + np.zeros(len(kinds))
-    # Most readings first; of as many, those nearer to what is usual: full screen, centre, dark.
+    # Most readings first; of equally many, those nearest to the usual values: full screen, centre, dark.
     best = max(whole, key=lambda row: (int(beside[row].sum()), float(usual[row])))
     return np.flatnonzero(alike[best][kind])
 
 
 def _alike(columns: Mapping[str, Array]) -> NDArray[np.bool_]:
-    """Which readings (columns of the matrix) lie within the spans of rest about each (its rows), (n, n)."""
+    """Which readings (columns) lie within the spans of rest about each reading (rows), (n, n)."""
     count = next(iter(columns.values())).size
     alike = np.ones((count, count), dtype=bool)
     for condition in CONDITIONS:
@@ -153,6 +153,6 @@ def _alike(columns: Mapping[str, Array]) -> NDArray[np.bool_]:
 
 
 def middle(values: Array) -> float:
-    """Median of the values that were logged: one of them, so that replicates name a value that was read."""
+    """Median of the logged values: the lower of the middle two, so that the median is a value that was read."""
     known = np.sort(values[~np.isnan(values)])
     return float(known[(known.size - 1) // 2]) if known.size else float("nan")

@@ -1,7 +1,7 @@
-"""``Session``: what one run of a measuring program said of one display, checked once and then frozen.
+"""``Session``: the readings of one display by one run of a measuring program, checked once and then frozen.
 
-A session is looser than :class:`~lutgen.readings.table.Measurements`: it has a date at best and no operating hours,
-may be relative, and may lack white, black or primaries. What it lacks is said by those who ask for it.
+A session need not be complete, as :class:`~lutgen.readings.table.Measurements` must be: it has a date at best and no
+operating hours, may be relative, and may lack white, black or primaries. Whoever needs a missing patch says so.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ if TYPE_CHECKING:
 #: Kinds of patches, by their drive: the tips, the middle of the cube, and mixtures.
 KINDS = ("white", "black", "grey", "red", "green", "blue", "mixture")
 
-#: A patch is at full drive, at none, or grey when it is so within this: files round at the fifth digit.
+#: A patch counts as full drive, as no drive, or as grey within this tolerance: files round at the fifth digit.
 DRIVE_TOLERANCE = 1e-4
 
 #: Readings of a session, at most: profiling charts have up to 10 000 patches.
 MOST_READINGS = 100_000
 
-#: Smallest and largest XYZ, in cd/m² or times white: noise below 0, and nothing brighter than the brightest display.
+#: Smallest XYZ (noise lies below 0), and largest XYZ in cd/m² and relative to white: no display is brighter.
 LOWEST, HIGHEST_CD_M2, HIGHEST_RELATIVE = -1.0, 1e5, 10.0
 
 
@@ -56,28 +56,28 @@ class Session:
     form
         Name of the file's format, for people.
     positions
-        Where on the screen, (n, 2) as shares from the left and the top; None: nobody said.
+        Positions on the screen, (n, 2) as shares from the left and the top; None: not known.
     conditions
         Other columns of conditions (``ambient_lx``, …) that the file has, each of shape (n,).
     order
-        Numbers that grow with the time of reading, (n,); None: nobody wrote it down, and rows may be sorted.
+        Numbers that grow with the time of reading, (n,); None: not known, and rows may be sorted.
     notes
         A note on each reading, "lens cap" for one; empty where the file has none.
     spectra, wavelengths
         Spectral radiance as the file gives it, (n, k), and nanometres, (k,); or None.
     calibration
-        The curves that were loaded in the graphics card while it was read, (k, 4): input, red, green and blue, 0..1;
-        None: the file has none.
+        The curves in the graphics card during the session, (k, 4): input, red, green and blue, 0..1; None: the file has
+        none.
     created
-        When it was made; None where the file does not say, or cannot be believed.
+        Date and time of the session; None where the file has none, or one that cannot be right.
     instrument, display
         Their names; "" where the file does not say.
     remarks
-        What reading the file had to decide or could not believe, in sentences.
+        Sentences on what the reader had to decide, and on values that it did not accept.
     metadata
-        Everything else that the file says: its keywords and their values.
+        All other keywords of the file, and their values.
     file, sha256
-        Where the readings came from, as the user named it, and the hash of those bytes.
+        The file as the user named it, and the hash of its bytes.
 
     """
 
@@ -103,13 +103,15 @@ class Session:
     sha256: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse what no display does: no readings, too many, values that are not finite or out of range."""
+        """Refuse a session without readings or with too many, and values that are not finite or out of range."""
         if not len(self.drive):
-            message = f"{self.file}: holds no readings. A session has a row of R, G, B and X, Y, Z for every patch."
-            raise LutgenError(message)
+            raise LutgenError(
+                f"{self.file}: holds no readings. A session has a row of R, G, B and X, Y, Z for every patch."
+            )
         if len(self.drive) > MOST_READINGS:
-            message = f"{self.file}: {len(self.drive)} readings; a session has at most {MOST_READINGS}. Split the file."
-            raise LutgenError(message)
+            raise LutgenError(
+                f"{self.file}: {len(self.drive)} readings; a session has at most {MOST_READINGS}. Split the file."
+            )
         highest = HIGHEST_CD_M2 if self.absolute else HIGHEST_RELATIVE
         unit = "cd/m²" if self.absolute else "times white"
         self._refuse(~np.isfinite(np.hstack([self.drive, self.xyz])), "a value is not a finite number")
@@ -123,8 +125,9 @@ class Session:
     def _refuse(self, bad: NDArray[np.bool_], why: str) -> None:
         rows = bad.any(axis=1)
         if rows.any():
-            message = f"{self.file}, line {int(self.lines[np.argmax(rows)])}: {why}. Correct the row, or delete it."
-            raise LutgenError(message)
+            raise LutgenError(
+                f"{self.file}, line {int(self.lines[np.argmax(rows)])}: {why}. Correct the row, or delete it."
+            )
 
     def without(self, rows: NDArray[np.int64]) -> Session:
         """Return the session without some of its readings."""
@@ -150,35 +153,34 @@ class Session:
     def xyz_cd_m2(self) -> Array:
         """XYZ in cd/m², (n, 3). Raises LutgenError where the session is relative."""
         if not self.absolute:
-            message = (
+            raise LutgenError(
                 f"{self.file}: XYZ are relative to white; how bright white was, the file does not say. "
                 "Measure again with absolute values, or add LUMINANCE_XYZ_CDM2 to a CGATS file."
             )
-            raise LutgenError(message)
         return self.xyz
 
     @cached_property
     def kinds(self) -> tuple[str, ...]:
-        """Of each reading one of ``KINDS``: by drive, a single channel's ramp is named after its channel."""
+        """The kind of each reading, one of ``KINDS``; the ramp of a single channel has the name of the channel."""
         low, high = self.drive <= DRIVE_TOLERANCE, self.drive >= 1.0 - DRIVE_TOLERANCE
         grey = np.ptp(self.drive, axis=1) <= DRIVE_TOLERANCE
-        found = np.full(len(self.drive), "mixture", dtype="<U7")
+        kinds = np.full(len(self.drive), "mixture", dtype="<U7")
         for channel, name in enumerate(("red", "green", "blue")):
             others = np.delete(low, channel, axis=1)
-            found[others.all(axis=1)] = name
-        found[grey] = "grey"
-        found[low.all(axis=1)] = "black"
-        found[high.all(axis=1)] = "white"
-        return tuple(found.tolist())
+            kinds[others.all(axis=1)] = name
+        kinds[grey] = "grey"
+        kinds[low.all(axis=1)] = "black"
+        kinds[high.all(axis=1)] = "white"
+        return tuple(kinds.tolist())
 
     def rows(self, *kinds: str) -> NDArray[np.int64]:
-        """Places of the readings of these kinds nearest to the middle of the screen, in the order read."""
+        """Rows of the readings of these kinds nearest to the middle of the screen, in the order of the file."""
         chosen = np.isin(np.array(self.kinds), kinds)
         return np.flatnonzero(chosen & self.central)
 
     @cached_property
     def central(self) -> NDArray[np.bool_]:
-        """Which readings were taken nearest to the middle of the screen: all, where nobody said, (n,)."""
+        """Which readings were taken nearest to the middle of the screen, (n,): all where positions are not known."""
         if self.positions is None:
             return np.ones(len(self.drive), dtype=bool)
         away = np.hypot(*(self.positions - 0.5).T)
@@ -188,9 +190,9 @@ class Session:
 def check_calibration(curves: Array, file: str) -> None:
     """Refuse calibration curves that no graphics card holds: not 0..1, or an input that does not rise from 0 to 1."""
     if len(curves) < 2 or not np.isfinite(curves).all() or curves.min() < -1e-3 or curves.max() > 1.0 + 1e-3:
-        message = f"{file}: the calibration curves need two points or more, all between 0 and 1."
-        raise LutgenError(message)
+        raise LutgenError(f"{file}: the calibration curves need two points or more, all between 0 and 1.")
     steps = curves[:, 0]
     if np.any(np.diff(steps) <= 0) or abs(steps[0]) > 1e-3 or abs(steps[-1] - 1.0) > 1e-3:
-        message = f"{file}: RGB_I of the calibration curves must rise from 0 to 1: is a row missing, or out of order?"
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{file}: RGB_I of the calibration curves must rise from 0 to 1: is a row missing, or out of order?"
+        )

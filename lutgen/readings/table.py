@@ -29,7 +29,7 @@ TIP_NAMES = ("white", "red", "green", "blue")
 #: Optional columns and the value that a blank cell stands for (NaN: unknown, or warm).
 OPTIONAL = {name: column.blank for name, column in COLUMNS.items()}
 
-#: Smallest and largest value of each column, and what it is: a value outside is a typing error.
+#: Allowed range of each column, and its description; a value outside is a typing error.
 RANGES = {name: (column.low, column.high, column.meaning) for name, column in COLUMNS.items()} | {
     "hour": (0.0, 1e7, "operating hours, counted from the un-aged display at 0, never negative"),
     "order": (-1e12, 1e12, "a number that grows with the time of reading"),
@@ -53,23 +53,23 @@ class Measurements:
         One entry a reading, shapes (n,), (n, 3) and (n, 3): operating hours, non-decreasing from 0; code
         values 0..1; CIE XYZ in cd/m².
     conditions
-        The optional columns (position ``u``, ``v``, ``ambient_lx``, …) that vary, each of shape (n,).
+        The optional columns (position ``u``, ``v``, ``ambient_lx``, …) with more than one value, each of shape (n,).
     constants
-        Those that have one value in every row, which are no conditions: column → value.
+        Optional columns with the same value in every row: column → value.
     calibration
-        The curves that were loaded in the graphics card at hour 0, (k, 4): input, red, green, blue; None: not known.
+        The curves in the graphics card at hour 0, (k, 4): input, red, green, blue; None: not known.
     session, note
         One text a reading; empty where the file has none.
     order
-        Numbers that grow with the time of reading, (n,); None where nobody wrote it down.
+        Numbers that grow with the time of reading, (n,); None: not known.
     lines
         The line of the file that each reading came from, shape (n,).
     metadata
         The ``# key: value`` lines.
     remarks
-        What reading the file had to decide or left alone, in sentences.
+        Sentences on what the reader had to decide or ignored.
     file, sha256
-        Where the readings came from, as the user named it, and the hash of those bytes.
+        The file as the user named it, and the hash of its bytes.
     files
         The file of each reading, where ``file`` lists or holds several; else empty.
 
@@ -92,23 +92,23 @@ class Measurements:
     files: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse what no display does: values out of range, unsorted hours, tips that are missing or swapped."""
+        """Refuse values out of range, unsorted hours, and white or primaries that are missing or swapped."""
         check_rows(self)
         self._part_constants()
         check_tips(self)
 
     def _part_constants(self) -> None:
-        """Take columns with one value in every row out of the conditions: how a campaign is written is no condition."""
+        """Move columns with one value in every row to the constants: they say nothing about a condition."""
         fixed = {
             name: float(values[0])
             for name, values in self.conditions.items()
             if values.size and ((values == values[0]).all() or np.isnan(values).all())
         }
-        said = {name: value for name, value in fixed.items() if not np.isnan(value)}
+        known = {name: value for name, value in fixed.items() if not np.isnan(value)}
         varying = {name: values for name, values in self.conditions.items() if name not in fixed}
         constants = {name: value for name, value in self.constants.items() if name not in self.conditions}
         object.__setattr__(self, "conditions", varying)
-        object.__setattr__(self, "constants", constants | said)
+        object.__setattr__(self, "constants", constants | known)
 
     def file_of(self, row: int) -> str:
         """Name the file that a reading came from."""
@@ -124,7 +124,7 @@ class Measurements:
         return "; ".join(f"{Path(file).name}, {text}" if self.files else text for file, text in listed.items())
 
     def with_light(self, xyz_cd_m2: Array) -> Measurements:
-        """Return the same readings of other light, (n, 3), cd/m², unchecked: as a simulation has them."""
+        """Return the same readings with other light, (n, 3) in cd/m², unchecked: for simulations."""
         other = copy(self)
         object.__setattr__(other, "xyz_cd_m2", xyz_cd_m2)
         return other
@@ -146,20 +146,20 @@ class Measurements:
     @cached_property
     def rest(self) -> Rest:
         """The conditions under which the colour points of each reading's session were read."""
-        # Constants too: a patch that never fills the screen has a surround, though its window does not vary.
+        # With the constants: a patch that never fills the screen has a surround, although its window does not vary.
         columns = {name: self.column(name) for name in COLUMNS if name in self.conditions or name in self.constants}
         return rest_of(self.sessions, self.hours, self.drive, is_capped(self), columns)
 
     @property
     def provenance(self) -> str:
-        """One sentence: the file, and its ``source`` line, in which readings that nobody took say so."""
+        """One sentence: the file, and its ``source`` line, which says whether the readings are simulated."""
         file, source = Path(self.file).name, self.metadata.get("source", "")
         if not source:
             return f"Readings: {file}, which does not say where they come from (no line `# source: …`)."
         return f"Readings: {file}. Source: {source}."
 
     def settled(self, name: str) -> Array:
-        """Values of a column, (n,), with that at rest in place of every value that still counts as rest."""
+        """Values of a column, (n,), in which every value that counts as rest is replaced by the value at rest."""
         at, cell = self.rest.values[name], CELLS[name]
         return np.where(self.rest.away[cell], self.conditions[name], at)
 
@@ -168,7 +168,7 @@ class Measurements:
         return self.rest.reached(self.hours.size)
 
     def usual(self) -> dict[str, float]:
-        """Return the campaign's rest: column → the middle of its sessions' values; only columns that were logged."""
+        """Return the rest of the campaign: column → median of the sessions' values; logged columns alone."""
         middles = {name: middle(at) for name, at in self.rest.values.items()}
         return {name: value for name, value in middles.items() if not np.isnan(value)}
 
@@ -193,9 +193,9 @@ class Measurements:
 
 
 def in_any_order(**columns: Any) -> Measurements:
-    """Return measurements of rows in any order, which means nothing: ``Measurements`` and its fields.
+    """Return ``Measurements`` of rows in any order; the keywords are its fields.
 
-    Rows are sorted by hour, session and all that they say: every order of the same rows gives the same readings.
+    Rows are sorted by hour, session and all other columns, so that every order of the same rows gives the same result.
     """
     session = np.unique(np.array(columns["session"]), return_inverse=True)[1].reshape(-1)
     notes = np.unique(np.array(columns["note"]), return_inverse=True)[1].reshape(-1)
@@ -258,12 +258,11 @@ def check_rows(readings: Measurements) -> None:
     _refuse(readings, backwards, "the hour is smaller than on the row before; sort the rows by hour")
     if hours[0] != 0:
         row = int(np.argmin(np.where(hours == hours[0], readings.lines, np.inf)))
-        message = (
+        raise LutgenError(
             f"{_where(readings, row)}: the first hour is {hours[0]:g}, but aging is told from the un-aged display at "
             f"hour 0. Add its readings, or subtract {hours[0]:g} from every hour: in a .csv a line "
             f"'# start_hour: {hours[0]:g}' does that."
         )
-        raise LutgenError(message)
 
 
 def check_tips(readings: Measurements) -> None:
@@ -271,7 +270,7 @@ def check_tips(readings: Measurements) -> None:
     rest = readings.at_rest() & ~is_capped(readings)
     tip = is_tip(readings.drive)
     x, y, z = readings.xyz_cd_m2.T
-    # Noise may push a red's Z a little below 0; a whole percent of Y is a slip.
+    # Noise may bring the Z of red a little below 0; one percent of Y is an error.
     dark = (y <= 0) | (np.minimum(x, z) < -0.01 * y)
     _refuse(
         readings,
@@ -284,11 +283,10 @@ def check_tips(readings: Measurements) -> None:
         count = tip[here].sum(axis=0)
         missing = [name for name, n in zip(TIP_NAMES, count, strict=True) if n == 0]
         if missing and (hour == 0 or count.any()):
-            message = (
+            raise LutgenError(
                 f"{readings.file}: no reading of {' and '.join(missing)} at full drive at hour {hour:g}"
                 f"{_under(readings)}. The model needs white, red, green and blue at every hour it starts from."
             )
-            raise LutgenError(message)
         counts[float(hour)] = int(here.sum()), count
         means = [readings.xyz_cd_m2[here & tip[:, i]].mean(axis=0) for i in range(4)] if count.any() else []
         if means:
@@ -297,7 +295,7 @@ def check_tips(readings: Measurements) -> None:
 
 
 def _under(readings: Measurements) -> str:
-    """Say which conditions count as one, for a set of colour points: in parentheses, or nothing."""
+    """Name, in parentheses, the conditions under which the four colour points must agree; "" where none varies."""
     names = [each.name for each in CONDITIONS if any(column.name in readings.conditions for column in each.columns)]
     return f" (all four under the same {', '.join(names)})" if names else ""
 
@@ -305,39 +303,37 @@ def _under(readings: Measurements) -> str:
 def _check_plausible(readings: Measurements, hour: float, xyY: Array) -> None:
     where = f"{readings.file}: hour {hour:g}"
     if xyY[0, 2] < MIN_WHITE_CD_M2:
-        message = f"{where}: white has Y = {xyY[0, 2]:g}; Y must be absolute luminance in cd/m², not relative to white."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{where}: white has Y = {xyY[0, 2]:g}; Y must be absolute luminance in cd/m², not relative to white."
+        )
     red, green, blue = xyY[1:]
     if not _are_primaries(red, green, blue) and any(_are_primaries(*order) for order in permutations(xyY[1:])):
-        message = f"{where}: red, green and blue have each other's colours; are the R, G, B columns swapped?"
-        raise LutgenError(message)
+        raise LutgenError(f"{where}: red, green and blue have each other's colours; are the R, G, B columns swapped?")
 
 
 def _are_primaries(red: Array, green: Array, blue: Array) -> bool:
-    """Whether red has the largest x, green the largest y and blue the smallest y: so on every display."""
+    """Whether red has the largest x, green the largest y and blue the smallest y, as on every display."""
     reddest = red[0] > max(green[0], blue[0])
     return bool(reddest and green[1] > max(red[1], blue[1]) and blue[1] < min(red[1], green[1]))
 
 
 def _check_repeated_hour(readings: Measurements, counts: dict[float, tuple[int, Array]]) -> None:
-    """In a file of single tips, one hour with exactly two sets is the same hour typed twice, not replicates."""
+    """Refuse one hour with two sets of colour points in a file that else has one each: an hour typed twice."""
     tips_only = all(n == count.sum() for n, count in counts.values())
     twice = [hour for hour, (_, count) in counts.items() if (count == 2).all()]
     once = [hour for hour, (_, count) in counts.items() if (count == 1).all()]
     if tips_only and len(twice) == 1 and len(once) == len(counts) - 1 and once:
-        message = (
+        raise LutgenError(
             f"{readings.file}: hour {twice[0]:g} appears twice, the others once. Correct or delete one of the two; "
             f"replicates, if they are meant, are taken at every hour."
         )
-        raise LutgenError(message)
 
 
 def _refuse(readings: Measurements, bad: ArrayLike, why: str) -> None:
     if np.any(bad):
         wrong = np.flatnonzero(bad)
         first = int(wrong[0] if readings.files else wrong[np.argmin(readings.lines[wrong])])
-        message = f"{_where(readings, first)}: {why}."
-        raise LutgenError(message)
+        raise LutgenError(f"{_where(readings, first)}: {why}.")
 
 
 def _where(readings: Measurements, row: int) -> str:

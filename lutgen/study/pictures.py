@@ -20,11 +20,10 @@ import numpy as np
 
 from lutgen.bake.build import Plan, build
 from lutgen.errors import LutgenError
-from lutgen.files import file_sha256, files_below
+from lutgen.files import file_sha256, files_below, scratch
 from lutgen.pictures.apply import apply_to_images
 from lutgen.pictures.images import FORMATS, open_source
 from lutgen.pictures.png import plain_png
-from lutgen.scratch import scratch
 from lutgen.study.design import UNAGED
 from lutgen.study.protocol import IMAGES, Render, StudyCondition, StudyImage
 

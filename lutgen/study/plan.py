@@ -16,8 +16,7 @@ from lutgen import __version__
 from lutgen.bake.manifest import model_as_json, without_ways
 from lutgen.display import what_luts_carry
 from lutgen.errors import LutgenError, reason_of
-from lutgen.files import PARTIAL, file_sha256
-from lutgen.scratch import scratch
+from lutgen.files import PARTIAL, file_sha256, scratch
 from lutgen.study.design import UNAGED
 from lutgen.study.pictures import bake_conditions, find_images, look_at, render_images
 from lutgen.study.power import MOST, study_power

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.lint.programs import colour_science as reader_of_lint
+from lutgen.lint.programs import COLOUR_SCIENCE
 from tests.consumers import Consumer, Job, module
 from tests.consumers._claims import cubes
 
@@ -25,7 +25,7 @@ def cube(job: Job, interpolation: str) -> Picture:
     return np.asarray(colour.read_LUT(str(job.cube)).apply(job.image / 255, interpolator=interpolator))
 
 
-CLAIMS = [cubes(reader_of_lint.PROGRAM)]
+CLAIMS = [cubes(COLOUR_SCIENCE)]
 
 CONSUMERS = [
     Consumer("colour.LUT3D", version, "aged.cube", how, partial(cube, interpolation=how))

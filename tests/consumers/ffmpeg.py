@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.lint.finding import READS, REFUSES, WRONG
-from lutgen.lint.programs import Refusal, probe_colours
-from lutgen.lint.programs import ffmpeg as filters_of_lint
+from lutgen.lint.programs import FFMPEG_LUT3D, Refusal, probe_colours
 from tests.consumers import TIMEOUT, Claim, Consumer, Job, first_line, program, read_image, run, write_image
 from tests.consumers._claims import cubes, unlike
 from tests.hald_cases import HALDS
@@ -87,7 +86,7 @@ def meshes(folder: Path) -> Iterator[str]:
     for name, (text, _, said) in MESHES.items():
         path.write_text(text(), newline="")
         try:
-            shown = filters_of_lint.apply(path, code)
+            shown = FFMPEG_LUT3D.apply(path, code)
         except Refusal:
             yield from unlike(name, REFUSES, said)
         else:
@@ -97,7 +96,7 @@ def meshes(folder: Path) -> Iterator[str]:
 
 
 CLAIMS = [
-    cubes(filters_of_lint.PROGRAM),
+    cubes(FFMPEG_LUT3D),
     Claim("ffmpeg haldclut", version, f"reads {len(HALDS)} Hald images as lint says", faulty_halds),
     Claim("ffmpeg lut3d", version, f"reads {len(MESHES)} forms of .3dl as lint says", meshes),
 ]

@@ -9,7 +9,7 @@ import numpy as np
 
 from lutgen.bake.config import AGED_VIEW, NAMED_TRANSFORM, SOURCE
 from lutgen.bindings import ocio
-from lutgen.lint.programs import opencolorio as reader_of_lint
+from lutgen.lint.programs import OPENCOLORIO
 from tests.consumers import Consumer, Job
 from tests.consumers._claims import cubes
 
@@ -58,7 +58,7 @@ def named(job: Job) -> Picture:
     return apply(config.getProcessor(transform), job.image)
 
 
-CLAIMS = [cubes(reader_of_lint.PROGRAM)]
+CLAIMS = [cubes(OPENCOLORIO)]
 
 CONSUMERS = [
     Consumer("PyOpenColorIO, view", version, "config.ocio", "tetrahedral", view),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.lint.programs import pillow as reader_of_lint
+from lutgen.lint.programs import PILLOW_LUT
 from tests.consumers import Consumer, Job, module
 from tests.consumers._claims import cubes
 
@@ -25,6 +25,6 @@ def cube(job: Job) -> Picture:
     return np.asarray(module("PIL.Image", "pillow").fromarray(job.image).filter(table))
 
 
-CLAIMS = [cubes(reader_of_lint.PROGRAM)]
+CLAIMS = [cubes(PILLOW_LUT)]
 
 CONSUMERS = [Consumer("pillow_lut", version, "aged.cube", "trilinear", cube)]

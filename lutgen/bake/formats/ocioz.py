@@ -19,7 +19,7 @@ from lutgen.bake.formats import Format, Provenance, Reader, clf
 from lutgen.bake.readback import table_of_ocio
 from lutgen.bindings import LARGEST_LUT, ocio, ocio_errors
 from lutgen.errors import LutgenError
-from lutgen.scratch import scratch
+from lutgen.files import scratch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -7,10 +7,17 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.number_types import NUMBER, WHOLE
-from lutgen.cli.picture_options import check_output, force_option, image_argument, source_option
-from lutgen.cli.shared import model_from, model_options, progress_bar
-from lutgen.cli.words import say
+from lutgen.cli.options import (
+    NUMBER,
+    WHOLE,
+    check_output,
+    force_option,
+    image_argument,
+    model_from,
+    model_options,
+    source_option,
+)
+from lutgen.cli.terminal import progress_bar, say
 from lutgen.names import AGING_MODES, ANIMATION_SUFFIXES
 
 #: Seconds of the animation and pixels of its longest side, unless an option says otherwise.

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.number_types import NUMBER
-from lutgen.cli.shared import echo_json, model_from, model_options, progress_bar
-from lutgen.cli.words import say
+from lutgen.cli.options import NUMBER, model_from, model_options
+from lutgen.cli.outputs import print_json
+from lutgen.cli.terminal import progress_bar, say
 from lutgen.names import MODES, SOURCES
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def command(
         from dataclasses import asdict
 
         notes = {"remarks": remarks} if remarks else {}
-        echo_json({"schema": 1, "images": [asdict(applied) for applied in done], **notes})
+        print_json({"schema": 1, "images": [asdict(applied) for applied in done], **notes})
     else:
         for sentence in (*map(_sentence, done), *remarks):
             say(sentence)
@@ -134,11 +134,10 @@ def _built_lut(folder: Path, mode: str, hours: float) -> Path:
         for of, hours_of in sorted(built.items(), key=lambda each: (each[0] != mode, each[0]))
         if mode not in built or of == mode
     )
-    message = (
+    raise LutgenError(
         f"{folder}: no LUT for {mode} at {hour_name(hours)[:-1]} h; it has {has or 'nothing'}. Build it, or leave "
         "--build out."
     )
-    raise LutgenError(message)
 
 
 def _sentence(applied: AppliedImage) -> str:

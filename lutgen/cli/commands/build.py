@@ -8,9 +8,9 @@ import click
 
 from lutgen.bake.formats import format_names
 from lutgen.cli.command import Advanced, Command, Section
-from lutgen.cli.number_types import NUMBER, WHOLE, WholeFrom
-from lutgen.cli.shared import echo_json, model_from, model_options, progress_bar, split_list
-from lutgen.cli.words import say
+from lutgen.cli.options import NUMBER, WHOLE, WholeFrom, model_from, model_options, split_list
+from lutgen.cli.outputs import print_json
+from lutgen.cli.terminal import progress_bar, say
 from lutgen.names import AGING_MODES, DIRECTIONS, MODES, UNREACHABLE
 
 if TYPE_CHECKING:
@@ -154,7 +154,7 @@ def command(
     with progress_bar("building", quiet=as_json) as progress:
         built = build(model, plan, output, jobs=jobs, force=force, progress=progress)
     if as_json:
-        echo_json(built.manifest.as_json())
+        print_json(built.manifest.as_json())
     else:
         if "chroma-luma" in modes:
             say(model.luminance.sentence())

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.number_types import NUMBER, WholeFrom
-from lutgen.cli.shared import echo_json, model_from, model_options, progress_bar
-from lutgen.cli.words import say
+from lutgen.cli.options import NUMBER, WholeFrom, model_from, model_options
+from lutgen.cli.outputs import print_json
+from lutgen.cli.terminal import progress_bar, say
 from lutgen.names import MODES
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def command(
             results[path] = _check(path, mode, hours, options, budget=budget, gpu=gpu, jobs=jobs, progress=progress)
     if as_json:
         contents = [{"path": path, **result.as_json()} for path, result in results.items()]
-        echo_json(contents[0] if len(contents) == 1 else {"schema": 1, "checks": contents})
+        print_json(contents[0] if len(contents) == 1 else {"schema": 1, "checks": contents})
     else:
         for path, result in results.items():
             _report(path, result)

@@ -8,11 +8,18 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.number_types import WholeFrom
+from lutgen.cli.options import (
+    WholeFrom,
+    hours_option,
+    json_option,
+    model_from,
+    model_options,
+    numbers,
+    source_option,
+    tolerance_option,
+)
 from lutgen.cli.outputs import Outputs
-from lutgen.cli.picture_options import hours_option, json_option, source_option, tolerance_option
-from lutgen.cli.shared import model_from, model_options, numbers, progress_bar
-from lutgen.cli.words import say
+from lutgen.cli.terminal import progress_bar, say
 
 
 @click.command(cls=Command, section=Section.PICTURES, place=2)
@@ -64,8 +71,9 @@ def command(
     from lutgen.report.pictures.cohort import cohort_page
 
     if jobs and scheduler:
-        message = "--jobs are processes of this machine, and --scheduler has its own. Leave one of them out."
-        raise click.UsageError(message)
+        raise click.UsageError(
+            "--jobs are processes of this machine, and --scheduler has its own. Leave one of them out."
+        )
     outputs = Outputs(json_to, csv_to, force=force)
     model = model_from(**options)
     try:

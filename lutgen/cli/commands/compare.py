@@ -9,7 +9,7 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.data_options import data_options, question_from
-from lutgen.cli.number_types import NumberFrom
+from lutgen.cli.options import NumberFrom
 from lutgen.cli.outputs import Outputs
 
 

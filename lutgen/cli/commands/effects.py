@@ -8,20 +8,22 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.number_types import NumberFrom
-from lutgen.cli.shared import echo_json
+from lutgen.cli.options import NumberFrom
+from lutgen.cli.outputs import print_json, print_page
+from lutgen.report.parts import Headline, Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from rich.console import Console
-    from rich.table import Table
-
     from lutgen.effects import Effect
     from lutgen.effects.contract import Report
+    from lutgen.report.parts import Page
 
-#: Width of the tables where standard output is no terminal.
-_WIDTH = 140
+#: Letters in a line of the built-in effects' docstrings.
+SOURCE_WIDTH = 120
+
+#: Version of the JSON.
+SCHEMA = 1
 
 
 @click.command(cls=Command, section=Section.CRITICISM, place=5)
@@ -68,27 +70,24 @@ def command(
     """
     if checked:
         if name or plot or files or expressions:
-            message = "--check stands alone with its FILE.py, --data and --json: leave the others out."
-            raise click.UsageError(message)
+            raise click.UsageError("--check stands alone with its FILE.py, --data and --json: leave the others out.")
         _check(checked, data, time_limit, as_json=as_json)
         return
     if data:
-        message = "--data belongs to --check FILE.py: it says what these readings could show of that file's effects."
-        raise click.UsageError(message)
+        raise click.UsageError(
+            "--data belongs to --check FILE.py: it says what these readings could show of that file's effects."
+        )
     if time_limit:
         raise click.UsageError("--time-limit belongs to --check FILE.py: other commands import a file without limits.")
     if plot and not name:
-        message = "--plot draws one effect: give its NAME too."
-        raise click.UsageError(message)
+        raise click.UsageError("--plot draws one effect: give its NAME too.")
     from lutgen.effects.own import everything
 
     effects = everything(files, expressions)
     if name:
         _explain(_chosen(effects, name), plot, force=force, as_json=as_json)
     elif as_json:
-        from lutgen.effects.registry_json import registry_json
-
-        echo_json(registry_json(effects.values()))
+        print_json({"schema": SCHEMA, "effects": [each.as_json() for each in effects.values()]})
     else:
         _list(effects)
 
@@ -102,31 +101,30 @@ def _chosen(effects: Mapping[str, Effect], name: str) -> Effect:
 
 
 def _list(effects: Mapping[str, Effect]) -> None:
-    console = _console()
-    own = sum(effect.origin != "built-in" for effect in effects.values())
-    also = f", {own} of them not built in" if own else ""
-    console.print(f"{len(effects)} effects{also}, in the order of the light's way:\n", markup=False)
-    heads = ("effect", "stage", "what happens", "baseline", "needs", *(["origin"] if own else []))
-    table = _table(*heads)
-    stage = ""
+    own = [effect for effect in effects.values() if effect.origin != "built-in"]
+    also = f", {len(own)} of them not built in" if own else ""
+    heads = ("effect", "stage", "what happens", "baseline", "needs")
+    rows, stage = [], ""
     for effect in effects.values():
-        if stage and stage != effect.stage:
-            table.add_section()
-        row = (effect.summary, effect.baseline, ", ".join(effect.needs) or "–", effect.origin)
-        table.add_row(*_plain(effect.name, effect.stage if stage != effect.stage else "", *row)[: len(heads)])
+        shown = effect.stage if stage != effect.stage else ""
+        rows.append((effect.name, shown, effect.summary, effect.baseline, ", ".join(effect.needs) or "–"))
         stage = effect.stage
-    _print_table(console, table)
-    console.print(
-        "\nbaseline: colour-points effects are seen beside white and primaries measured again at every hour, "
-        "first-hour effects only by a model that starts from hour 0.\n"
-        "`lutgen effects NAME` explains one.",
-        markup=False,
-        soft_wrap=True,
+    print_page(
+        [
+            f"{len(effects)} effects{also}, in the order of the light's way:\n",
+            Table(heads, rows, words=range(len(heads)), unbroken=True),
+            *([""] if own else []),
+            *(f"{effect.name} comes from {effect.origin}" for effect in own),
+            (
+                "\nbaseline: colour-points effects are seen beside white and primaries measured again at every hour, "
+                "first-hour effects only by a model that starts from hour 0.\n`lutgen effects NAME` explains one."
+            ),
+        ]
     )
 
 
 def _explain(effect: Effect, plot: str | None, *, force: bool, as_json: bool) -> None:
-    from lutgen.effects.registry_json import registry_json
+    from lutgen.effects import STAGES
     from lutgen.report.drawing import check_new_png
 
     if plot:
@@ -137,26 +135,34 @@ def _explain(effect: Effect, plot: str | None, *, force: bool, as_json: bool) ->
 
         plot_effect(effect, plot, force=force)
     if as_json:
-        echo_json(registry_json([effect]))
+        print_json({"schema": SCHEMA, "effects": [effect.as_json()]})
         return
-    from lutgen.effects import STAGES
+    separable = (effect.confused_with or {}).items()
+    print_page(
+        [
+            Headline(f"{effect.name} · {effect.stage} · {effect.origin}"),
+            f"\n{_unwrapped(effect.text)}\n\n{text}\n",
+            f"signal    {STAGES[effect.stage]}",
+            f"baseline  {_BASELINES[effect.baseline]}",
+            f"needs     {', '.join(effect.needs) or 'no column of conditions'}",
+            f"source    {effect.source or 'not given'}\n",
+            *_parameters(effect),
+            *(f"Looks like {other}; what separates them: {separates}." for other, separates in separable),
+            *([plot] if plot else []),
+        ]
+    )
 
-    console = _console()
-    console.print(f"{effect.name} · {effect.stage} · {effect.origin}\n", style="bold", markup=False)
-    console.print(effect.text, markup=False)
-    console.print(f"\n{text}\n", markup=False)
-    lines = _table(None, None)
-    lines.add_row(*_plain("signal", STAGES[effect.stage]))
-    lines.add_row(*_plain("baseline", _BASELINES[effect.baseline]))
-    lines.add_row(*_plain("needs", ", ".join(effect.needs) or "no column of conditions"))
-    lines.add_row(*_plain("source", effect.source or "not given"))
-    _print_table(console, lines)
-    console.print()
-    _print_parameters(console, effect)
-    for other, separates in (effect.confused_with or {}).items():
-        console.print(f"Looks like {other}; what separates them: {separates}.", markup=False)
-    if plot:
-        console.print(plot, soft_wrap=True, markup=False)
+
+def _unwrapped(text: str) -> str:
+    """Join lines that were only broken because the first word of the next one did not fit, for another width."""
+    first, *others = text.split("\n")
+    joined = first
+    last = first
+    for line in others:
+        broken = line and last and len(last) + 1 + len(line.split()[0]) > SOURCE_WIDTH
+        joined += f" {line}" if broken else f"\n{line}"
+        last = line
+    return joined
 
 
 def _said(effect: Effect, *, must_be_sound: bool) -> str:
@@ -178,19 +184,26 @@ _BASELINES = {
 }
 
 
-def _print_parameters(console: Console, effect: Effect) -> None:
+def _parameters(effect: Effect) -> Page:
     if not effect.parameters:
-        return
-    table = _table("parameter", "typical", "bounds", "unit", "neutral", "meaning")
+        return []
+    rows = []
     for name, each in effect.parameters.items():
         bounds = f"{each.bounds[0]:g} to {each.bounds[1]:g}"
         neutral = f"{effect.neutral[name]:g}" if name in effect.neutral else "–"
-        table.add_row(*_plain(name, f"{each.value:g}", bounds, each.unit, neutral, each.meaning))
-    _print_table(console, table)
-    console.print("\nFits free these, the simplest first:", markup=False)
-    for index, form in enumerate(effect.forms):
-        console.print(f"  {', '.join(form)}{'  (refined)' if index >= effect.refined else ''}", markup=False)
-    console.print()
+        rows.append((name, f"{each.value:g}", bounds, each.unit, neutral, each.meaning))
+    heads = ("parameter", "typical", "bounds", "unit", "neutral", "meaning")
+    refined = (index >= effect.refined for index in range(len(effect.forms)))
+    forms = (
+        f"  {', '.join(form)}{'  (refined)' if freer else ''}"
+        for form, freer in zip(effect.forms, refined, strict=True)
+    )
+    return [
+        Table(heads, rows, words=range(len(heads)), unbroken=True),
+        "\nFits free these, the simplest first:",
+        *forms,
+        "",
+    ]
 
 
 def _check(file: str, data: str | None, time_limit: float | None, *, as_json: bool) -> None:
@@ -200,26 +213,24 @@ def _check(file: str, data: str | None, time_limit: float | None, *, as_json: bo
     rehearsals = _rehearse(file, data, reports) if data else {}
     if as_json:
         checked = [report.as_json() | _rehearsal_json(rehearsals.get(report.effect)) for report in reports]
-        echo_json({"schema": 1, "file": file, "passed": all(each.passed for each in reports), "effects": checked})
+        print_json({"schema": 1, "file": file, "passed": all(each.passed for each in reports), "effects": checked})
     else:
         for report in reports:
-            _report(report)
-            _print_rehearsal(rehearsals.get(report.effect))
+            print_page([*_report(report), *_rehearsed(rehearsals.get(report.effect))])
     if not all(report.passed for report in reports):
         sys.exit(1)
 
 
-def _report(report: Report) -> None:
-    console = _console()
+def _report(report: Report) -> Page:
     broken = sum(not clause.passed for clause in report.clauses)
     state = (
         f"breaks {broken} of {len(report.clauses)} clauses" if broken else f"keeps all {len(report.clauses)} clauses"
     )
-    console.print(f"{report.effect} {state} of the contract.\n", markup=False)
-    table = _table("clause", "kept", "")
-    for clause in report.clauses:
-        table.add_row(*_plain(clause.clause, "yes" if clause.passed else "NO", clause.sentence))
-    _print_table(console, table)
+    rows = [(clause.clause, "yes" if clause.passed else "NO", clause.sentence) for clause in report.clauses]
+    return [
+        f"{report.effect} {state} of the contract.\n",
+        Table(("clause", "kept", "sentence"), rows, words=range(3), unbroken=True),
+    ]
 
 
 def _rehearse(file: str, data: str, reports: tuple[Report, ...]) -> dict[str, Any]:
@@ -249,48 +260,17 @@ def _rehearsal_json(rehearsal: Any) -> dict[str, Any]:
     }
 
 
-def _print_rehearsal(rehearsal: Any) -> None:
+def _rehearsed(rehearsal: Any) -> Page:
     if rehearsal is None:
-        return
-    console = _console()
-    console.print(f"\n{rehearsal.sentence}", markup=False)
-    table = _table(None, None)
+        return []
     absorbed = "it leaves no trace" if rehearsal.absorbed is None else f"{rehearsal.absorbed:.0%}"
-    table.add_row(*_plain("hidden by white and primaries", absorbed))
     unit = "" if rehearsal.unit == "1" else f" {rehearsal.unit}"
     size = rehearsal.smallest_detectable
-    table.add_row(*_plain("smallest detectable size", "none" if size is None else f"{size:.3g}{unit}"))
     likeness = ", ".join(f"{name} {share:.2f}" for name, share in rehearsal.likeness)
-    table.add_row(*_plain("likeness to others", likeness or "none"))
-    table.add_row(*_plain("hidden in these readings and found again", "yes" if rehearsal.recovered else "NO"))
-    _print_table(console, table)
-
-
-def _console() -> Console:
-    from rich.console import Console
-
-    console = Console(highlight=False)
-    return console if console.is_terminal else Console(highlight=False, width=_WIDTH)
-
-
-def _table(*heads: str | None) -> Table:
-    """Make a table without frame; heads of None leave the head line out."""
-    from rich.table import Table
-
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), show_header=heads[0] is not None)
-    for head in heads:
-        table.add_column(head or "", vertical="top")
-    return table
-
-
-def _print_table(console: Console, table: Table) -> None:
-    from lutgen.cli.narrow import fitted
-
-    fitted(table, console).print(table)
-
-
-def _plain(*cells: str) -> list[Any]:
-    """Cells as they are: brackets in them are no markup."""
-    from rich.text import Text
-
-    return [Text(cell) for cell in cells]
+    return [
+        f"\n{rehearsal.sentence}",
+        f"hidden by white and primaries            {absorbed}",
+        f"smallest detectable size                 {'none' if size is None else f'{size:.3g}{unit}'}",
+        f"likeness to others                       {likeness or 'none'}",
+        f"hidden in these readings and found again {'yes' if rehearsal.recovered else 'NO'}",
+    ]

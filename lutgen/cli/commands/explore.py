@@ -5,8 +5,8 @@ from __future__ import annotations
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.number_types import WHOLE
-from lutgen.cli.words import say
+from lutgen.cli.options import WHOLE
+from lutgen.cli.terminal import say
 from lutgen.names import BASELINES
 
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.outputs import check_json, check_pictures, print_page, write_json
-from lutgen.cli.picture_options import json_option
-from lutgen.cli.shared import progress_bar
+from lutgen.cli.options import json_option
+from lutgen.cli.outputs import Outputs
+from lutgen.cli.terminal import progress_bar
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -36,29 +37,31 @@ def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, f
       lutgen inspect examples/session.ti3 --plots plots/inspect --json inspect.json
     """
     from lutgen.history import inspect_session
-    from lutgen.report.history.inspection import inspect_page
+    from lutgen.report.history.inspection import inspect_page, picture_names, plot_inspection
 
-    alone = check_json(json_to, force=force)
-    if plots:
-        from lutgen.report.history.inspection import picture_names, plot_inspection
+    outputs = Outputs(json_to, force=force)
     inspections = []
-    with progress_bar("inspecting", quiet=alone) as progress:
+    with progress_bar("inspecting", quiet=outputs.alone) as progress:
         for number, session in enumerate(_sessions(files)):
             progress(number, len(files))
             inspections.append(inspect_session(session))
-    if plots:
-        names = picture_names([each.session.file for each in inspections])
-        folder = check_pictures(plots, names, force=force)
-        with progress_bar("drawing", quiet=alone) as progress:
-            for number, (each, name) in enumerate(zip(inspections, names, strict=True)):
+    # Only now: the pictures are named after the sessions.
+    names = picture_names([each.session.file for each in inspections]) if plots else []
+    outputs = Outputs(json_to, plots=plots, pictures=lambda: names, force=force)
+
+    def plot(folder: str) -> list[Path]:
+        paths = [Path(folder) / name for name in names]
+        with progress_bar("drawing", quiet=outputs.alone) as progress:
+            for number, (each, path) in enumerate(zip(inspections, paths, strict=True)):
                 progress(number, len(inspections))
-                plot_inspection(each, folder / name, force=force)
-    if json_to:
-        write_json({"schema": 1, "sessions": [each.as_json() for each in inspections]}, json_to)
-    if not alone:
-        print_page(inspect_page(inspections))
-        if plots:
-            print_page([f"Pictures: {', '.join(str(folder / name) for name in names)}"])
+                plot_inspection(each, path, force=force)
+        return paths
+
+    outputs.write(
+        inspect_page(inspections),
+        lambda: {"schema": 1, "sessions": [each.as_json() for each in inspections]},
+        plot=plot,
+    )
 
 
 def _sessions(files: tuple[str, ...]) -> Iterator[Session]:

@@ -7,9 +7,17 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
+from lutgen.cli.options import (
+    hours_option,
+    json_option,
+    model_from,
+    model_options,
+    numbers,
+    source_option,
+    tolerance_option,
+)
 from lutgen.cli.outputs import Outputs
-from lutgen.cli.picture_options import hours_option, json_option, source_option, tolerance_option
-from lutgen.cli.shared import model_from, model_options, numbers, progress_bar
+from lutgen.cli.terminal import progress_bar
 
 
 @click.command(cls=Command, section=Section.PICTURES, place=1)

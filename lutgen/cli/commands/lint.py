@@ -7,8 +7,8 @@ import sys
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.outputs import STANDARD_OUTPUT, check_new_file, print_page, write_json
-from lutgen.cli.shared import progress_bar
+from lutgen.cli.outputs import Outputs
+from lutgen.cli.terminal import progress_bar
 
 
 @click.command(cls=Command, section=Section.OTHERS_FILES, place=1)
@@ -37,16 +37,15 @@ def command(*, files: tuple[str, ...], ask_readers: bool, json_to: str | None, f
     from lutgen.lint import lint
     from lutgen.report.builds.lint import lint_page
 
-    if json_to and json_to != STANDARD_OUTPUT:
-        check_new_file(json_to, force=force)
+    outputs = Outputs(json_to, force=force)
     results = []
-    with progress_bar("reading", quiet=json_to == STANDARD_OUTPUT) as progress:
+    with progress_bar("reading", quiet=outputs.alone) as progress:
         for place, file in enumerate(files):
             results.append(lint(file, ask_readers=ask_readers))
             progress(place + 1, len(files))
-    if json_to:
-        write_json({"schema": 1, "files": [result.as_json() for result in results]}, json_to)
-    if json_to != STANDARD_OUTPUT:
-        print_page(part for result in results for part in lint_page(result))
+    outputs.write(
+        (part for result in results for part in lint_page(result)),
+        lambda: {"schema": 1, "files": [result.as_json() for result in results]},
+    )
     if not all(result.clean for result in results):
         sys.exit(1)

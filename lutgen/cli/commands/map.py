@@ -7,10 +7,17 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.number_types import NUMBER
-from lutgen.cli.outputs import check_json, print_page, write_json
-from lutgen.cli.picture_options import check_output, force_option, image_argument, source_option
-from lutgen.cli.shared import model_from, model_options, progress_bar
+from lutgen.cli.options import (
+    NUMBER,
+    check_output,
+    force_option,
+    image_argument,
+    model_from,
+    model_options,
+    source_option,
+)
+from lutgen.cli.outputs import Outputs
+from lutgen.cli.terminal import progress_bar
 from lutgen.names import AGING_MODES, MAP_SUFFIXES
 
 if TYPE_CHECKING:
@@ -63,22 +70,21 @@ def command(
     from lutgen.report.pictures.difference_map import check_range, plot_map
 
     low, high = check_range(*_numbers(ends))
-    alone = check_json(json_to, force=force)
+    statistics = Outputs(json_to, force=force)
     paths = [check_output(output, image, force=force, suffixes=(".png", *MAP_SUFFIXES)) for output in outputs]
     _check_different(outputs)
     floats = [path for path in paths if path.suffix.lower() in MAP_SUFFIXES]
     model = model_from(**options)
-    with progress_bar("comparing pixels", quiet=alone) as progress:
+    with progress_bar("comparing pixels", quiet=statistics.alone) as progress:
         difference = difference_map(
             image, model, mode, hours, floats=floats, source=source, force=force, progress=progress
         )
     for path in paths:
         if path not in floats:
             plot_map(difference, path, ends=(low, high), force=force)
-    if json_to:
-        write_json(difference.as_json(), json_to)
-    if not alone:
-        print_page([*_sentences(difference), f"Written: {', '.join(outputs)}", *difference.remarks()])
+    statistics.write(
+        [*_sentences(difference), f"Written: {', '.join(outputs)}", *difference.remarks()], difference.as_json
+    )
 
 
 def _numbers(text: str) -> tuple[float, float]:
@@ -87,8 +93,7 @@ def _numbers(text: str) -> tuple[float, float]:
 
     ends = number_list(text)
     if ends is None or len(ends) != 2:
-        message = f"--range {text}: give the two ends of the scale, such as 0,12."
-        raise LutgenError(message)
+        raise LutgenError(f"--range {text}: give the two ends of the scale, such as 0,12.")
     return ends[0], ends[1]
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.outputs import STANDARD_OUTPUT, check_new_file, print_page, write_json
-from lutgen.cli.shared import numbers
+from lutgen.cli.options import numbers
+from lutgen.cli.outputs import Outputs
 from lutgen.names import MODES
 
 
@@ -52,11 +52,7 @@ def command(
     from lutgen.merge import Merging, merge
     from lutgen.report.builds.merge import merge_page
 
-    if json_to and json_to != STANDARD_OUTPUT:
-        check_new_file(json_to, force=force)
+    outputs = Outputs(json_to, force=force)
     wanted = Merging([(mode, hour) for hour in numbers("--hours", hours)], prefix, source_space, onto)
     merged = merge(build, into, output, wanted, force=force)
-    if json_to:
-        write_json(merged.as_json(), json_to)
-    if json_to != STANDARD_OUTPUT:
-        print_page(merge_page(merged))
+    outputs.write(merge_page(merged), merged.as_json)

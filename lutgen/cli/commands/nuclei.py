@@ -7,10 +7,9 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.number_types import NUMBER, WHOLE
+from lutgen.cli.options import NUMBER, WHOLE, hours_option, json_option, model_from, model_options, source_option
 from lutgen.cli.outputs import Outputs, check_new_file
-from lutgen.cli.picture_options import hours_option, json_option, source_option
-from lutgen.cli.shared import model_from, model_options, progress_bar
+from lutgen.cli.terminal import progress_bar
 from lutgen.files import write_atomically
 from lutgen.names import STAINS
 

@@ -9,7 +9,7 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.data_options import data_options, question_from
-from lutgen.cli.outputs import check_json, check_new_file, print_page, write_json
+from lutgen.cli.outputs import Outputs, check_new_file
 
 
 @click.command(cls=Command, section=Section.CRITICISM, place=4)
@@ -44,7 +44,7 @@ def command(
     from lutgen.criticism.plan import plan
     from lutgen.report.criticism.measurement_plan import plan_page
 
-    alone = check_json(json_to, force=force)
+    outputs = Outputs(json_to, force=force)
     wanted = {path: suffix for path, suffix in ((output, ".csv"), (ti1, ".ti1")) if path}
     for path, suffix in wanted.items():
         check_new_file(path, force=force, suffixes=(suffix,))
@@ -56,11 +56,8 @@ def command(
         write_atomically(
             Path(path), (measurement_plan.as_csv() if suffix == ".csv" else measurement_plan.as_ti1()).encode()
         )
-    if json_to:
-        write_json(measurement_plan.as_json(), json_to)
-    if not alone:
-        kind = "between" if pair else "effect" if effect else "coverage"
-        print_page(plan_page(measurement_plan, kind, list(wanted)))
+    kind = "between" if pair else "effect" if effect else "coverage"
+    outputs.write(plan_page(measurement_plan, kind, list(wanted)), measurement_plan.as_json)
 
 
 def _pair(between: str | None) -> tuple[str, str] | None:

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Command, Section
+from lutgen.cli.options import model_from, model_options, numbers, source_option, tolerance_option
 from lutgen.cli.outputs import check_new_file
-from lutgen.cli.picture_options import source_option, tolerance_option
-from lutgen.cli.shared import model_from, model_options, numbers, progress_bar
-from lutgen.cli.words import say
+from lutgen.cli.terminal import progress_bar, say
 
 if TYPE_CHECKING:
     from lutgen.display import DisplayModel

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.outputs import print_page
-from lutgen.cli.shared import echo_json, model_from, model_options
+from lutgen.cli.options import model_from, model_options
+from lutgen.cli.outputs import print_json, print_page
 
 if TYPE_CHECKING:
     from lutgen.display import Tips
@@ -62,7 +62,7 @@ def command(
 
         plot_display(model, plot, force=force)
     if as_json:
-        echo_json(shown.as_json())
+        print_json(shown.as_json())
     else:
         _report(shown, plot)
 

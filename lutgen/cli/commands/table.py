@@ -7,9 +7,9 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
+from lutgen.cli.options import json_option, model_from, model_options, source_option
 from lutgen.cli.outputs import Outputs
-from lutgen.cli.picture_options import json_option, source_option
-from lutgen.cli.shared import model_from, model_options, progress_bar
+from lutgen.cli.terminal import progress_bar
 
 
 @click.command(cls=Command, section=Section.PICTURES, place=8)

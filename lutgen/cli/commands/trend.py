@@ -5,9 +5,9 @@ from __future__ import annotations
 import click
 
 from lutgen.cli.command import Command, Section
+from lutgen.cli.options import json_option
 from lutgen.cli.outputs import check_json, check_new_file, print_page, write_json
-from lutgen.cli.picture_options import json_option
-from lutgen.cli.shared import progress_bar
+from lutgen.cli.terminal import progress_bar
 from lutgen.errors import LutgenError
 from lutgen.names import DRIFT, LIMIT_SETS, TG18_SECONDARY
 

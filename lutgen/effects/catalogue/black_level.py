@@ -4,12 +4,13 @@ XYZ += κ(τ) · q · W(t), with W(t) the white at that hour and q the leak's co
 LCDs.
 
 Meaning of 0 and 1: a share of 0 is a panel that shuts off all light (an OLED); 1 would be black as bright as white.
-1/κ is the contrast ratio of the display alone, in the dark.
+1/κ is the contrast ratio of the display in a dark room.
 Valid for a leak that follows the backlight; local dimming, which darkens black with the picture, is not part of it.
 Sources: a constant light under all colours as a part of an LCD's model: Day, Taplin & Berns, Color Res. Appl. 29, 365
-(2004), doi:10.1002/col.20046; Yoshida & Yamamoto (2003), doi:10.1002/ecjc.10074.
-Assumption: sizes of medical LCDs, 0.43 to 0.87 cd/m² of black beside 263 to 715 cd/m² of white, growing by a factor of
-1.2 to 3 in life.
+(2004), doi:10.1002/col.20046; Yoshida & Yamamoto (2003), doi:10.1002/ecjc.10074. Size when new: 0.43 to 0.87 cd/m² of
+black and 263 to 715 cd/m² of white on five medical LCDs, in "Luminance and contrast performance of liquid crystal
+displays for mammographic applications".
+Assumption: a growth by a factor of 1.2 to 3 over the life of a display.
 """
 
 from __future__ import annotations
@@ -19,8 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.scene import growth
-from lutgen.effects.shapes import POWER, SATURATION
+from lutgen.effects.shapes import POWER, SATURATION, growth
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -46,9 +46,9 @@ if TYPE_CHECKING:
         "meter-offset": "a reading with the lens capped, and a second date: a leak follows the backlight",
     },
     says="black leaks {size} of white",
-    source="Day, Taplin & Berns 2004, doi:10.1002/col.20046 (form); size: an assumption",
+    source="Day, Taplin & Berns 2004, doi:10.1002/col.20046 (form); size of growth: an assumption",
     new=Parameter(0.0015, (0.0, 0.03), "1", "share of white's light that passes at black, at hour 0"),
-    grown=Parameter(0.0015, (-0.03, 0.06), "1", "what has come to that share by 18 000 h"),
+    grown=Parameter(0.0015, (-0.03, 0.06), "1", "growth of that share by 18 000 h"),
     power=POWER,
     saturation=SATURATION,
     tint_x=Parameter(0.0, (-0.5, 0.5), "1", "X of the leak relative to white's, less 1"),

@@ -1,6 +1,6 @@
 """Each channel fades at its own rate, as the three emitters of an OLED do; white drifts with them.
 
-P_c × exp(−ℓ_c·τ^p); white follows as the sum of its primaries.
+P_c × exp(−ℓ_c·τ^p); white is the sum of its primaries, so that it follows them.
 
 Meaning of 0 and 1: 0 keeps a channel's light of hour 0; 1 leaves 1/e of it, 37 %, at 18 000 h.
 Valid where each channel has a light source of its own that keeps its spectrum while it fades.
@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.scene import growth
-from lutgen.effects.shapes import POWER, SATURATION, scaled
+from lutgen.effects.shapes import POWER, SATURATION, growth, scaled
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

@@ -17,8 +17,7 @@ import numpy as np
 
 from lutgen.colorimetry import linear_to_code
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.scene import growth
-from lutgen.effects.shapes import GROWING, POWER, SATURATION, bent, level_curve, share_of_final
+from lutgen.effects.shapes import GROWING, POWER, SATURATION, bent, growth, level_curve, share_of_final
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -34,7 +33,7 @@ def _new(channel: str) -> Parameter:
 
 
 def _grown(channel: str) -> Parameter:
-    return Parameter(0.05, (-0.6, 2.0), "1", f"what has come to {channel}'s exponent by 18 000 h")
+    return Parameter(0.05, (-0.6, 2.0), "1", f"further change of {channel}'s exponent by 18 000 h")
 
 
 def _level(channel: str, code: str) -> Parameter:

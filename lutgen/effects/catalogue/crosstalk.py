@@ -1,8 +1,8 @@
 """A lit neighbour takes light from a subpixel: bright mixtures are darker than the sum of their channels.
 
-l_c → l_c·(1 − χ(τ)·Σ_{j≠c} l_j). Electrical coupling between the columns of a panel; zero on ramps of one channel. The
-refined forms give each pair of channels its own χ, let the neighbour act by another power of its light, or ask for
-both neighbours at once.
+l_c → l_c·(1 − χ(τ)·Σ_{j≠c} l_j). The cause is electrical coupling between the columns of a panel. A ramp of one channel
+shows none of it. The refined forms give each pair of channels its own χ, take another power of the neighbour's light,
+or add a loss where both neighbours are lit.
 
 Meaning of 0 and 1: χ 0 is an additive display; χ 1 would put a channel out where one neighbour is full. A negative χ
 makes mixtures brighter than their sum.
@@ -20,8 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.scene import growth
-from lutgen.effects.shapes import LASTING, POWER, SATURATION, share_of_final
+from lutgen.effects.shapes import LASTING, POWER, SATURATION, growth, share_of_final
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -57,11 +56,13 @@ def _pair(victim: str, neighbour: str) -> Parameter:
     says="a fully lit neighbour takes {size} of a channel's light",
     source="Wen & Wu 2006, doi:10.1002/col.20187 (form); size: an assumption",
     new=Parameter(0.02, (-0.1, 0.2), "1", "share of its light that a channel loses to each full neighbour, at hour 0"),
-    grown=Parameter(0.02, (-0.1, 0.25), "1", "what has come to that share by 18 000 h"),
+    grown=Parameter(0.02, (-0.1, 0.25), "1", "growth of that share by 18 000 h"),
     power=POWER,
     saturation=SATURATION,
-    exponent=Parameter(1.0, (0.1, 3.0), "1", "power of the neighbour's light that counts; 1/2.2 for its drive"),
-    both=Parameter(0.0, (-0.2, 0.4), "1", "share lost where both neighbours are full, beyond the sum, at 18 000 h"),
+    exponent=Parameter(
+        1.0, (0.1, 3.0), "1", "power of the neighbour's light in the product; 1/2.2 stands for its drive"
+    ),
+    both=Parameter(0.0, (-0.2, 0.4), "1", "additional share lost where both neighbours are full, at 18 000 h"),
     onset=LASTING,
     red_by_green=_pair("red", "green"),
     red_by_blue=_pair("red", "blue"),

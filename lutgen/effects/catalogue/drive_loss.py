@@ -1,8 +1,9 @@
 """Drive is lost on its way to the pixels: every code value arrives a little smaller.
 
 d → (1 − ρ(τ))·d. Contacts oxidise and driver outputs sag. Under a pure power law a smaller drive is a gain of each
-channel, which re-measured white and primaries take in entirely; only the straight toe of sRGB leaves a small residue in
-the mid-tones. Where a high drive loses more than a low one, as over a contact's resistance, the curve bends too.
+channel, and white and primaries that are measured again contain this gain; only the straight toe of sRGB leaves a small
+residual in the mid-tones. Where a high drive loses more than a low one, as over the resistance of a contact, the curve
+bends too: ρ(τ)·(1 + ``lean``·d).
 
 Meaning of 0 and 1: ρ 0 passes the code value as it is; ρ 1 leaves none.
 Valid for analogue drive; a digital link either passes a code value or breaks.
@@ -16,8 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.scene import growth
-from lutgen.effects.shapes import LASTING, POWER, SATURATION, share_of_final
+from lutgen.effects.shapes import LASTING, POWER, SATURATION, growth, share_of_final
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -48,14 +48,14 @@ if TYPE_CHECKING:
     says="pixels lose {size} of their drive",
     source="size: an assumption",
     new=Parameter(0.01, (-0.1, 0.4), "1", "share of the drive that is lost at hour 0"),
-    grown=Parameter(0.03, (-0.3, 0.5), "1", "what has come to that share by 18 000 h"),
+    grown=Parameter(0.03, (-0.3, 0.5), "1", "growth of that share by 18 000 h"),
     power=POWER,
     saturation=SATURATION,
     onset=LASTING,
-    lean=Parameter(0.0, (0.0, 1.0), "1", "how much larger that share is at full drive, as a share of it"),
-    red=Parameter(0.0, (-0.3, 0.5), "1", "share of red's drive that is lost beside that, at 18 000 h"),
-    green=Parameter(0.0, (-0.3, 0.5), "1", "share of green's drive that is lost beside that, at 18 000 h"),
-    blue=Parameter(0.0, (-0.3, 0.5), "1", "share of blue's drive that is lost beside that, at 18 000 h"),
+    lean=Parameter(0.0, (0.0, 1.0), "1", "relative increase of that share at full drive"),
+    red=Parameter(0.0, (-0.3, 0.5), "1", "share of red's drive that is lost in addition, at 18 000 h"),
+    green=Parameter(0.0, (-0.3, 0.5), "1", "share of green's drive that is lost in addition, at 18 000 h"),
+    blue=Parameter(0.0, (-0.3, 0.5), "1", "share of blue's drive that is lost in addition, at 18 000 h"),
 )
 def drive_loss(
     code: Array,

@@ -2,7 +2,7 @@
 
 XYZ × (1 − k(τ)·ρ²), ρ = 1 in the corners, 0 in the centre. The refined forms free the power of ρ, the shape of its
 contours (circles to rounded rectangles), the ratio of horizontal to vertical fall-off, a slope across the screen, and
-the colour of what is lost. Nothing else does this; it takes five positions a session to see its shape.
+the colour of what is lost. No other effect depends on the position; five positions in a session show its shape.
 
 Meaning of 0 and 1: k 0 is an even screen; k 1 would leave the corners black. The centre never changes.
 Valid for smooth fall-off; a dark line or a bright edge is not part of it. A LUT cannot carry it.
@@ -18,8 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.scene import growth
-from lutgen.effects.shapes import POWER, SATURATION
+from lutgen.effects.shapes import POWER, SATURATION, growth
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -46,7 +45,7 @@ if TYPE_CHECKING:
     says="the corners lack {size} of the light",
     source="doi:10.1007/s10278-015-9811-7 (size when new); form and growth: an assumption",
     new=Parameter(0.1, (-0.1, 0.6), "1", "share of the light that is missing in the corners, at hour 0"),
-    grown=Parameter(0.05, (-0.3, 0.6), "1", "what has come to that share by 18 000 h"),
+    grown=Parameter(0.05, (-0.3, 0.6), "1", "growth of that share by 18 000 h"),
     power=POWER,
     saturation=SATURATION,
     exponent=Parameter(2.0, (0.5, 8.0), "1", "power of the distance from the centre"),

@@ -1,8 +1,8 @@
 """The transfer curve drifts: mid-tones of all channels brighten or darken, black and white stay.
 
-l → l^(1 + Γ), Γ = ``new`` + ``grown``·τ^p; then with a Γ that varies linearly with the code value (an S-curve), and
-with a Γ free at five levels. Liquid-crystal cells change their voltage curve with age, and the table that linearises
-them does not follow.
+l → l^(1 + Γ), Γ = ``new`` + ``grown``·τ^p. In the refined forms Γ varies linearly with the code value (an S-curve), or
+is free at five levels. Liquid-crystal cells change their voltage curve with age, and the table that linearises them
+does not follow.
 
 Meaning of 0 and 1: Γ 0 keeps the curve; Γ 1 squares the light (a gamma of 2.2 becomes 4.4).
 Valid for smooth drifts of all channels alike; one channel alone is ``channel-gamma``.
@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING
 
 from lutgen.colorimetry import linear_to_code
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.scene import growth
-from lutgen.effects.shapes import GROWING, POWER, SATURATION, bent, level_curve, share_of_final
+from lutgen.effects.shapes import GROWING, POWER, SATURATION, bent, growth, level_curve, share_of_final
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -54,11 +53,11 @@ def _level(code: str) -> Parameter:
     says="the exponent of the transfer curve changes by {size}",
     source="size: an assumption",
     new=Parameter(0.05, (-0.6, 2.0), "1", "change of the exponent at hour 0"),
-    grown=Parameter(0.05, (-0.6, 2.0), "1", "what has come to it by 18 000 h"),
+    grown=Parameter(0.05, (-0.6, 2.0), "1", "further change of the exponent by 18 000 h"),
     power=POWER,
     saturation=SATURATION,
-    slope_new=Parameter(0.0, (-0.6, 0.6), "1", "how much larger it is at code 1 than at code ½, at hour 0"),
-    slope_grown=Parameter(0.0, (-0.6, 0.6), "1", "what has come to that slope by 18 000 h"),
+    slope_new=Parameter(0.0, (-0.6, 0.6), "1", "change of the exponent at code 1 less that at code ½, at hour 0"),
+    slope_grown=Parameter(0.0, (-0.6, 0.6), "1", "growth of that difference by 18 000 h"),
     onset=GROWING,
     level_00=_level("0"),
     level_25=_level("0.25"),

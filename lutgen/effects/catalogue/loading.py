@@ -20,8 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.scene import growth
-from lutgen.effects.shapes import POWER, SATURATION
+from lutgen.effects.shapes import POWER, SATURATION, growth
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -52,11 +51,11 @@ if TYPE_CHECKING:
     says="a white screen loses {size} of its light",
     source="Elze, Taylor & Bex 2013, doi:10.1118/1.4818056 (effect on OLEDs); size: an assumption",
     new=Parameter(0.03, (0.0, 0.6), "1", "share of the light that a white screen loses, at hour 0"),
-    grown=Parameter(0.03, (-0.2, 0.35), "1", "what has come to that share by 18 000 h"),
+    grown=Parameter(0.03, (-0.2, 0.35), "1", "growth of that share by 18 000 h"),
     power=POWER,
     saturation=SATURATION,
     exponent=Parameter(1.0, (0.3, 4.0), "1", "power of the code values that is averaged; 2.2 for their light"),
-    bend=Parameter(1.0, (0.3, 8.0), "1", "power of that mean that the loss follows; large for a limiter"),
+    bend=Parameter(1.0, (0.3, 8.0), "1", "power of that mean to which the loss is proportional; large for a limiter"),
     weight_red=Parameter(0.0, (-0.9, 3.0), "1", "weight of red in the mean relative to green's, less 1"),
     weight_blue=Parameter(0.0, (-0.9, 3.0), "1", "weight of blue in the mean relative to green's, less 1"),
     tint_red=Parameter(0.0, (-1.0, 1.0), "1", "red's loss relative to green's, less 1"),

@@ -1,8 +1,9 @@
 """The model's own jump: the paper's ``nearest`` matrix changes at once where white becomes the nearest colour point.
 
-No physics of the display: the residual sits on the borders between colour points, by a third of what white adds to its
-primaries. The cure is to give each colour as much of what white adds as it has of grey: its smallest channel, which is
-the paper's ``continuous`` selection, or softer, the power mean (⅓ Σ l^(−1/s))^(−s) of its channels.
+This is no physics of the display. The model jumps at the borders between colour points, by a third of the difference
+between white and the sum of its primaries. The remedy is to give each colour as much of what white adds as it has of
+grey: its smallest channel, which is the paper's ``continuous`` selection, or softer, the power mean (⅓ Σ l^(−1/s))^(−s)
+of its channels.
 
 Meaning of 0 and 1: ``softness`` s = 0 is the smallest channel, s = 1 the harmonic mean of the three. The effect itself
 has no size; it is there or not.

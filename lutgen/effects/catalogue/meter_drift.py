@@ -1,11 +1,11 @@
-"""The meter's sensitivity drifts, and every display seems to.
+"""The meter's sensitivity drifts, and every display that it reads seems to drift.
 
-XYZ × (1 + ε·τ^p), ε the drift by 18 000 h, which is about two years. Filters of a colorimeter drift apart: X and Z in
-the refined forms.
+XYZ × (1 + ε·τ^p), ε the drift by 18 000 h, which is about two years of continuous operation. The filters of a
+colorimeter may drift by different amounts: the refined forms free X and Z.
 
 Meaning of 0 and 1: ε 0 is a steady meter; ε 1 would be one that reads twice the light after 18 000 h.
-Valid for one meter over the whole campaign; another meter, or a calibration of it, is a step and no drift. Never baked:
-it is no light of the display.
+Valid for one meter over the whole campaign; another meter, or a new calibration of the meter, is a step and no drift.
+Never baked: a meter adds no light to the display.
 Source: luminance meters built into displays do not stay constant: Silosky & Marsh, Med. Phys. 40, 121902 (2013).
 Assumption: 0.2 to 1 % a year, so 0.4 to 2 % by 18 000 h.
 """
@@ -42,8 +42,8 @@ if TYPE_CHECKING:
     says="the meter's readings change by {drift:.1%} in 18 000 h",
     source="Silosky & Marsh 2013, Med. Phys. 40, 121902 (effect); size: an assumption",
     drift=Parameter(0.01, (-0.2, 0.2), "1", "relative change of all readings by 18 000 h"),
-    drift_x=Parameter(0.0, (-0.2, 0.2), "1", "relative change of X beside that"),
-    drift_z=Parameter(0.0, (-0.2, 0.2), "1", "relative change of Z beside that"),
+    drift_x=Parameter(0.0, (-0.2, 0.2), "1", "relative change of X in addition, by 18 000 h"),
+    drift_z=Parameter(0.0, (-0.2, 0.2), "1", "relative change of Z in addition, by 18 000 h"),
     power=POWER,
 )
 def meter_drift(xyz: Array, scene: Scene, *, drift: float, drift_x: float, drift_z: float, power: float) -> Array:

@@ -4,7 +4,7 @@ XYZ += o, constant in time: o of Y with D65's ratio of X and Z in the simple for
 dark current of a silicon diode grows with its temperature, × e^(κ(T − 25 °C)): it doubles in some 10 K.
 
 Meaning of 0 and 1: 0 is a meter that reads nothing in the dark; 1 would be 1 cd/m² too much in every reading.
-Valid for one dark signal for the whole campaign. Never baked: it is no light of the display.
+Valid for a dark signal that is the same over the whole campaign. Never baked: a meter adds no light to the display.
 Assumption: from about 0.003 cd/m² on.
 """
 
@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     says="the meter adds {offset:.2g} cd/m² to every reading",
     source="size: an assumption",
     offset=Parameter(0.01, (-0.5, 0.5), "cd/m²", "luminance that is added, with X and Z in the ratio of D65"),
-    offset_x=Parameter(0.0, (-0.5, 0.5), "cd/m²", "X that is added beside that"),
-    offset_z=Parameter(0.0, (-0.5, 0.5), "cd/m²", "Z that is added beside that"),
+    offset_x=Parameter(0.0, (-0.5, 0.5), "cd/m²", "X that is added in addition"),
+    offset_z=Parameter(0.0, (-0.5, 0.5), "cd/m²", "Z that is added in addition"),
     per_kelvin=Parameter(0.0, (0.0, 0.15), "1/K", "nepers by which it grows per kelvin; 0.069 doubles it in 10 K"),
 )
 def meter_offset(

@@ -5,8 +5,8 @@ then the green one; in a white LED the yellow phosphor (YAG), then the chip; of 
 then the green one. Acts on the display's spectra, measured or estimated from its class.
 
 Meaning of 0 and 1: ``wear`` 0 keeps the spectrum; 1 leaves 1/e, 37 %, of that part at 18 000 h.
-Valid as far as the spectra are: with a guessed spectrum the size is a guess, and the LUT, fitted to XYZ, is right all
-the same.
+Valid as far as the spectra are: with an estimated spectrum the size is an estimate too. The LUT is correct all the
+same, since it is fitted to XYZ.
 Assumption: which part leads, its exponential loss, and Δu'v' of 0.002 to 0.007 at 6000 h.
 """
 
@@ -17,10 +17,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.observer import WAVELENGTHS
-from lutgen.effects.scene import growth
-from lutgen.effects.shapes import POWER, SATURATION
-from lutgen.effects.spectra import mapped, of_scene
+from lutgen.effects.shapes import POWER, SATURATION, growth
+from lutgen.effects.spectra import WAVELENGTHS, mapped, of_scene
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

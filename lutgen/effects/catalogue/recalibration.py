@@ -1,7 +1,8 @@
 """Somebody recalibrated: from one hour on the display answers code values differently.
 
-d → (1 + g)·d^(1 + Γ) for hours ≥ t*, with one Γ for all channels, one for each, or one free at five levels. The date
-is tried in every gap between two sessions. Re-measured white and primaries take in a step in gain alone.
+d → (1 + g)·d^(1 + Γ) for hours ≥ t*, with one Γ for all channels, one for each, or one free at five levels. A fit tries
+the date in every gap between two sessions. White and primaries that are measured again contain a step of the gain, so
+that only Γ is left to be seen.
 
 Meaning of 0 and 1: g and Γ 0 are a calibration that changed nothing; g 1 would double the drive, Γ 1 double the
 exponent.
@@ -45,11 +46,11 @@ def _level(code: str) -> Parameter:
     },
     says="somebody recalibrated the display near {hour:.0f} h",
     source="size: an assumption",
-    hour=Parameter(9000.0, (0.0, 100_000.0), "h", "when it happened", "gaps"),
+    hour=Parameter(9000.0, (0.0, 100_000.0), "h", "hour of the recalibration", "gaps"),
     gamma=Parameter(0.05, (-0.6, 2.0), "1", "change of the exponent of the code value since then"),
-    red=Parameter(0.0, (-0.6, 2.0), "1", "the same for red alone, beside that"),
-    green=Parameter(0.0, (-0.6, 2.0), "1", "the same for green alone, beside that"),
-    blue=Parameter(0.0, (-0.6, 2.0), "1", "the same for blue alone, beside that"),
+    red=Parameter(0.0, (-0.6, 2.0), "1", "change of red's exponent in addition to gamma"),
+    green=Parameter(0.0, (-0.6, 2.0), "1", "change of green's exponent in addition to gamma"),
+    blue=Parameter(0.0, (-0.6, 2.0), "1", "change of blue's exponent in addition to gamma"),
     gain=Parameter(0.0, (-0.5, 0.5), "1", "relative change of all code values since then"),
     level_00=_level("0"),
     level_25=_level("0.25"),

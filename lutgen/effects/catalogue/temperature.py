@@ -43,9 +43,9 @@ if TYPE_CHECKING:
     source="size: an assumption",
     slope=Parameter(-0.003, (-0.06, 0.06), "1/K", "relative change of the light per kelvin above 25 °C"),
     curve=Parameter(0.0, (-0.002, 0.002), "1/K²", "relative change of the light per squared kelvin"),
-    red=Parameter(0.0, (-0.06, 0.06), "1/K", "relative change of red per kelvin, beside that"),
-    green=Parameter(0.0, (-0.06, 0.06), "1/K", "relative change of green per kelvin, beside that"),
-    blue=Parameter(0.0, (-0.06, 0.06), "1/K", "relative change of blue per kelvin, beside that"),
+    red=Parameter(0.0, (-0.06, 0.06), "1/K", "relative change of red per kelvin, in addition to slope"),
+    green=Parameter(0.0, (-0.06, 0.06), "1/K", "relative change of green per kelvin, in addition to slope"),
+    blue=Parameter(0.0, (-0.06, 0.06), "1/K", "relative change of blue per kelvin, in addition to slope"),
     tint_x=Parameter(0.0, (-3.0, 3.0), "1", "change of X relative to that of Y, less 1"),
     tint_z=Parameter(0.0, (-3.0, 3.0), "1", "change of Z relative to that of Y, less 1"),
 )

@@ -1,7 +1,7 @@
 """Light scatters within the screen's glass and the meter's lens: a share of the mean light lies over every patch.
 
-XYZ += g·(mean XYZ of the whole screen), patch and surround. On patches that fill the screen it is a factor that white
-and primaries take in; a black patch in a white surround shows it.
+XYZ += g·(mean XYZ of the whole screen), patch and surround. On patches that fill the screen the glare is a factor,
+which white and primaries contain already; a black patch in a white surround shows the glare.
 
 Meaning of 0 and 1: g 0 scatters nothing; 1 would lay the whole mean light of the screen over every patch.
 Valid for light that spreads evenly over the screen; a halo near a bright edge is not part of it.
@@ -19,8 +19,7 @@ import numpy as np
 
 from lutgen.colorimetry import code_to_linear
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.scene import growth
-from lutgen.effects.shapes import POWER
+from lutgen.effects.shapes import POWER, growth
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -48,7 +47,7 @@ if TYPE_CHECKING:
     says="{size} of the screen's mean light lies over every patch",
     source="Samei et al. 2005 (AAPM TG18), doi:10.1118/1.1861159 (definition); size: an assumption",
     glare=Parameter(0.005, (0.0, 0.1), "1", "share of the screen's mean light that lies over the patch, at hour 0"),
-    grown=Parameter(0.002, (-0.05, 0.1), "1", "what has come to that share by 18 000 h"),
+    grown=Parameter(0.002, (-0.05, 0.1), "1", "growth of that share by 18 000 h"),
     power=POWER,
     reach=Parameter(1.0, (0.1, 3.0), "1", "power of the patch's share of the screen that counts as its weight"),
     tint_x=Parameter(0.0, (-0.5, 1.0), "1", "X that is scattered relative to Y, less 1"),

@@ -1,8 +1,8 @@
 """A cold display is darker: its lamp needs minutes to reach its light.
 
 XYZ × (1 − a·e^(−m/τ_w)), m minutes since power-on. The pressure of mercury in a fluorescent lamp follows its
-temperature; LEDs, on the contrary, are brighter when cold (a < 0). The refined forms give the approach a long tail,
-(1 + q·m/τ_w)^(−1/q), which is 1/(1 + m/τ_w) for q = 1, a stretched start, and a colour.
+temperature; LEDs, on the contrary, are brighter when cold (a < 0). The refined forms replace the exponential by a long
+tail, (1 + q·m/τ_w)^(−1/q), which is 1/(1 + m/τ_w) for q = 1; raise m/τ_w to a power; and free the colour.
 
 Meaning of 0 and 1: a 0 is a display that is warm at once; 1 would be one that is dark at power-on.
 Valid for a display that was switched off long enough to be cold, and that holds no luminance by a sensor.
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.scene import growth
+from lutgen.effects.shapes import growth
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -46,12 +46,12 @@ LEAST_TAIL = 1e-7
     says="a cold display lacks {size} of its light",
     source="size: an assumption",
     amount=Parameter(0.08, (-0.5, 0.9), "1", "share of the warm display's light that is missing at power-on"),
-    grown=Parameter(0.0, (-0.5, 0.5), "1", "what has come to that share by 18 000 h"),
+    grown=Parameter(0.0, (-0.5, 0.5), "1", "growth of that share by 18 000 h"),
     minutes=Parameter(30.0, (1.0, 300.0), "min", "time constant (63 %)"),
     tail=Parameter(0.0, (0.0, 3.0), "1", "length of the tail: 0 exponential, 1 rational"),
     stretch=Parameter(1.0, (0.4, 2.5), "1", "power of the time: above 1 it starts slowly"),
-    tint_x=Parameter(0.0, (-2.0, 2.0), "1", "what is missing of X relative to Y, less 1"),
-    tint_z=Parameter(0.0, (-2.0, 2.0), "1", "what is missing of Z relative to Y, less 1"),
+    tint_x=Parameter(0.0, (-2.0, 2.0), "1", "missing share of X relative to that of Y, less 1"),
+    tint_z=Parameter(0.0, (-2.0, 2.0), "1", "missing share of Z relative to that of Y, less 1"),
 )
 def warm_up(
     tips: Array,

@@ -1,11 +1,11 @@
 """Optics yellow: films, glue and light guide absorb more and more of the short wavelengths.
 
 Transmittance exp(−a·g(τ)·e^(−(λ−400 nm)/λ₀)) on the display's spectra, measured or estimated from its class, g a power
-of time. Never negative: nothing un-yellows.
+of time. The depth is never negative: optics do not become clear again.
 
 Meaning of 0 and 1: ``depth`` 0 is clear optics; 1 lets 1/e, 37 %, of the light at 400 nm pass at 18 000 h.
-Valid as far as the spectra are: with a guessed spectrum the size is a guess, and the LUT, fitted to XYZ, is right all
-the same.
+Valid as far as the spectra are: with an estimated spectrum the size is an estimate too. The LUT is correct all the
+same, since it is fitted to XYZ.
 Source: all colour LCDs of a radiology practice yellowed over three years, and did so together: J. Digit. Imaging 24,
 828 (2011), doi:10.1007/s10278-010-9346-x.
 Assumption: the exponential in wavelength, and the size.
@@ -18,10 +18,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.observer import WAVELENGTHS
-from lutgen.effects.scene import growth
-from lutgen.effects.shapes import POWER, SATURATION
-from lutgen.effects.spectra import mapped, of_scene
+from lutgen.effects.shapes import POWER, SATURATION, growth
+from lutgen.effects.spectra import WAVELENGTHS, mapped, of_scene
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

@@ -6,24 +6,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.history.causes._cause import Cause
+from lutgen.history.causes import Cause
 
 if TYPE_CHECKING:
-    from lutgen.history.causes._cause import Values
+    from lutgen.history.causes import Values
     from lutgen.history.pair import SessionPair
 
-#: Days in which no display ages so that a colorimeter sees it, and from which it may.
+#: Days within which a colorimeter sees no aging, and from which on it may.
 _TOO_SHORT, LONG = 7.0, 60.0
 
 #: Loss that no display exceeds, in nepers: at once, and per year. Backlights lose half in 10 000 to 50 000 hours.
 _SUDDEN, _FASTEST = 0.1, 1.2
 
-#: The channel that loses least loses this share of what the one does that loses most: they share a backlight, and an
-#: emitter of organic red or green lasts some times as long as blue, not for ever.
+#: Loss of the channel that loses least, as a share of that of the channel that loses most: channels share a backlight,
+#: and red and green organic emitters last a few times as long as blue ones.
 _TOGETHER = 0.15
 
-#: Loss per year, in nepers, up to which a display that dims without changing colour is as likely to age as to be turned
-#: down: half in 10 000 hours, on day and night.
+#: Up to this loss per year, in nepers, a display that dims without a change of colour may have aged as well as been
+#: turned down: half in 10 000 hours of continuous operation.
 _USUAL = 0.6
 
 #: Δu'v' by which aging moves red or green at most: twice that of the paper's display.
@@ -59,7 +59,7 @@ def _sound(values: Values, pair: SessionPair) -> bool:
 
 
 def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
-    """Light that one factor explains, or a meter's, or another matrix beside something else, may have aged."""
+    """A loss that was explained by one factor, by a meter, or by a matrix beside another cause, may be aging."""
     if "aged" in values:
         return ""
     if "scale" in values and "gains" not in values:

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lutgen.history.causes._cause import Cause
+from lutgen.history.causes import Cause
 
 if TYPE_CHECKING:
-    from lutgen.history.causes._cause import Values
+    from lutgen.history.causes import Values
     from lutgen.history.pair import SessionPair
 
-#: Lux from which another room light is news.
+#: A difference of the room's light counts from this many lux on.
 _LUX = 5.0
 
-#: Least light in cd/m² that is told from a meter's dark reading.
+#: Least light in cd/m² that differs from a meter's dark reading.
 _LEAST = 0.05
 
 

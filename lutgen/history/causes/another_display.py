@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lutgen.history.causes._cause import Cause
+from lutgen.history.causes import Cause
 
 if TYPE_CHECKING:
-    from lutgen.history.causes._cause import Values
+    from lutgen.history.causes import Values
     from lutgen.history.pair import SessionPair
 
 #: ΔL* between native curves of two panels.

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lutgen.history.causes._cause import Cause
+from lutgen.history.causes import Cause
 
 if TYPE_CHECKING:
-    from lutgen.history.causes._cause import Values
+    from lutgen.history.causes import Values
     from lutgen.history.pair import SessionPair
 
 #: Change of all light, in natural logarithms, that a wrong correction alone hardly makes.
@@ -23,7 +23,7 @@ def _bends(pair: SessionPair) -> bool:
 
 
 def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
-    """A change of all light that is laid to the instrument may be a setting."""
+    """A change of all light that the instrument explains may be a setting instead."""
     if pair.other_instrument or len(names) > 1:
         return ""
     if "step" in values:

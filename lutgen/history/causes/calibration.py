@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lutgen.history.causes._cause import Cause
+from lutgen.history.causes import Cause
 
 if TYPE_CHECKING:
     from lutgen.history.pair import SessionPair
 
 
 def _prior(pair: SessionPair) -> float:
-    # Where both files hold their curves, what these do is taken off already.
+    # Where both files hold their curves, the comparison is made behind these curves already.
     return -8.0 if pair.curves_known else 0.0
 
 

@@ -1,10 +1,10 @@
-"""Warm-up or automatic brightness: the light ran away while the session was read."""
+"""Warm-up or automatic brightness: the light drifted while the session was read."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lutgen.history.causes._cause import Cause
+from lutgen.history.causes import Cause
 
 if TYPE_CHECKING:
     from lutgen.history.pair import SessionPair

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.history.causes._cause import Cause
+from lutgen.history.causes import Cause
 
 if TYPE_CHECKING:
-    from lutgen.history.causes._cause import Values
+    from lutgen.history.causes import Values
     from lutgen.history.pair import SessionPair
 
 #: Δu'v' by which two primaries move at least: modes of one gamut differ by less, and aging moves blue alone.

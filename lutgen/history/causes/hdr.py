@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lutgen.history.causes._cause import Cause
+from lutgen.history.causes import Cause
 
 if TYPE_CHECKING:
     from lutgen.history.pair import SessionPair
@@ -14,7 +14,7 @@ _NOT_ADDITIVE = 0.06
 
 
 def _proof(pair: SessionPair) -> str:
-    """Another sum of the primaries beside another fact, or a large one alone; or curve and contrast at once."""
+    """Additivity changed, together with another fact or by much; or curve and contrast changed together."""
     moved = pair.moved
     if pair.seen is None or not {"sum", "curve"} & moved:
         return ""

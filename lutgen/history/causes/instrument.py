@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lutgen.history.causes._cause import Cause
-from lutgen.history.lines import CLEAR
+from lutgen.history.causes import Cause
+from lutgen.history.pair import CLEAR_SHIFT
 
 if TYPE_CHECKING:
-    from lutgen.history.causes._cause import Values
+    from lutgen.history.causes import Values
     from lutgen.history.pair import SessionPair
 
 #: By how much two meters in good order disagree about luminance, at most, in natural logarithms.
@@ -27,7 +27,7 @@ def _prior(pair: SessionPair) -> float:
 
 def _proof(pair: SessionPair) -> str:
     shift = pair.lines
-    if shift is None or abs(shift) < CLEAR:
+    if shift is None or abs(shift) < CLEAR_SHIFT:
         return ""
     return f"the spectra of red, green and blue are all shifted by {shift:+.1f} nm, which no display does"
 

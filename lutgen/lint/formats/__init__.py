@@ -23,7 +23,7 @@ Rule = Callable[[Any], Iterator[Finding]]
 
 
 @dataclass(frozen=True)
-class Format:
+class FileKind:
     """A kind of file.
 
     Attributes
@@ -42,7 +42,7 @@ class Format:
     rules: tuple[Rule, ...]
 
 
-def formats() -> list[Format]:
+def formats() -> list[FileKind]:
     """Return all formats, by file name."""
     return [import_module(f"{__name__}.{module.name}").FORMAT for module in iter_modules(__path__)]
 

@@ -1,4 +1,4 @@
-"""``.ocioz``: the directory first, then what is safe to unpack, in a temporary folder, where each file is linted."""
+"""``.ocioz``: its directory is read first; safe files are unpacked into a temporary folder, where each is linted."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from pathlib import Path, PureWindowsPath
 from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError
+from lutgen.files import scratch
 from lutgen.lint.finding import OCIO_26, Finding, Linted, refused
-from lutgen.lint.formats import Format, clf, config, cube, findings, tables
-from lutgen.scratch import scratch
+from lutgen.lint.formats import FileKind, clf, config, cube, findings, tables
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -77,8 +77,9 @@ def scan_archive(path: Path) -> Iterator[tuple[ArchiveScan, Path]]:
         except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, ValueError, RuntimeError) as error:
             scan = ArchiveScan(path, size, f"cannot be unpacked: {error}", (), ())
         except OSError as error:
-            message = f"{path}: cannot be read: {(error.strerror or str(error)).lower()}. Give the name of an archive."
-            raise LutgenError(message) from None
+            raise LutgenError(
+                f"{path}: cannot be read: {(error.strerror or str(error)).lower()}. Give the name of an archive."
+            ) from None
         yield scan, folder
 
 
@@ -137,17 +138,15 @@ def _write(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, target: Path, left:
             while block := source.read(_BLOCK):
                 written += len(block)
                 if written > left:
-                    message = f"it has more than {LARGEST >> 20} MiB"
-                    raise ValueError(message)
+                    raise ValueError(f"it has more than {LARGEST >> 20} MiB")
                 file.write(block)
     except OSError as error:
-        message = f"{entry.filename!r}: {(error.strerror or str(error)).lower()}"
-        raise ValueError(message) from None
+        raise ValueError(f"{entry.filename!r}: {(error.strerror or str(error)).lower()}") from None
     return written
 
 
 def archive_form(scan: ArchiveScan) -> Iterator[Finding]:
-    """A program that opens an archive unpacks it, so that a bad one can do harm."""
+    """Faults of the archive: a program that opens it unpacks it, so that a bad archive can do harm."""
     fates = refused(OCIO_26, how="opens no such archive")
     if scan.broken:
         yield Finding(scan.broken, "Do not unpack it; create it again with ocioarchive.", 0, fates)
@@ -172,22 +171,24 @@ def lint_archive(path: Path, _ask_readers: bool) -> Linted:
             if (form := _LUTS.get(Path(name).suffix.lower())) and (folder / name).is_file()
             for finding in _inside(folder, name, form)
         ]
-        found = [*findings(RULES, scan), *of_luts]
+        all_findings = [*findings(RULES, scan), *of_luts]
         if any(each.rule in _LARGE for each in of_luts):
             # Loading the config loads its LUTs, and a LUT that claims a huge size would fill the memory.
-            found.append(Finding(f"{CONFIG} was not loaded, since a LUT may be too large", "Correct that first."))
+            all_findings.append(
+                Finding(f"{CONFIG} was not loaded, since a LUT may be too large", "Correct that first.")
+            )
         elif (folder / CONFIG).is_file():
-            found += _inside(folder, CONFIG, config.FORMAT)
-    return Linted(path, "archive", (f"{len(scan.names)} files, {scan.bytes} bytes",), tuple(found))
+            all_findings += _inside(folder, CONFIG, config.FORMAT)
+    return Linted(path, "archive", (f"{len(scan.names)} files, {scan.bytes} bytes",), tuple(all_findings))
 
 
-def _inside(folder: Path, name: str, form: Format) -> list[Finding]:
+def _inside(folder: Path, name: str, form: FileKind) -> list[Finding]:
     """Lint a file of an archive, and put its name before each finding."""
     try:
-        found = form.lint(folder / name, False).findings  # noqa: FBT003 - no reader is asked
+        of_file = form.lint(folder / name, False).findings  # noqa: FBT003 - no reader is asked
     except LutgenError as error:
         return [Finding(_named(str(error), folder), "Create it again.", rule="archive-form")]
-    return [replace(each, what=_named(f"{name}: {each.what}", folder)) for each in found]
+    return [replace(each, what=_named(f"{name}: {each.what}", folder)) for each in of_file]
 
 
 def _named(words: str, folder: Path) -> str:
@@ -195,4 +196,4 @@ def _named(words: str, folder: Path) -> str:
     return "".join(letter if letter.isprintable() else " " for letter in words.replace(f"{folder}/", ""))
 
 
-FORMAT = Format((".ocioz",), lint_archive, RULES)
+FORMAT = FileKind((".ocioz",), lint_archive, RULES)

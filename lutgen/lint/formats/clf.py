@@ -13,9 +13,8 @@ from xml.parsers import expat
 from lutgen.cells import LONGEST, NON_FINITE, number
 from lutgen.errors import LutgenError, reason_of
 from lutgen.lint.finding import CLF_IO, OCIO, OCIO_21, Finding, Linted, refused, wrong
-from lutgen.lint.formats import Format, findings
-from lutgen.lint.programs import MAX_BYTES
-from lutgen.lint.programs.opencolorio import loading, refusal
+from lutgen.lint.formats import FileKind, findings
+from lutgen.lint.programs import MAX_BYTES, loading, refusal
 from lutgen.lint.stream import BLOCK, shown
 
 if TYPE_CHECKING:
@@ -88,8 +87,7 @@ def scan_clf(path: Path) -> ClfScan:
                 reader.parser.Parse(chunk, False)  # noqa: FBT003 - expat takes no keyword
             reader.parser.Parse(b"", True)  # noqa: FBT003 - expat takes no keyword
     except OSError as error:
-        message = f"{path}: cannot be read: {reason_of(error)}. Give the name of a LUT."
-        raise LutgenError(message) from None
+        raise LutgenError(f"{path}: cannot be read: {reason_of(error)}. Give the name of a LUT.") from None
     except expat.ExpatError as error:
         broken, line = expat.ErrorString(error.code), error.lineno
     except (LookupError, ValueError) as error:
@@ -199,14 +197,14 @@ def _non_finite_half(bits: int) -> bool:
 
 
 def loads(scan: ClfScan) -> Iterator[Finding]:
-    """Whether the installed OpenColorIO, which reads this format strictly, reads the file at all."""
+    """Whether the installed OpenColorIO, which reads this format strictly, reads the file."""
     if not scan.broken:
         without_id = scan.of_smpte and "id" not in scan.root
         yield from loading(scan.refusal, *([OCIO_21] if without_id else OCIO))
 
 
 def clf_form(scan: ClfScan) -> Iterator[Finding]:
-    """OpenColorIO refuses most faults with a clear message; a wrong scale it shows."""
+    """Faults of form: OpenColorIO refuses most of them with a clear message, but shows a wrong scale."""
     if scan.broken:
         fates = refused(*OCIO, CLF_IO, how="stops at invalid XML")
         yield Finding(f"is not valid XML: {scan.broken}", "Export it again.", scan.broken_line, fates)
@@ -248,4 +246,4 @@ def lint_clf(path: Path, _ask_readers: bool) -> Linted:
     return Linted(path, "clf", (f"{names}, {scan.bytes} bytes",), tuple(findings(RULES, scan)))
 
 
-FORMAT = Format((".clf", ".ctf"), lint_clf, RULES)
+FORMAT = FileKind((".clf", ".ctf"), lint_clf, RULES)

@@ -1,6 +1,6 @@
-"""OpenColorIO configs: loaded, every part of them instantiated, and what programs make of what they hold.
+"""OpenColorIO configs: each is loaded, every part of it is instantiated, and rules say what programs do with the parts.
 
-``validate()`` passes when a LUT file is missing, so nothing less will do.
+``validate()`` alone passes when a LUT file is missing.
 """
 
 from __future__ import annotations
@@ -11,11 +11,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lutgen.bindings import ocio, ocio_errors, warnings_logged
-from lutgen.config_parts import all_parts, endless_file, file_transforms, is_utf8, leads_out, search_path
+from lutgen.bindings import (
+    all_parts,
+    endless_file,
+    file_transforms,
+    is_utf8,
+    leads_out,
+    ocio,
+    ocio_errors,
+    search_path,
+    warnings_logged,
+)
 from lutgen.errors import LutgenError, reason_of
 from lutgen.lint.finding import BLENDER, DJV, NUKE, OCIO, OCIO_21, Finding, Linted, refused, wrong
-from lutgen.lint.formats import Format, findings
+from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.trial import try_config
 
 if TYPE_CHECKING:
@@ -95,16 +104,14 @@ def scan_config(path: Path) -> ConfigScan:
     """
     try:
         if path.stat().st_size > MAX_BYTES:
-            message = f"{path}: has more than {MAX_BYTES >> 20} MiB, which no config has."
-            raise LutgenError(message)
+            raise LutgenError(f"{path}: has more than {MAX_BYTES >> 20} MiB, which no config has.")
         data = path.read_bytes()
     except OSError as error:
-        message = f"{path}: cannot be read: {reason_of(error)}. Give the name of a config."
-        raise LutgenError(message) from None
+        raise LutgenError(f"{path}: cannot be read: {reason_of(error)}. Give the name of a config.") from None
     utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     text = data.decode("utf-16" if utf16 else "utf-8", errors="replace")
-    found = re.search(r"^ocio_profile_version:\s*[\"']?([0-9]+)(?:\.([0-9]+))?", text, re.MULTILINE)
-    version = (int(found[1][:6]), int((found[2] or "0")[:6])) if found else (0, 0)
+    stated = re.search(r"^ocio_profile_version:\s*[\"']?([0-9]+)(?:\.([0-9]+))?", text, re.MULTILINE)
+    version = (int(stated[1][:6]), int((stated[2] or "0")[:6])) if stated else (0, 0)
     lib = ocio()
     lib.ClearAllCaches()
     broken: list[tuple[str, str]] = []
@@ -176,7 +183,7 @@ def _said(scan: ConfigScan) -> str:
 
 
 def config_parts(scan: ConfigScan) -> Iterator[Finding]:
-    """A user who chooses such a part gets an error; Debian's oiiotool aborts."""
+    """Parts that cannot be instantiated: a user who chooses one gets an error, and Debian's oiiotool aborts."""
     reasons: dict[str, list[str]] = {}
     for part, reason in scan.broken:
         reasons.setdefault(reason.partition(" The following attempts")[0], []).append(part)
@@ -192,7 +199,7 @@ def config_parts(scan: ConfigScan) -> Iterator[Finding]:
 
 
 def config_files(scan: ConfigScan) -> Iterator[Finding]:
-    """Notes, since such a config works where it lies now."""
+    """Paths that work in this folder alone, and tables without an interpolation: notes, since the config works here."""
     if scan.config is None:
         return
     files = [transform.getSrc() for transform in scan.file_transforms]
@@ -246,7 +253,7 @@ def config_keys(scan: ConfigScan) -> Iterator[Finding]:
 
 
 def config_roles(scan: ConfigScan) -> Iterator[Finding]:
-    """Notes, since programs choose another colour space where a role is missing."""
+    """Missing roles: notes, since programs then choose another colour space."""
     if scan.config is None:
         return
     wanted = {role: why for role, why in WANTED.items() if scan.version >= (2, 0) or "interchange" not in role}
@@ -264,7 +271,7 @@ def config_roles(scan: ConfigScan) -> Iterator[Finding]:
 
 
 def config_views(scan: ConfigScan) -> Iterator[Finding]:
-    """DJV shows a view without its looks."""
+    """Many views, and looks, which DJV leaves out."""
     if scan.config is None:
         return
     pairs = [(display, view) for display in scan.config.getDisplays() for view in scan.config.getViews(display)]
@@ -286,7 +293,7 @@ def config_views(scan: ConfigScan) -> Iterator[Finding]:
 
 
 def config_encoding(scan: ConfigScan) -> Iterator[Finding]:
-    """OpenColorIO takes any bytes, and its Python binding decodes names; a comment harms nobody."""
+    """Bytes that are not UTF-8: OpenColorIO takes them, its Python binding fails on names; comments do no harm."""
     # Bytes that are not UTF-8 were read as this letter.
     line = scan.line_of("\ufffd")
     if not scan.decodes:
@@ -310,4 +317,4 @@ def lint_config(path: Path, ask_readers: bool) -> Linted:
     return Linted(path, "config", (f"profile version {version}",), tuple(findings(RULES, scan)), trials)
 
 
-FORMAT = Format((".ocio",), lint_config, RULES)
+FORMAT = FileKind((".ocio",), lint_config, RULES)

@@ -11,16 +11,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.bake.beside_clip import HEADROOM
-from lutgen.lint.cube.scan import scan_cube
+from lutgen.lint.cube_scan import CubeScan, Entry, scan_cube
 from lutgen.lint.finding import COLOUR, FFMPEG, OCIO, OCIO_21, OCIO_26, PILLOW, Fate, Finding, Linted, refused, wrong
-from lutgen.lint.formats import Format, findings
+from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.trial import try_cube
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
-
-from lutgen.lint.cube.scan import CubeScan, Entry
 
 EVERYONE = (*OCIO, FFMPEG, PILLOW, COLOUR)
 
@@ -396,4 +394,4 @@ def lint_cube(path: Path, ask_readers: bool) -> Linted:
     return Linted(path, "cube", facts, tuple(findings(RULES, scan)), trials)
 
 
-FORMAT = Format((".cube",), lint_cube, RULES)
+FORMAT = FileKind((".cube",), lint_cube, RULES)

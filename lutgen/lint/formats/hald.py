@@ -1,6 +1,6 @@
-"""Hald images as PNG: the chunks' names and lengths, the header, whether all of it is there, and what ffmpeg does.
+"""Hald images as PNG: header, names and lengths of chunks, whether all pixels are there, and what ffmpeg does.
 
-Pixels are decompressed and counted, and not kept; of 512 × 512 they are read, to tell OBS Studio's layout.
+Pixels are decompressed and counted, and not kept. Those of 512 × 512 are read, to recognise the layout of OBS Studio.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from lutgen.bake.table_picture import POINTS, TILES, read_table
 from lutgen.errors import LutgenError, reason_of
 from lutgen.lint.finding import HALDCLUT, Finding, Linted, refused, wrong
-from lutgen.lint.formats import Format, findings
+from lutgen.lint.formats import FileKind, findings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -92,8 +92,7 @@ def scan_hald(path: Path) -> HaldScan:
             chunks = _Chunks(file)
             whole = file.read(8) == SIGNATURE and chunks.read() and file.tell() <= size
     except OSError as error:
-        message = f"{path}: cannot be read: {reason_of(error)}. Give the name of a PNG."
-        raise LutgenError(message) from None
+        raise LutgenError(f"{path}: cannot be read: {reason_of(error)}. Give the name of a PNG.") from None
     told = tuple(chunks.told)
     return HaldScan(path, size, *chunks.header[:4], told, whole, chunks.missing, whole and _in_tiles(path, chunks))
 
@@ -207,4 +206,4 @@ def lint_hald(path: Path, _ask_readers: bool) -> Linted:
     return Linted(path, "obs" if scan.tiles else "hald", facts, tuple(findings(RULES, scan)))
 
 
-FORMAT = Format((".png",), lint_hald, RULES)
+FORMAT = FileKind((".png",), lint_hald, RULES)

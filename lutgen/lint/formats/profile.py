@@ -1,4 +1,4 @@
-"""ICC profiles: header, tag table, the heads of its tables, LittleCMS's white, and what readers make of each fault."""
+"""ICC profiles: header, tag table, heads of tables, the white that LittleCMS shows, and what readers do with faults."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from lutgen.bindings import LARGEST_LUT, littlecms
 from lutgen.errors import LutgenError, reason_of
 from lutgen.icc_tags import HEADER, MOST_TAGS, SMALLEST_TAG, Tag, is_profile, tags_claimed
 from lutgen.lint.finding import ARGYLL, CHROMIUM, LCMS_8, LCMS_16, Fate, Finding, Linted, refused, wrong
-from lutgen.lint.formats import Format, findings
+from lutgen.lint.formats import FileKind, findings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -42,7 +42,7 @@ NEWEST = (5, 0)
 #: Bytes that may follow a table: padding.
 PADDING = 3
 
-#: White within this distance of the screen's is meant to be the screen's: one code of 255.
+#: White within this distance of the screen's white counts as that white: one code of 255.
 SAME = 1 / 255
 
 #: Tags of tables from the device's colours; a device link has the first alone.
@@ -139,13 +139,12 @@ def scan_profile(path: Path) -> ProfileScan:
             size = path.stat().st_size
             tags = tuple(tags_claimed(start))
             inside = [tag for tag in tags if tag.name in TABLES and tag.start < size]
-            tables = tuple(found for tag in inside if (found := _table(tag, file)))
+            tables = tuple(head for tag in inside if (head := _table(tag, file)))
             whole = size <= LARGEST_LUT and is_profile(start)
             file.seek(0)
             identifier = _identifier(file.read()) if whole else None
     except OSError as error:
-        message = f"{path}: cannot be read: {reason_of(error)}. Give the name of a profile."
-        raise LutgenError(message) from None
+        raise LutgenError(f"{path}: cannot be read: {reason_of(error)}. Give the name of a profile.") from None
     count = int.from_bytes(start[HEADER : HEADER + 4], "big")
     white, unasked = _white(path) if whole and count <= MOST_TAGS else (None, "")
     return ProfileScan(path, size, start[:HEADER], count, tags, tables, identifier, white, unasked)
@@ -314,15 +313,15 @@ def profile_parts(scan: ProfileScan) -> Iterator[Finding]:
 def profile_table(scan: ProfileScan) -> Iterator[Finding]:
     """A table of version 2 with more bytes than its head asks for shows nonsense in every reader."""
     for table in scan.tables:
-        said = f"{table.tag.name} states {table.points} points an edge for {table.inputs} colours"
+        shape = f"{table.tag.name} states {table.points} points an edge for {table.inputs} colours"
         lacks = table.needs > table.tag.size
         if table.points < 2 or table.inputs != 3 or table.outputs != 3 or lacks:
-            what = f"{said} to {table.outputs}"
+            what = f"{shape} to {table.outputs}"
             what += f", which is {table.needs} bytes, and it has {table.tag.size}" if lacks else ""
             yield Finding(what, "Export it again.", 0, _unusable(scan, table))
         elif table.kind != _V4 and table.needs + PADDING < table.tag.size:
             fates = wrong(LCMS_8, LCMS_16, ARGYLL, CHROMIUM, how="reads the wrong numbers")
-            what = f"{said}, which is {table.needs} bytes, and it has {table.tag.size}"
+            what = f"{shape}, which is {table.needs} bytes, and it has {table.tag.size}"
             yield Finding(what, "Export it again.", 0, fates)
     if scan.tables and not scan.link and scan.word(20) == "XYZ ":
         fates = wrong(CHROMIUM, how="shows it half as bright")
@@ -377,4 +376,4 @@ def lint_profile(path: Path, _ask_readers: bool) -> Linted:
     return Linted(path, "link" if scan.link else "profile", facts, tuple(findings(RULES, scan)))
 
 
-FORMAT = Format((".icc", ".icm"), lint_profile, RULES)
+FORMAT = FileKind((".icc", ".icm"), lint_profile, RULES)

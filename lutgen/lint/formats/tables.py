@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 
 from lutgen.bindings import unclosed_metadata
 from lutgen.cells import NON_FINITE, NUMBER
-from lutgen.lint.cube.statistics import MAX_KEPT
 from lutgen.lint.finding import FFMPEG, OCIO, Finding, Linted, refused, wrong
-from lutgen.lint.formats import Format, findings
-from lutgen.lint.programs import MAX_BYTES
-from lutgen.lint.programs.opencolorio import loading, refusal
+from lutgen.lint.formats import FileKind, findings
+from lutgen.lint.programs import MAX_BYTES, loading, refusal
 from lutgen.lint.stream import blocks, shown
+from lutgen.lint.table_statistics import MAX_KEPT
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -52,9 +51,9 @@ FFMPEG_ROWS = 17**3
 TWELVE_BITS = range(2048, 4096)
 
 
-@dataclass(frozen=True)
+@dataclass
 class TableScan:
-    """What a scan of such a file finds.
+    """What a scan of such a file finds; it is filled line by line.
 
     Attributes
     ----------
@@ -76,65 +75,9 @@ class TableScan:
     """
 
     path: Path
-    bytes: int
-    ends: frozenset[str]
-    size: tuple[int, ...]
-    rows: int
-    head: str
-    largest: int
-    nan: int
-    comma: int
-    odd: int
-    sample: str
-    unclosed: int
-    refusal: str | None
-
-    @property
-    def suffix(self) -> str:
-        """What its name ends in, in small letters."""
-        return self.path.suffix.lower()
-
-
-def scan_table(path: Path) -> TableScan:
-    """Read such a file in one pass, then ask the installed OpenColorIO, unless its header would take all memory.
-
-    Raises
-    ------
-    LutgenError
-        The file cannot be read, or is no text.
-
-    """
-    lines = _Lines(path.suffix.lower())
-    ends: set[str] = set()
-    for block in blocks(path):
-        ends |= block.ends
-        for place, line in enumerate(block.data.splitlines(), block.first):
-            lines.take(place, line)
-    bytes_ = path.stat().st_size
-    asked = max(lines.size, default=0) <= MAX_KEPT and bytes_ <= MAX_BYTES
-    unclosed = unclosed_metadata(path)
-    return TableScan(
-        path=path,
-        bytes=bytes_,
-        ends=frozenset(ends),
-        size=lines.size,
-        rows=lines.rows,
-        head=lines.head,
-        largest=lines.largest,
-        nan=lines.nan,
-        comma=lines.comma,
-        odd=lines.odd,
-        sample=lines.sample,
-        unclosed=unclosed,
-        refusal=refusal(path) if asked and not unclosed else None,
-    )
-
-
-@dataclass
-class _Lines:
-    """Reads a file line by line for ``TableScan``."""
-
-    suffix: str
+    length: int = 0
+    unclosed: int = 0
+    ends: frozenset[str] = frozenset()
     size: tuple[int, ...] = ()
     rows: int = 0
     head: str = ""
@@ -143,9 +86,15 @@ class _Lines:
     comma: int = 0
     odd: int = 0
     sample: str = ""
+    refusal: str | None = None
 
     def __post_init__(self) -> None:
         self._csp = _CspLines()
+
+    @property
+    def suffix(self) -> str:
+        """What its name ends in, in small letters."""
+        return self.path.suffix.lower()
 
     def take(self, place: int, line: bytes) -> None:
         """Read the next line."""
@@ -210,8 +159,28 @@ class _CspLines:
         return "curves"
 
 
+def scan_table(path: Path) -> TableScan:
+    """Read such a file in one pass, then ask the installed OpenColorIO, unless its header would take all memory.
+
+    Raises
+    ------
+    LutgenError
+        The file cannot be read, or is no text.
+
+    """
+    scan = TableScan(path)
+    for block in blocks(path):
+        scan.ends |= block.ends
+        for place, line in enumerate(block.data.splitlines(), block.first):
+            scan.take(place, line)
+    scan.length, scan.unclosed = path.stat().st_size, unclosed_metadata(path)
+    if max(scan.size, default=0) <= MAX_KEPT and scan.length <= MAX_BYTES and not scan.unclosed:
+        scan.refusal = refusal(path)
+    return scan
+
+
 def loads(scan: TableScan) -> Iterator[Finding]:
-    """Whether the installed OpenColorIO, which reads these formats strictly, reads the file at all."""
+    """Whether the installed OpenColorIO, which reads these formats strictly, reads the file."""
     if not scan.unclosed:
         yield from loading(scan.refusal, *OCIO)
 
@@ -286,7 +255,7 @@ def lint_table(path: Path, _ask_readers: bool) -> Linted:
     scan = scan_table(path)
     size = " × ".join(map(str, scan.size)) + f" points, {scan.rows} rows, " if scan.size else ""
     kind = "3dl" if scan.suffix == ".3dl" else "lut"
-    return Linted(path, kind, (f"{size}{scan.bytes} bytes",), tuple(findings(RULES, scan)))
+    return Linted(path, kind, (f"{size}{scan.length} bytes",), tuple(findings(RULES, scan)))
 
 
-FORMAT = Format((".3dl", ".csp", ".spi3d"), lint_table, RULES)
+FORMAT = FileKind((".3dl", ".csp", ".spi3d"), lint_table, RULES)

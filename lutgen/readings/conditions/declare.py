@@ -25,15 +25,15 @@ class Column:
     low, high, meaning
         Allowed range, and what the values are: completes "must be …". A value outside is a typing error.
     blank
-        What an empty cell, or a missing column, stands for in the table; NaN: unknown, or warm.
+        What an empty cell, or a missing column, means in the table; NaN: unknown, or warm.
     usual
-        The value that an effect sees there: what is meant when nothing is said.
+        The value that effects take for a blank cell or a missing column.
     unlogged
-        A value that it may have had all the time where nobody logged it.
+        A value that the condition may have had throughout if nobody logged it.
     tried
         Values under which the contract of effects tries an effect, the usual one first.
     shown, axis, words
-        For pictures of an effect: a value at which it shows, the ends of an axis, and the axis's label.
+        For pictures of an effect: a value at which the effect is visible, the ends of an axis, and its label.
 
     """
 
@@ -73,7 +73,7 @@ def joined(name: str, *parts: Variation) -> Variation:
 
 
 def within(tolerance: float) -> Callable[[Array, float], tuple[float, float]]:
-    """Return a span of rest that reaches as far up as down, whatever the values of the session."""
+    """Return a span of rest of this size on either side of the value at rest."""
     return lambda _values, rest: (rest - tolerance, rest + tolerance)
 
 
@@ -107,7 +107,7 @@ class Condition:
     depends
         What an effect depends on that needs its columns: completes "depends on …".
     told
-        Values by column → the condition in words; conditions that make one picture say the same.
+        Values by column → the condition in words; window and surround, which make one picture, give the same words.
     label
         One value → how a table calls it; of several columns, all of them in their order.
     sentence
@@ -115,13 +115,14 @@ class Condition:
     heading
         Heading of its part of a table of errors; "" where it has none.
     short, before
-        Its values in the name of a patch, "{:g} lx", and the word before that in a sentence.
+        Format of its values in the name of a patch, "{:g} lx", and the word before that name in a sentence.
     axis
         Label of an axis along which the condition runs.
     matters
-        Values → to which readings it matters at all, (n,).
+        Values → which readings the condition can affect, (n,).
     signatures
-        Values and rest values → name → weight of a signature in the light, (n,), tried on what a fit leaves.
+        Values and rest values → name → weight of a signature in the light, (n,), which is tried on the residual of a
+        fit.
     strange
         Those signatures that no effect of the catalogue has.
     variations

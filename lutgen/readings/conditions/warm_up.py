@@ -8,13 +8,13 @@ import numpy as np
 
 from lutgen.readings.conditions.declare import Array, Column, Condition, Values, greys, joined
 
-#: A session goes on warm while each next reading is at most this many times as long after power-on as the one before:
-#: a log of every reading's minutes is then one warm span, and readings on the way up (2, 5, 10, 20, 40, 60) are not.
+#: Readings of a warm display belong to one span where the minutes of neighbouring readings differ by at most this
+#: factor: the log of a session's minutes is one span, and readings of a warm-up (2, 5, 10, 20, 40, 60) are not.
 STEP = 1.25
 
 
 def _span(values: Array, rest: float) -> tuple[float, float]:
-    """Warm is as long on as when the colour points were read; shorter only in steps that a session's course makes."""
+    """Warm: from the time of the colour points on, and before it as long as readings follow within ``STEP``."""
     low = rest
     for minutes in np.unique(values[np.isfinite(values) & (values <= rest)])[::-1]:
         if minutes * STEP < low:

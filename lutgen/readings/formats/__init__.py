@@ -127,11 +127,10 @@ def reader_of(source: FileText) -> ModuleType:
     claiming = [module for module in readers().values() if module.claims(source)]
     named = [module for module in readers().values() if suffix in module.SUFFIXES]
     if not claiming and not named:
-        message = (
+        raise LutgenError(
             f"{source.file}: no format of readings that is known: {source.text.lstrip()[:24]!r}. "
             f"Pick one of: {', '.join(readers())}."
         )
-        raise LutgenError(message)
     return (claiming or named)[0]
 
 
@@ -142,11 +141,11 @@ def _files(folder: Path) -> Sequence[Path]:
         files = sorted(each for each in folder.iterdir() if each.is_file() and not each.name.startswith("."))
     except OSError as error:
         raise LutgenError(f"{folder}: cannot read the folder: {reason_of(error)}.") from None
-    found = [each for each in files if each.suffix.lower() in suffixes]
-    listing = next((each for each in found if each.suffix.lower() == ".toml"), None)
+    readable = [each for each in files if each.suffix.lower() in suffixes]
+    listing = next((each for each in readable if each.suffix.lower() == ".toml"), None)
     if listing is not None:
         raise LutgenError(f"{folder}: the folder holds a campaign file. Name it instead: {listing}.")
-    if not found:
+    if not readable:
         known = ", ".join(sorted(suffixes - {".toml"}))
         raise LutgenError(f"{folder}: the folder holds no readings. Put sessions into it ({known}), or name a file.")
-    return found
+    return readable

@@ -1,4 +1,4 @@
-"""CGATS as text: the tables of a file, each with its keywords and rows; nothing is known here of what they mean.
+"""CGATS as text: the tables of a file, each with its keywords and rows; their meaning is read in ``cgats``.
 
 CGATS.5 and ArgyllCMS' own dialect (https://www.argyllcms.com/doc/File_Formats.html): comments from ``#``, strings in
 double quotes that double a quote inside, keywords with one value, ``BEGIN_DATA_FORMAT``, ``BEGIN_DATA``, several tables
@@ -76,7 +76,7 @@ def tables(source: FileText) -> list[CgatsTable]:
         Cut off, a wrong number of fields or sets, a doubled column, a string without end: names the line.
 
     """
-    found: list[CgatsTable] = []
+    closed: list[CgatsTable] = []
     lines = _lines(source)
     current: _Open | None = None
     for at, words in lines:
@@ -85,22 +85,20 @@ def tables(source: FileText) -> list[CgatsTable]:
         if head == _FORMAT[0]:
             current.fields = _fields(source, current, words[1:], at, lines)
         elif head == _DATA[0]:
-            found.append(_close(source, current, words[1:], at, lines))
+            closed.append(_close(source, current, words[1:], at, lines))
             current = None
         elif head in (_FORMAT[1], _DATA[1]):
-            message = f"{source.at(at)}: {head} without its BEGIN: is a line missing above?"
-            raise LutgenError(message)
+            raise LutgenError(f"{source.at(at)}: {head} without its BEGIN: is a line missing above?")
         elif head.startswith("BEGIN_"):
             current.keywords[head.removeprefix("BEGIN_")] = _free_text(source, head, at, lines)
         elif len(words) == 1 and not current.keywords and not current.kind:
             current.kind = words[0]
         else:
             current.keywords[head] = " ".join(words[1:])
-    if current is not None and (current.fields or not found):
+    if current is not None and (current.fields or not closed):
         place = f"{source.file}: the table of line {current.line}"
-        message = f"{place} ends before its data (no BEGIN_DATA): cut off? Copy it again."
-        raise LutgenError(message)
-    return found
+        raise LutgenError(f"{place} ends before its data (no BEGIN_DATA): cut off? Copy it again.")
+    return closed
 
 
 def _lines(source: FileText) -> Iterator[tuple[int, list[str]]]:
@@ -114,8 +112,9 @@ def _lines(source: FileText) -> Iterator[tuple[int, list[str]]]:
                 if stripped[place].isspace():
                     place += 1
                     continue
-                message = f"{source.at(at)}: a string begins with a quote and does not end: is the line cut off?"
-                raise LutgenError(message)
+                raise LutgenError(
+                    f"{source.at(at)}: a string begins with a quote and does not end: is the line cut off?"
+                )
             if match[1] is not None:
                 words.append(match[1].replace('""', '"'))
             elif match[3] is not None:
@@ -133,8 +132,7 @@ def _fields(
     doubled = first_doubled(fields)
     if doubled or not fields:
         what = f"column {doubled} appears twice" if doubled else "no column is named"
-        message = f"{source.at(begun)}: {what} in the data format. Name each column once."
-        raise LutgenError(message)
+        raise LutgenError(f"{source.at(begun)}: {what} in the data format. Name each column once.")
     _check_count(source, table, _FIELDS, len(fields), f"the data format names {len(fields)}")
     return fields
 
@@ -143,8 +141,9 @@ def _close(
     source: FileText, table: _Open, first: list[str], begun: int, lines: Iterator[tuple[int, list[str]]]
 ) -> CgatsTable:
     if not table.fields:
-        message = f"{source.at(begun)}: data without a data format (BEGIN_DATA_FORMAT … END_DATA_FORMAT) above it."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{source.at(begun)}: data without a data format (BEGIN_DATA_FORMAT … END_DATA_FORMAT) above it."
+        )
     width = len(table.fields)
     # A row may go on in the next line, but only where the number of rows is stated: else a lost cell goes unseen.
     wraps = _SETS in table.keywords
@@ -156,21 +155,20 @@ def _close(
         start = start if row else at
         row += words
         if len(row) > width or (len(row) < width and not wraps):
-            message = (
+            raise LutgenError(
                 f"{source.at(start)}: {len(row)} fields where the data format names {width}: "
                 "is a value missing or doubled, or a decimal comma in it?"
             )
-            raise LutgenError(message)
         if len(rows) == MOST_READINGS:
-            message = f"{source.at(at)}: more than {MOST_READINGS} rows, which no session has. Split the file."
-            raise LutgenError(message)
+            raise LutgenError(f"{source.at(at)}: more than {MOST_READINGS} rows, which no session has. Split the file.")
         if len(row) == width:
             rows.append(tuple(row))
             places.append(start)
             row = []
     if row:
-        message = f"{source.at(start)}: {len(row)} fields where the data format names {width}: is a value missing?"
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{source.at(start)}: {len(row)} fields where the data format names {width}: is a value missing?"
+        )
     _check_count(source, table, _SETS, len(rows), f"{len(rows)} rows follow: cut off, or edited by hand")
     return CgatsTable(table.kind, table.line, table.keywords, table.fields, tuple(rows), tuple(places))
 
@@ -195,11 +193,9 @@ def _until(
         if last:
             return
         if words[0].upper().startswith(("BEGIN_DATA", "END_DATA")):
-            message = f"{source.at(at)}: {words[0]} before the {end} of line {begun}: is a line missing?"
-            raise LutgenError(message)
+            raise LutgenError(f"{source.at(at)}: {words[0]} before the {end} of line {begun}: is a line missing?")
         yield at, words
-    message = f"{source.at(begun)}: {begin} without {end}: the file is cut off. Copy it again."
-    raise LutgenError(message)
+    raise LutgenError(f"{source.at(begun)}: {begin} without {end}: the file is cut off. Copy it again.")
 
 
 def _free_text(source: FileText, head: str, begun: int, lines: Iterator[tuple[int, list[str]]]) -> str:
@@ -209,20 +205,19 @@ def _free_text(source: FileText, head: str, begun: int, lines: Iterator[tuple[in
         if words[0].upper() == end:
             return "\n".join(parts)
         parts.append(" ".join(f'"{word}"' if " " in word else word for word in words))
-    message = f"{source.at(begun)}: {head} without {end}: the file is cut off. Copy it again."
-    raise LutgenError(message)
+    raise LutgenError(f"{source.at(begun)}: {head} without {end}: the file is cut off. Copy it again.")
 
 
 def _check_count(source: FileText, table: _Open, name: str, count: int, held: str) -> None:
     stated = table.keywords.get(name)
     if stated is None:
         return
-    said = whole(stated, least=0, most=10**9)
-    if said is None:
-        message = (
+    number = whole(stated, least=0, most=10**9)
+    if number is None:
+        raise LutgenError(
             f"{source.file}: {name} of the table of line {table.line} is {stated[:40]!r}, no count. Give a number."
         )
-        raise LutgenError(message)
-    if said != count:
-        message = f"{source.file}: {name} of the table of line {table.line} is {said}, but {held}. Copy the file again."
-        raise LutgenError(message)
+    if number != count:
+        raise LutgenError(
+            f"{source.file}: {name} of the table of line {table.line} is {number}, but {held}. Copy the file again."
+        )

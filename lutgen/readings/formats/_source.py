@@ -1,4 +1,4 @@
-"""What a reader is given and what it gives, and what all readers decide alike: the range of drive, the date, white."""
+"""Input and result of a reader, and what all readers decide in the same way: the range of drive, dates, and white."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 #: Full drive as programs write it, and what it is called.
 FULL_DRIVE = {1.0: "0..1", 100.0: "percent", 255.0: "8-bit", 1023.0: "10-bit"}
 
-#: Sessions of displays were not measured before, nor will be soon after.
+#: A date outside these years is an error.
 YEARS = range(1990, 2100)
 
-#: Files that people have beside the readings, and what to take instead: by how their bytes begin.
+#: First bytes of files that people have beside their readings → what the file is, and which one to take instead.
 _BINARY = (
     (b"PK\x03\x04", "a zipped file (a spreadsheet?). Save the table as CSV, or unpack it"),
     (b"%PDF", "a PDF report. Take the table of readings itself: .ti3, CGATS or CSV"),
@@ -55,7 +55,7 @@ _SLASHED = re.compile(
 
 
 class Readable(Protocol):
-    """What a reader gives: readings that can be had as one checked table, or session by session."""
+    """Result of a reader: readings, as one checked table or session by session."""
 
     def measurements(self) -> Measurements:
         """Return one table by operating hours. Raises LutgenError where it cannot be."""
@@ -66,9 +66,9 @@ class Readable(Protocol):
 
 @dataclass(frozen=True)
 class FileText:
-    """A file: its text ("" of an ICC profile), the name that the user gave it, the hash of its bytes, and these.
+    """A file: its text ("" for an ICC profile), its name as the user gave it, and the hash of its bytes.
 
-    The bytes are for readers of binary formats; b"" where a text came from elsewhere.
+    ``data`` holds the bytes, for readers of binary formats; b"" for a text that is no file of its own.
     """
 
     text: str
@@ -94,10 +94,9 @@ class FileText:
             return cells.split_row(text, separator)
         except csv.Error as error:
             # As of a cell of more than 128 kB.
-            message = (
+            raise LutgenError(
                 f"{self.at(line)}: is no row of a CSV: {error}. Write a number in each cell, and the note shorter."
-            )
-            raise LutgenError(message) from None
+            ) from None
 
 
 def decoded(data: bytes, file: str) -> str:
@@ -106,8 +105,9 @@ def decoded(data: bytes, file: str) -> str:
         if data.startswith(head):
             raise LutgenError(f"{file}: is {what}.")
     if Path(file).suffix.lower() == ".chc":
-        message = f"{file}: is HCFR's own binary file. Export the measures from HCFR, and name columns R,G,B,X,Y,Z."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{file}: is HCFR's own binary file. Export the measures from HCFR, and name columns R,G,B,X,Y,Z."
+        )
     try:
         text = data.decode("utf-16" if data[:2] in {b"\xff\xfe", b"\xfe\xff"} else "utf-8-sig")
     except UnicodeDecodeError:
@@ -120,7 +120,7 @@ def decoded(data: bytes, file: str) -> str:
 
 
 def full_drive(drive: Array, file: str) -> float:
-    """Tell full drive from its largest value where the file does not say: 1, 100, 255 or 1023, and nothing between.
+    """Return full drive by the largest value of a file that does not state it: 1, 100, 255 or 1023.
 
     Raises
     ------
@@ -133,11 +133,10 @@ def full_drive(drive: Array, file: str) -> float:
         if abs(top - full) <= DRIVE_TOLERANCE * full:
             return full
     known = ", ".join(f"{full:g} ({name})" for full, name in FULL_DRIVE.items())
-    message = (
+    raise LutgenError(
         f"{file}: the largest drive is {top:g}, and full drive is one of {known}: which, the file does not say. "
         "Add the reading of white, or convert drive to 0..1."
     )
-    raise LutgenError(message)
 
 
 def whites(drive: Array) -> NDArray[np.intp]:
@@ -146,19 +145,19 @@ def whites(drive: Array) -> NDArray[np.intp]:
 
 
 def date_of(text: str) -> tuple[datetime | None, str]:
-    """Read a date; the second is a sentence where it cannot be read, or believed, and "" where it can."""
+    """Read a date. The second result is a sentence where the date cannot be read or cannot be right, else ""."""
     if not text.strip():
         return None, ""
     text = text[:_LONGEST]
     try:
-        found = _date(" ".join(text.split()))
+        date = _date(" ".join(text.split()))
     except ValueError as error:
         return None, f"Its date, {text[:40]!r}, is none: {error}."
-    if found is None:
+    if date is None:
         return None, f"Its date, {text[:40]!r}, cannot be read for certain; give it as 2020-05-26."
-    if found.year not in YEARS:
+    if date.year not in YEARS:
         return None, f"Its date, {text[:40]!r}, is not believed: displays are measured since {YEARS[0]}."
-    return found, ""
+    return date, ""
 
 
 def _date(text: str) -> datetime | None:

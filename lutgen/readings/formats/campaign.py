@@ -41,14 +41,14 @@ SUFFIXES = (".toml",)
 
 SCHEMA = 1
 
-#: What an entry may say, beside its file: text, and conditions with the ranges of a table of readings.
+#: Keys of an entry beside its file: texts, and conditions, which have the ranges of a table of readings.
 TEXTS = ("instrument", "settings", "note")
 CONDITIONS = tuple(name for name in COLUMNS if name not in {"u", "v"})
 _KEYS = ("file", "date", "hours", *TEXTS, *CONDITIONS, "position")
 _TOP = {"schema", "display", "sessions"}
 _DISPLAY = ("name", "hours_per_day", "note")
 
-#: A campaign of more sessions than a day's worth for years is a slip.
+#: A campaign with more sessions is an error: this many are one a day for five years.
 MOST_SESSIONS = 2000
 
 _SESSIONS = re.compile(r"^[ \t]*\[\[[ \t]*sessions[ \t]*\]\]", re.MULTILINE)
@@ -72,13 +72,13 @@ def read(source: FileText) -> Campaign:
     try:
         content = from_toml(text)
     except ValueError as error:
-        message = f"{file}: is no TOML: {error}. Draft a campaign of session files with lutgen sessions init."
-        raise LutgenError(message) from None
+        raise LutgenError(
+            f"{file}: is no TOML: {error}. Draft a campaign of session files with lutgen sessions init."
+        ) from None
     _check_keys(content, tuple(_TOP), file)
     if content.get("schema") != SCHEMA:
-        said = f"schema = {content.get('schema')!r}"
-        message = f"{file}: {said}; a campaign has schema = {SCHEMA}. lutgen sessions init drafts one."
-        raise LutgenError(message)
+        schema = f"schema = {content.get('schema')!r}"
+        raise LutgenError(f"{file}: {schema}; a campaign has schema = {SCHEMA}. lutgen sessions init drafts one.")
     display, listed = content.get("display", {}), content.get("sessions", [])
     if not isinstance(display, dict) or not isinstance(listed, list) or not listed:
         raise LutgenError(f"{file}: needs [display] and one [[sessions]] for every session.")
@@ -99,18 +99,18 @@ def read(source: FileText) -> Campaign:
     return Campaign(_text(display, "name", f"{file}, [display]"), per_day, entries, file, sha256.hexdigest())
 
 
-def _entry(said: Any, file: str, line: int) -> CampaignEntry:
+def _entry(block: Any, file: str, line: int) -> CampaignEntry:
     where = f"{file}, line {line}"
-    if not isinstance(said, dict):
+    if not isinstance(block, dict):
         raise LutgenError(f"{where}: a session is a [[sessions]] block.")
-    _check_keys(said, _KEYS, where)
-    name = _text(said, "file", where)
+    _check_keys(block, _KEYS, where)
+    name = _text(block, "file", where)
     if not name:
         raise LutgenError(f'{where}: the session names no file. Add file = "….ti3".')
     session = _session(Path(file).parent / name, where)
-    hours = _number(said, "hours", where)
-    conditions = {each: value for each in CONDITIONS if (value := _number(said, each, where)) is not None}
-    conditions |= _position(said, where)
+    hours = _number(block, "hours", where)
+    conditions = {each: value for each in CONDITIONS if (value := _number(block, each, where)) is not None}
+    conditions |= _position(block, where)
     for each, value in (*conditions.items(), *([("hour", hours)] if hours is not None else [])):
         low, high, meaning = RANGES[each]
         if not low <= value <= high:
@@ -118,11 +118,11 @@ def _entry(said: Any, file: str, line: int) -> CampaignEntry:
     return CampaignEntry(
         session=session,
         where=where,
-        date=_date(said, session, where),
+        date=_date(block, session, where),
         hours=hours,
-        instrument=_text(said, "instrument", where) or session.instrument,
-        settings=_text(said, "settings", where),
-        note=_text(said, "note", where),
+        instrument=_text(block, "instrument", where) or session.instrument,
+        settings=_text(block, "settings", where),
+        note=_text(block, "note", where),
         conditions=conditions,
     )
 
@@ -139,21 +139,21 @@ def _session(path: Path, where: str) -> Session:
     return session
 
 
-def _check_keys(said: dict[str, Any], known: tuple[str, ...], where: str) -> None:
-    unknown = next((key for key in said if key not in known), None)
+def _check_keys(block: dict[str, Any], known: tuple[str, ...], where: str) -> None:
+    unknown = next((key for key in block if key not in known), None)
     if unknown is not None:
         raise LutgenError(f"{where}: unknown key {unknown!r}. Pick one of: {', '.join(sorted(known))}.")
 
 
-def _text(said: dict[str, Any], key: str, where: str) -> str:
-    value = said.get(key, "")
+def _text(block: dict[str, Any], key: str, where: str) -> str:
+    value = block.get(key, "")
     if not isinstance(value, str):
         raise LutgenError(f"{where}: {key} must be text in quotes, not {value!r}.")
     return value
 
 
-def _number(said: dict[str, Any], key: str, where: str) -> float | None:
-    value = said.get(key)
+def _number(block: dict[str, Any], key: str, where: str) -> float | None:
+    value = block.get(key)
     if value is None:
         return None
     if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
@@ -161,8 +161,8 @@ def _number(said: dict[str, Any], key: str, where: str) -> float | None:
     return float(value)
 
 
-def _position(said: dict[str, Any], where: str) -> dict[str, float]:
-    value = said.get("position")
+def _position(block: dict[str, Any], where: str) -> dict[str, float]:
+    value = block.get("position")
     if value is None:
         return {}
     numbers = isinstance(value, list) and len(value) == 2 and all(type(each) in (int, float) for each in value)
@@ -171,15 +171,13 @@ def _position(said: dict[str, Any], where: str) -> dict[str, float]:
     return {"u": float(value[0]), "v": float(value[1])}
 
 
-def _date(said: dict[str, Any], session: Session, where: str) -> date | None:
-    value = said.get("date")
+def _date(block: dict[str, Any], session: Session, where: str) -> date | None:
+    value = block.get("date")
     if value is None:
         return session.created.date() if session.created else None
-    found = value.date() if isinstance(value, datetime) else value
-    if not isinstance(found, date):
+    day = value.date() if isinstance(value, datetime) else value
+    if not isinstance(day, date):
         raise LutgenError(f"{where}: date must be a TOML date without quotes, such as 2020-05-26, not {value!r}.")
-    if found.year not in YEARS:
-        raise LutgenError(
-            f"{where}: date = {found}: between {YEARS[0]} and {YEARS[-1]}, please: displays are not older."
-        )
-    return found
+    if day.year not in YEARS:
+        raise LutgenError(f"{where}: date = {day}: between {YEARS[0]} and {YEARS[-1]}, please: displays are not older.")
+    return day

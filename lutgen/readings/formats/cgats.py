@@ -1,9 +1,9 @@
 """CGATS, ArgyllCMS' (.ti3) and that of others: drive and XYZ, xyY or Lab of every patch, and Argyll's calibration.
 
-Of an ArgyllCMS file all is known: drive is in percent, ``NORMALIZED_TO_Y_100`` says whether Y of white is 100, and
-``LUMINANCE_XYZ_CDM2`` what white is in cd/m² (https://www.argyllcms.com/doc/ti3_format.html). Its rows are in the order
-of reading, and a second table, CAL, holds the curves that the graphics card was loaded with. Of another program's file
-only what it says is believed.
+For an ArgyllCMS file the scales are known: drive is in percent, ``NORMALIZED_TO_Y_100`` says whether Y of white is 100,
+and ``LUMINANCE_XYZ_CDM2`` what white is in cd/m² (https://www.argyllcms.com/doc/ti3_format.html). Its rows are in the
+order of reading, and a second table, CAL, holds the curves in the graphics card. For a file of another program nothing
+is assumed that the file does not state.
 """
 
 from __future__ import annotations
@@ -42,16 +42,16 @@ _NAMES = ("SAMPLE_LOC", "SAMPLE_NAME", "SAMPLE_ID", "SAMPLEID", "STRING")
 #: Whites of Lab that files name, relative with Y = 1: D50 as ICC.1:2022 7.2.16 prints it, and sRGB's D65.
 _LAB_WHITES = {"D50": np.array([0.9642, 1.0, 0.8249]), "D65": D65}
 
-#: X, Y and Z that Lab may mean, relative to white: below 0 no more than rounding and the noise of black make.
+#: Smallest X, Y or Z from Lab, relative to white: rounding and the noise of black give no smaller values.
 _LEAST_RATIO = -0.02
 
-#: White of a file that is normalised to 100 may drift within the session; beyond this it was not normalised so.
+#: White of a file that is normalised to 100 may drift during the session; outside this range it was not normalised.
 _NORMALISED = (50.0, 200.0)
 
-#: A white of another program's file that is so near to 100, or below 2, is relative: nobody's display has just that.
+#: In a file of another program, a white this near to 100, or below 2, is relative.
 _LOOKS_RELATIVE = 0.5
 
-#: Absolute white, in cd/m²: what a display can be.
+#: Range of white, in cd/m².
 _WHITE_CD_M2 = (0.01, 1e5)
 
 
@@ -72,15 +72,15 @@ def read(source: FileText) -> Session:
     if not claims(source):
         message = f"{source.file}: is no CGATS: no table in it begins with BEGIN_DATA: {source.text.lstrip()[:24]!r}."
         raise LutgenError(f"{message} Readable are .ti3, CGATS or CSV.")
-    found = tables(source)
-    readings = _readings(source, found)
+    file_tables = tables(source)
+    readings = _readings(source, file_tables)
     argyll = readings.kind.upper() == "CTI3"
     drive = _drive(source, readings, argyll=argyll)
     light = _light(source, readings, drive, argyll=argyll)
     keywords = dict(readings.keywords)
     created, doubt = date_of(keywords.get("CREATED", ""))
     spectra, wavelengths = _spectra(source, readings)
-    calibration = next((table for table in found if set(_CAL) <= set(table.fields)), None)
+    calibration = next((table for table in file_tables if set(_CAL) <= set(table.fields)), None)
     if calibration is not None:
         keywords |= {f"CAL_{name}": value for name, value in calibration.keywords.items()}
     names = next((name for name in _NAMES if name in readings.fields), None)
@@ -106,7 +106,7 @@ def read(source: FileText) -> Session:
 
 
 def _named(arguments: str) -> str:
-    """Take the model that profiling was to name, ``-M`` of colprof: there DisplayCAL writes the display."""
+    """Return the display's name: DisplayCAL gives it to colprof as the model, ``-M``."""
     try:
         words = shlex.split(arguments)
     except ValueError:
@@ -114,29 +114,33 @@ def _named(arguments: str) -> str:
     return next((value for word, value in itertools.pairwise(words) if word == "-M"), "")
 
 
-def _readings(source: FileText, found: list[CgatsTable]) -> CgatsTable:
+def _readings(source: FileText, file_tables: list[CgatsTable]) -> CgatsTable:
     """Return the one table that holds drive and colours."""
-    for table in found:
+    for table in file_tables:
         if any(name.startswith(("CMYK_", "CMY_")) for name in table.fields):
-            message = f"{source.at(table.line)}: CMYK: a printer's file. lutgen reads displays: R, G, B and XYZ."
-            raise LutgenError(message)
+            raise LutgenError(
+                f"{source.at(table.line)}: CMYK: a printer's file. lutgen reads displays: R, G, B and XYZ."
+            )
     colours = (_XYZ, *_XYY, _LAB)
-    full = [t for t in found if set(_RGB) <= set(t.fields) and any(set(names) <= set(t.fields) for names in colours)]
+    full = [
+        t for t in file_tables if set(_RGB) <= set(t.fields) and any(set(names) <= set(t.fields) for names in colours)
+    ]
     if len(full) == 1:
         return full[0]
     if full:
         places = " and ".join(str(table.line) for table in full)
-        message = f"{source.file}: several sets of readings, in the tables of lines {places}. Make a file of each."
-        raise LutgenError(message)
-    if any(set(_CAL) <= set(table.fields) for table in found):
-        message = f"{source.file}: calibration curves without readings. The .ti3 of the same session holds both."
-        raise LutgenError(message)
-    columns = ", ".join(found[0].fields[:12]) if found else "none"
-    message = (
+        raise LutgenError(
+            f"{source.file}: several sets of readings, in the tables of lines {places}. Make a file of each."
+        )
+    if any(set(_CAL) <= set(table.fields) for table in file_tables):
+        raise LutgenError(
+            f"{source.file}: calibration curves without readings. The .ti3 of the same session holds both."
+        )
+    columns = ", ".join(file_tables[0].fields[:12]) if file_tables else "none"
+    raise LutgenError(
         f"{source.file}: no table has drive (RGB_R, RGB_G, RGB_B) and colour (XYZ_X, …, or XYY_X, XYY_Y, XYY_CAPY, or "
         f"LAB_L, …); columns: {columns}. A chart (.ti1, .ti2) has no readings, and spectra alone are not enough."
     )
-    raise LutgenError(message)
 
 
 def _columns(source: FileText, table: CgatsTable, names: tuple[str, ...]) -> Array:
@@ -154,11 +158,13 @@ def _drive(source: FileText, table: CgatsTable, *, argyll: bool) -> Array:
         return values / full_drive(values, source.file)
     top = float(values.max(initial=0.0))
     if top > 100.0 + 1e-3:
-        message = f"{source.file}: RGB reaches {top:g}, but an ArgyllCMS file has percent. Divide 8-bit drive by 2.55."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{source.file}: RGB reaches {top:g}, but an ArgyllCMS file has percent. Divide 8-bit drive by 2.55."
+        )
     if 0.0 < top <= 1.0:
-        message = f"{source.file}: RGB reaches only {top:g}, but an ArgyllCMS file has percent: multiply 0..1 by 100."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{source.file}: RGB reaches only {top:g}, but an ArgyllCMS file has percent: multiply 0..1 by 100."
+        )
     return np.minimum(values, 100.0) / 100.0
 
 
@@ -171,69 +177,64 @@ def _light(source: FileText, table: CgatsTable, drive: Array, *, argyll: bool) -
             bad = (xyY[:, 1] < 1e-3) | (xyY[:, 0] < 0) | (xyY[:, 0] + xyY[:, 1] > 1)
             if bad.any():
                 line = table.lines[int(np.argmax(bad))]
-                message = f"{source.at(line)}: x and y are no chromaticity: both above 0, and x + y at most 1."
-                raise LutgenError(message)
+                raise LutgenError(f"{source.at(line)}: x and y are no chromaticity: both above 0, and x + y at most 1.")
             return _scaled(source, table, xyY_to_xyz(xyY), drive, argyll=argyll)
     return _from_lab(source, table, argyll=argyll)
 
 
 def _from_lab(source: FileText, table: CgatsTable, *, argyll: bool) -> _Light:
     """Lab to XYZ relative to the white that it was given under (CIE 15:2018, 8.2.1)."""
-    said = " ".join(
+    keywords = " ".join(
         table.keywords.get(name, "")
         for name in ("ILLUMINANT", "ILLUMINATION_NAME", "WEIGHTING_FUNCTION", "WHITE_POINT")
     ).upper()
-    name = "D50" if argyll else next((name for name in _LAB_WHITES if name in said), None)
+    name = "D50" if argyll else next((name for name in _LAB_WHITES if name in keywords), None)
     if name is None:
-        message = (
+        raise LutgenError(
             f"{source.file}: Lab without its reference white (keyword ILLUMINANT or WEIGHTING_FUNCTION with D50 or "
             "D65): XYZ cannot be told from it. Export XYZ."
         )
-        raise LutgenError(message)
     lab = _columns(source, table, _LAB)
     high = (lab[:, 0] < -1.0) | (lab[:, 0] > 150.0) | (np.abs(lab[:, 1:]) > 300.0).any(axis=1)
     if high.any():
         line = table.lines[int(np.argmax(high))]
-        message = f"{source.at(line)}: Lab is out of range: L* 0..100, a* and b* within ±128."
-        raise LutgenError(message)
+        raise LutgenError(f"{source.at(line)}: Lab is out of range: L* 0..100, a* and b* within ±128.")
     middle = (lab[:, 0] + 16.0) / 116.0
     f = np.column_stack([middle + lab[:, 1] / 500.0, middle, middle - lab[:, 2] / 200.0])
     ratio = np.where(f > 6.0 / 29.0, f**3, 3.0 * (6.0 / 29.0) ** 2 * (f - 4.0 / 29.0))
     dark = ratio.min(axis=1) < _LEAST_RATIO
     if dark.any():
         line = table.lines[int(np.argmax(dark))]
-        message = (
+        raise LutgenError(
             f"{source.at(line)}: no light has this Lab: X or Z would be negative. Are the columns XYZ? Name them so."
         )
-        raise LutgenError(message)
     remark = f"Its colours are Lab under {name}: relative to white, with no luminance in cd/m²."
     return _Light(ratio * _LAB_WHITES[name], absolute=False, remarks=(remark,))
 
 
 def _scaled(source: FileText, table: CgatsTable, xyz: Array, drive: Array, *, argyll: bool) -> _Light:
-    """Bring XYZ to cd/m², or to Y = 1 for white where nothing tells what white was."""
+    """Scale XYZ to cd/m², or to Y = 1 for white where the luminance of white is not known."""
     keywords = table.keywords
     luminance = _luminance(source, keywords["LUMINANCE_XYZ_CDM2"]) if "LUMINANCE_XYZ_CDM2" in keywords else None
     normalised = keywords.get("NORMALIZED_TO_Y_100", "").upper()
     if normalised not in {"", "YES", "NO"}:
-        message = f"{source.file}: NORMALIZED_TO_Y_100 is {normalised[:20]!r}. Pick one of: YES, NO."
-        raise LutgenError(message)
+        raise LutgenError(f"{source.file}: NORMALIZED_TO_Y_100 is {normalised[:20]!r}. Pick one of: YES, NO.")
     if normalised == "NO":
         return _Light(xyz, absolute=True)
     places = whites(drive)
     white = float(np.median(xyz[places, 1])) if places.size else None
     if places.size and xyz[places, 1].min() <= 0:
         line = table.lines[int(places[np.argmin(xyz[places, 1])])]
-        message = f"{source.at(line)}: white has no light (Y = {xyz[places, 1].min():g}). Correct or delete the row."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{source.at(line)}: white has no light (Y = {xyz[places, 1].min():g}). Correct or delete the row."
+        )
     if normalised == "YES" or luminance is not None:
         low, high = _NORMALISED
         if not low <= (white if white is not None else 100.0) <= high or xyz[:, 1].max(initial=0.0) > 2 * high:
             held = f"white is {white:g}" if white is not None else "Y is far above it"
-            message = (
+            raise LutgenError(
                 f"{source.file}: Y should be normalised to 100 for white, but {held}. Correct NORMALIZED_TO_Y_100."
             )
-            raise LutgenError(message)
         if luminance is None:
             return _Light(xyz / 100.0, absolute=False, remarks=(_RELATIVE,))
         return _Light(xyz * (luminance[1] / 100.0), absolute=True, remarks=_contradiction(luminance, xyz, places))
@@ -244,10 +245,11 @@ _RELATIVE = "XYZ are relative to white; how many cd/m² white has, the file does
 
 
 def _undeclared(source: FileText, xyz: Array, white: float | None, *, argyll: bool) -> _Light:
-    """XYZ of a file that does not say what they are: relative, for that is true of cd/m² too once divided by white."""
+    """Take XYZ of an unknown unit as relative: divided by white, XYZ in cd/m² are correct too."""
     if white is None:
-        message = f"{source.file}: does not say whether XYZ are in cd/m², and has no white to tell by. Add its reading."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{source.file}: does not say whether XYZ are in cd/m², and has no white to tell by. Add its reading."
+        )
     near = argyll or white <= 2.0 or abs(white - 100.0) <= _LOOKS_RELATIVE
     doubt = (
         _RELATIVE
@@ -263,26 +265,23 @@ def _undeclared(source: FileText, xyz: Array, white: float | None, *, argyll: bo
 def _luminance(source: FileText, text: str) -> Array:
     words = text.split()
     if len(words) != 3:
-        message = (
+        raise LutgenError(
             f"{source.file}: LUMINANCE_XYZ_CDM2 is {text[:40]!r}; it is three numbers, X, Y and Z of white in cd/m²."
         )
-        raise LutgenError(message)
     values = [number(word) for word in words]
     if None in values:
-        message = f"{source.file}: LUMINANCE_XYZ_CDM2 is {text[:40]!r}: not a finite number. Correct it."
-        raise LutgenError(message)
+        raise LutgenError(f"{source.file}: LUMINANCE_XYZ_CDM2 is {text[:40]!r}: not a finite number. Correct it.")
     xyz = np.array(values, dtype=np.float64)
     low, high = _WHITE_CD_M2
     if not low <= xyz[1] <= high or xyz.min() <= 0:
-        message = (
+        raise LutgenError(
             f"{source.file}: LUMINANCE_XYZ_CDM2 is {text[:40]!r}: no display's white in cd/m² ({low:g} to {high:g})."
         )
-        raise LutgenError(message)
     return xyz
 
 
 def _contradiction(luminance: Array, xyz: Array, places: NDArray[np.intp]) -> tuple[str, ...]:
-    """Say so where the first white has another colour than LUMINANCE_XYZ_CDM2, which is the same reading."""
+    """Return a remark where the first white and LUMINANCE_XYZ_CDM2, which are one reading, differ in colour."""
     if not places.size:
         return ()
     first = xyz[places[0]] / xyz[places[0], 1]
@@ -298,6 +297,7 @@ def _spectra(source: FileText, table: CgatsTable) -> tuple[Array | None, Array |
         return None, None
     wavelengths = np.array([float(match[1]) for _, match in matches])
     if wavelengths.size < 2 or np.any(np.diff(wavelengths) <= 0) or wavelengths[0] < 300 or wavelengths[-1] > 1100:
-        message = f"{source.at(table.line)}: wavelengths of the spectral columns must rise, between 300 and 1100 nm."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{source.at(table.line)}: wavelengths of the spectral columns must rise, between 300 and 1100 nm."
+        )
     return _columns(source, table, tuple(name for name, _ in matches)), wavelengths

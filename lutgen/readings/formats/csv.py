@@ -1,8 +1,8 @@
 """Tables of readings (CSV): a header, then one row a reading, as people, scripts and spreadsheets write them.
 
-Required columns: ``R,G,B`` and ``X,Y,Z`` in cd/m² or ``x,y,Y``. With ``hour`` the table is that of a display's life:
-code values are 0..1 and light is absolute. Without it the table is one session: full drive is told by its largest
-value (1, 100, 255 or 1023) or by ``# drive: percent``, and light may be relative to white. Optional: the columns of
+Required columns: ``R,G,B`` and ``X,Y,Z`` in cd/m² or ``x,y,Y``. With ``hour`` the table holds the life of a display:
+code values are 0..1 and light is absolute. Without ``hour`` the table is one session: full drive is its largest value
+(1, 100, 255 or 1023) or stated by ``# drive: percent``, and light may be relative to white. Optional: the columns of
 conditions (``u,v,ambient_lx,…``), ``session``, ``order`` (a number that grows with the time of reading), ``note`` and
 the name of a patch. The order of rows means nothing. Lines that begin with ``#`` are comments, ``# key: value`` is
 metadata; ``# start_hour: 2400`` is taken from every hour. Fields are separated by commas, semicolons or tabs.
@@ -43,13 +43,13 @@ _NAMES = ("set", "name", "patch", "sample", "sample_id", "note")
 _UNIT = re.compile(r"[_ ]?[(\[]?(?:cd[_ /]?m2|cd/m²|nits?)[)\]]?$", re.IGNORECASE)
 _DRIVE = {"RED": "R", "GREEN": "G", "BLUE": "B", "RGB_R": "R", "RGB_G": "G", "RGB_B": "B"}
 
-#: How alike (0..1) two names are of which one is a slip for the other: "ambient_lux" or "hours", not "gamma".
+#: Similarity (0..1) from which on an unknown name counts as a misspelt column: "ambient_lux" or "hours", not "gamma".
 _NEAR = 0.7
 
 #: No colour has a smaller y than the violet end of the spectrum, 0.005; far below, xY/y overflows.
 MIN_Y = 1e-4
 
-#: White below this, or just at 1 or 100, is no luminance in cd/m² where the header does not say so.
+#: White below this, or exactly 1 or 100, is relative unless the header names the unit.
 _LEAST_WHITE, _RELATIVE_WHITES = 2.0, (1.0, 100.0)
 
 
@@ -81,8 +81,9 @@ def read(source: FileText) -> CsvTable:
     if header:
         remarks = _check_header(header, source.at(first))
     if not cells:
-        message = f"{source.file}: no readings. It needs a header such as hour,R,G,B,x,y,Y and one row a reading."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{source.file}: no readings. It needs a header such as hour,R,G,B,x,y,Y and one row a reading."
+        )
     table = CsvTable(source, comments, header, tuple(map(_plain, header)), cells, lines, remarks)
     table.check_end()
     return table
@@ -90,7 +91,7 @@ def read(source: FileText) -> CsvTable:
 
 @dataclass(frozen=True)
 class CsvTable:
-    """A table whose header and widths of rows are in order; its values are read when they are asked for.
+    """A table whose header and number of fields are checked; its values are read on demand.
 
     Attributes
     ----------
@@ -101,9 +102,9 @@ class CsvTable:
     header, columns
         Names of the columns as written, and without their units.
     cells, lines
-        Of each reading its fields, and its line in the file.
+        Fields of each reading, and its line in the file.
     remarks
-        What is not heeded, in sentences.
+        Sentences on columns that are ignored.
 
     """
 
@@ -179,10 +180,9 @@ class CsvTable:
         white = float(np.median(xyz[places, 1])) if places.size else float(xyz[:, 1].max())
         relative = not absolute and (white < _LEAST_WHITE or white in _RELATIVE_WHITES)
         if (relative or places.size) and white <= 0:
-            message = (
+            raise LutgenError(
                 f"{self.source.file}: white has Y = {white:g}: no light. Correct the row of R = G = B = full drive."
             )
-            raise LutgenError(message)
         if relative:
             return white, f"White has Y = {white:g}: taken as relative, not as cd/m². Good for ratios alone."
         if absolute:
@@ -198,29 +198,26 @@ class CsvTable:
             raise pick_one(f"{self.source.file}: drive", declared, known)
         top = float(drive.max(initial=0.0))
         if 0.0 < top <= 1.0 < known[declared]:
-            message = (
+            raise LutgenError(
                 f"{self.source.file}: drive is said to be {declared}, but reaches only {top:g}. Write # drive: 0..1."
             )
-            raise LutgenError(message)
         return known[declared]
 
     def _since_start(self, hours: Array) -> Array:
-        """Hours since the un-aged display: less the counter's ``# start_hour``, where the file states one."""
+        """Hours since the un-aged display: the counter less ``# start_hour``, where the file states one."""
         text = self.metadata.get("start_hour")
         if text is None:
             return hours
         start, file = number(text), self.source.file
         if start is None:
-            message = (
+            raise LutgenError(
                 f"{file}: start_hour is {text[:40]!r}; it is the counter's hour at the first session, such as 2400."
             )
-            raise LutgenError(message)
         if hours.min() != start:
-            message = (
+            raise LutgenError(
                 f"{file}: start_hour is {start:g}, and the smallest hour is {hours.min():g}. They must be the same: "
                 f"aging is told from the first session."
             )
-            raise LutgenError(message)
         return hours - start
 
     def _xyz(self, values: Mapping[str, Array]) -> Array:
@@ -241,7 +238,7 @@ class CsvTable:
         return xyY_to_xyz(np.column_stack([x, y, luminance]))
 
     def _order(self, values: Mapping[str, Array]) -> Array | None:
-        """The order of reading; None where one reading lacks its place."""
+        """The order of reading; None where a reading has no number."""
         self._check_ranges({"order": values["order"]} if "order" in values else {})
         order = values.get("order")
         return None if order is None or np.isnan(order).any() else order
@@ -252,8 +249,7 @@ class CsvTable:
             outside = (values[name] < low) | (values[name] > high) if name in values else np.zeros(1, dtype=bool)
             if outside.any():
                 line = self.lines[int(np.argmax(outside))]
-                message = f"{self.source.at(line)}, column {name}: must be {meaning}, {low:g}..{high:g}."
-                raise LutgenError(message)
+                raise LutgenError(f"{self.source.at(line)}, column {name}: must be {meaning}, {low:g}..{high:g}.")
 
     def _numbers(self, name: str) -> Array:
         place = self.columns.index(name)
@@ -281,11 +277,10 @@ class CsvTable:
             return
         *before, last = [len(row[-1].rpartition(".")[2]) if "." in row[-1] else 0 for row in self.cells]
         if len(set(before)) == 1 and last < before[0]:
-            message = (
+            raise LutgenError(
                 f"{self.source.at(self.lines[-1])}: the file ends inside {self.header[-1]} = {self.cells[-1][-1]!r} "
                 f"({before[0]} decimals everywhere else, no line end): is it cut off? Copy it again."
             )
-            raise LutgenError(message)
 
 
 def _plain(cell: str) -> str:
@@ -296,8 +291,9 @@ def _plain(cell: str) -> str:
 
 def _checked_row(source: FileText, fields: list[str], width: int, at: int, separator: str) -> list[str]:
     if separator == ";" and any(has_decimal_comma(field) for field in fields):
-        message = f"{source.at(at)}: decimal commas. Write 0.3127 with a point, whatever stands between fields."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{source.at(at)}: decimal commas. Write 0.3127 with a point, whatever stands between fields."
+        )
     if len(fields) != width:
         hint = "a decimal comma? Write 0.3127" if len(fields) > width else "is the file cut off, or a value missing?"
         raise LutgenError(f"{source.at(at)}: {len(fields)} fields for {width} columns; {hint}")
@@ -305,29 +301,28 @@ def _checked_row(source: FileText, fields: list[str], width: int, at: int, separ
 
 
 def _check_header(header: tuple[str, ...], where: str) -> tuple[str, ...]:
-    """Refuse a header that lacks a column, or has one twice or nearly known; return remarks on columns unknown."""
+    """Refuse a header with a missing, doubled or misspelt column; return remarks on unknown columns."""
     columns = [_plain(name) for name in header]
     unknown = [name for name in columns if name not in _KNOWN and name.lower() not in _NAMES and name]
     for name in unknown:
         if near := _known_name(name):
-            message = (
+            raise LutgenError(
                 f"{where}: unknown column {name!r} in the header; is {near} meant? Pick one of: {', '.join(_KNOWN)}."
             )
-            raise LutgenError(message)
     if doubled := first_doubled(name for name in columns if name):
         raise LutgenError(f"{where}: column {doubled!r} appears twice in the header. Name each column once.")
     missing = [name for name in "RGB" if name not in columns]
     if not missing and not {"X", "Y", "Z"} <= {*columns} and not {"x", "y", "Y"} <= {*columns}:
         missing = ["X,Y,Z or x,y,Y"]
     if missing:
-        message = (
+        raise LutgenError(
             f"{where}: the header lacks {', '.join(missing)}. Required: R,G,B and X,Y,Z in cd/m² or x,y,Y; and hour, "
             "where readings are of several times."
         )
-        raise LutgenError(message)
     if {"hour", "X", "Z"} <= {*columns} and {"x", "y"} & {*columns}:
-        message = f"{where}: the header has both X,Y,Z and x,y. Keep one of them: they could contradict each other."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{where}: the header has both X,Y,Z and x,y. Keep one of them: they could contradict each other."
+        )
     if not unknown:
         return ()
     listed = ", ".join(name[:40] for name in unknown[:12])
@@ -335,7 +330,7 @@ def _check_header(header: tuple[str, ...], where: str) -> tuple[str, ...]:
 
 
 def _known_name(name: str) -> str:
-    """The known column that a name is a slip for, or begins; "" where there is none."""
+    """The known column that a name is a misspelling or the beginning of; "" where there is none."""
     known = [each for each in _KNOWN if len(each) > 1]
     written = name.casefold()[:40]
     begun = [each for each in known if len(written) >= 4 and each.startswith(written)]

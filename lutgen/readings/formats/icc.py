@@ -1,7 +1,7 @@
 """The readings that an ICC profile carries: the CGATS text that it was made from.
 
 ICC.1:2022, 9.2.14, gives ``targ`` for that; ArgyllCMS' colprof, and so DisplayCAL, put the whole .ti3 there, and again
-into the private tags ``CIED`` and ``DevD``, which are other programs' for colours and drive.
+into the private tags ``CIED`` and ``DevD``, in which other programs store colours and drive.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ SUFFIXES = (".icc", ".icm")
 #: Tags that may hold readings, the standard's first.
 TAGS = ("targ", "CIED", "DevD")
 
-#: Columns without which a text is none of a display's readings: drive, and a colour.
+#: Readings of a display have a column of drive and a column of colour, one of each group.
 _NEEDED = ((b"RGB_R",), (b"XYZ_X", b"XYY_X", b"LAB_L"))
 
 
@@ -56,11 +56,10 @@ def _readings_in(data: bytes, file: str) -> tuple[str, bytes]:
     for name, text in _texts(data, tags):
         if all(any(column in text.upper() for column in columns) for columns in _NEEDED):
             return name, text
-    message = (
+    raise LutgenError(
         f"{file}: is an ICC profile without readings in its tags {', '.join(TAGS)} as text; they are in the .ti3 or "
         "CGATS file that it was made from."
     )
-    raise LutgenError(message)
 
 
 def _texts(data: bytes, tags: tuple[Tag, ...]) -> Iterator[tuple[str, bytes]]:

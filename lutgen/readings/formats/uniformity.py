@@ -1,7 +1,7 @@
 """DisplayCAL's uniformity check as a table (CSV): four greys on a grid, ``position,row,col,level_index,X,Y,Z``.
 
-The levels are taken for 100, 75, 50 and 25 % grey, as the luminances of such tables bear out: γ 2.14 with 2 % left over
-in the one that this was written for. X, Y and Z are in cd/m².
+The levels are taken as 100, 75, 50 and 25 % grey. The table does not state them; in a real one the luminances then
+follow γ 2.14 within 2 %. X, Y and Z are in cd/m².
 """
 
 from __future__ import annotations
@@ -40,16 +40,14 @@ def read(source: FileText) -> Session:
     names = source.row(first, 1)
     missing = [name for name in _COLUMNS if name not in names]
     if missing:
-        message = f"{source.at(1)}: the header lacks {', '.join(missing)}. Required: {', '.join(_COLUMNS)}."
-        raise LutgenError(message)
+        raise LutgenError(f"{source.at(1)}: the header lacks {', '.join(missing)}. Required: {', '.join(_COLUMNS)}.")
     values, lines = [], []
     for at, line in enumerate(rest, start=2):
         if not line.strip():
             continue
         row = source.row(line, at)
         if len(row) != len(names):
-            message = f"{source.at(at)}: {len(row)} fields for {len(names)} columns: is the file cut off?"
-            raise LutgenError(message)
+            raise LutgenError(f"{source.at(at)}: {len(row)} fields for {len(names)} columns: is the file cut off?")
         values.append([source.number(row[names.index(name)], at, f"column {name}") for name in _COLUMNS])
         lines.append(at)
     table = np.array(values).reshape(-1, len(_COLUMNS))
@@ -59,8 +57,7 @@ def read(source: FileText) -> Session:
         (~np.isin(levels, range(len(_LEVELS))), "level_index is 0, 1, 2 or 3: 100, 75, 50 and 25 %"),
     ):
         if bad.any():
-            message = f"{source.at(lines[int(np.argmax(bad))])}: {what}."
-            raise LutgenError(message)
+            raise LutgenError(f"{source.at(lines[int(np.argmax(bad))])}: {what}.")
     drive = np.array([_LEVELS[int(level)] for level in levels])
     return Session(
         drive=np.repeat(drive[:, np.newaxis], 3, axis=1),

@@ -8,12 +8,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from lutgen.files import scratch
 from lutgen.report.criticism.comparison import compare_page
 from lutgen.report.criticism.diagnosis import diagnose_page, refine_page
 from lutgen.report.criticism.plots import FIT, RESIDUALS, STEPS, VISIBILITY, plot_diagnosis, plot_refinement
 from lutgen.report.document.section import PageSection
 from lutgen.report.drawing import data_address
-from lutgen.scratch import scratch
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence

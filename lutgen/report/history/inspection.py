@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import SRGB_XY, code_to_linear, xy_to_uv, xyz_to_xyY
-from lutgen.history.patches import CHANNELS
-from lutgen.history.primaries import GAMUTS
+from lutgen.history.patches import CHANNELS, GAMUTS
 from lutgen.history.transfer import lightness
 from lutgen.report.display.aging_plot import TIP_COLOURS, chromaticity_diagram
 from lutgen.report.drawing import BAND, BLACK, GREY, RED, named_once, picture, tidy

@@ -5,9 +5,9 @@ from __future__ import annotations
 import click
 
 from lutgen.cli.command import Command
-from lutgen.cli.outputs import check_json, print_page, write_json
-from lutgen.cli.picture_options import json_option
-from lutgen.cli.shared import progress_bar
+from lutgen.cli.options import json_option
+from lutgen.cli.outputs import Outputs
+from lutgen.cli.terminal import progress_bar
 
 
 @click.command(cls=Command)
@@ -38,11 +38,8 @@ def command(*, files: tuple[str, ...], reference: str | None, json_to: str | Non
     from lutgen.readings import read_campaign
     from lutgen.report.history.campaign import explanation_page
 
-    alone = check_json(json_to, force=force)
+    outputs = Outputs(json_to, force=force)
     campaign = read_campaign(*files)
-    with progress_bar("explaining", quiet=alone) as progress:
-        found = explain(campaign, reference=reference, progress=progress)
-    if json_to:
-        write_json(explanations_as_json(found), json_to)
-    if not alone:
-        print_page(explanation_page(found))
+    with progress_bar("explaining", quiet=outputs.alone) as progress:
+        explanations = explain(campaign, reference=reference, progress=progress)
+    outputs.write(explanation_page(explanations), lambda: explanations_as_json(explanations))

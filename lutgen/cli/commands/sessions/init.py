@@ -10,8 +10,7 @@ import click
 from lutgen.cells import number
 from lutgen.cli.command import Command
 from lutgen.cli.outputs import check_new_file
-from lutgen.cli.shared import progress_bar
-from lutgen.cli.words import say
+from lutgen.cli.terminal import progress_bar, say
 from lutgen.files import write_atomically
 
 if TYPE_CHECKING:
@@ -64,7 +63,7 @@ def command(*, files: tuple[str, ...], output: str, same_display: bool, force: b
 
 
 def _ask(sessions: Sequence[Session]) -> Answers:
-    """Ask on the terminal; nothing leaves the line open."""
+    """Ask on the terminal; an empty answer leaves the line open."""
     from lutgen.history.draft import OF_DISPLAY, OF_SESSION, Answers
 
     names = ", ".join(dict.fromkeys(each.display for each in sessions if each.display))
@@ -88,6 +87,5 @@ def _number(key: str, text: str) -> float | None:
     value = number(text)
     most = 24 if key == "hours_per_day" else 200_000
     if value is None or not 0 <= value <= most or (key == "hours_per_day" and value == 0):
-        message = f"{key}: {text!r} is no number that makes sense. Start again, or leave it empty."
-        raise click.UsageError(message)
+        raise click.UsageError(f"{key}: {text!r} is no number that makes sense. Start again, or leave it empty.")
     return value

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import click
 
 from lutgen.cli.command import Command
-from lutgen.cli.outputs import check_json, check_new_file, check_pictures, print_page, write_json
-from lutgen.cli.picture_options import json_option
-from lutgen.cli.shared import progress_bar
+from lutgen.cli.options import json_option
+from lutgen.cli.outputs import Outputs, check_new_file
+from lutgen.cli.terminal import progress_bar
 from lutgen.names import INTERVALS
 
 if TYPE_CHECKING:
@@ -57,40 +57,25 @@ def command(
       lutgen study analyse --counts examples/paper-study-counts.csv --summary examples/paper-study-summary.csv
     """
     if sum(map(bool, (study, answers, counts or summary))) != 1:
-        message = "give one of: the folder STUDY, --answers FILE, or --counts FILE and --summary FILE (one or both)."
-        raise click.UsageError(message)
-    alone = check_json(json_to, force=force)
-    _check(csv_to, plots, force=force)
-    with progress_bar("analysing", quiet=alone):
+        raise click.UsageError(
+            "give one of: the folder STUDY, --answers FILE, or --counts FILE and --summary FILE (one or both)."
+        )
+    from lutgen.report.study.analysis import study_page
+    from lutgen.report.study.analysis_plot import PICTURE, plot_study
+    from lutgen.study.analysis.tables import TABLE_FILES
+
+    outputs = Outputs(json_to, plots=plots, pictures=lambda: [PICTURE], force=force)
+    for name in TABLE_FILES if csv_to else ():
+        check_new_file(f"{csv_to}/{name}", force=force)
+    with progress_bar("analysing", quiet=outputs.alone):
         analysis = _analysis(study, answers, counts, summary, ci)
-    picture = None
     if csv_to:
         _write_tables(analysis, csv_to)
-    if plots:
-        from lutgen.report.study.analysis_plot import plot_study
-
-        picture = plot_study(analysis, plots, force=force)
-    if json_to:
-        write_json(analysis.as_json(), json_to)
-    if not alone:
-        from lutgen.report.study.analysis import study_page
-
-        print_page([*study_page(analysis), *([f"Picture: {picture}"] if picture else [])])
-
-
-def _check(csv_to: str | None, plots: str | None, *, force: bool) -> None:
-    """Refuse places that cannot be written to, before any work is done for them."""
-    from pathlib import Path
-
-    if csv_to:
-        from lutgen.study.analysis.tables import TABLE_FILES
-
-        for name in TABLE_FILES:
-            check_new_file(str(Path(csv_to) / name), force=force)
-    if plots:
-        from lutgen.report.study.analysis_plot import PICTURE
-
-        check_pictures(plots, [PICTURE], force=force)
+    outputs.write(
+        study_page(analysis),
+        analysis.as_json,
+        plot=lambda folder: [plot_study(analysis, folder, force=force)],
+    )
 
 
 def _write_tables(analysis: Analysis, folder: str) -> None:

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Command
-from lutgen.cli.number_types import NUMBER, WHOLE
-from lutgen.cli.outputs import check_json, print_page, write_json
-from lutgen.cli.picture_options import json_option
-from lutgen.cli.shared import model_from, model_options, progress_bar
+from lutgen.cli.options import NUMBER, WHOLE, json_option, model_from, model_options
+from lutgen.cli.outputs import Outputs
+from lutgen.cli.terminal import progress_bar
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -94,10 +93,10 @@ def command(
     from lutgen.study.plan import plan_study
     from lutgen.study.protocol import categories_of, ease_of
 
-    alone = check_json(json_to, force=force)
+    outputs = Outputs(json_to, force=force)
     design_of = _design(design, conditions, readers, seed, per_condition=per_condition, sessions=sessions)
     model = model_from(**options)
-    with progress_bar("rendering", quiet=alone) as progress:
+    with progress_bar("rendering", quiet=outputs.alone) as progress:
         planned = plan_study(
             images,
             output,
@@ -112,10 +111,7 @@ def command(
             force=force,
             progress=progress,
         )
-    if json_to:
-        write_json(planned.as_json(), json_to)
-    if not alone:
-        print_page(plan_page(planned))
+    outputs.write(plan_page(planned), planned.as_json)
 
 
 def _design(
@@ -135,8 +131,9 @@ def _design(
 
     if table is not None:
         if not (conditions is None and per_condition is None and sessions is None):
-            message = "--design holds the whole design: leave --conditions, --per-condition and --sessions out."
-            raise click.UsageError(message)
+            raise click.UsageError(
+                "--design holds the whole design: leave --conditions, --per-condition and --sessions out."
+            )
         return lambda names: read_design(Path(table), names, readers=readers, seed=seed)
     compared = design.conditions_of((design.PAPER_CONDITIONS if conditions is None else conditions).split(","))
     return lambda names: design.balanced_design(

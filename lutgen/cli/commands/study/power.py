@@ -5,9 +5,8 @@ from __future__ import annotations
 import click
 
 from lutgen.cli.command import Command
-from lutgen.cli.number_types import WHOLE
-from lutgen.cli.outputs import check_json, check_pictures, print_page, write_json
-from lutgen.cli.picture_options import json_option
+from lutgen.cli.options import WHOLE, json_option
+from lutgen.cli.outputs import Outputs
 
 
 @click.command(cls=Command)
@@ -29,17 +28,9 @@ def command(*, per_condition: int, readers: int, json_to: str | None, plots: str
       lutgen study power --per-condition 40
       lutgen study power --per-condition 60 --readers 2 --plots plots/power
     """
-    from lutgen.report.study.power import power_page
+    from lutgen.report.study.power import PICTURE, plot_power, power_page
     from lutgen.study.power import study_power
 
-    alone = check_json(json_to, force=force)
-    if plots:
-        from lutgen.report.study.power import PICTURE, plot_power
-
-        check_pictures(plots, [PICTURE], force=force)
+    outputs = Outputs(json_to, plots=plots, pictures=lambda: [PICTURE], force=force)
     result = study_power(per_condition, readers)
-    picture = plot_power(result, plots, force=force) if plots else None
-    if json_to:
-        write_json(result.as_json(), json_to)
-    if not alone:
-        print_page([*power_page(result), *([f"Picture: {picture}"] if picture else [])])
+    outputs.write(power_page(result), result.as_json, plot=lambda folder: [plot_power(result, folder, force=force)])

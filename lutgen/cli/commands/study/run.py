@@ -7,9 +7,8 @@ from pathlib import Path
 import click
 
 from lutgen.cli.command import Command
-from lutgen.cli.number_types import WHOLE
-from lutgen.cli.shared import progress_bar
-from lutgen.cli.words import say
+from lutgen.cli.options import WHOLE
+from lutgen.cli.terminal import progress_bar, say
 
 
 @click.command(cls=Command)

@@ -8,10 +8,9 @@ import click
 
 from lutgen.cells import number
 from lutgen.cli.command import Command
-from lutgen.cli.number_types import WholeFrom
+from lutgen.cli.options import WholeFrom
 from lutgen.cli.outputs import check_new_file
-from lutgen.cli.shared import progress_bar
-from lutgen.cli.words import say
+from lutgen.cli.terminal import progress_bar, say
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
@@ -80,8 +79,7 @@ def _differences(
     by_condition = dict(_given(text, aged) for text in given)
     missing = [condition for condition in aged if condition not in by_condition]
     if missing:
-        message = f"--difference says nothing of {', '.join(missing)}. Give every aged condition, or none."
-        raise LutgenError(message)
+        raise LutgenError(f"--difference says nothing of {', '.join(missing)}. Give every aged condition, or none.")
     return {(image.name, name): value for image in protocol.images for name, value in by_condition.items()}
 
 
@@ -89,6 +87,7 @@ def _given(text: str, aged: list[str]) -> tuple[str, float]:
     name, _, value = text.rpartition("=")
     difference = number(value)
     if name not in aged or difference is None or difference < 0:
-        message = f"--difference {text}: give one of {', '.join(aged)}, =, and ΔE2000 from 0, such as {aged[0]}=5.1."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"--difference {text}: give one of {', '.join(aged)}, =, and ΔE2000 from 0, such as {aged[0]}=5.1."
+        )
     return name, difference

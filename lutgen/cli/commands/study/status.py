@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 
 from lutgen.cli.command import Command
-from lutgen.cli.outputs import check_json, print_page, write_json
-from lutgen.cli.picture_options import json_option
+from lutgen.cli.options import json_option
+from lutgen.cli.outputs import Outputs
 
 
 @click.command(cls=Command)
@@ -28,9 +28,6 @@ def command(*, study: str, json_to: str | None, force: bool) -> None:
     from lutgen.report.study.plan import study_status_page
     from lutgen.study.progress import study_status
 
-    alone = check_json(json_to, force=force)
+    outputs = Outputs(json_to, force=force)
     status = study_status(Path(study))
-    if json_to:
-        write_json(status.as_json(), json_to)
-    if not alone:
-        print_page(study_status_page(status))
+    outputs.write(study_status_page(status), status.as_json)

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from lutgen.cells import number
-from lutgen.lint.cube.statistics import Gatherer, TableStatistics
-from lutgen.lint.stream import BYTE_ORDER_MARK, Block, blocks, shown
+from lutgen.lint.stream import BYTE_ORDER_MARK, LineBlock, blocks, shown
+from lutgen.lint.table_statistics import Gatherer, TableStatistics
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -34,7 +34,7 @@ MAX_TEXT = 100
 #: Characters of plain rows of numbers; a block with other characters is read line by line.
 _PLAIN = b"0123456789.+-eE \t\n"
 
-#: An exponent with which a number may be nearer to 0 than doubles are, which numpy reads as 0.
+#: With such an exponent a number may be smaller than any double, and numpy reads it as 0.
 _TINY = re.compile(rb"[eE]-\d{3}")
 _NOT_ZERO, _SMALLEST = re.compile(rb"[-+]?[0.]*[1-9]"), 5e-324
 
@@ -95,8 +95,8 @@ class CubeScan:
     ends
         Its line ends, of "LF", "CRLF", "CR".
     oddities
-        Kind → where: ``nan``, ``infinite``, ``overflow``, ``subnormal``, ``decimal comma``, ``comma``, ``comment``,
-        ``columns``, ``text``, ``NUL``, ``tab``, ``not UTF-8``.
+        Kind of irregularity → where it is: ``nan``, ``infinite``, ``overflow``, ``subnormal``, ``decimal comma``,
+        ``comma``, ``comment``, ``columns``, ``text``, ``NUL``, ``tab``, ``not UTF-8``.
     shaper_rows, shaper
         The number of rows of the 1D part, and the rows themselves where the scan keeps them.
     shaper_is_identity
@@ -186,7 +186,7 @@ class _Scanner:
     def __post_init__(self) -> None:
         self.table = Gatherer(0, keep=self.keep)
 
-    def take(self, block: Block) -> None:
+    def take(self, block: LineBlock) -> None:
         """Scan the next lines."""
         data = block.data
         self.ends |= block.ends
@@ -345,7 +345,7 @@ def _plain_rows(data: bytes) -> Array | None:
 def _numbers(words: list[bytes]) -> list[float] | None:
     numbers = [number(word.decode("ascii", errors="replace"), non_finite=True) for word in words]
     read = [
-        # Nearer to 0 than doubles are: still no 0.
+        # Smaller than any double, but not 0.
         _SMALLEST if each == 0 and _NOT_ZERO.match(word) else each
         for each, word in zip(numbers, words, strict=True)
         if each is not None

@@ -1,23 +1,113 @@
-"""Options that several commands share, and how the terminal is written to."""
+"""Options that several commands share, and what the values of these options mean.
+
+Numbers are digits 0 to 9, read by :mod:`lutgen.cells`: click's own types also take ``1_000``, full-width digits and
+``nan``, as Python's ``float`` and ``int`` do.
+"""
 
 from __future__ import annotations
 
-import json
-import sys
-from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen.cells import number, whole
 from lutgen.cli.command import Advanced
-from lutgen.cli.words import say
-from lutgen.names import AGING_BASELINES, REFERENCES, SELECTIONS
+from lutgen.cli.outputs import check_new_file
+from lutgen.cli.terminal import say
+from lutgen.errors import LutgenError
+from lutgen.names import AGING_BASELINES, REFERENCES, SELECTIONS, SOURCES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Sequence
 
     from lutgen.display import DisplayModel
     from lutgen.readings import Measurements
+
+#: Whole numbers of options are far smaller.
+_MOST_WHOLE = 10**15
+
+
+if TYPE_CHECKING:
+    _ParamType = click.ParamType[Any]
+else:
+    _ParamType = click.ParamType
+
+
+class _Digits(_ParamType):
+    """Reads digits 0 to 9 alone; click's own type, which stands behind it in a class, then checks the number."""
+
+    whole = False
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Read an option."""
+        if isinstance(value, str):  # and not a default, which is a number
+            read = whole(value, least=-_MOST_WHOLE, most=_MOST_WHOLE) if self.whole else number(value)
+            if read is None:
+                what = "a whole number, such as 8" if self.whole else "a finite number, such as 8 or 0.5"
+                self.fail(f"{value[:40]!r} is not {what}, in digits 0 to 9.", param, ctx)
+            value = read
+        return super().convert(value, param, ctx)
+
+
+class _Number(_Digits, click.types.FloatParamType):
+    """A finite number."""
+
+
+class _Whole(_Digits, click.types.IntParamType):
+    """A whole number."""
+
+    whole = True
+
+
+class WholeFrom(_Digits, click.IntRange):
+    """A whole number from ``min`` on."""
+
+    whole = True
+
+
+class NumberFrom(_Digits, click.FloatRange):
+    """A finite number from ``min`` on."""
+
+
+NUMBER, WHOLE = _Number(), _Whole()
+
+image_argument = click.argument("image", metavar="IMAGE")
+source_option = click.option(
+    "--source",
+    type=click.Choice(SOURCES),
+    default="auto",
+    show_default=True,
+    help="What the image stores: signal (code values) or linear light; auto: EXR linear, others signal.",
+)
+hours_option = click.option(
+    "--hours",
+    metavar="HOURS",
+    help="0..18000: every measured time in the span; 0..18000:500: a step; 0,5000,10000: a list "
+    "[default: all measured times].",
+)
+tolerance_option = click.option(
+    "--tolerance", metavar="LIST", default="3,5", show_default=True, help="Tolerated ΔE2000."
+)
+json_option = click.option(
+    "--json", "json_to", metavar="FILE|-", help="Write all numbers as JSON; - prints them alone."
+)
+force_option = click.option("--force", is_flag=True, help="Replace files that exist; never the image itself.")
+
+
+def check_output(output: str, image: str, *, force: bool, suffixes: Sequence[str] = (".png",)) -> Path:
+    """Return the path that a picture may be written to.
+
+    Raises
+    ------
+    LutgenError
+        As :func:`check_new_file`, or the image itself.
+
+    """
+    path = check_new_file(output, force=force, suffixes=suffixes)
+    if path.exists() and Path(image).exists() and path.samefile(image):
+        raise LutgenError(f"{output}: is the image itself, which is never written to. Choose another name with -o.")
+    return path
 
 
 def model_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -87,11 +177,10 @@ def model_from(
 
     if model:
         if display or baseline or selection or reference or luminance:
-            message = (
+            raise click.UsageError(
                 "--model holds the whole model: leave --display, --baseline, --selection, --reference and --luminance "
                 "out."
             )
-            raise click.UsageError(message)
         saved = load_model(model)
         return replace(saved, conditions=parse_at(at, saved.conditions))
     readings = read_measurements(display or default_display())
@@ -124,26 +213,5 @@ def numbers(option: str, text: str) -> list[float]:
 
     values = number_list(text)
     if values is None:
-        message = f"{option} {text}: give numbers above 0 in a list, such as 3,5."
-        raise LutgenError(message)
+        raise LutgenError(f"{option} {text}: give numbers above 0 in a list, such as 3,5.")
     return list(values)
-
-
-def echo_json(content: Any) -> None:
-    """Print JSON for a program to read."""
-    click.echo(json.dumps(content, indent=1, ensure_ascii=False))
-
-
-@contextmanager
-def progress_bar(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, int], None]]:
-    """Show a bar on standard error while something runs; only when that is a terminal."""
-    if quiet or not sys.stderr.isatty():
-        yield lambda _done, _total: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn(title), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(title, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)

@@ -1,0 +1,223 @@
+"""Readers of ``.cube`` that may be installed, each asked for trilinear interpolation, which all of them have.
+
+``PROGRAMS`` lists them; one more reader is one more :class:`Program` there: its name and version, and how code values
+are sent through a file. :func:`refusal` and :func:`loading` ask OpenColorIO for the other formats too.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import warnings
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from importlib.metadata import PackageNotFoundError
+from importlib.metadata import version as version_of
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.bindings import ocio, ocio_errors, unclosed_metadata, warnings_logged
+from lutgen.lint.finding import COLOUR, FFMPEG, OCIO, OCIO_21, OCIO_26, PILLOW, Finding, refused
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+
+#: Seconds after which a program counts as hung; each takes less than 2 s for the largest table that is tried.
+TIMEOUT = 60
+
+#: Number of colours that are sent through a file, 8-bit ones so that each reader gets exactly the same, and their seed.
+COLOURS, SEED = 400, 20250611
+
+#: Larger files are not given to readers: those that trust the header would fill the memory or run for hours.
+MAX_BYTES = 200 << 20
+
+#: What colour-science raises over files that it cannot read.
+_RAISED = (
+    ValueError, IndexError, KeyError, AttributeError, TypeError, NameError, AssertionError, MemoryError, OverflowError,
+)  # fmt: skip
+
+
+class Refusal(Exception):  # noqa: N818 - no error of ours: what a reader answers
+    """The reader does not take the file; the text is the reader's message."""
+
+
+class Absent(Exception):  # noqa: N818 - no error: a state of this machine
+    """The reader is not installed; the text says how to install it."""
+
+
+@dataclass(frozen=True)
+class Program:
+    """A reader.
+
+    Attributes
+    ----------
+    reader
+        Gives its name among ``finding.READERS``.
+    version
+        Gives its version, or raises ``Absent``.
+    apply
+        Sends 8-bit code values (n, 3) through the file, or raises ``Refusal``.
+    tolerance
+        How far it may be from our own reading, in code values 0..1.
+    clips
+        Whether it writes integers, which clips values outside 0..1.
+
+    """
+
+    reader: Callable[[], str]
+    version: Callable[[], str]
+    apply: Callable[[Path, NDArray[np.uint8]], Array]
+    tolerance: float
+    clips: bool
+
+
+def probe_colours() -> NDArray[np.uint8]:
+    """Return the colours, uint8 (n, 3): the cube's corners, greys and random ones."""
+    corners = np.array(np.meshgrid([0, 255], [0, 255], [0, 255])).reshape(3, -1).T
+    greys = np.repeat(np.arange(0, 256, 15)[:, np.newaxis], 3, axis=1)
+    random = np.random.default_rng(SEED).integers(0, 256, (COLOURS - len(corners) - len(greys), 3))
+    return np.concatenate([corners, greys, random]).astype(np.uint8)
+
+
+def _colour_version() -> str:
+    """Return the version of colour-science, which lutgen requires."""
+    import colour
+
+    return str(colour.__version__)
+
+
+def _through_colour(path: Path, code: NDArray[np.uint8]) -> Array:
+    """Apply a file by colour-science's ``read_LUT``, in double precision."""
+    import colour
+
+    trilinear = colour.algebra.table_interpolation_trilinear
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            lut = colour.read_LUT(str(path))
+            parts = list(lut) if isinstance(lut, colour.LUTSequence) else [lut]
+            shown = code / 255
+            for part in parts:
+                shown = (
+                    part.apply(shown, interpolator=trilinear) if isinstance(part, colour.LUT3D) else part.apply(shown)
+                )
+    # Users of the reader see these errors too, so they count as its refusal.
+    except _RAISED as error:
+        raise Refusal(f"{type(error).__name__}: {error}") from None
+    return np.asarray(shown, dtype=np.float64)
+
+
+@cache
+def _ffmpeg_version() -> str:
+    program = shutil.which("ffmpeg")
+    if program is None:
+        raise Absent("ffmpeg is not on the PATH (Debian: apt install ffmpeg)")
+    output = subprocess.run([program, "-version"], capture_output=True, check=False, timeout=TIMEOUT).stdout  # noqa: S603 - no shell
+    words = output.decode(errors="replace").split()
+    return words[2] if len(words) > 2 else "of no version"
+
+
+def _through_ffmpeg(path: Path, code: NDArray[np.uint8]) -> Array:
+    """Apply a file by ffmpeg's filter ``lut3d`` on 16-bit pixels; in its folder, so that its path needs no quotes."""
+    raw = ("-f", "rawvideo", "-pix_fmt", "rgb48le")
+    command = [
+        "ffmpeg", "-nostdin", "-loglevel", "error", *raw, "-s", f"{len(code)}x1", "-i", "pipe:0",
+        "-vf", f"lut3d=file={path.name}:interp=trilinear", *raw, "pipe:1",
+    ]  # fmt: skip
+    pixels = (code.astype("<u2") * 257).tobytes()
+    try:
+        done = subprocess.run(  # noqa: S603 - no shell
+            command, input=pixels, capture_output=True, cwd=path.parent, check=False, timeout=TIMEOUT
+        )
+    except subprocess.TimeoutExpired:
+        raise Refusal(f"gives no answer in {TIMEOUT} s") from None
+    if done.returncode or len(done.stdout) != len(pixels):
+        raise Refusal(
+            done.stderr.decode(errors="replace").partition("\n")[0].partition("] ")[2] or "ends with an error"
+        )
+    return np.frombuffer(done.stdout, "<u2").reshape(-1, 3) / 65535
+
+
+def opencolorio_reader() -> str:
+    """Return the name of the reader that stands for the installed OpenColorIO."""
+    return OCIO_21 if _opencolorio_version().startswith("2.1.") else OCIO_26
+
+
+def _opencolorio_version() -> str:
+    return str(ocio().__version__)
+
+
+def through_opencolorio(path: Path, code: NDArray[np.uint8]) -> Array:
+    """Apply a file by OpenColorIO's CPU renderer, in float32. Raises Refusal where OpenColorIO does not take it."""
+    lib = ocio()
+    if unclosed_metadata(path):
+        raise Refusal("was not asked, since it would search for the end of the metadata without end")
+    # Caches key on the path: a rewritten file would otherwise be answered from memory.
+    lib.ClearAllCaches()
+    transform = lib.FileTransform(src=str(path), interpolation=lib.INTERP_LINEAR)
+    with warnings_logged(lib):
+        try:
+            processor = lib.Config.CreateRaw().getProcessor(transform).getDefaultCPUProcessor()
+        except ocio_errors() as error:
+            raise Refusal(str(error)) from None
+    result = (code / 255).astype(np.float32)
+    processor.applyRGB(result)
+    return result.astype(np.float64)
+
+
+def _pillow_version() -> str:
+    try:
+        return version_of("pillow_lut")
+    except PackageNotFoundError:
+        raise Absent("pillow_lut is not installed (pip install pillow_lut)") from None
+
+
+def _through_pillow(path: Path, code: NDArray[np.uint8]) -> Array:
+    """Apply a file by pillow_lut, which fills Pillow's colour table: 8 bit in, 8 bit out."""
+    try:
+        table = import_module("pillow_lut").load_cube_file(str(path))
+    # Users of the reader see these errors too, so they count as its refusal.
+    except (ValueError, IndexError, OverflowError, MemoryError) as error:
+        raise Refusal(f"{type(error).__name__}: {error}") from None
+    shown = import_module("PIL.Image").fromarray(code[np.newaxis]).filter(table)
+    return np.asarray(np.asarray(shown)[0] / 255)
+
+
+COLOUR_SCIENCE = Program(lambda: COLOUR, _colour_version, _through_colour, tolerance=1e-5, clips=False)
+FFMPEG_LUT3D = Program(lambda: FFMPEG, _ffmpeg_version, _through_ffmpeg, tolerance=4 / 65535, clips=True)
+OPENCOLORIO = Program(opencolorio_reader, _opencolorio_version, through_opencolorio, tolerance=1e-5, clips=False)
+PILLOW_LUT = Program(lambda: PILLOW, _pillow_version, _through_pillow, tolerance=1.5 / 255, clips=True)
+
+#: The readers, in the order in which they are asked.
+PROGRAMS = (COLOUR_SCIENCE, FFMPEG_LUT3D, OPENCOLORIO, PILLOW_LUT)
+
+
+def refusal(path: Path) -> str:
+    """Return why the installed OpenColorIO does not read a file; empty where it does."""
+    try:
+        through_opencolorio(path, probe_colours())
+    except Refusal as refused:
+        reason = " ".join(str(refused).split())
+        return reason.rpartition("failed with: ")[2].replace(str(path), path.name)[:300] or "it says nothing"
+    return ""
+
+
+def loading(why: str | None, *readers: str) -> Iterator[Finding]:
+    """Yield the finding for a result of :func:`refusal`, or for None where OpenColorIO was not asked.
+
+    OpenColorIO 2.1 and 2.6 agree on CLF and the text tables except where a rule says otherwise, so that the answer of
+    the installed version holds for all ``readers``.
+    """
+    if why:
+        fates = refused(*readers, how=f"OpenColorIO {_opencolorio_version()} was asked")
+        yield Finding(f"is not read: {why}", "Export it again.", 0, fates)
+    elif why is None:
+        fates = refused(*OCIO, how="takes 129 points an axis at most")
+        yield Finding("is too large to be given to OpenColorIO", "Resample it to 65 or 33.", 0, fates)
