@@ -42,7 +42,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
 @pytest.mark.parametrize(
     ("name", "sentence", "words"),
     [
-        ("leak", "The model fails", ("It is worst", "additive", "black", "ratio", "lutgen diagnose leak.csv")),
+        ("leak", "The model fails", ("It is worst", "additive", "black", "× the noise", "lutgen diagnose leak.csv")),
         ("healthy", "The model agrees", ("No hour, colour or condition stands out",)),
         ("edge", "The model fails", ("u 0.9, v 0.9", "position", "darker than predicted")),
         ("tips only", "These readings hold nothing but white and primaries", ()),
@@ -64,7 +64,7 @@ def test_compare_fails_above_a_ratio_that_is_asked_for(run: Callable[..., Done],
     done = run("compare", data, "--fail-above", "1.5")
     assert done.code == 1
     assert done.lines[0].startswith("The model fails")
-    assert re.fullmatch(r"[\d.]+ times the noise is more than --fail-above 1\.5\.\n", done.err)
+    assert re.fullmatch(r"[\d.]+ × the noise is more than --fail-above 1\.5\.\n", done.err)
     done = run("compare", data, "--fail-above", "1e6")
     assert (done.code, done.err) == (0, "")
 

@@ -50,5 +50,5 @@ def command(*, json_to: str | None, fail_above: float | None, plots: str | None,
         plot=lambda folder: plot_comparison(comparison, folder, force=force),
     )
     if fail_above is not None and comparison.ratio > fail_above:
-        click.echo(f"{comparison.ratio:.3g} times the noise is more than --fail-above {fail_above:g}.", err=True)
+        click.echo(f"{comparison.ratio:.3g} × the noise is more than --fail-above {fail_above:g}.", err=True)
         sys.exit(1)

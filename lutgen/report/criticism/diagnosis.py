@@ -71,6 +71,7 @@ def diagnose_page(
         yield ""
         yield f"Each effect alone, fitted with white and primaries, best first (noise: {noise_rms(diagnosis):.2f} σ):"
         yield _ranking_table(diagnosis.ranking, effects)
+        yield from _held_out_lines(diagnosis.ranking)
     if not verbose:
         yield "How each effect does alone: --verbose."
 
@@ -151,6 +152,22 @@ def _ranking_table(ranking: tuple[Ranked, ...], effects: Mapping[str, Effect]) -
     return Table(("effect", "ΔBIC", "rms σ", "held out", "explains", "parameters"), rows, words=(0, 5))
 
 
+def _held_out_lines(ranking: tuple[Ranked, ...]) -> Iterator[str]:
+    """Say what "held out" means, and for which effects how many groups of readings were left out of it."""
+    counted = [each for each in ranking[:RANKED] if each.held_out_cells is not None]
+    if not counted:
+        return
+    yield (
+        f"Held out: error of readings that are withheld from the fit, one group at a time (a colour family or a "
+        f"condition of one hour, or a session; {counted[0].held_out_cells} groups)."
+    )
+    without = [f"{each.held_out_left_out} for {each.effect}" for each in counted if each.held_out_left_out]
+    if without:
+        yield f"Groups left out of it, since a parameter rests on them alone: {', '.join(without)}."
+    else:
+        yield "No group was left out of it: no parameter rests on one alone."
+
+
 def _sigma(value: float) -> str:
     return f"{value:.2f}" if value < 1000 else readable(value, 3)
 
@@ -204,7 +221,8 @@ def _refutation(diagnosis: Diagnosis, effects: Mapping[str, Effect]) -> list[str
     for name in verdict.effects[:1] if verdict.name == "one-of" else verdict.effects:
         confused = effects[name].confused_with or {}
         others = [(other, how) for other, how in confused.items() if other not in verdict.effects][:REFUTED_BY]
-        lines += [f"  to rule out {other} in place of {name}: {how}" for other, how in others]
+        of = f" in place of {name}" if len(verdict.effects) > 1 else ""
+        lines += [f"  to rule out {other}{of}: {how}" for other, how in others]
     if verdict.effects:
         lines.append("  a new session that the refined model misses by more than the noise (compare NEW.csv --model …)")
     if verdict.name == "consistent":
@@ -273,7 +291,7 @@ def _steps_table(refinement: Refinement) -> Table:
         f"the model with {terms}" if terms else "the paper's model": refinement.before,
         **{f"+ {step.effect}": step.comparison for step in refinement.steps},
     }
-    headings = ("model", "mean ΔE2000", "noise alone", "rms σ", "noise alone", "ratio")
+    headings = ("model", "mean ΔE2000", "noise alone", "× the noise")
     return Table(headings, [_errors(name, comparison) for name, comparison in stages.items()])
 
 
@@ -283,7 +301,5 @@ def _errors(name: str, comparison: Comparison) -> tuple[str, ...]:
         name,
         f"{error.delta_e_mean:.3f}",
         f"{floor.delta_e_mean:.3f}",
-        f"{error.rms_sigma:.2f}",
-        f"{floor.rms_sigma:.2f}",
-        f"{comparison.ratio:.2f} ×",
+        f"{comparison.ratio:.3g} ×",
     )
