@@ -67,7 +67,7 @@ def test_the_sentence_and_the_json_say_how_far_it_fell() -> None:
     rms = [told["before"]["rms_sigma"], *(step["error"]["rms_sigma"] for step in told["steps"])]
     assert rms == sorted(rms, reverse=True)
     assert told["steps"][-1]["error"] == told["after"]
-    assert (told["model"], told["verdict"], told["schema"]) == ("mine.toml", None, 1)
+    assert (told["model"], told["verdict"], told["schema"]) == ("mine.toml", None, 2)
     for name in ("black-level", "crosstalk"):
         fitted = [each for each in told["parameters"][name].values() if each["free"]]
         assert fitted

@@ -16,6 +16,7 @@ from lutgen.criticism.first_session import FirstSession, first_session
 from lutgen.criticism.linear import whiten
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.shared_errors import with_shared_errors
+from lutgen.numerals import times
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -138,7 +139,7 @@ class Comparison:
         size = f"mean ΔE2000 {self.error.delta_e_mean:.2f} where noise alone gives {self.floor.delta_e_mean:.2f}"
         if self.agrees:
             return f"The model agrees with the measurements: {size}."
-        return f"The model fails by {self.ratio:.3g} × the noise: {size}. {self.direction.sentence()}"
+        return f"The model fails by {times(self.ratio)} the noise: {size}. {self.direction.sentence()}"
 
     def as_json(self) -> dict[str, Any]:
         """Return what ``--json`` prints."""

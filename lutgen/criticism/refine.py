@@ -22,6 +22,7 @@ from lutgen.display.fitted import AppliedEffect, Estimate, LatentTips
 from lutgen.display.model import DisplayModel
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError, pick_one
+from lutgen.numerals import times
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -103,7 +104,7 @@ class Refinement:
             return "Nothing was added: the model stays as it was."
         names = ", ".join(step.effect for step in self.steps)
         course = (
-            f"from {before.ratio:.3g} × to {after.ratio:.3g} × the noise (mean ΔE2000 from "
+            f"from {times(before.ratio)} to {times(after.ratio)} the noise (mean ΔE2000 from "
             f"{before.error.delta_e_mean:.2f} to {after.error.delta_e_mean:.2f}; noise alone: "
             f"{after.floor.delta_e_mean:.2f})."
         )

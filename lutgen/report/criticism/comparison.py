@@ -11,7 +11,7 @@ from lutgen.criticism.direction import CALLED
 from lutgen.criticism.families import dimension
 from lutgen.criticism.panels import panels
 from lutgen.criticism.standing_out import over_noise, standing_out
-from lutgen.numerals import spaced
+from lutgen.numerals import spaced, times
 from lutgen.readings.conditions import CONDITIONS
 from lutgen.report.drawing import BAND, BLACK, BLUE, GREY, RED, picture, tidy
 from lutgen.report.parts import Table
@@ -107,8 +107,8 @@ def error_table(comparison: Comparison) -> Table:
     rows = []
     for name, key in quantities.items():
         error, floor = getattr(comparison.error, key), getattr(comparison.floor, key)
-        times = f"{comparison.ratio:.3g} ×" if key == "rms_sigma" else ""
-        rows.append((name, f"{error:.3f}", f"{floor:.3f}", times))
+        ratio = times(comparison.ratio) if key == "rms_sigma" else ""
+        rows.append((name, f"{error:.3f}", f"{floor:.3f}", ratio))
     return Table(("", "error", "noise alone", "× the noise"), rows)
 
 
@@ -120,7 +120,7 @@ def _slice_table(slices: list[Slice]) -> Table:
             str(each.n),
             f"{each.delta_e_mean:.2f}",
             f"{each.floor_delta_e_mean:.2f}",
-            f"{over_noise(each):.3g} ×",
+            times(over_noise(each)),
         )
         for each in slices
     ]

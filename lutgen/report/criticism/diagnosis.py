@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.criticism.diagnose import parameters_of
 from lutgen.criticism.effect_size import relative_size, typical_size
-from lutgen.numerals import percent, readable, with_error
+from lutgen.numerals import percent, readable, times, with_error
 from lutgen.report.criticism.comparison import data_line, fresh_lines
 from lutgen.report.criticism.effect_sketch import STUB_FILE, STUB_NAME, stub
 from lutgen.report.parts import Headline, Table
@@ -84,7 +84,7 @@ def _error_lines(diagnosis: Diagnosis) -> Iterator[str]:
         after = diagnosis.after
         yield (
             f"With {' and '.join(each.name for each in diagnosis.explanation.steps)}: mean ΔE2000 "
-            f"{after.error.delta_e_mean:.2f}, from {before.ratio:.3g} × to {after.ratio:.3g} × the noise."
+            f"{after.error.delta_e_mean:.2f}, from {times(before.ratio)} to {times(after.ratio)} the noise."
         )
 
 
@@ -301,5 +301,5 @@ def _errors(name: str, comparison: Comparison) -> tuple[str, ...]:
         name,
         f"{error.delta_e_mean:.3f}",
         f"{floor.delta_e_mean:.3f}",
-        f"{comparison.ratio:.3g} ×",
+        times(comparison.ratio),
     )

@@ -10,7 +10,7 @@ import numpy as np
 from lutgen.criticism.compare import compare_problem
 from lutgen.criticism.effect_size import relative_size
 from lutgen.criticism.fit_view import View
-from lutgen.numerals import percent, readable
+from lutgen.numerals import percent, readable, times
 from lutgen.report.criticism.comparison import LOGARITHMIC, plot_residuals
 from lutgen.report.criticism.fit_plot import plot_fit
 from lutgen.report.drawing import BAND, BLACK, BLUE, RED, picture, tidy
@@ -166,7 +166,7 @@ def _steps_title(stages: Sequence[Stage]) -> str:
         return f"The error is {first.ratio:.2f} × the noise, and no effect is added"
     added = ", ".join(stage.name.removeprefix("+ ") for stage in stages[1:])
     end = "" if last.agrees else ": something is left"
-    return f"With {added} the error falls from {first.ratio:.3g} × to {last.ratio:.3g} × the noise{end}"
+    return f"With {added} the error falls from {times(first.ratio)} to {times(last.ratio)} the noise{end}"
 
 
 def _ratios(axes: Axes, rows: Sequence[tuple[str, float, str]], most: float) -> None:
@@ -182,9 +182,10 @@ def _ratios(axes: Axes, rows: Sequence[tuple[str, float, str]], most: float) -> 
     axes.axvspan(1.0 - NEAR, 1.0 + NEAR, color=BAND, linewidth=0, zorder=0)
     for row, (_, ratio, colour) in enumerate(rows):
         axes.barh(row, max(ratio - start, 0.0), 0.62, left=start, color=colour)
-        label = f"{ratio:.3g} ×"
         place = (max(ratio, 1.0 + NEAR), row)
-        axes.annotate(label, place, (7, 0), textcoords="offset points", va="center", fontsize=10.5, weight="bold")
+        axes.annotate(
+            times(ratio), place, (7, 0), textcoords="offset points", va="center", fontsize=10.5, weight="bold"
+        )
     axes.set_yticks(range(len(rows)), [name for name, _, _ in rows], fontsize=10.5)
     axes.set_ylim(max(len(rows), 4) - 0.4, -0.6)
     axes.set_xlabel("error, × the noise" + (" (logarithmic)" if logarithmic else ""), fontsize=10)
@@ -256,8 +257,8 @@ def _visibility_title(order: Sequence[Visibility], sizes: Mapping[str, float | N
 def _bars(
     axes: Axes, order: Sequence[Visibility], sizes: Mapping[str, float | None], effects: Mapping[str, Effect]
 ) -> None:
-    times = [1.0 / size for size in sizes.values() if size]
-    low, high = min([LEAST_TIMES, *(0.7 * each for each in times)]), max([MOST_TIMES, *times])
+    multiples = [1.0 / size for size in sizes.values() if size]
+    low, high = min([LEAST_TIMES, *(0.7 * each for each in multiples)]), max([MOST_TIMES, *multiples])
     # The label of the longest bar needs a third of the axis.
     end = low * (high / low) ** 1.45
     axes.set_xscale("log")
