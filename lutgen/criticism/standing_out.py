@@ -16,17 +16,29 @@ NOTICED = 4.0
 #: condition are compared on the same patches, of all values of its condition.
 BEYOND = 1.1
 
+#: Dimensions into which every reading falls; others are conditions.
+OF_EVERY_READING = ("hour", "level", "family")
+
 
 def standing_out(comparison: Comparison) -> list[Slice]:
     """Slices whose error is more than noise and more than elsewhere, those that stand out most first."""
-    dimensions = {each.by for each in comparison.where}
-    usual = {by: _together([each for each in comparison.where if each.by == by]) for by in dimensions}
+    usual = _usual(comparison.where)
     noticed = [
         each
         for each in comparison.where
         if over_noise(each) > max(1.0 + NOTICED / (6 * each.n) ** 0.5, BEYOND * usual[each.by])
     ]
     return sorted(noticed, key=lambda each: -(each.rms_sigma**2 - each.floor_rms_sigma**2) * each.n**0.5)
+
+
+def telling(where: Sequence[Slice]) -> list[Slice]:
+    """Slices that can say where a model errs: those of a condition only where it makes a difference."""
+    usual = _usual(where)
+    return [each for each in where if each.by in OF_EVERY_READING or over_noise(each) > BEYOND * usual[each.by]]
+
+
+def _usual(where: Sequence[Slice]) -> dict[str, float]:
+    return {by: _together([each for each in where if each.by == by]) for by in {each.by for each in where}}
 
 
 def _together(slices: Sequence[Slice]) -> float:

@@ -10,7 +10,7 @@ from lutgen.criticism.compare import CLEAR
 from lutgen.criticism.direction import CALLED
 from lutgen.criticism.families import dimension
 from lutgen.criticism.panels import panels
-from lutgen.criticism.standing_out import over_noise, standing_out
+from lutgen.criticism.standing_out import OF_EVERY_READING, over_noise, standing_out
 from lutgen.numerals import spaced, times
 from lutgen.readings.conditions import CONDITIONS
 from lutgen.report.drawing import BAND, BLACK, BLUE, GREY, RED, picture, tidy
@@ -170,7 +170,7 @@ SAME = 1.25
 
 def makes_no_difference(panel: ResidualPanel) -> bool:
     """Whether the model fails under all values of a condition alike: then something else is wrong."""
-    condition = panel.by not in {"hour", "level", "family"}
+    condition = panel.by not in OF_EVERY_READING
     return condition and panel.worst >= CLEAR and bool(panel.ratio.max() < SAME * panel.ratio.min())
 
 

@@ -107,7 +107,7 @@ def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect]
             percent(each.absorbed),
         )
         rows.append(row)
-    headings = ("effect", "seen from", "typical", "parameter", "hidden by white and primaries")
+    headings = ("effect", "seen from", "typical", "parameter", "hidden by re-measured white and primaries")
     faint = [n for n, each in enumerate(ordered) if not each.visible]
     count = len(headings) if verbose else 3
     return Table(headings[:count], [row[:count] for row in rows], words=(0, 3)[: 2 if verbose else 1], faint=faint)

@@ -296,7 +296,7 @@ def _hidden(axes: Axes, order: Sequence[Visibility]) -> None:
     for row, each in enumerate(order):
         axes.text(1.06, row, percent(each.absorbed), va="center", fontsize=10)
     axes.set(xlim=(0.0, 1.0), xticks=[], ylim=(len(order) - 0.4, -0.6))
-    axes.text(0.5, -0.75, "hidden by\nwhite and primaries", ha="center", va="bottom", fontsize=10)
+    axes.text(0.5, -0.75, "hidden by re-measured\nwhite and primaries", ha="center", va="bottom", fontsize=10)
     axes.tick_params(left=False, labelleft=False)
     for side in ("top", "right", "left", "bottom"):
         axes.spines[side].set_visible(False)
