@@ -1,10 +1,12 @@
 """Names that users type, each with its meaning where a name does not say it.
 
-This module imports nothing, so that the command line lists the names in its help without importing numpy. The packages
-that define what a name does take the names from here.
+This module imports nothing of lutgen's, so that the command line lists the names in its help without importing numpy.
+The packages that define what a name does take the names from here.
 """
 
 from __future__ import annotations
+
+from pathlib import Path
 
 #: Aging mode → meaning.
 MODES = {
@@ -75,6 +77,9 @@ FIGURES = {
     "5": "ΔE2000 against hours, mean ± 2 SD over all pixels",
     "6": "ΔE2000 maps, chroma at 8100 h above chroma-luma at 4100 h, scale 1 to 8",
 }
+
+#: Instruments whose noise is known: the names of their files.
+INSTRUMENTS = tuple(sorted(path.stem for path in Path(__file__).parent.glob("readings/instruments/*.toml")))
 
 #: Published sets of limits that a display must keep.
 LIMIT_SETS = TG18_PRIMARY, TG18_SECONDARY, ACR_DIAGNOSTIC, MAMMOGRAPHY, TG270_DIAGNOSTIC, DIN_6868, RANZCR, DRIFT = (

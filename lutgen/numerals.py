@@ -54,6 +54,11 @@ def percent(share: float | None) -> str:
     return f"{100 * share:.0f} %"
 
 
+def times(ratio: float) -> str:
+    """Write how many times the noise an error is, with three figures: 40.1 ×, 0.978 ×, 1230 ×."""
+    return f"{ratio:.3g} ×" if ratio < 999.5 else f"{float(f'{ratio:.2e}'):.0f} ×"
+
+
 def spaced(value: float) -> str:
     """Group the digits of a number of hours or pixels by thousands: 18 000, 562.5; the spaces do not break a line."""
     return f"{round(value, 6):,}".removesuffix(".0").replace(",", "\N{NO-BREAK SPACE}")

@@ -132,6 +132,7 @@ def test_a_sentence_wraps_at_words_and_keeps_its_indent() -> None:
     assert wrapped("x" * 50, 30) == "x" * 50
     command = "  lutgen refine examples/display-a.csv --add black-level"
     assert wrapped(command, 30) == command
+    assert wrapped(f"The next one:{command}", 30) == f"The next one:\n{command}"
 
 
 @pytest.mark.parametrize("width", range(8, 30))

@@ -17,14 +17,17 @@ from lutgen.display import load_model
 from lutgen.effects.child import check_file
 from lutgen.numerals import percent, readable, with_error
 from lutgen.readings import read_measurements
+from lutgen.readings.conditions import CONDITIONS
 from lutgen.report.criticism import diagnosis as diagnosis_page
-from lutgen.report.criticism.effect_sketch import FOLLOWS, sketched
+from lutgen.report.criticism.effect_sketch import FOLLOWS, of_condition, sketched
 from tests.campaigns import single, text_of, write
 from tests.command import Done, in_process
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
+
+    from lutgen.readings.conditions import Condition
 
 pytestmark = pytest.mark.numbers
 
@@ -42,7 +45,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
 @pytest.mark.parametrize(
     ("name", "sentence", "words"),
     [
-        ("leak", "The model fails", ("It is worst", "additive", "black", "ratio", "lutgen diagnose leak.csv")),
+        ("leak", "The model fails", ("It is worst", "additive", "black", "× the noise", "lutgen diagnose leak.csv")),
         ("healthy", "The model agrees", ("No hour, colour or condition stands out",)),
         ("edge", "The model fails", ("u 0.9, v 0.9", "position", "darker than predicted")),
         ("tips only", "These readings hold nothing but white and primaries", ()),
@@ -64,7 +67,7 @@ def test_compare_fails_above_a_ratio_that_is_asked_for(run: Callable[..., Done],
     done = run("compare", data, "--fail-above", "1.5")
     assert done.code == 1
     assert done.lines[0].startswith("The model fails")
-    assert re.fullmatch(r"[\d.]+ times the noise is more than --fail-above 1\.5\.\n", done.err)
+    assert re.fullmatch(r"[\d.]+ × the noise is more than --fail-above 1\.5\.\n", done.err)
     done = run("compare", data, "--fail-above", "1e6")
     assert (done.code, done.err) == (0, "")
 
@@ -161,7 +164,7 @@ def test_where_nothing_known_explains_it_an_effect_is_sketched_that_does_better(
     assert "unexplained: " in done.out, done.err
     (following,) = commands_in(done.out)
     assert following == ["lutgen", "refine", data, "--effects", "mine.py", "--add", "my-effect"]
-    before, after = re.findall(r"falls from ([\d.]+) to ([\d.]+) times", run(*following[1:]).lines[0])[0]
+    before, after = re.findall(r"falls from ([\d.]+) × to ([\d.]+) × the noise", run(*following[1:]).lines[0])[0]
     assert float(after) < 0.8 * float(before)
     printed = run("diagnose", data)
     assert (tmp_path / "mine.py").read_text().strip() in printed.out
@@ -180,6 +183,20 @@ def test_where_nothing_known_explains_it_an_effect_is_sketched_that_does_better(
 def test_whatever_the_leftover_follows_its_sketch_keeps_the_contract(tmp_path: Path, told: str) -> None:
     path = tmp_path / "sketch.py"
     path.write_text(sketched(told, misfit="a test"))
+    (report,) = check_file(path)
+    assert report.passed, report.failure
+
+
+@pytest.mark.parametrize("condition", CONDITIONS, ids=lambda condition: condition.cell)
+def test_a_condition_without_a_sketch_of_its_own_is_sketched_from_its_declaration(
+    tmp_path: Path, condition: Condition, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pattern, sketch = of_condition(condition)
+    assert re.match(pattern, f"light by {condition.cell} and level")
+    monkeypatch.setattr("lutgen.report.criticism.effect_sketch.FOLLOWS", {pattern: sketch})
+    path = tmp_path / "sketch.py"
+    path.write_text(sketched(f"light by {condition.cell}, growing", misfit="a test"))
+    assert f'needs=("{condition.columns[0].name}",)' in path.read_text()
     (report,) = check_file(path)
     assert report.passed, report.failure
 

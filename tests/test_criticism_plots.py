@@ -17,11 +17,12 @@ from lutgen.criticism.compare import compare
 from lutgen.criticism.diagnose import diagnose
 from lutgen.criticism.fit import fit
 from lutgen.criticism.fit_view import View, patch_name
-from lutgen.criticism.panels import panels
+from lutgen.criticism.panels import ResidualPanel, panels
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.refine import refine
 from lutgen.criticism.search import family
 from lutgen.effects import catalogue
+from lutgen.report.criticism.comparison import title_of
 from lutgen.report.criticism.fit_plot import plot_fit
 from lutgen.report.criticism.plots import (
     OF_COMPARE,
@@ -196,6 +197,21 @@ def test_panels_show_what_the_comparison_says() -> None:
     # Only patches that were read at the edges too: there the centre is as predicted.
     assert abs(by["position"].lab[centre, 0]) < 0.1
     assert by["position"].lab[:, 0].min() < -2.0
+
+
+@pytest.mark.parametrize(
+    ("by", "ratio", "title"),
+    [
+        ("ambient_lx", (30.0, 33.0, 31.0), "room light: makes no difference"),
+        ("ambient_lx", (30.0, 47.0, 31.0), "room light: 47 × the noise at b"),
+        ("ambient_lx", (1.0, 1.3, 0.9), "room light: at most 1.3 × the noise"),
+        ("level", (30.0, 33.0, 31.0), "code value: 33 × the noise at b"),
+    ],
+)
+def test_a_panel_says_whether_its_condition_makes_a_difference(by: str, ratio: tuple[float, ...], title: str) -> None:
+    none = np.zeros((3, 3))
+    panel = ResidualPanel(by, 1, ("a", "b", "c"), np.arange(3.0), np.array(ratio), none[:, :2], none, none)
+    assert title_of(panel) == title
 
 
 @pytest.mark.parametrize(

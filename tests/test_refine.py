@@ -62,12 +62,12 @@ def test_the_error_falls_with_every_step_down_to_the_floor() -> None:
 def test_the_sentence_and_the_json_say_how_far_it_fell() -> None:
     told = both().as_json("mine.toml")
     assert told["sentence"].startswith("With black-level, crosstalk the error falls from ")
-    assert f"to {both().after.ratio:.2f} times the noise floor" in told["sentence"]
+    assert f"to {both().after.ratio:.3g} × the noise" in told["sentence"]
     assert [step["added"] for step in told["steps"]] == ["black-level", "crosstalk"]
     rms = [told["before"]["rms_sigma"], *(step["error"]["rms_sigma"] for step in told["steps"])]
     assert rms == sorted(rms, reverse=True)
     assert told["steps"][-1]["error"] == told["after"]
-    assert (told["model"], told["verdict"], told["schema"]) == ("mine.toml", None, 1)
+    assert (told["model"], told["verdict"], told["schema"]) == ("mine.toml", None, 2)
     for name in ("black-level", "crosstalk"):
         fitted = [each for each in told["parameters"][name].values() if each["free"]]
         assert fitted

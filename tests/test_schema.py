@@ -12,9 +12,11 @@ from jsonschema.exceptions import ValidationError
 from lutgen.cli.outputs import write_json
 from lutgen.criticism.compare import compare
 from lutgen.criticism.diagnose import VERDICTS, diagnose
+from lutgen.criticism.families import dimension
 from lutgen.criticism.plan import plan
 from lutgen.criticism.refine import refine
 from lutgen.names import BASELINES
+from lutgen.readings.conditions import COLUMNS, CONDITIONS
 from tests.altered import altered
 from tests.campaigns import single, text_of
 from tests.quick import mostly_slow
@@ -83,12 +85,23 @@ def test_schemas_are_schemas_and_describe_what_they_hold() -> None:
     assert len(schemas()) >= 18
     for name, content in schemas().items():
         validator(name).check_schema(content)
-        assert content["$id"] == f"urn:lutgen:schema:{name}:1"
+        version = 2 if name in {"compare", "diagnose", "refine"} else 1
+        assert content["$id"] == f"urn:lutgen:schema:{name}:{version}"
 
 
 def test_schemas_name_what_the_library_has() -> None:
     assert schemas()["diagnose"]["properties"]["verdict"]["enum"] == list(VERDICTS)
     assert schemas()["compare"]["properties"]["baseline"]["enum"] == list(BASELINES)
+
+
+@pytest.mark.parametrize("name", ["compare leak", "plan leak"])
+def test_conditions_are_called_as_the_library_calls_them(name: str) -> None:
+    written = output(name)
+    dimensions = {"hour", "level", "family", *map(dimension, CONDITIONS)}
+    assert {each["by"] for each in written.get("where", ())} <= dimensions
+    columns = {"R", "G", "B", "note", *COLUMNS}
+    assert {key for patch in written.get("patches", ()) for key in patch} <= columns
+    assert written.get("where") or written["patches"]
 
 
 @pytest.mark.parametrize("name", mostly_slow(OUTPUTS, *(name for name in OUTPUTS if name.endswith(" leak"))))
@@ -101,8 +114,11 @@ def test_what_is_written_is_as_its_schema_says(name: str, capsys: pytest.Capture
     [
         ("compare leak", ("noise", "source"), "guessed"),
         ("compare leak", ("data", "sha256"), "none"),
-        ("compare leak", ("schema",), 2),
-        ("compare leak", ("where", 0, "by"), "weather"),
+        ("compare leak", ("schema",), 1),
+        ("compare leak", ("where", 0, "by"), 3),
+        ("compare leak", ("noise", "relative"), 0.002),
+        ("compare leak", ("noise", "correlation", 0, 1), 1.5),
+        ("refine leak", ("schema",), 1),
         ("diagnose leak", ("verdict",), "maybe"),
         ("diagnose leak", ("error", "rms_sigma"), None),
         ("diagnose leak", ("ranking", 0, "explained"), 1.5),
@@ -110,7 +126,7 @@ def test_what_is_written_is_as_its_schema_says(name: str, capsys: pytest.Capture
         ("refine leak", ("parameters", "black-level", "new", "stderr"), "small"),
         ("refine leak", ("steps", 0, "error", "delta_e_max"), -1.0),
         ("plan leak", ("patches", 0, "R"), 255),
-        ("plan leak", ("patches", 0, "lux"), 40.0),
+        ("plan leak", ("patches", 0, "lux"), "40"),
     ],
 )
 def test_schemas_refuse_what_is_wrong(name: str, path: tuple[str | int, ...], value: object) -> None:

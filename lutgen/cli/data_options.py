@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.options import say_remarks
-from lutgen.names import BASELINES, SELECTIONS
+from lutgen.names import BASELINES, INSTRUMENTS, SELECTIONS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -87,8 +87,9 @@ _MODEL = (
     click.option("--model", metavar="FILE", help="Start from a saved model (.toml) instead of the paper's."),
     click.option(
         "--instrument",
-        metavar="REL,FLOOR",
-        help="Noise of a reading, 1 σ: share of the light, and cd/m², such as 0.002,0.003 [default: from replicates].",
+        metavar="NOISE",
+        help="Noise of a reading, 1 σ: share of the light and cd/m², such as 0.002,0.003; or an instrument "
+        f"({', '.join(INSTRUMENTS)}, or your own file, .toml), which replicates correct [default: from replicates].",
     ),
     click.option("--effects", "files", multiple=True, metavar="FILE", help="A Python file of your own effects."),
 )

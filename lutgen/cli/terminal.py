@@ -42,7 +42,8 @@ def with_plain_spaces(text: str) -> str:
 def wrapped(text: str, width: int) -> str:
     """Wrap each line at words; a continued line is indented as its beginning is.
 
-    A word longer than a line, such as a path, stays whole, and so does a line that is a command to be copied.
+    A word longer than a line, such as a path, stays whole, and so does a line that is a command to be copied; a command
+    at the end of a line that is too long has a line of its own.
     """
     return "\n".join(part for line in text.split("\n") for part in _wrapped_line(line, width))
 
@@ -52,6 +53,9 @@ def _wrapped_line(line: str, width: int) -> list[str]:
     if len(line) <= width or words.startswith("lutgen "):
         return [line]
     indent = line[: len(line) - len(words)]
+    before, colon, command = line.partition(":  lutgen ")
+    if colon:
+        return [*_wrapped_line(f"{before}:", width), f"{indent}  lutgen {command}"]
     parts = wrap(
         with_fixed_spaces(words),
         width,

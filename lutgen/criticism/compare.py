@@ -16,6 +16,7 @@ from lutgen.criticism.first_session import FirstSession, first_session
 from lutgen.criticism.linear import whiten
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.shared_errors import with_shared_errors
+from lutgen.numerals import times
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,7 +27,8 @@ if TYPE_CHECKING:
     from lutgen.criticism.linear import Term
     from lutgen.readings import Measurements
 
-SCHEMA = 1
+#: 2: the noise is that of X, Y and Z each, and names its instrument; ``by`` is any condition that there is.
+SCHEMA = 2
 
 #: Readings named as the worst.
 WORST = 10
@@ -137,11 +139,11 @@ class Comparison:
         size = f"mean ΔE2000 {self.error.delta_e_mean:.2f} where noise alone gives {self.floor.delta_e_mean:.2f}"
         if self.agrees:
             return f"The model agrees with the measurements: {size}."
-        return f"The model fails: {size}. {self.direction.sentence()}"
+        return f"The model fails by {times(self.ratio)} the noise: {size}. {self.direction.sentence()}"
 
     def as_json(self) -> dict[str, Any]:
         """Return what ``--json`` prints."""
-        readings, noise = self.problem.readings, self.problem.noise
+        readings = self.problem.readings
         return {
             "schema": SCHEMA,
             "data": {
@@ -151,12 +153,7 @@ class Comparison:
                 "hours": [float(hour) for hour in np.unique(readings.hours)],
             },
             "baseline": self.problem.baseline,
-            "noise": {
-                "relative": noise.relative,
-                "floor_cd_m2": noise.floor_cd_m2,
-                "session": noise.session,
-                "source": noise.source,
-            },
+            "noise": noise_as_json(self.problem),
             "error": asdict(self.error),
             "floor": asdict(self.floor),
             "where": [{**asdict(each), "mean_residual_xyz": list(each.mean_residual_xyz)} for each in self.where],
@@ -164,6 +161,25 @@ class Comparison:
             "first_session": asdict(self.first_session) if self.first_session else None,
             "left_out": [int(readings.lines[row]) for row in left_out(self.problem)],
         }
+
+
+def noise_as_json(problem: Problem) -> dict[str, Any]:
+    """Return the noise of a problem's readings, and the errors that a session's readings share, as plain values."""
+    noise = problem.noise
+    return {
+        "source": noise.source,
+        "instrument": noise.instrument or None,
+        "relative": [noise.relative * ratio for ratio in noise.ratio],
+        "floor_cd_m2": [noise.floor_cd_m2 * ratio for ratio in noise.floor_ratio],
+        "correlation": noise.correlation.tolist(),
+        "floor_correlation": noise.floor_correlation.tolist(),
+        "shot_cd_m2": noise.shot_cd_m2,
+        "decimals": noise.digits.decimals,
+        "significant": noise.digits.significant,
+        "session": noise.session,
+        "dark_offset_cd_m2": problem.offset_cd_m2,
+        "gain_wander": problem.wander,
+    }
 
 
 def left_out(problem: Problem) -> list[int]:
@@ -191,7 +207,8 @@ def compare(
     selection
         The paper's choice of matrix.
     instrument
-        Noise of the instrument, ``relative,floor_cd_m2``; None: replicates tell.
+        Noise of the instrument: ``relative,floor_cd_m2``, a name such as ``cr-100``, or a TOML file; None: replicates
+        tell.
     terms
         Effects that the model has already.
 

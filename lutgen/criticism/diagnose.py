@@ -50,6 +50,9 @@ class Ranked:
         By how much BIC falls with it: above 6 is strong.
     rms_sigma, held_out_rms_sigma
         Error with it, of all readings, and of readings withheld from its fit; None where not computed.
+    held_out_cells, held_out_left_out
+        Groups of readings that belong together, and how many of them could not be withheld, since a parameter rests on
+        them; None where not computed.
     explained
         Share of the excess of χ² over the noise that it removes.
     absorbed
@@ -64,6 +67,8 @@ class Ranked:
     delta_bic: float
     rms_sigma: float
     held_out_rms_sigma: float | None
+    held_out_cells: int | None
+    held_out_left_out: int | None
     explained: float
     absorbed: float | None
     parameters: Mapping[str, Mapping[str, Any]]
@@ -226,24 +231,22 @@ def _ranking(explanation: Explanation, seen: Sequence[Visibility], error: PureEr
     rows = []
     for place, family in enumerate(explanation.first):
         best = family.best
+        withheld = held_out(best.fit) if place < RANKED else None
         rows.append(
             Ranked(
                 family.name,
                 best.form,
                 base.bic - best.fit.bic,
                 (best.fit.chi2 / best.fit.readings) ** 0.5,
-                _withheld_rms(best.fit) if place < RANKED else None,
+                withheld.rms_sigma if withheld and withheld.left_out < withheld.squares.size else None,
+                withheld.squares.size if withheld else None,
+                withheld.left_out if withheld else None,
                 min(max(best.gain / excess, 0.0), 1.0),
                 absorbed.get(family.name),
                 parameters_of(best.fit)[family.name],
             )
         )
     return rows
-
-
-def _withheld_rms(found: Fit) -> float | None:
-    withheld = held_out(found)
-    return withheld.rms_sigma if withheld.left_out < withheld.squares.size else None
 
 
 def parameters_of(found: Fit) -> dict[str, dict[str, dict[str, Any]]]:

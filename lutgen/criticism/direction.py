@@ -9,6 +9,7 @@ import numpy as np
 
 from lutgen.colorimetry import xyz_to_lab
 from lutgen.criticism.families import dimension, slices
+from lutgen.criticism.standing_out import telling
 from lutgen.readings.conditions import CONDITIONS
 
 if TYPE_CHECKING:
@@ -67,7 +68,9 @@ def direction(problem: Problem, predicted: Array, judged: NDArray[np.bool_], whe
     """Find the slice that stands out most, by its error over its floor weighed with its size, and look which way."""
     if not where:
         return Direction("", (0.0, 0.0, 0.0), "")
-    worst = max(where, key=lambda each: (each.rms_sigma**2 - each.floor_rms_sigma**2) * np.sqrt(each.n))
+    worst = max(
+        telling(where) or where, key=lambda each: (each.rms_sigma**2 - each.floor_rms_sigma**2) * np.sqrt(each.n)
+    )
     here = judged & (slices(problem)[worst.by] == worst.slice)
     white = problem.measured_tips[0, 0]
     lab = (xyz_to_lab(problem.xyz[here], white) - xyz_to_lab(predicted[here], white)).mean(axis=0)

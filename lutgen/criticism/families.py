@@ -89,14 +89,19 @@ def slices(problem: Problem) -> Mapping[str, NDArray[np.str_]]:
 
 
 def _alike(problem: Problem, condition: Condition) -> NDArray[np.bool_]:
-    """Readings away from rest by this condition alone, and those at rest of the same patches, (n,)."""
+    """Readings away from rest by this condition alone, and those at rest of the same patches, (n,).
+
+    Patches at rest that the prediction starts from cannot be compared; where others were read too, they are left out.
+    """
     others = [away[problem.rows] for cell, away in problem.readings.rest.away.items() if cell not in _beside(condition)]
     usual = ~np.any(others, axis=0) if others else np.ones(problem.rows.size, dtype=bool)
     usual &= ~is_capped(problem.readings)[problem.rows]
     away = problem.readings.rest.away[condition.cell][problem.rows]
     _, patch = np.unique(problem.readings.drive[problem.rows], axis=0, return_inverse=True)
     patch = patch.reshape(-1)
-    return np.asarray(usual & np.isin(patch, patch[usual & away]))
+    read_away, read_at_rest = patch[usual & away], patch[usual & ~away & ~problem.is_anchor]
+    both = np.intersect1d(read_away, read_at_rest)
+    return np.asarray(usual & (np.isin(patch, both) if both.size else away))
 
 
 def _beside(condition: Condition) -> set[str]:

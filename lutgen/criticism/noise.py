@@ -17,10 +17,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.cells import number, number_list
 from lutgen.criticism.digits import Digits, digits_of
 from lutgen.criticism.replicates import FLOOR_CD_M2, RELATIVE, Replicates, group_means, replicate_groups
-from lutgen.errors import LutgenError
+from lutgen.readings.instruments import Instrument, session_gain, stated_instrument
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -47,6 +46,9 @@ PRIOR_SD, RATIO_SD, CORRELATION_SD = 1.3, 0.3, 0.5
 
 #: Step of a parameter for a derivative, in powers of e.
 NUDGE = 1e-5
+
+#: Spread of the dark offset, cd/m², and of the gain within a session, of an ordinary colorimeter: assumptions.
+OFFSET_CD_M2, WANDER = 0.001, 0.0003
 
 NO_DIGITS = Digits()
 
@@ -86,6 +88,10 @@ class Noise:
         Variance per cd/m² that grows with the light, as counted photons have it.
     digits
         How the instrument prints.
+    offset_cd_m2, wander
+        Spreads that are usual: of the dark offset from session to session, and of the gain within a session.
+    instrument
+        Name of the instrument that the noise is of, or that it is held near; "" for none.
     doubt
         Factors of the variance of the bright part and of the floor that make up for what replicates leave open of them.
     across_sessions
@@ -109,6 +115,9 @@ class Noise:
     doubt: tuple[float, float] = (1.0, 1.0)
     across_sessions: bool = False
     floor_correlation: Array = field(default_factory=lambda: _matrix(FLOOR_CORRELATION))
+    offset_cd_m2: float = OFFSET_CD_M2
+    wander: float = WANDER
+    instrument: str = ""
 
     def covariance(self, xyz_cd_m2: Array) -> Array:
         """Covariance of readings of light (n, 3): (n, 3, 3)."""
@@ -125,44 +134,24 @@ class Noise:
         return np.linalg.inv(np.linalg.cholesky(self.covariance(xyz_cd_m2)))
 
 
-def stated_noise(readings: Measurements, instrument: str | None) -> tuple[float, float] | None:
-    """Return (relative, floor) of ``--instrument RELATIVE,FLOOR``, or of the file's metadata, when one states it.
-
-    Raises
-    ------
-    LutgenError
-        Not two numbers above 0.
-
-    """
-    if instrument is None:
-        metadata = readings.metadata
-        if not {"noise_relative", "noise_floor_cd_m2"} <= set(metadata):
-            return None
-        instrument = f"{metadata['noise_relative']},{metadata['noise_floor_cd_m2']}"
-    stated = number_list(instrument)
-    if stated is None or len(stated) != 2 or not (0 < stated[0] < 1 and 0 < stated[1] < 100):
-        message = (
-            f"instrument noise {instrument!r}: give two numbers above 0, the relative noise and the floor in cd/m², "
-            f"such as 0.002,0.003."
-        )
-        raise LutgenError(message)
-    return stated[0], stated[1]
-
-
-def session_gain(readings: Measurements) -> tuple[float, bool]:
-    """Return the 1 σ gain of a session and whether the file states it (``# session_gain:``)."""
-    text = readings.metadata.get("session_gain", "")
-    if not text:
-        return SESSION, False
-    gain = number(text)
-    if gain is None or not 0 <= gain < 0.5:
-        message = f"{readings.file}: session_gain is {text!r}; it is the 1 σ gain of a session, 0..0.5, such as 0.003."
-        raise LutgenError(message)
-    return gain, True
+def _start(stated: Instrument | None, session: float | None) -> Noise:
+    """Noise before any reading is seen: that of an instrument, or an ordinary colorimeter's."""
+    session = SESSION if session is None else session
+    if stated is None:
+        return Noise(RELATIVE, FLOOR_CD_M2, session, _matrix(CORRELATION), "assumed")
+    ratio, floor_ratio = stated.ratios
+    return Noise(
+        *(stated.relative[1], stated.floor_cd_m2[1], session, _matrix(CORRELATION), "instrument"),
+        ratio=ratio, floor_ratio=floor_ratio, digits=Digits(stated.decimals, stated.significant),
+        offset_cd_m2=stated.dark_offset_cd_m2 or OFFSET_CD_M2, wander=stated.gain_wander or WANDER,
+        instrument=stated.name,
+    )  # fmt: skip
 
 
 def estimate_noise(readings: Measurements, instrument: str | None = None) -> Noise:
     """Estimate the noise from replicates, or take it as stated, or assume that of a good colorimeter.
+
+    Two numbers are taken as stated; a named instrument is what replicates are shrunk towards.
 
     Raises
     ------
@@ -170,10 +159,10 @@ def estimate_noise(readings: Measurements, instrument: str | None = None) -> Noi
         A stated noise that is none.
 
     """
-    stated, (session, _) = stated_noise(readings, instrument), session_gain(readings)
+    stated = stated_instrument(readings.metadata, instrument)
+    start = _start(stated, session_gain(readings.metadata, readings.file))
     groups = replicate_groups(readings)
-    start = stated or (RELATIVE, FLOOR_CD_M2)
-    slips = _slips(readings.xyz_cd_m2, groups, start)
+    slips = _slips(readings.xyz_cd_m2, groups, (start.relative, start.floor_cd_m2))
     keep = ~np.isin(np.arange(groups.size), slips)
     rows, across = np.flatnonzero(keep), False
     pooled = _Pooled.of(readings.xyz_cd_m2[rows], Replicates.of(readings, rows))
@@ -181,13 +170,14 @@ def estimate_noise(readings: Measurements, instrument: str | None = None) -> Noi
         wider = _Pooled.of(readings.xyz_cd_m2[rows], Replicates.of(readings, rows, across_sessions=True))
         if across := wider.bright >= ENOUGH:
             pooled = wider
-    noise = Noise(*start, session, _matrix(CORRELATION), "instrument" if stated else "assumed", pooled.contrasts)
+    digits = digits_of(readings.xyz_cd_m2)
+    noise = replace(start, contrasts=pooled.contrasts, digits=start.digits if digits == NO_DIGITS else digits)
     noise = replace(noise, across_sessions=across)
-    noise = replace(noise, digits=digits_of(readings.xyz_cd_m2))
-    if stated is None and pooled.contrasts >= ENOUGH:
+    if (stated is None or stated.name) and pooled.contrasts >= ENOUGH:
         # Black alone tells the floor, and nothing of how noise grows with the light.
-        source = "replicates" if pooled.bright >= ENOUGH else "assumed"
-        noise = replace(pooled.most_likely(noise), source=source, doubt=pooled.doubt())
+        source = "replicates" if pooled.bright >= ENOUGH else noise.source
+        usual = noise if stated else replace(noise, ratio=(1.0, 1.0, Z_OVER_Y**0.5))
+        noise = replace(pooled.most_likely(usual), source=source, doubt=pooled.doubt())
     return replace(
         noise,
         scatter=pooled.squares(noise),
@@ -281,7 +271,7 @@ class _Pooled:
 
         middle = np.array(
             [
-                *(np.log(RELATIVE), np.log(FLOOR_CD_M2), 0.0, np.log(Z_OVER_Y) / 2, 0.0, 0.0),
+                *np.log([start.relative, start.floor_cd_m2, *start.ratio[::2], *start.floor_ratio[::2]]),
                 *_partials(CORRELATION),
                 *_partials(FLOOR_CORRELATION),
                 -8.0,

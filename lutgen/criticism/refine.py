@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.criticism.compare import Comparison, compare_problem
+from lutgen.criticism.compare import SCHEMA, Comparison, compare_problem
 from lutgen.criticism.diagnose import Diagnosis, candidates, diagnose, parameters_of
 from lutgen.criticism.fit import Fit, fit
 from lutgen.criticism.heldout import HeldOut, held_out
@@ -22,6 +22,7 @@ from lutgen.display.fitted import AppliedEffect, Estimate, LatentTips
 from lutgen.display.model import DisplayModel
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError, pick_one
+from lutgen.numerals import times
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -103,8 +104,9 @@ class Refinement:
             return "Nothing was added: the model stays as it was."
         names = ", ".join(step.effect for step in self.steps)
         course = (
-            f"from {before.ratio:.2f} to {after.ratio:.2f} times the noise floor (mean ΔE2000 "
-            f"{before.error.delta_e_mean:.2f} to {after.error.delta_e_mean:.2f}, floor {after.floor.delta_e_mean:.2f})."
+            f"from {times(before.ratio)} to {times(after.ratio)} the noise (mean ΔE2000 from "
+            f"{before.error.delta_e_mean:.2f} to {after.error.delta_e_mean:.2f}; noise alone: "
+            f"{after.floor.delta_e_mean:.2f})."
         )
         if self.improves:
             return f"With {names} the error falls {course}"
@@ -115,7 +117,7 @@ class Refinement:
     def as_json(self, model: str | None = None) -> dict[str, Any]:
         """Return what ``--json`` prints; ``model`` is the file that was written."""
         return {
-            "schema": 1,
+            "schema": SCHEMA,
             "sentence": self.sentence(),
             "improves": self.improves,
             "held_out_gain": self.held_out_gain,

@@ -35,9 +35,6 @@ if TYPE_CHECKING:
     from lutgen.criticism.linear import Linear, Term
     from lutgen.criticism.problem import Problem
 
-#: Spread of the dark offset, cd/m², and of the gain within a session, of an ordinary colorimeter: assumptions.
-OFFSET_CD_M2, WANDER = 0.001, 0.0003
-
 #: No instrument's gain wanders more than this.
 MOST = 0.3
 
@@ -85,18 +82,22 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
     # Only what no effect on curves, mixing or primaries reaches: black, and the capped lens.
     dark = capped | (problem.readings.at_rest()[problem.rows] & (drive == 0).all(axis=1))
     offsets = _told(plain, state, linear, dark, replace(plain, offset_cd_m2=1.0))
-    offset = OFFSET_CD_M2
+    offset = usual = problem.noise.offset_cd_m2
     if len(offsets) >= MANY:
-        offset = _spread(offsets, OFFSET_CD_M2, TERMS)
+        offset = _spread(offsets, usual, TERMS)
     elif len(offsets) >= ENOUGH:
-        offset = _spread(_beside_the_display(offsets), OFFSET_CD_M2, 1)
+        offset = _spread(_beside_the_display(offsets), usual, 1)
     everything = np.ones(problem.rows.size, dtype=bool)
     gains = _told(plain, state, linear, everything, replace(plain, wander=1.0))
+    return replace(problem, offset_cd_m2=offset, wander=_wander(problem, gains))
+
+
+def _wander(problem: Problem, told: list[Told]) -> float:
     # What is foretold from hour 0 departs from the readings as the display ages, which is no instrument's gain.
-    return replace(problem, offset_cd_m2=offset, wander=WANDER if problem.foretells else _unsteady(gains))
+    return problem.noise.wander if problem.foretells else _unsteady(told, problem.noise.wander)
 
 
-def _unsteady(told: list[Told]) -> float:
+def _unsteady(told: list[Told], least: float) -> float:
     """Spread of gains that makes the median departure from a steady course as large as it should be."""
     courses: dict[str, list[tuple[float, float, float]]] = {}
     for hour, names, estimate, covariance in told:
@@ -104,14 +105,14 @@ def _unsteady(told: list[Told]) -> float:
             courses.setdefault(name, []).append((hour, size, variance))
     departures = [departure for course in courses.values() for departure in _departures(np.array(course))]
     if not departures:
-        return WANDER
+        return least
     squares, noise, gain = np.array(departures).T
     usual = float(stats.chi2.median(1))
 
     def excess(spread: float) -> float:
         return float(np.median(squares / (noise + spread**2 * gain)) - usual)
 
-    return float(brentq(excess, WANDER, MOST)) if excess(WANDER) > 0 > excess(MOST) else WANDER
+    return float(brentq(excess, least, MOST)) if excess(least) > 0 > excess(MOST) else least
 
 
 def _departures(course: Array) -> list[tuple[float, float, float]]:

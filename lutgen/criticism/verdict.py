@@ -283,8 +283,8 @@ def _worded(
     rivals = tuple((step.name, *(rival.name for rival in step.rivals)) for step in steps if step.rivals)
     if len(steps) > 1:
         listed = ", ".join(
-            f"{step.name} ({step.effect.in_words(step.chosen.term.values)}; {seen[step.name]:.0%} of the excess mean "
-            f"ΔE2000, {shares[step.name]:.0%} of the excess χ²)"
+            f"{step.name} ({step.effect.in_words(step.chosen.term.values)}; {percent(seen[step.name])} of the excess "
+            f"mean ΔE2000, {percent(shares[step.name])} of the excess χ²)"
             for step in steps
         )
         sentence = f"More than one effect is missing: {listed}{'; ' + left.replace('its', 'one', 1) if left else '.'}"

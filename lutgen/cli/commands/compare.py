@@ -38,6 +38,7 @@ def command(*, json_to: str | None, fail_above: float | None, plots: str | None,
     if options["files"] and not options["model"]:
         raise click.UsageError("--effects helps --model to find effects; compare adds none. Use lutgen diagnose.")
     from lutgen.criticism.compare import compare
+    from lutgen.numerals import times
     from lutgen.report.criticism.comparison import compare_page
     from lutgen.report.criticism.plots import OF_COMPARE, plot_comparison
 
@@ -50,5 +51,5 @@ def command(*, json_to: str | None, fail_above: float | None, plots: str | None,
         plot=lambda folder: plot_comparison(comparison, folder, force=force),
     )
     if fail_above is not None and comparison.ratio > fail_above:
-        click.echo(f"{comparison.ratio:.3g} times the noise is more than --fail-above {fail_above:g}.", err=True)
+        click.echo(f"{times(comparison.ratio)} the noise is more than --fail-above {fail_above:g}.", err=True)
         sys.exit(1)

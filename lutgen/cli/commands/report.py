@@ -10,6 +10,7 @@ from lutgen.cli.command import Command, Section
 from lutgen.cli.options import model_from, model_options, numbers, source_option, tolerance_option
 from lutgen.cli.outputs import check_new_file
 from lutgen.cli.terminal import progress_bar, say
+from lutgen.names import INSTRUMENTS
 
 if TYPE_CHECKING:
     from lutgen.display import DisplayModel
@@ -28,7 +29,12 @@ if TYPE_CHECKING:
     "[default: up to 13 measured times].",
 )
 @source_option
-@click.option("--instrument", metavar="REL,FLOOR", help="Noise of a reading of --data [default: from replicates].")
+@click.option(
+    "--instrument",
+    metavar="NOISE",
+    help=f"Noise of a reading of --data: 0.002,0.003, {', '.join(INSTRUMENTS)}, or a file (.toml) "
+    "[default: from replicates].",
+)
 @click.option("--force", is_flag=True, help="Replace the page if it exists.")
 @click.option("-o", "--output", required=True, metavar="PAGE.html", help="The page to write.")
 @model_options

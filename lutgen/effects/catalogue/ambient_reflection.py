@@ -40,7 +40,7 @@ USUAL_LX = 100.0
     needs=("ambient_lx",),
     confused_with={
         "black-level": "a shrouded black: stray light goes, a leak stays; or several levels of ambient light",
-        "meter-offset": "a reading with the lens capped, or several levels of ambient light",
+        "meter-offset": "read with the lens capped, or several levels of ambient light",
         "veiling-glare": "black at two levels of ambient light",
     },
     says="the screen reflects {reflectance:.2g} cd/m² per lux",

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     confused_with={
         "ambient-reflection": "a shrouded black: stray light goes, a leak stays",
         "veiling-glare": "black on black beside black on white",
-        "meter-offset": "a reading with the lens capped, and a second date: a leak follows the backlight",
+        "meter-offset": "read with the lens capped, and on a second date: a leak follows the backlight",
     },
     says="black leaks {size} of white",
     source="Day, Taplin & Berns 2004, doi:10.1002/col.20046 (form); size of growth: an assumption",

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     neutral={"offset": 0.0, "offset_x": 0.0, "offset_z": 0.0},
     forms=(("offset",), ("offset", "offset_x", "offset_z"), ("offset", "offset_x", "offset_z", "per_kelvin")),
     confused_with={
-        "black-level": "a reading with the lens capped",
-        "ambient-reflection": "a reading with the lens capped",
+        "black-level": "read with the lens capped",
+        "ambient-reflection": "read with the lens capped",
     },
     says="the meter adds {offset:.2g} cd/m² to every reading",
     source="size: an assumption",

@@ -10,8 +10,8 @@ from lutgen.criticism.compare import CLEAR
 from lutgen.criticism.direction import CALLED
 from lutgen.criticism.families import dimension
 from lutgen.criticism.panels import panels
-from lutgen.criticism.standing_out import over_noise, standing_out
-from lutgen.numerals import spaced
+from lutgen.criticism.standing_out import OF_EVERY_READING, over_noise, standing_out
+from lutgen.numerals import spaced, times
 from lutgen.readings.conditions import CONDITIONS
 from lutgen.report.drawing import BAND, BLACK, BLUE, GREY, RED, picture, tidy
 from lutgen.report.parts import Table
@@ -83,7 +83,7 @@ def data_line(problem: Problem) -> str:
     hours = problem.hours
     known = {
         "replicates": "as replicates show",
-        "instrument": "as stated",
+        "instrument": f"that of {noise.instrument}" if noise.instrument else "as stated",
         "assumed": "ASSUMED: there are no replicates",
     }
     out = readings.hours.size - problem.rows.size
@@ -97,7 +97,7 @@ def data_line(problem: Problem) -> str:
 
 
 def error_table(comparison: Comparison) -> Table:
-    """Tabulate the errors, the errors that noise alone gives, and the ratio of the two."""
+    """Tabulate the errors, the errors that noise alone gives, and the ratio of the two by root mean square."""
     quantities = {
         "mean ΔE2000": "delta_e_mean",
         "95 % of readings below": "delta_e_p95",
@@ -107,8 +107,9 @@ def error_table(comparison: Comparison) -> Table:
     rows = []
     for name, key in quantities.items():
         error, floor = getattr(comparison.error, key), getattr(comparison.floor, key)
-        rows.append((name, f"{error:.3f}", f"{floor:.3f}", f"{error / floor:.2f} ×" if floor else "–"))
-    return Table(("", "error", "noise alone", "ratio"), rows)
+        ratio = times(comparison.ratio) if key == "rms_sigma" else ""
+        rows.append((name, f"{error:.3f}", f"{floor:.3f}", ratio))
+    return Table(("", "error", "noise alone", "× the noise"), rows)
 
 
 def _slice_table(slices: list[Slice]) -> Table:
@@ -119,14 +120,12 @@ def _slice_table(slices: list[Slice]) -> Table:
             str(each.n),
             f"{each.delta_e_mean:.2f}",
             f"{each.floor_delta_e_mean:.2f}",
-            f"{each.rms_sigma:.2f}",
-            f"{each.floor_rms_sigma:.2f}",
-            f"{over_noise(each):.2f} ×",
+            times(over_noise(each)),
         )
         for each in slices
     ]
     clear = [number for number, each in enumerate(slices) if over_noise(each) > CLEAR]
-    headings = ("by", "where", "readings", "mean ΔE2000", "noise alone", "rms σ", "noise alone", "ratio")
+    headings = ("by", "where", "readings", "mean ΔE2000", "noise alone", "× the noise")
     return Table(headings, rows, words=range(2), strong=clear)
 
 
@@ -165,12 +164,24 @@ ACROSS, LOGARITHMIC, LEAST_LAB = 4, 6.0, 0.3
 AXES = (("ΔL*", BLACK, "o"), ("Δa*", RED, "s"), ("Δb*", BLUE, "^"))
 
 
+#: Slices of a condition whose errors differ by less than this factor are the same.
+SAME = 1.25
+
+
+def makes_no_difference(panel: ResidualPanel) -> bool:
+    """Whether the model fails under all values of a condition alike: then something else is wrong."""
+    condition = panel.by not in OF_EVERY_READING
+    return condition and panel.worst >= CLEAR and bool(panel.ratio.max() < SAME * panel.ratio.min())
+
+
 def title_of(panel: ResidualPanel) -> str:
     """Say where the error of this dimension is largest."""
     if panel.worst < CLEAR:
-        return f"{NAMES[panel.by]}: at most {panel.worst:.1f} × noise"
+        return f"{NAMES[panel.by]}: at most {panel.worst:.1f} × the noise"
+    if makes_no_difference(panel):
+        return f"{NAMES[panel.by]}: makes no difference"
     where = panel.labels[panel.headed].replace("u ", "").replace("v ", "")
-    return f"{NAMES[panel.by]}: {_short(panel.worst)} × noise at {where}"
+    return f"{NAMES[panel.by]}: {_short(panel.worst)} × the noise at {where}"
 
 
 def plot_residuals(
@@ -224,7 +235,7 @@ def _draw(
     widest = max(LEAST_LAB, 1.15 * max(float(np.abs(panel.lab).max()) for panel in drawn))
     for place, panel in enumerate(drawn):
         cell = grid[place // across, place % across]
-        clear = panel.worst > CLEAR
+        clear = panel.worst > CLEAR and not makes_no_difference(panel)
         bold = "bold" if panel.by == telling and clear else "normal"
         if panel.by == "position":
             axes = figure.add_subplot(cell)
@@ -238,14 +249,18 @@ def _draw(
 
 
 def _sizes(axes: Axes, panel: ResidualPanel, earlier: ResidualPanel | None, most: float) -> None:
-    low, high = _widened(panel.band).T
-    axes.fill_between(panel.places, low, high, color=BAND, linewidth=0)
+    _band(axes, panel, *_widened(panel.band).T)
     axes.axhline(1.0, color=GREY, linewidth=1.0)
+    joined = "-" if panel.by == "hour" else ""
     if earlier is not None:
         axes.plot(
-            earlier.places, earlier.ratio, "o--", color=GREY, markerfacecolor="white", markersize=5, linewidth=1.0
-        )
-    axes.plot(panel.places, panel.ratio, "-", color=BLACK, linewidth=1.0, alpha=0.5)
+            *(earlier.places, earlier.ratio, f"o{joined}"), color=GREY, markerfacecolor="white", markersize=5,
+            linewidth=1.0,
+        )  # fmt: skip
+    if joined:
+        axes.plot(panel.places, panel.ratio, joined, color=BLACK, linewidth=1.0, alpha=0.5)
+    else:
+        axes.vlines(panel.places, np.minimum(panel.ratio, 1.0), np.maximum(panel.ratio, 1.0), color=GREY, linewidth=1.2)
     for clear, colour in ((True, RED), (False, BLACK)):
         here = (panel.ratio > CLEAR) == clear
         axes.plot(panel.places[here], panel.ratio[here], "o", color=colour, markersize=6.5)
@@ -256,8 +271,16 @@ def _sizes(axes: Axes, panel: ResidualPanel, earlier: ResidualPanel | None, most
         axes.yaxis.set_minor_formatter(lambda _value, _: "")
     else:
         axes.set_ylim(0.0, max(2.0, 1.15 * most))
-    axes.set_ylabel("error / noise", fontsize=9)
+    axes.set_ylabel("× the noise", fontsize=9)
     _ticks(axes, panel, labelled=False)
+
+
+def _band(axes: Axes, panel: ResidualPanel, low: Array, high: Array) -> None:
+    """Draw what noise alone gives: one area over the hours, a box at each category."""
+    if panel.by == "hour":
+        axes.fill_between(panel.places, low, high, color=BAND, linewidth=0)
+    else:
+        axes.bar(panel.places, high - low, 0.8, bottom=low, color=BAND, linewidth=0)
 
 
 def _widened(band: Array) -> Array:
@@ -268,12 +291,16 @@ def _widened(band: Array) -> Array:
 
 def _directions(axes: Axes, panel: ResidualPanel, widest: float, *, legend: bool) -> None:
     limit = panel.scatter.max(axis=1)
-    axes.fill_between(panel.places, -limit, limit, color=BAND, linewidth=0)
+    _band(axes, panel, -limit, limit)
     axes.axhline(0.0, color=GREY, linewidth=1.0)
     for index, (name, colour, mark) in enumerate(AXES):
-        axes.plot(
-            panel.places, panel.lab[:, index], f"{mark}-", color=colour, markersize=4.5, linewidth=1.2, label=name
-        )
+        # Only hours are a course; the three marks of a category stand side by side.
+        hours = panel.by == "hour"
+        places = panel.places if hours else panel.places + 0.22 * (index - 1)
+        if not hours:
+            axes.vlines(places, 0.0, panel.lab[:, index], color=colour, linewidth=1.2)
+        line = f"{mark}-" if hours else mark
+        axes.plot(places, panel.lab[:, index], line, color=colour, markersize=4.5, linewidth=1.2, label=name)
     axes.set_ylim(-widest, widest)
     axes.set_ylabel("mean Δ", fontsize=9)
     if legend:
@@ -296,7 +323,7 @@ def _ticks(axes: Axes, panel: ResidualPanel, *, labelled: bool) -> None:
         axes.set_xticks(
             panel.places, labels, rotation=35 if long else 0, ha="right" if long else "center", rotation_mode="anchor"
         )
-        axes.set_xlim(-0.4, len(labels) - 0.6)
+        axes.set_xlim(-0.5, len(labels) - 0.5)
     axes.tick_params(labelsize=9, labelbottom=labelled)
 
 
@@ -320,7 +347,7 @@ def _map(axes: Axes, panel: ResidualPanel) -> None:
     for (u, v), value, ratio in zip(panel.places, lightness, panel.ratio, strict=True):
         axes.text(u, v, f"{value:+.2f}\n{_short(ratio)} ×", ha="center", va="center", fontsize=9)
     axes.set(xlim=(-0.08, 1.08), ylim=(1.08, -0.08), xticks=[], yticks=[])
-    axes.set_xlabel("the screen: mean ΔL*, and error / noise", fontsize=9)
+    axes.set_xlabel("the screen: mean ΔL*, and × the noise", fontsize=9)
     for side in ("top", "right", "left", "bottom"):
         axes.spines[side].set_visible(False)
 

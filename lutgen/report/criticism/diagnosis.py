@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.criticism.diagnose import parameters_of
 from lutgen.criticism.effect_size import relative_size, typical_size
-from lutgen.numerals import percent, readable, with_error
+from lutgen.numerals import percent, readable, times, with_error
 from lutgen.report.criticism.comparison import data_line, fresh_lines
 from lutgen.report.criticism.effect_sketch import STUB_FILE, STUB_NAME, stub
 from lutgen.report.parts import Headline, Table
@@ -71,6 +71,7 @@ def diagnose_page(
         yield ""
         yield f"Each effect alone, fitted with white and primaries, best first (noise: {noise_rms(diagnosis):.2f} σ):"
         yield _ranking_table(diagnosis.ranking, effects)
+        yield from _held_out_lines(diagnosis.ranking)
     if not verbose:
         yield "How each effect does alone: --verbose."
 
@@ -83,7 +84,7 @@ def _error_lines(diagnosis: Diagnosis) -> Iterator[str]:
         after = diagnosis.after
         yield (
             f"With {' and '.join(each.name for each in diagnosis.explanation.steps)}: mean ΔE2000 "
-            f"{after.error.delta_e_mean:.2f}, from {before.ratio:.3g} × to {after.ratio:.3g} × the noise."
+            f"{after.error.delta_e_mean:.2f}, from {times(before.ratio)} to {times(after.ratio)} the noise."
         )
 
 
@@ -106,7 +107,7 @@ def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect]
             percent(each.absorbed),
         )
         rows.append(row)
-    headings = ("effect", "seen from", "typical", "parameter", "hidden by white and primaries")
+    headings = ("effect", "seen from", "typical", "parameter", "hidden by re-measured white and primaries")
     faint = [n for n, each in enumerate(ordered) if not each.visible]
     count = len(headings) if verbose else 3
     return Table(headings[:count], [row[:count] for row in rows], words=(0, 3)[: 2 if verbose else 1], faint=faint)
@@ -149,6 +150,22 @@ def _ranking_table(ranking: tuple[Ranked, ...], effects: Mapping[str, Effect]) -
         for each in ranking[:RANKED]
     ]
     return Table(("effect", "ΔBIC", "rms σ", "held out", "explains", "parameters"), rows, words=(0, 5))
+
+
+def _held_out_lines(ranking: tuple[Ranked, ...]) -> Iterator[str]:
+    """Say what "held out" means, and for which effects how many groups of readings were left out of it."""
+    counted = [each for each in ranking[:RANKED] if each.held_out_cells is not None]
+    if not counted:
+        return
+    yield (
+        f"Held out: error of readings that are withheld from the fit, one group at a time (a colour family or a "
+        f"condition of one hour, or a session; {counted[0].held_out_cells} groups)."
+    )
+    without = [f"{each.held_out_left_out} for {each.effect}" for each in counted if each.held_out_left_out]
+    if without:
+        yield f"Groups left out of it, since a parameter rests on them alone: {', '.join(without)}."
+    else:
+        yield "No group was left out of it: no parameter rests on one alone."
 
 
 def _sigma(value: float) -> str:
@@ -204,7 +221,8 @@ def _refutation(diagnosis: Diagnosis, effects: Mapping[str, Effect]) -> list[str
     for name in verdict.effects[:1] if verdict.name == "one-of" else verdict.effects:
         confused = effects[name].confused_with or {}
         others = [(other, how) for other, how in confused.items() if other not in verdict.effects][:REFUTED_BY]
-        lines += [f"  to rule out {other} in place of {name}: {how}" for other, how in others]
+        of = f" in place of {name}" if len(verdict.effects) > 1 else ""
+        lines += [f"  to rule out {other}{of}: {how}" for other, how in others]
     if verdict.effects:
         lines.append("  a new session that the refined model misses by more than the noise (compare NEW.csv --model …)")
     if verdict.name == "consistent":
@@ -273,7 +291,7 @@ def _steps_table(refinement: Refinement) -> Table:
         f"the model with {terms}" if terms else "the paper's model": refinement.before,
         **{f"+ {step.effect}": step.comparison for step in refinement.steps},
     }
-    headings = ("model", "mean ΔE2000", "noise alone", "rms σ", "noise alone", "ratio")
+    headings = ("model", "mean ΔE2000", "noise alone", "× the noise")
     return Table(headings, [_errors(name, comparison) for name, comparison in stages.items()])
 
 
@@ -283,7 +301,5 @@ def _errors(name: str, comparison: Comparison) -> tuple[str, ...]:
         name,
         f"{error.delta_e_mean:.3f}",
         f"{floor.delta_e_mean:.3f}",
-        f"{error.rms_sigma:.2f}",
-        f"{floor.rms_sigma:.2f}",
-        f"{comparison.ratio:.2f} ×",
+        times(comparison.ratio),
     )

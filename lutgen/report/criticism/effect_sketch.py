@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import re
+from math import isfinite
 from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
 
 from lutgen.criticism.probes import probe
 from lutgen.criticism.verdict import strongest
 from lutgen.effects import STAGES
+from lutgen.readings.conditions import CONDITIONS
 
 if TYPE_CHECKING:
     from lutgen.criticism.diagnose import Diagnosis
+    from lutgen.readings.conditions import Condition
 
 #: Suggested name of the file, and the name of the effect in it.
 STUB_FILE, STUB_NAME = "my_effect.py", "my-effect"
@@ -41,8 +46,8 @@ def _light(need: str, factor: str, what: str, **given: str) -> Sketch:
     return Sketch("optics", (need,), f"share of the light {what}", f"xyz * (1.0 + {{size}} * {factor})", **given)
 
 
-#: Pattern of the name of what the remaining error follows → sketch; the first pattern that matches is used.
-FOLLOWS = {
+#: Pattern of the name of what the remaining error follows, a condition or where the light is added → sketch.
+_OF_CONDITIONS = {
     r"light added by (room light|ambient)": Sketch(
         "viewing",
         ("ambient_lx",),
@@ -70,6 +75,32 @@ FOLLOWS = {
     ),
     r".*\b(temperature|heat)": _light(
         "temperature_c", "(scene.temperature_c - 25.0)", "a kelvin", range="0.005, (-0.05, 0.05)"
+    ),
+}
+
+
+def of_condition(condition: Condition) -> tuple[str, Sketch]:
+    """Return pattern and sketch of a condition that has none above: in proportion to its distance from the usual."""
+    column = condition.columns[0]
+    reach = abs(column.axis[1] - column.axis[0])
+    values = {each.name: np.array([each.shown]) for each in condition.columns}
+    names = {condition.cell, *condition.strange, *condition.signatures(values, values)}
+    pattern = rf".*\b({'|'.join(map(re.escape, sorted(names, key=len, reverse=True)))})\b"
+    if isfinite(column.usual):
+        factor = f"(scene.{column.name} - {column.usual:g}) / {reach:g}"
+    else:
+        factor = f"np.exp(-scene.{column.name} / {reach:g})"
+    return pattern, _light(column.name, factor, f"at the far end of the {condition.name}")
+
+
+#: The same for all that it may follow; the first pattern that matches is used.
+FOLLOWS = {
+    **_OF_CONDITIONS,
+    **dict(
+        of_condition(condition)
+        for condition in CONDITIONS
+        if not {need for sketch in _OF_CONDITIONS.values() for need in sketch.needs}
+        & {column.name for column in condition.columns}
     ),
     r".*(×|secondary|mixture)": _MIXING,
     r".*(level|red|green|blue|grey)": _LEVEL,

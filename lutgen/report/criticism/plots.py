@@ -10,11 +10,10 @@ import numpy as np
 from lutgen.criticism.compare import compare_problem
 from lutgen.criticism.effect_size import relative_size
 from lutgen.criticism.fit_view import View
-from lutgen.numerals import percent, readable
+from lutgen.numerals import percent, readable, times
 from lutgen.report.criticism.comparison import LOGARITHMIC, plot_residuals
-from lutgen.report.criticism.diagnosis import noise_rms
 from lutgen.report.criticism.fit_plot import plot_fit
-from lutgen.report.drawing import BAND, BLACK, BLUE, GREY, RED, picture, tidy
+from lutgen.report.drawing import BAND, BLACK, BLUE, RED, picture, tidy
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -104,6 +103,9 @@ def plot_refinement(
 #: Effects that are drawn alone, at most.
 ALONE = 12
 
+#: An effect that alone takes away less than this share of the error is not drawn.
+LEAST_LOWERED = 0.01
+
 #: Half the height of the band around 1 in which an error counts as noise.
 NEAR = 0.1
 
@@ -116,32 +118,44 @@ class Stage(NamedTuple):
 
 
 class Alone(NamedTuple):
-    """An effect alone beside the model: rms error of its fit in σ, and whether the verdict names it."""
+    """An effect alone beside the model: the error that it leaves, over the noise, and whether the verdict names it."""
 
     name: str
-    rms_sigma: float
+    ratio: float
     named: bool
 
 
 def alone(diagnosis: Diagnosis) -> list[Alone]:
-    """Return the effects alone, best first."""
-    named = diagnosis.verdict.effects
-    return [Alone(each.effect, each.rms_sigma, each.effect in named) for each in diagnosis.ranking[:ALONE]]
+    """Return the effects that alone lower the error over noise of a comparison, best first."""
+    named, problem = diagnosis.verdict.effects, diagnosis.problem
+    found = [(family.name, family.best.fit.terms) for family in diagnosis.explanation.first[:ALONE]]
+    effects = [Alone(name, compare_problem(problem, terms).ratio, name in named) for name, terms in found]
+    lowering = [each for each in effects if each.ratio < (1.0 - LEAST_LOWERED) * diagnosis.comparison.ratio]
+    return sorted(lowering, key=lambda each: each.ratio)
 
 
 def plot_steps(stages: Sequence[Stage], diagnosis: Diagnosis | None, path: Path, *, foot: str, force: bool) -> None:
     """Draw the error after each step, and each effect alone or the errors in ΔE2000. Raises as :func:`picture`."""
     legend = (
-        "Error: root mean square over that of noise alone, for readings predicted from white and primaries; grey: "
-        "within a tenth of the noise. "
+        "× the noise: root mean square error in σ over that of noise alone, of the readings that are predicted from "
+        "white and primaries; at 1 × nothing but noise is left. "
     )
     height = 6.4
     with picture(path, _steps_title(stages), foot=legend + foot, height=height, force=force) as (figure, low, high):
-        bottom, top = low + 0.75 / height, high - 0.4 / height
-        wide = 0.34 if diagnosis else 0.42
-        _way(figure.add_axes((0.055, bottom, wide, top - bottom)), stages)
+        bottom, top = low + 0.85 / height, high - 0.4 / height
+        way = figure.add_axes((0.115, bottom, 0.325, top - bottom))
+        rows = [(stage.name, stage.comparison.ratio, stage.comparison.agrees) for stage in stages]
+        most = max(ratio for _, ratio, _ in rows)
+        _ratios(way, [(name, ratio, BLUE if agrees else RED) for name, ratio, agrees in rows], most)
+        way.set_title("Effect by effect", loc="left", fontsize=12)
         if diagnosis:
-            _alone(figure.add_axes((0.56, bottom, 0.4, top - bottom)), diagnosis)
+            by_itself = figure.add_axes((0.60, bottom, 0.36, top - bottom))
+            effects = alone(diagnosis)
+            bars = [(FIRST, stages[0].comparison.ratio, RED)]
+            bars += [(each.name, each.ratio, "#7fb8dc" if each.named else "#bbbbbb") for each in effects]
+            _ratios(by_itself, bars, most)
+            title = "With one effect alone (blue: named)" if effects else "No effect alone lowers the error"
+            by_itself.set_title(title, loc="left", fontsize=12)
         else:
             _colours(figure.add_axes((0.55, bottom, 0.42, top - bottom)), stages)
 
@@ -149,65 +163,32 @@ def plot_steps(stages: Sequence[Stage], diagnosis: Diagnosis | None, path: Path,
 def _steps_title(stages: Sequence[Stage]) -> str:
     first, last = stages[0].comparison, stages[-1].comparison
     if len(stages) == 1:
-        return f"The error is {first.ratio:.2f} times the noise, and no effect is added"
+        return f"The error is {first.ratio:.2f} × the noise, and no effect is added"
     added = ", ".join(stage.name.removeprefix("+ ") for stage in stages[1:])
-    end = "the noise" if last.agrees else f"{last.ratio:.2f} times the noise: something is left"
-    return f"With {added} the error falls from {first.ratio:.3g} times the noise to {end}"
+    end = "" if last.agrees else ": something is left"
+    return f"With {added} the error falls from {times(first.ratio)} to {times(last.ratio)} the noise{end}"
 
 
-def _way(axes: Axes, stages: Sequence[Stage]) -> None:
-    ratio = np.array([stage.comparison.ratio for stage in stages])
-    places = np.arange(len(stages))
-    axes.axhspan(1.0 - NEAR, 1.0 + NEAR, color=BAND, linewidth=0)
-    axes.axhline(1.0, color=GREY, linewidth=1.0)
-    axes.plot(places, ratio, "-", color=BLACK, linewidth=1.6)
-    for place, stage, value in zip(places, stages, ratio, strict=True):
-        axes.plot(place, value, "o", color=BLUE if stage.comparison.agrees else RED, markersize=11)
-        axes.annotate(
-            f"{value:.3g} ×", (place, value), (12, 10), textcoords="offset points", fontsize=12, weight="bold"
-        )
-    if ratio.max() > LOGARITHMIC:
-        axes.set_yscale("log")
-        axes.set_ylim(0.6, 2.2 * ratio.max())
-        axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
-        axes.yaxis.set_minor_formatter(lambda _value, _: "")
-    else:
-        axes.set_ylim(0.0, max(2.0, 1.25 * float(ratio.max())))
-    axes.set_xticks(places, [stage.name for stage in stages], fontsize=11)
-    axes.set_xlim(-0.4, len(stages) - 0.4)
-    axes.set_title("Error over noise, effect by effect", loc="left", fontsize=12)
-    tidy(axes)
-
-
-def _alone(axes: Axes, diagnosis: Diagnosis) -> None:
-    rows, noise, base = alone(diagnosis), noise_rms(diagnosis), diagnosis.explanation.base
-    nothing = (base.chi2 / base.readings) ** 0.5
-    for row, each in enumerate(rows):
-        axes.barh(row, each.rms_sigma, 0.66, color=BLUE if each.named else "#bbbbbb")
-        axes.annotate(
-            f"{each.rms_sigma / noise:.3g} ×",
-            (max(each.rms_sigma, noise), row),
-            (8, 0),
-            textcoords="offset points",
-            va="center",
-            fontsize=10,
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0},
-        )
-    axes.axvline(noise, color=GREY, linewidth=1.6)
-    axes.axvline(nothing, color=RED, linewidth=1.6, linestyle="--")
-    axes.text(noise, -0.75, "noise", ha="center", fontsize=10, color=GREY)
-    if nothing > 1.15 * noise:
-        axes.text(nothing, -0.75, "without it", ha="center", fontsize=10, color=RED)
-    if nothing > LOGARITHMIC * noise:
+def _ratios(axes: Axes, rows: Sequence[tuple[str, float, str]], most: float) -> None:
+    """Draw one labelled bar for each row (name, error over noise, colour), from an axis that begins at no error."""
+    logarithmic = most > LOGARITHMIC
+    start = 0.5 if logarithmic else 0.0
+    if logarithmic:
         axes.set_xscale("log")
-        axes.set_xlim(0.6 * noise, 2.0 * nothing)
         axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
         axes.xaxis.set_minor_formatter(lambda _value, _: "")
-    else:
-        axes.set_xlim(0.0, 1.25 * max(nothing, noise))
-    axes.set_yticks(range(len(rows)), [each.name for each in rows], fontsize=10)
-    axes.set_ylim(len(rows) - 0.4, -0.6)
-    axes.set_title("What each effect alone would leave, in σ", loc="left", fontsize=12, pad=20)
+    # The label of the longest bar needs a fifth of the axis.
+    axes.set_xlim(start, start * (most / start) ** 1.28 if logarithmic else max(1.25 * most, 2.0))
+    axes.axvspan(1.0 - NEAR, 1.0 + NEAR, color=BAND, linewidth=0, zorder=0)
+    for row, (_, ratio, colour) in enumerate(rows):
+        axes.barh(row, max(ratio - start, 0.0), 0.62, left=start, color=colour)
+        place = (max(ratio, 1.0 + NEAR), row)
+        axes.annotate(
+            times(ratio), place, (7, 0), textcoords="offset points", va="center", fontsize=10.5, weight="bold"
+        )
+    axes.set_yticks(range(len(rows)), [name for name, _, _ in rows], fontsize=10.5)
+    axes.set_ylim(max(len(rows), 4) - 0.4, -0.6)
+    axes.set_xlabel("error, × the noise" + (" (logarithmic)" if logarithmic else ""), fontsize=10)
     tidy(axes)
     axes.grid(visible=False, axis="y")
 
@@ -235,30 +216,30 @@ def _colours(axes: Axes, stages: Sequence[Stage]) -> None:
 #: Height of an effect's row, in inches.
 ROW = 0.34
 
-#: Least and greatest share of the typical size that the axis shows at least.
-LEAST_SIZE, MOST_SIZE = 1e-3, 10.0
+#: Least and greatest times by which an effect of typical size exceeds what is seen, that the axis shows at least.
+LEAST_TIMES, MOST_TIMES = 0.1, 100.0
 
 
 def plot_visibility(
     seen: Sequence[Visibility], effects: Mapping[str, Effect], path: Path, *, foot: str, force: bool
 ) -> None:
-    """Draw one bar for each effect: smallest detectable size over typical size. Errors as :func:`picture`."""
+    """Draw one bar for each effect: typical size over smallest detectable size. Errors as :func:`picture`."""
     sizes = {each.effect: relative_size(each, effects) for each in seen}
     order = sorted(seen, key=lambda each: (not each.visible, sizes[each.effect] or 0.0))
     explained = (
-        "Bar: smallest size that nine of ten campaigns like this would show, over the effect's typical size: the "
-        "shorter, the better it is seen. Column: share of the signature that white and primaries, read again, absorb. "
+        "Bar: how many times smaller than its typical size an effect may be, and nine of ten campaigns like this still "
+        "show it; left of the line it must be larger than typical. Right: how much of its signature white and "
+        "primaries hide, since they are measured again. "
     )
-    height = 2.0 + ROW * len(order)
+    height = 2.2 + ROW * len(order)
     with picture(path, _visibility_title(order, sizes), foot=explained + foot, height=height, force=force) as (
         figure,
         low,
         high,
     ):
-        axes = figure.add_axes((0.16, low + 0.62 / height, 0.62, high - low - 0.75 / height))
-        _bars(axes, order, sizes)
-        absorbed = figure.add_axes((0.86, low + 0.62 / height, 0.1, high - low - 0.75 / height), sharey=axes)
-        _absorbed(absorbed, order)
+        bottom, tall = low + 0.62 / height, high - low - 0.95 / height
+        _bars(figure.add_axes((0.16, bottom, 0.60, tall)), order, sizes, effects)
+        _hidden(figure.add_axes((0.84, bottom, 0.1, tall)), order)
 
 
 def _visibility_title(order: Sequence[Visibility], sizes: Mapping[str, float | None]) -> str:
@@ -273,44 +254,49 @@ def _visibility_title(order: Sequence[Visibility], sizes: Mapping[str, float | N
     return "; ".join(parts)
 
 
-def _bars(axes: Axes, order: Sequence[Visibility], sizes: Mapping[str, float | None]) -> None:
-    known = [size for size in sizes.values() if size]
-    low, high = min([LEAST_SIZE, *(0.5 * size for size in known)]), max([MOST_SIZE, *(3.0 * size for size in known)])
+def _bars(
+    axes: Axes, order: Sequence[Visibility], sizes: Mapping[str, float | None], effects: Mapping[str, Effect]
+) -> None:
+    multiples = [1.0 / size for size in sizes.values() if size]
+    low, high = min([LEAST_TIMES, *(0.7 * each for each in multiples)]), max([MOST_TIMES, *multiples])
+    # The label of the longest bar needs a third of the axis.
+    end = low * (high / low) ** 1.45
     axes.set_xscale("log")
-    axes.set(xlim=(low, high), ylim=(len(order) - 0.4, -0.6))
-    for row, each in enumerate(order):
-        size = sizes[each.effect]
-        if not each.visible:
-            axes.barh(row, high - low, 0.62, left=low, color="#fbe3d6", edgecolor=RED, hatch="///", linewidth=0.0)
-            axes.text(low * 1.15, row, "cannot be seen at any size", va="center", fontsize=10, color=RED, weight="bold",
-                      bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5})  # fmt: skip
-        elif size is None:
-            size_there = each.smallest_detectable
-            label = f"seen up to {readable(size_there)} {each.unit}" if size_there else "seen when it is there"
-            axes.text(low * 1.15, row, label, va="center", fontsize=10, color=BLUE)
-        else:
-            axes.barh(row, size - low, 0.62, left=low, color=BLUE if size <= 1 else RED)
-            unit = "" if each.unit == "1" else f" {each.unit}"
-            label = f"{each.parameter} from {readable(each.smallest_detectable or 0.0, 3)}{unit}"
-            box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
-            axes.text(size * 1.06, row, label, va="center", fontsize=10, color=BLACK, bbox=box)
-    axes.axvline(1.0, color=BLACK, linewidth=1.2, linestyle="--")
+    axes.set(xlim=(low, end), ylim=(len(order) - 0.4, -0.6))
+    axes.axvline(1.0, color=BLACK, linewidth=1.2)
     axes.text(1.0, -0.75, "typical size", ha="center", va="bottom", fontsize=10)
+    for row, each in enumerate(order):
+        size, colour = sizes[each.effect], BLACK
+        unit = "" if each.unit == "1" else f" {each.unit}"
+        place = low
+        if not each.visible:
+            label, colour = "cannot be seen at any size", RED
+        elif size is None:
+            smallest = each.smallest_detectable
+            label, colour = f"seen up to {readable(smallest)}{unit}" if smallest else "seen when it is there", BLUE
+        else:
+            axes.barh(row, 1.0 / size - low, 0.62, left=low, color=BLUE if size <= 1 else RED)
+            typical = readable(abs(effects[each.effect].parameters[each.parameter].value), 3)
+            label = f"from {readable(each.smallest_detectable or 0.0, 3)}{unit} (typical: {typical})"
+            place = max(1.0 / size, 1.0)
+        axes.annotate(label, (place, row), (6, 0), textcoords="offset points", va="center", fontsize=10, color=colour,
+                      bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0})  # fmt: skip
     axes.set_yticks(range(len(order)), [each.effect for each in order], fontsize=11)
-    axes.set_xlabel("smallest detectable size over typical size")
+    axes.xaxis.set_major_formatter(lambda value, _: f"{value:,.12g} ×".replace(",", "\N{NO-BREAK SPACE}"))
+    axes.set_xlabel("seen when so many times smaller than typical: a long bar is seen well")
     tidy(axes)
     axes.grid(visible=False, axis="y")
 
 
-def _absorbed(axes: Axes, order: Sequence[Visibility]) -> None:
+def _hidden(axes: Axes, order: Sequence[Visibility]) -> None:
     share = np.array([each.absorbed or 0.0 for each in order])
     rows = np.arange(len(order))
     axes.barh(rows, np.ones(len(order)), 0.62, color="#eeeeee")
     axes.barh(rows, share, 0.62, color="#999999")
     for row, each in enumerate(order):
         axes.text(1.06, row, percent(each.absorbed), va="center", fontsize=10)
-    axes.set(xlim=(0.0, 1.0), xticks=[])
-    axes.text(0.5, -0.75, "absorbed", ha="center", va="bottom", fontsize=10)
+    axes.set(xlim=(0.0, 1.0), xticks=[], ylim=(len(order) - 0.4, -0.6))
+    axes.text(0.5, -0.75, "hidden by re-measured\nwhite and primaries", ha="center", va="bottom", fontsize=10)
     axes.tick_params(left=False, labelleft=False)
     for side in ("top", "right", "left", "bottom"):
         axes.spines[side].set_visible(False)
