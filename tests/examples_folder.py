@@ -23,7 +23,7 @@ from lutgen.bake.spaces import linear_to_xyz_d50
 from lutgen.cli import group, main
 from lutgen.display import DisplayModel, default_display
 from lutgen.readings import read_measurements
-from lutgen.report.criticism.effect_sketch import sketched
+from lutgen.report.effect_sketch import sketched
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -17,8 +17,8 @@ from lutgen.display import load_model
 from lutgen.effects.child import check_file
 from lutgen.numerals import percent, readable, with_error
 from lutgen.readings import read_measurements
-from lutgen.report.criticism import diagnosis as diagnosis_page
-from lutgen.report.criticism.effect_sketch import FOLLOWS, sketched
+from lutgen.report import diagnosis as diagnosis_page
+from lutgen.report.effect_sketch import FOLLOWS, sketched
 from tests.campaigns import single, text_of, write
 from tests.command import Done, in_process
 

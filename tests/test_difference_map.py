@@ -19,7 +19,7 @@ from lutgen.pictures import difference_map as module
 from lutgen.pictures.blocks import Place
 from lutgen.pictures.difference_map import BIN, difference_map
 from lutgen.pictures.frame import AreaMeans, Grid, whole_factor
-from lutgen.report.pictures.difference_map import (
+from lutgen.report.difference_map import (
     MAGENTA,
     RANGE,
     check_range,

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen import files
 from lutgen.cli.words import say
 from lutgen.errors import LutgenError
-from lutgen.files import write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -40,16 +40,7 @@ def check_new_file(path: str, *, force: bool, suffixes: Sequence[str] = ()) -> P
         A folder, another suffix, a file that exists without ``force``, or a place that cannot be written to.
 
     """
-    file = Path(path)
-    if suffixes and file.suffix.lower() not in suffixes:
-        message = f"{path}: give a name that ends in {' or '.join(suffixes)}."
-        raise LutgenError(message)
-    if file.is_dir():
-        message = f"{path}: is a folder. Give the name of a file."
-        raise LutgenError(message)
-    if file.exists() and not force:
-        message = f"{path}: exists already. Add --force to replace it, or choose another name."
-        raise LutgenError(message)
+    file = files.check_new_file(path, force=force, suffixes=suffixes)
     _check_writable(file)
     return file
 
@@ -86,7 +77,7 @@ def write_json(content: Any, to: str) -> None:
     if to == STANDARD_OUTPUT:
         click.echo(text)
     else:
-        write_atomically(Path(to), f"{text}\n".encode())
+        files.write_atomically(Path(to), f"{text}\n".encode())
 
 
 def _plain(content: Any) -> Any:
@@ -161,7 +152,7 @@ class Outputs:
     ) -> None:
         """Write the table, the pictures and the JSON that were asked for; then print the page."""
         if self.csv_to:
-            write_atomically(Path(self.csv_to), as_csv().encode())
+            files.write_atomically(Path(self.csv_to), as_csv().encode())
         pictures = plot(self.plots) if self.plots else ()
         if self.json_to:
             write_json(as_json(), self.json_to)

@@ -186,11 +186,10 @@ def held(path: Path) -> Iterator[None]:
         try:
             connection.execute("BEGIN EXCLUSIVE")
         except sqlite3.OperationalError:
-            message = (
+            raise LutgenError(
                 "this reader's session is running already, in another lutgen study run. Go on there, or end that one "
                 "with Ctrl-C."
-            )
-            raise LutgenError(message) from None
+            ) from None
         yield
 
 

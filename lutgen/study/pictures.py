@@ -22,8 +22,8 @@ from lutgen.bake.build import Plan, build
 from lutgen.errors import LutgenError
 from lutgen.files import file_sha256, files_below
 from lutgen.pictures.apply import apply_to_images
+from lutgen.pictures.frame import plain_png
 from lutgen.pictures.images import FORMATS, open_source
-from lutgen.pictures.png import plain_png
 from lutgen.scratch import scratch
 from lutgen.study.design import UNAGED
 from lutgen.study.protocol import IMAGES, Render, StudyCondition, StudyImage
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from lutgen.display import DisplayModel
+    from lutgen.pictures.frame import Pixels
     from lutgen.pictures.images import ImageSource
-    from lutgen.pictures.png import Pixels
 
 #: Kinds of files that a study shows: those of code values.
 KINDS = ("png", "jpeg", "tiff")
@@ -141,10 +141,9 @@ def _check_distinct(pictures: Sequence[Picture], what: str, key: Callable[[Pictu
     for picture in pictures:
         other = first.setdefault(key(picture), picture)
         if other is not picture:
-            message = (
+            raise LutgenError(
                 f"{other.path} and {picture.path}: {what}, so a reader would read one picture twice. Leave one out."
             )
-            raise LutgenError(message)
 
 
 def _picture(name: str, path: Path) -> Picture:

@@ -211,8 +211,7 @@ def check_new_study(study: Path, *, force: bool) -> None:
         message = f"{study}: holds readers' answers, which --force does not delete either. Choose another folder."
         raise LutgenError(message)
     if PROTOCOL not in held or held - _OURS:
-        message = f"{study}: holds what lutgen study plan did not make. Choose another folder with -o."
-        raise LutgenError(message)
+        raise LutgenError(f"{study}: holds what lutgen study plan did not make. Choose another folder with -o.")
     if not force:
         message = f"{study}: holds a study already. Choose another folder, or add --force: it has no answers yet."
         raise LutgenError(message)
@@ -273,8 +272,7 @@ def _model(model: DisplayModel, luts: dict[str, BakedLut]) -> dict[str, Any]:
 def _check_unchanged(pictures: Sequence[Picture]) -> None:
     for picture in pictures:
         if file_sha256(picture.path) != picture.sha256:
-            message = f"{picture.path}: was changed while the study was planned. Plan it again."
-            raise LutgenError(message)
+            raise LutgenError(f"{picture.path}: was changed while the study was planned. Plan it again.")
 
 
 @contextmanager

@@ -19,8 +19,21 @@ from typing import TYPE_CHECKING, Any
 from lutgen import __version__
 from lutgen.errors import LutgenError, reason_of
 from lutgen.study.answer_file import AnswerFile, held
-from lutgen.study.answers import ANSWERED, ENDED, MAX_SECONDS, PRACTISED, answered, reader_name, take_place
-from lutgen.study.progress import OVERRIDDEN, RESUMED, STARTED, latest, may_begin, session_progress
+from lutgen.study.answers import (
+    ANSWERED,
+    ENDED,
+    MAX_SECONDS,
+    OVERRIDDEN,
+    PRACTISED,
+    RESUMED,
+    STARTED,
+    answered,
+    latest,
+    may_begin,
+    reader_name,
+    session_progress,
+    take_place,
+)
 from lutgen.study.protocol import Protocol, read_protocol
 
 if TYPE_CHECKING:
@@ -312,8 +325,7 @@ def _begin(began: ReadingSession, file: AnswerFile, now: datetime, why: str | No
     here = session_progress(file.entries, session, len(began.images))
     if here.ended:
         following = f" Next is --session {session + 1}." if session < protocol.sessions else ""
-        message = f"--session {session}: is complete, {here.read} of {here.images} images are read.{following}"
-        raise LutgenError(message)
+        raise LutgenError(f"--session {session}: is complete, {here.read} of {here.images} images are read.{following}")
     if here.started:
         file.append(text_of(now), session, [(RESUMED, {"read": here.read})])
         return

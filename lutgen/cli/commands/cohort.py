@@ -61,7 +61,7 @@ def command(
     """
     from lutgen.display.hours import parse_hours
     from lutgen.pictures.cohort import cohort
-    from lutgen.report.pictures.cohort import cohort_page
+    from lutgen.report.lifetimes import cohort_page
 
     if jobs and scheduler:
         message = "--jobs are processes of this machine, and --scheduler has its own. Leave one of them out."

@@ -36,11 +36,11 @@ def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, f
       lutgen inspect examples/session.ti3 --plots plots/inspect --json inspect.json
     """
     from lutgen.history import inspect_session
-    from lutgen.report.history.inspection import inspect_page
+    from lutgen.report.inspection import inspect_page
 
     alone = check_json(json_to, force=force)
     if plots:
-        from lutgen.report.history.inspection import picture_names, plot_inspection
+        from lutgen.report.inspection import picture_names, plot_inspection
     inspections = []
     with progress_bar("inspecting", quiet=alone) as progress:
         for number, session in enumerate(_sessions(files)):

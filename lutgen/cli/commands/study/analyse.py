@@ -67,13 +67,13 @@ def command(
     if csv_to:
         _write_tables(analysis, csv_to)
     if plots:
-        from lutgen.report.study.analysis_plot import plot_study
+        from lutgen.report.study_analysis import plot_study
 
         picture = plot_study(analysis, plots, force=force)
     if json_to:
         write_json(analysis.as_json(), json_to)
     if not alone:
-        from lutgen.report.study.analysis import study_page
+        from lutgen.report.study_analysis import study_page
 
         print_page([*study_page(analysis), *([f"Picture: {picture}"] if picture else [])])
 
@@ -83,12 +83,12 @@ def _check(csv_to: str | None, plots: str | None, *, force: bool) -> None:
     from pathlib import Path
 
     if csv_to:
-        from lutgen.study.analysis.tables import TABLE_FILES
+        from lutgen.study.tables import TABLE_FILES
 
         for name in TABLE_FILES:
             check_new_file(str(Path(csv_to) / name), force=force)
     if plots:
-        from lutgen.report.study.analysis_plot import PICTURE
+        from lutgen.report.study_analysis import PICTURE
 
         check_pictures(plots, [PICTURE], force=force)
 
@@ -98,7 +98,7 @@ def _write_tables(analysis: Analysis, folder: str) -> None:
     from pathlib import Path
 
     from lutgen.files import write_atomically
-    from lutgen.study.analysis.tables import TABLE_FILES, tables_csv
+    from lutgen.study.tables import TABLE_FILES, tables_csv
 
     texts = tables_csv(analysis)
     for name, text in texts.items():
@@ -114,11 +114,11 @@ def _analysis(study: str | None, answers: str | None, counts: str | None, summar
     if study:
         return _of_study(study, ci)
     if answers:
-        from lutgen.study.analysis.tables import read_answer_table
+        from lutgen.study.tables import read_answer_table
 
         remark, given = read_answer_table(answers)
         return analyse_answers(given, sources=[_source(answers, remark)], ci=ci)
-    from lutgen.study.analysis.tables import read_counts, read_summary
+    from lutgen.study.tables import read_counts, read_summary
 
     remark, rows = read_counts(counts) if counts else ("", ())
     sources = [_source(counts, remark)] if counts else []

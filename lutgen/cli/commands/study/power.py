@@ -29,12 +29,12 @@ def command(*, per_condition: int, readers: int, json_to: str | None, plots: str
       lutgen study power --per-condition 40
       lutgen study power --per-condition 60 --readers 2 --plots plots/power
     """
-    from lutgen.report.study.power import power_page
+    from lutgen.report.study_plan import power_page
     from lutgen.study.power import study_power
 
     alone = check_json(json_to, force=force)
     if plots:
-        from lutgen.report.study.power import PICTURE, plot_power
+        from lutgen.report.study_plan import PICTURE, plot_power
 
         check_pictures(plots, [PICTURE], force=force)
     result = study_power(per_condition, readers)

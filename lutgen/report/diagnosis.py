@@ -1,0 +1,395 @@
+"""The pages of ``lutgen diagnose``, ``refine`` and ``plan``: the verdict, the fitted effects, what to measure next."""
+
+from __future__ import annotations
+
+from math import ceil
+from typing import TYPE_CHECKING, Any
+
+from lutgen.criticism.diagnose import parameters_of
+from lutgen.criticism.effect_size import relative_size, typical_size
+from lutgen.numerals import percent, readable, with_error
+from lutgen.readings.conditions import COLUMNS
+from lutgen.report.comparison import data_line, fresh_lines
+from lutgen.report.effect_sketch import STUB_FILE, STUB_NAME, stub
+from lutgen.report.parts import Headline, Table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from lutgen.criticism.compare import Comparison
+    from lutgen.criticism.diagnose import Diagnosis, Ranked
+    from lutgen.criticism.plan import MeasurementPlan
+    from lutgen.criticism.refine import Refinement
+    from lutgen.criticism.separate import Patch, Separation
+    from lutgen.criticism.visibility import Visibility
+    from lutgen.effects import Effect
+    from lutgen.report.parts import Part
+
+#: Rows of the ranking, and parameters that a row lists.
+RANKED, LISTED = 6, 2
+
+#: Rivals of each effect that the part on refutation names.
+REFUTED_BY = 3
+
+#: χ² between two rivals that separates them clearly; more repetitions of a set than this are not proposed.
+CLEARLY, TOO_OFTEN = 20.0, 10
+
+#: Beginning of the names of parameters that together are one curve over code values; one line counts them.
+_KNOTS = "level_"
+
+
+def diagnose_page(
+    diagnosis: Diagnosis,
+    effects: Mapping[str, Effect],
+    again: str,
+    stub_file: str | None = None,
+    *,
+    verbose: bool = False,
+) -> Iterator[Part]:
+    """Yield what ``lutgen diagnose`` prints: the verdict, the error, what to do next, and what the verdict rests on.
+
+    ``again`` are DATA and options as a next command repeats them; ``verbose``: every effect by itself too.
+    """
+    verdict = diagnosis.verdict
+    yield Headline(f"{verdict.name}: {verdict.sentence}")
+    yield from _error_lines(diagnosis)
+    yield from _next(diagnosis, again, stub_file)
+    if verdict.effects:
+        yield ""
+        yield parameter_table(parameters_of(diagnosis.explanation.final), effects)
+    for part in (_rivals(diagnosis, again), verdict.remarks, _refutation(diagnosis, effects)):
+        if part:
+            yield ""
+            yield from part
+    yield ""
+    yield data_line(diagnosis.problem)
+    first = diagnosis.comparison.first_session
+    if first and first.is_another:
+        yield from fresh_lines(diagnosis.comparison)
+    yield ""
+    yield "What these data can see (an effect of the size given is found in nine of ten campaigns like this):"
+    yield visibility_table(diagnosis.visibility, effects, verbose=verbose)
+    if diagnosis.ranking and verbose:
+        yield ""
+        yield f"Each effect alone, fitted with white and primaries, best first (noise: {noise_rms(diagnosis):.2f} σ):"
+        yield _ranking_table(diagnosis.ranking, effects)
+    if not verbose:
+        yield "How each effect does alone: --verbose."
+
+
+def _error_lines(diagnosis: Diagnosis) -> Iterator[str]:
+    """Say the error before, and with what was named."""
+    before = diagnosis.comparison
+    yield before.sentence()
+    if diagnosis.verdict.effects:
+        after = diagnosis.after
+        yield (
+            f"With {' and '.join(each.name for each in diagnosis.explanation.steps)}: mean ΔE2000 "
+            f"{after.error.delta_e_mean:.2f}, from {before.ratio:.3g} × to {after.ratio:.3g} × the noise."
+        )
+
+
+def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect], *, verbose: bool = True) -> Table:
+    """Tabulate the smallest size of each effect that the readings would show, the most visible effect first.
+
+    Unless ``verbose``, without the parameter that the size is of, and what re-measured white and primaries hide.
+    """
+    rows = []
+    ordered = sorted(seen, key=lambda each: (not each.visible, relative_size(each, effects) or 0.0))
+    for each in ordered:
+        parameter = effects[each.effect].parameters.get(each.parameter)
+        unit = f" {each.unit}" if each.unit not in {"1", ""} else ""
+        size = f"{readable(each.smallest_detectable, 3)}{unit}" if each.smallest_detectable is not None else "any"
+        row = (
+            each.effect,
+            size if each.visible else "cannot be seen",
+            f"{readable(typical_size(effects[each.effect], each.parameter), 3)}{unit}" if parameter else "–",
+            each.parameter,
+            percent(each.absorbed),
+        )
+        rows.append(row)
+    headings = ("effect", "seen from", "typical", "parameter", "hidden by white and primaries")
+    faint = [n for n, each in enumerate(ordered) if not each.visible]
+    count = len(headings) if verbose else 3
+    return Table(headings[:count], [row[:count] for row in rows], words=(0, 3)[: 2 if verbose else 1], faint=faint)
+
+
+def parameter_table(parameters: Mapping[str, Mapping[str, Mapping[str, Any]]], effects: Mapping[str, Effect]) -> Table:
+    """Tabulate every fitted parameter ± its standard error, and its meaning."""
+    rows = []
+    for name, values in parameters.items():
+        shown = name
+        for key, each in values.items():
+            if each["free"]:
+                estimate = estimate_in_words(each, effects[name], key)
+                rows.append((shown, key, estimate, effects[name].parameters[key].meaning))
+                shown = ""
+        if shown:
+            rows.append((shown, "–", "on", effects[name].summary))
+    return Table(("effect", "parameter", "value", "what it is"), rows, words=(0, 1, 3))
+
+
+def estimate_in_words(estimate: Mapping[str, Any], effect: Effect, name: str) -> str:
+    """Write value ± standard error with its unit; say when it lies at its bound or has no influence."""
+    text = with_error(estimate["value"], estimate["stderr"], estimate["unit"])
+    if estimate["at_bound"]:
+        return f"{text}, at its bound"
+    searched = bool(effect.parameters[name].grid)
+    return f"{text}, no influence" if estimate["free"] and estimate["stderr"] is None and not searched else text
+
+
+def _ranking_table(ranking: tuple[Ranked, ...], effects: Mapping[str, Effect]) -> Table:
+    rows = [
+        (
+            each.effect,
+            f"{each.delta_bic:.0f}",
+            f"{each.rms_sigma:.2f}",
+            "–" if each.held_out_rms_sigma is None else _sigma(each.held_out_rms_sigma),
+            percent(each.explained),
+            _in_short(each, effects[each.effect]),
+        )
+        for each in ranking[:RANKED]
+    ]
+    return Table(("effect", "ΔBIC", "rms σ", "held out", "explains", "parameters"), rows, words=(0, 5))
+
+
+def _sigma(value: float) -> str:
+    return f"{value:.2f}" if value < 1000 else readable(value, 3)
+
+
+def noise_rms(diagnosis: Diagnosis) -> float:
+    """Root mean square in σ that a fit leaves of noise alone; below 1, since the free parameters follow the noise."""
+    base, error = diagnosis.explanation.base, diagnosis.error
+    scatter = error.squares / error.freedom if error.measured else 1.0
+    return float((base.freedom * scatter / base.readings) ** 0.5)
+
+
+def _in_short(each: Ranked, effect: Effect) -> str:
+    """List the first free parameters; the knots of a level curve count as one."""
+    plain = [name for name in each.form if not name.startswith(_KNOTS)]
+    words = [f"{name} {estimate_in_words(each.parameters[name], effect, name)}" for name in plain[:LISTED]]
+    more = len(plain) - LISTED
+    words += [f"{more} more"] if more > 0 else []
+    knots = len(each.form) - len(plain)
+    return ", ".join([*words, *([f"a curve of {knots} levels"] if knots else [])]) or "on"
+
+
+def _rivals(diagnosis: Diagnosis, again: str) -> list[str]:
+    lines = [f"These data cannot tell apart: {' and '.join(each)}." for each in diagnosis.verdict.rivals]
+    lines += [line for each in diagnosis.measure_next for line in _separation(each, again)]
+    return lines
+
+
+def _separation(each: Separation, again: str) -> Iterator[str]:
+    """Say which readings separate two rivals and how often to repeat them, or that no readings of one session do."""
+    one, other = each.separates
+    gain = each.after - each.before
+    times = ceil(max(CLEARLY - each.before, 1.0) / gain) if gain > 0 else TOO_OFTEN + 1
+    if times > TOO_OFTEN:
+        yield (
+            f"Nothing in one more session would tell {one} from {other}: as far as these readings go, they give the "
+            f"same LUTs."
+        )
+        return
+    often = f", read {times} times," if times > 1 else ""
+    yield (
+        f"To tell {one} from {other}: {each.name}. {len(each.patches)} readings{often} raise the χ² between them from "
+        f"{each.before:.3g} to {each.before + times * gain:.3g} ({CLEARLY:g} is clear).\n"
+        f"  lutgen plan {again} --between {one},{other} -o plan.csv"
+    )
+
+
+def _refutation(diagnosis: Diagnosis, effects: Mapping[str, Effect]) -> list[str]:
+    """List the observations that would show the verdict to be wrong."""
+    verdict = diagnosis.verdict
+    lines = []
+    for name in verdict.effects[:1] if verdict.name == "one-of" else verdict.effects:
+        confused = effects[name].confused_with or {}
+        others = [(other, how) for other, how in confused.items() if other not in verdict.effects][:REFUTED_BY]
+        lines += [f"  to rule out {other} in place of {name}: {how}" for other, how in others]
+    if verdict.effects:
+        lines.append("  a new session that the refined model misses by more than the noise (compare NEW.csv --model …)")
+    if verdict.name == "consistent":
+        lines.append("  readings of a kind that these are not: effects that cannot be seen above are not excluded")
+    if verdict.name == "unexplained":
+        lines.append("  an effect of your own, with which nothing but noise is left")
+    if verdict.name == "measurement-problem":
+        lines.append("  the same readings again, with the same result")
+    return ["What would refute this:", *lines] if lines else []
+
+
+def _next(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[str]:
+    verdict = diagnosis.verdict
+    if verdict.name == "unexplained":
+        yield from _own_effect(diagnosis, again, stub_file)
+    elif verdict.name == "measurement-problem":
+        yield "Next: measure again, or correct the file; nothing should be added to the model yet."
+    elif verdict.name == "consistent":
+        yield f"Next, what to measure to see more:  lutgen plan {again} -o plan.csv"
+    elif verdict.name == "one-of":
+        likeliest = f"lutgen refine {again} --add {verdict.effects[0]} -o my-display.toml"
+        yield f"Next, measure what tells them apart; or go on with the likeliest:  {likeliest}"
+    else:
+        yield f"Next:  lutgen refine {again} --add {','.join(verdict.effects)} -o my-display.toml"
+
+
+def _own_effect(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[str]:
+    file = stub_file or STUB_FILE
+    if stub_file:
+        yield f"An effect of your own to start from: {stub_file}"
+    else:
+        yield f"An effect of your own to start from (--stub {STUB_FILE} writes it):"
+        yield ""
+        yield stub(diagnosis)
+    yield f"Next:  lutgen refine {again} --effects {file} --add {STUB_NAME}"
+
+
+def refine_page(refinement: Refinement, effects: Mapping[str, Effect], data: str, model: str | None) -> Iterator[Part]:
+    """Yield what ``lutgen refine`` prints; ``data`` is DATA quoted for a shell, ``model`` the model file written."""
+    yield Headline(refinement.sentence())
+    if refinement.diagnosis:
+        verdict = refinement.diagnosis.verdict
+        yield f"Verdict: {verdict.name}: {verdict.sentence}"
+    yield data_line(refinement.found.problem)
+    yield ""
+    yield _steps_table(refinement)
+    if refinement.found.terms:
+        yield ""
+        yield parameter_table(parameters_of(refinement.found), effects)
+        yield ""
+        yield from refinement.carried() or ["LUTs of this model carry all of it."]
+    yield ""
+    if not refinement.after.agrees and not refinement.diagnosis:
+        first = "" if model else "Write the model (-o MODEL.toml), then:  "
+        yield f"Something is left. {first}lutgen diagnose {data} --model {model or 'MODEL.toml'}"
+    if model:
+        last = f"{float(refinement.found.problem.hours[-1]):g}"
+        yield f"Model written: {model}. Bake it:  lutgen build --model {model} --hours 0..{last} -o aged/"
+    else:
+        yield "No model was written: -o MODEL.toml writes it."
+
+
+def _steps_table(refinement: Refinement) -> Table:
+    terms = ", ".join(term.effect.name for term in refinement.before.terms)
+    stages = {
+        f"the model with {terms}" if terms else "the paper's model": refinement.before,
+        **{f"+ {step.effect}": step.comparison for step in refinement.steps},
+    }
+    headings = ("model", "mean ΔE2000", "noise alone", "rms σ", "noise alone", "ratio")
+    return Table(headings, [_errors(name, comparison) for name, comparison in stages.items()])
+
+
+def _errors(name: str, comparison: Comparison) -> tuple[str, ...]:
+    error, floor = comparison.error, comparison.floor
+    return (
+        name,
+        f"{error.delta_e_mean:.3f}",
+        f"{floor.delta_e_mean:.3f}",
+        f"{error.rms_sigma:.2f}",
+        f"{floor.rms_sigma:.2f}",
+        f"{comparison.ratio:.2f} ×",
+    )
+
+
+#: Purpose of a plan → headings of the two numbers of each set: with the readings of today, and with the set.
+GAINS = {
+    "between": ("χ² between them today", "with this set"),
+    "effect": ("seen from today", "with this set"),
+    "coverage": ("", "effects that it opens"),
+}
+
+
+def plan_page(plan: MeasurementPlan, kind: str, written: Sequence[str]) -> Iterator[Part]:
+    """Yield what ``lutgen plan`` prints; ``kind`` is a key of ``GAINS``."""
+    yield Headline(plan.sentence)
+    yield ""
+    yield f"{len(plan.patches)} readings, in this order:"
+    yield _patch_table(plan.patches)
+    if plan.gains:
+        yield ""
+        yield _gain_table(plan, kind)
+    yield ""
+    yield from [f"Written: {path}" for path in written] or ["-o PLAN.csv writes the list to be filled in."]
+    if any(path.endswith(".ti1") for path in written) and any(patch.conditions for patch in plan.patches):
+        yield "A .ti1 holds code values alone: position, room light, minutes, temperature and window are in the .csv."
+
+
+def _patch_table(patches: Sequence[Patch]) -> Table:
+    """Tabulate the patches; neighbours share a row when they differ in one condition at most."""
+    rows = []
+    for group in _joined(list(_grouped(patches))):
+        codes = group[0][1]
+        first = group[0][0]
+        conditions = [*_conditions([patch for patch, _ in group]), *([first.note] if first.note else [])]
+        count = len(group) * sum(codes.values())
+        rows.append((str(count), ", ".join(conditions), "  ".join(_coded(code, n) for code, n in codes.items())))
+    return Table(("readings", "conditions", "R, G, B"), rows, words=range(3))
+
+
+#: Patches under the same conditions: the first of them, and how often each code is read.
+_Group = tuple["Patch", dict[tuple[float, float, float], int]]
+
+
+def _grouped(patches: Sequence[Patch]) -> Iterator[_Group]:
+    first: Patch | None = None
+    codes: dict[tuple[float, float, float], int] = {}
+    for patch in patches:
+        if first is not None and _row_key(patch) != _row_key(first):
+            yield first, codes
+            first, codes = None, {}
+        first = first or patch
+        codes[patch.code] = codes.get(patch.code, 0) + 1
+    if first is not None:
+        yield first, codes
+
+
+def _row_key(patch: Patch) -> tuple[object, ...]:
+    """Return what patches of one row have in common: conditions, note, and kind (pure, grey, ramp, mixture)."""
+    lit = sum(value > 0 for value in patch.code)
+    pure = set(patch.code) <= {0.0, 1.0} and lit in {0, 1, 3}
+    kind = "pure" if pure else "grey" if len(set(patch.code)) == 1 else "ramp" if lit == 1 else "mixture"
+    return tuple(patch.conditions.items()), patch.note, "" if patch.conditions else kind
+
+
+def _joined(groups: Sequence[_Group]) -> Iterator[list[_Group]]:
+    """Join neighbouring groups that have the same code values under other values of the same conditions."""
+    run: list[_Group] = []
+    for group in groups:
+        if run and (group[1], [*group[0].conditions], group[0].note) != (
+            run[0][1],
+            [*run[0][0].conditions],
+            run[0][0].note,
+        ):
+            yield run
+            run = []
+        run.append(group)
+    yield run
+
+
+def _conditions(patches: Sequence[Patch]) -> list[str]:
+    values = [patch.conditions for patch in patches]
+    if len(values) > 1 and [*values[0]] == ["u", "v"]:
+        return ["u,v = " + " ".join(f"{each['u']:g},{each['v']:g}" for each in values)]
+    listed = {name: ", ".join(dict.fromkeys(f"{each[name]:g}" for each in values)) for name in values[0]}
+    return [" ".join(filter(None, (_before(name), text, COLUMNS[name].unit))) for name, text in listed.items()]
+
+
+def _before(name: str) -> str:
+    """The column's name, where no unit tells what its values are."""
+    return "" if COLUMNS[name].unit else name
+
+
+def _coded(code: tuple[float, float, float], times: int) -> str:
+    text = f"{code[0]:g}" if code[0] == code[1] == code[2] else ",".join(f"{value:g}" for value in code)
+    return f"{text} ×{times}" if times > 1 else text
+
+
+def _gain_table(plan: MeasurementPlan, kind: str) -> Table:
+    """Tabulate what each set adds, without the sets that add nothing."""
+    before, after = GAINS[kind]
+    rows = []
+    for name, (today, then) in plan.gains.items():
+        cells = ["not at all" if each is None else readable(each, 3) for each in (today, then)]
+        if cells[0] != cells[1]:
+            rows.append((name, *(cells if before else cells[1:])))
+    return Table(("set", before, after) if before else ("set", after), rows)
