@@ -24,7 +24,7 @@ from lutgen.pictures import cohort_workers
 from lutgen.pictures.blocks import few_threads, threads
 from lutgen.pictures.cohort import bands_of, coverage, left_out, lives_of
 from lutgen.pictures.cohort_slides import RunFolder, find_slides, image_from_json
-from lutgen.pictures.cohort_workers import Asked, Outcome
+from lutgen.pictures.cohort_workers import CohortTask, Outcome
 from lutgen.pictures.difference import STATISTICS
 from tests.cohort_slides import HOURS, break_slide, deadly_model, make_slides, model, seven_colours
 
@@ -371,8 +371,8 @@ def test_processes_end_when_nobody_waits_for_them_any_more(tmp_path: Path) -> No
     assert not {each.pid for each in working} & {each.pid for each in multiprocessing.active_children()}
 
 
-def _asked(display: DisplayModel) -> Asked:
-    return Asked(display, (3.0,), ("chroma",), HOURS, tissue=False, source="auto")
+def _asked(display: DisplayModel) -> CohortTask:
+    return CohortTask(display, (3.0,), ("chroma",), HOURS, tissue=False, source="auto")
 
 
 # Dask -----------------------------------------------------------------------------------------------------------------

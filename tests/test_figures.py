@@ -105,7 +105,7 @@ def test_a_large_image_is_made_smaller_by_means_of_light_and_aged_then(tmp_path:
     code = np.clip(model.at("chroma", 9000.0).code_to_code(expected / 255.0), 0.0, 1.0)
     np.testing.assert_array_equal(series.seen("chroma", 9000.0), np.rint(255.0 * code))
     curve = lifetime([tmp_path / "a.png"], model, hours=[9000.0]).images[0].curves["chroma"]
-    assert series.told("chroma", 9000.0) == f"mean ΔE2000 {curve.mean[-1]:.1f}"
+    assert series.mean_in_words("chroma", 9000.0) == f"mean ΔE2000 {curve.mean[-1]:.1f}"
 
 
 # lutgen figure --------------------------------------------------------------------------------------------------------

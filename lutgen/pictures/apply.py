@@ -50,7 +50,7 @@ _COMPRESSION = ("compression", "compressionquality", "openexr:dwacompressionleve
 
 @dataclass(frozen=True)
 class AppliedImage:
-    """One aged image.
+    """One image as it was written: aged, or side by side.
 
     Attributes
     ----------
@@ -169,7 +169,7 @@ def apply_to_images(
 
 
 class _ImageWork:
-    """One image from source to target."""
+    """Reads one image band by band, ages it and writes it."""
 
     def __init__(self, source: ImageSource, target: Target, engine: Engine, *, side_by_side: bool) -> None:
         self._source, self._target = source, target
@@ -197,7 +197,7 @@ class _ImageWork:
                 writing.result()
 
     def applied(self, output: Path) -> AppliedImage:
-        """Sum up."""
+        """Return sizes and shares of clipped pixels of the whole image."""
         source = self._source
         pixels = source.width * source.height
         return AppliedImage(
@@ -250,7 +250,7 @@ class Target:
     """An image being written, band by band."""
 
     def __init__(self, source: ImageSource, kind: ImageFormat, *, wide: bool) -> None:
-        """Decide how to store what ``source`` becomes; ``wide`` for two pictures side by side."""
+        """Choose how the aged ``source`` is stored; ``wide``: with two pictures side by side."""
         if source.storage.alpha and not kind.alpha:
             message = f"{source.path}: has alpha, which {kind.suffixes[0]} cannot keep. Write to .png, .tif or .exr."
             raise LutgenError(message)
@@ -289,7 +289,7 @@ class Target:
     @contextmanager
     def open(self, partial: Path) -> Iterator[None]:
         """Create the file ``partial``; its suffix does not matter. Raises OSError when that cannot be done."""
-        # Python's own attempt says why a file cannot be made, in words.
+        # Python's OSError says why a file cannot be created; OpenImageIO's message does not.
         partial.touch()
         self._folder = partial.parent
         self._check_room(0)

@@ -59,12 +59,12 @@ SUFFIXES = (".svs", ".ndpi", ".mrxs")
 #: Pixels along a region's side; a multiple of every usual tile's side, so that no tile is decoded twice.
 REGION = 1024
 
-#: The vendor whose scanner leaves out what holds no tissue: only there are missing tiles what was meant.
+#: The vendor whose scanner stores no tiles without tissue; in other vendors' slides a missing tile is damage.
 _SPARSE = "mirax"
 
 
 class Slide:
-    """An open slide: what is in it, region by region."""
+    """A slide that is open for reading, region by region."""
 
     storage = Storage(np.dtype(np.uint8), SIGNAL, alpha=True)
 
@@ -147,7 +147,7 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class Blocks:
-    """An open picture.
+    """An image or a slide that is open for reading, block by block.
 
     Attributes
     ----------
@@ -239,7 +239,7 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Field:
-    """A field.
+    """A field of view, whole in memory.
 
     Attributes
     ----------
@@ -278,7 +278,7 @@ def code_of(keys: NDArray[np.uint64]) -> Array:
 
 
 def read_field(file: str | Path, source: str = "auto") -> Field:
-    """Read a field.
+    """Read a field of view, whole.
 
     Parameters
     ----------

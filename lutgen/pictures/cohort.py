@@ -21,7 +21,7 @@ from lutgen.errors import LutgenError
 from lutgen.names import AGING_MODES
 from lutgen.pictures.blocks import threads
 from lutgen.pictures.cohort_slides import claim, find_slides, image_from_json
-from lutgen.pictures.cohort_workers import Asked, on_cluster, on_this_machine
+from lutgen.pictures.cohort_workers import CohortTask, on_cluster, on_this_machine
 from lutgen.pictures.difference import STATISTICS
 from lutgen.pictures.lifetime import TOLERANCES, ImageLifetime, Lifetimes, check_asked, csv_hours, csv_text
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from lutgen.pictures.cohort_workers import Outcomes
     from lutgen.pictures.difference import DifferenceCurve
 
-    Crew = Callable[[Asked, Sequence[CohortSlide]], Outcomes]
+    Crew = Callable[[CohortTask, Sequence[CohortSlide]], Outcomes]
 
 #: Confidence of the interval of a median. Fewer than six slides cannot reach it, and get no interval.
 CONFIDENCE = 0.95
@@ -73,7 +73,7 @@ class Band:
 
 
 def lives_of(lives: Sequence[float | None]) -> Lives:
-    """Bring the lifetimes of at least one slide together."""
+    """Return median, interval and range of the lifetimes of at least one slide."""
     ordered = sorted(inf if life is None else life for life in lives)
     size, half = len(ordered), len(ordered) // 2
     median = ordered[half] if size % 2 else (ordered[half - 1] + ordered[half]) / 2.0
@@ -92,7 +92,7 @@ def left_out(size: int) -> int | None:
     below, outside = 0, None
     for k in range(size // 2):
         below += comb(size, k)
-        # Integers, since 2 to the power of some thousand slides is no float.
+        # In integers: for a few thousand slides 2**size is too large for a float.
         if 2 * below * 1000 > round((1.0 - CONFIDENCE) * 1000) * 2**size:
             break
         outside = k
@@ -108,7 +108,7 @@ def coverage(size: int) -> float | None:
 
 
 def bands_of(curves: Sequence[DifferenceCurve]) -> dict[str, Band]:
-    """Bring the curves of at least one slide together: statistic → band."""
+    """Return statistic → median and range, at each hour, of the curves of at least one slide."""
     bands = {}
     for name in STATISTICS:
         values = np.array([getattr(curve, name) for curve in curves])
@@ -120,7 +120,7 @@ def _finite(hours: float) -> float | None:
     return None if hours == inf else hours
 
 
-#: What JSON and CSV call a statistic's curve, where that differs: as `lifetime --json` does.
+#: Statistic → its name in the curves of ``--json``, as in `lifetime --json`.
 _POINTS = {"mean": "mean", "max": "mean_plus_2_sd", "p95": "p95", "p99": "p99", "largest": "max"}
 
 
@@ -289,7 +289,7 @@ def cohort(
     if jobs is not None and scheduler is not None:
         raise LutgenError("jobs are processes of this machine, and a scheduler has its own. Leave one of them out.")
     checked, chosen = check_asked(model, tolerances=tolerances, modes=modes, hours=hours, source=source)
-    asked = Asked(model, checked, tuple(dict.fromkeys(modes)), tuple(chosen), tissue, source)
+    asked = CohortTask(model, checked, tuple(dict.fromkeys(modes)), tuple(chosen), tissue, source)
     all_slides = find_slides(slides)
     folder = claim(Path(output), asked, force=force)
     images = {slide: there for slide in all_slides if (there := _kept(folder, slide, checked))}
@@ -314,7 +314,7 @@ def cohort(
 
 
 def _kept(folder: RunFolder, slide: CohortSlide, tolerances: Sequence[float]) -> ImageLifetime | None:
-    """What an earlier run found of a slide; what cannot be understood is found anew."""
+    """Return the result of a slide from an earlier run; None where there is none, or it is not one."""
     image = folder.kept(slide)
     try:
         return image_from_json(image, slide.name, tolerances) if image else None

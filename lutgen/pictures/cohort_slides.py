@@ -26,16 +26,16 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from lutgen.pictures.cohort_workers import Asked
+    from lutgen.pictures.cohort_workers import CohortTask
     from lutgen.pictures.difference import Intervals
 
-#: What is taken of a folder.
+#: Suffixes of the files that are taken from a folder.
 SUFFIXES = tuple(suffix for kind in FORMATS for suffix in kind.suffixes) + blocks.SUFFIXES
 
-#: A list of slides ends in this.
+#: Suffix of a list of slides.
 LIST = ".txt"
 
-#: A path of some hundred bytes for each of a hundred thousand slides.
+#: Most bytes of a list: a path of some hundred bytes for each of a hundred thousand slides.
 MAX_BYTES = 64_000_000
 
 #: Slides that are an index beside a folder of the same name, which holds the pixels.
@@ -127,19 +127,19 @@ def _parts(path: Path) -> Iterator[os.stat_result]:
 
 SCHEMA = 1
 
-#: What was asked of every slide.
+#: File of a run that holds the recipe.
 OPTIONS = "cohort.json"
 
 #: The folder of results.
 SLIDES = "slides"
 
-#: A result has some numbers for each hour and mode.
+#: Most bytes of a result, which has some numbers for each hour and mode.
 MAX_RESULT_BYTES = 64_000_000
 
 
 @dataclass(frozen=True)
 class RunFolder:
-    """A folder that was found fit for a run.
+    """The folder of a run, found fit for it: :func:`claim` checks it before anything is written.
 
     Attributes
     ----------
@@ -148,7 +148,7 @@ class RunFolder:
     recipe
         What decides the results: written down before the first.
     other
-        Whether it holds results of another recipe, which go when the run begins.
+        Whether it holds results of another recipe, which are removed when the run begins.
 
     """
 
@@ -157,13 +157,13 @@ class RunFolder:
     other: bool
 
     def begin(self) -> None:
-        """Note what is asked, and clear away what a killed run half wrote and, by force, another one's results."""
+        """Write the recipe; remove what a killed run left unfinished and, by force, the results of another recipe."""
         for old in (self.path / SLIDES).glob("*.json" if self.other else f".*{PARTIAL}"):
             old.unlink()
         write_atomically(self.path / OPTIONS, _text(self.recipe))
 
     def keep(self, slide: CohortSlide, image: Mapping[str, Any]) -> None:
-        """Write a slide's result down."""
+        """Write the result of a slide."""
         write_atomically(self._file(slide), _text({"schema": SCHEMA, "slide": asdict(slide), "image": image}))
 
     def kept(self, slide: CohortSlide) -> dict[str, Any] | None:
@@ -179,12 +179,12 @@ class RunFolder:
         return image
 
     def _file(self, slide: CohortSlide) -> Path:
-        # Slides of one name come from many folders.
+        # Slides in several folders may have the same name.
         place = hashlib.sha256(slide.path.encode(errors="surrogateescape")).hexdigest()[:12]
         return self.path / SLIDES / f"{Path(slide.path).name[:40]}-{place}.json"
 
 
-def claim(path: Path, asked: Asked, *, force: bool) -> RunFolder:
+def claim(path: Path, asked: CohortTask, *, force: bool) -> RunFolder:
     """Check, before anything is written, that a run may go into ``path``.
 
     Raises
@@ -209,7 +209,7 @@ def claim(path: Path, asked: Asked, *, force: bool) -> RunFolder:
     return RunFolder(path, recipe, other=bool(changed))
 
 
-def recipe_of(asked: Asked, path: Path) -> dict[str, Any]:
+def recipe_of(asked: CohortTask, path: Path) -> dict[str, Any]:
     """Say what decides the results of a run into ``path``, in words of the command line, ready for JSON.
 
     Raises
@@ -231,7 +231,7 @@ def recipe_of(asked: Asked, path: Path) -> dict[str, Any]:
 
 
 def _read(path: Path) -> dict[str, Any] | None:
-    """Return what a run asked; None for a folder that is empty or not there."""
+    """Return the recipe of the run in a folder; None for a folder that is empty or not there."""
     advice = "Was it edited? Choose another folder with -o."
     try:
         content = from_json(bytes_at_most(path / OPTIONS, MAX_RESULT_BYTES, none="run", advice=advice))

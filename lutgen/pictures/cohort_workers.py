@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Asked:
+class CohortTask:
     """What is asked of every slide; arguments as :func:`lutgen.pictures.lifetime.lifetime` takes them."""
 
     model: DisplayModel
@@ -58,7 +58,7 @@ class Asked:
     source: str
     version: str = __version__
 
-    def anywhere(self) -> Asked:
+    def anywhere(self) -> CohortTask:
         """Return the same, with the files of own effects named by their whole paths, as other folders see them."""
         effects = tuple(
             replace(each, effect=replace(each.effect, origin=str(Path(each.effect.origin).resolve())))
@@ -77,8 +77,8 @@ class Outcome:
     reason: str = ""
 
 
-def look_at(asked: Asked, slide: CohortSlide, threads: int = 0) -> Outcome:
-    """Find one slide's lifetimes, with so many threads (0: one a core). What is wrong with it becomes the reason."""
+def look_at(asked: CohortTask, slide: CohortSlide, threads: int = 0) -> Outcome:
+    """Find one slide's lifetimes, with so many ``threads`` (0: one a core); an error becomes the outcome's reason."""
     try:
         with few_threads(threads):
             lifetimes = lifetime(
@@ -136,11 +136,11 @@ _DEADLY = (
     "copy."
 )
 
-#: Set in a worker process when it starts: what is asked of every slide, and the process's share of the threads.
-_given: tuple[Asked, int]
+#: Set in a worker process when it starts: the task of every slide, and the number of threads of this process.
+_given: tuple[CohortTask, int]
 
 
-def on_this_machine(asked: Asked, slides: Sequence[CohortSlide], jobs: int) -> Outcomes:
+def on_this_machine(asked: CohortTask, slides: Sequence[CohortSlide], jobs: int) -> Outcomes:
     """Give each slide with its outcome, as they are done, from ``jobs`` processes; one process is this one.
 
     When the iterator is closed or interrupted, the processes are ended.
@@ -158,7 +158,9 @@ def on_this_machine(asked: Asked, slides: Sequence[CohortSlide], jobs: int) -> O
     yield from outcomes(partial(_done_here, asked, jobs), slides, _DEADLY)
 
 
-def _done_here(asked: Asked, jobs: int, slides: Sequence[CohortSlide]) -> Iterator[tuple[CohortSlide, Outcome | None]]:
+def _done_here(
+    asked: CohortTask, jobs: int, slides: Sequence[CohortSlide]
+) -> Iterator[tuple[CohortSlide, Outcome | None]]:
     """Give each slide with its outcome, None where a process died while it was in hand."""
     waiting = deque(slides)
     while waiting:
@@ -180,7 +182,7 @@ def _done_here(asked: Asked, jobs: int, slides: Sequence[CohortSlide]) -> Iterat
 
 
 @contextmanager
-def _pool(asked: Asked, jobs: int, share: int) -> Iterator[ProcessPoolExecutor]:
+def _pool(asked: CohortTask, jobs: int, share: int) -> Iterator[ProcessPoolExecutor]:
     """Start a pool; end its processes at once when what is done with it fails or is interrupted."""
     # Forking beside threads is unsafe, and other systems have no fork.
     context = multiprocessing.get_context("spawn")
@@ -226,7 +228,7 @@ def _quiet_start() -> Iterator[None]:
             del os.environ[_BLAS]
 
 
-def _begin(end: Connection, asked: Asked, share: int) -> None:
+def _begin(end: Connection, asked: CohortTask, share: int) -> None:
     global _given  # noqa: PLW0603 - a pool has no other place for what its processes share
     _given = asked, share
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -254,7 +256,7 @@ _DEADLY_WORKERS = "the Dask workers that took it died, one after the other (out 
 
 
 @contextmanager
-def on_cluster(address: str) -> Iterator[Callable[[Asked, Sequence[CohortSlide]], Outcomes]]:
+def on_cluster(address: str) -> Iterator[Callable[[CohortTask, Sequence[CohortSlide]], Outcomes]]:
     """Connect to a scheduler; give what does slides there: each with its outcome, as they are done.
 
     Raises
@@ -296,13 +298,13 @@ def _quiet() -> Iterator[None]:
         logger.setLevel(before)
 
 
-def _outcomes_on_cluster(dask: Any, client: Any, asked: Asked, slides: Sequence[CohortSlide]) -> Outcomes:
+def _outcomes_on_cluster(dask: Any, client: Any, asked: CohortTask, slides: Sequence[CohortSlide]) -> Outcomes:
     # Dask suspects every slide that waited at a worker when the worker died.
     return outcomes(partial(_done_on_cluster, dask, client, asked), slides, _DEADLY_WORKERS)
 
 
 def _done_on_cluster(
-    dask: Any, client: Any, asked: Asked, slides: Sequence[CohortSlide]
+    dask: Any, client: Any, asked: CohortTask, slides: Sequence[CohortSlide]
 ) -> Iterator[tuple[CohortSlide, Outcome | None]]:
     # Each task has a unique key: otherwise Dask returns the remembered result of an earlier run.
     run = uuid4().hex
@@ -340,15 +342,15 @@ class _Call:
     end. So the task is `pickle.loads`, which all workers have, and a failure is an error of that task.
     """
 
-    def __init__(self, asked: Asked, slide: CohortSlide) -> None:
+    def __init__(self, asked: CohortTask, slide: CohortSlide) -> None:
         self._given = asked, slide
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _look_there, self._given
 
 
-def _look_there(asked: Asked, slide: CohortSlide) -> Outcome:
-    """Do a slide on a worker, in its one thread: the worker's other threads have slides of their own."""
+def _look_there(asked: CohortTask, slide: CohortSlide) -> Outcome:
+    """Find a slide's lifetimes on a Dask worker, with one thread: the worker's other threads have other slides."""
     if asked.version != __version__:
         return Outcome(None, f"lutgen is {__version__} on its Dask worker and {asked.version} here. Install the same.")
     file = Path(slide.path)

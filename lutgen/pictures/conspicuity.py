@@ -53,7 +53,7 @@ LEAST_PIXELS = 8
 
 @dataclass(frozen=True)
 class Rings:
-    """Rings of nuclei.
+    """The ring of pixels around each nucleus, with which its colour is compared.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ def outlines(labels: Labels) -> NDArray[np.bool_]:
     return edge & (labels > 0)
 
 
-#: Per cents of the nuclei below which the distribution is told.
+#: Percentiles of the distribution over nuclei that a report has.
 PERCENT = (5, 25, 50, 75, 95)
 
 #: Resamples, and the per cents of them between which an interval lies.
@@ -210,7 +210,7 @@ def _number(value: float) -> float | None:
     return float(value) if isfinite(value) else None
 
 
-#: Loss of ΔE2000 in per cent whose share of nuclei is told.
+#: Loss of ΔE2000 in per cent: a report has the share of nuclei that lose more.
 LOSS = 10.0
 
 

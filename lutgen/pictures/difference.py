@@ -7,7 +7,8 @@ both, since the paper's observer is not adapted to the aged white.
 The un-aged display is the mode ``stable``, under the same conditions: a leak or a room light that was there from the
 first hour is no aging. With the paper's model and the reference ``relative`` it shows the picture as it is.
 
-A refined model keeps the standard errors of its effects' parameters and the noise of a reading. Each draw takes every
+How uncertain a lifetime is follows from models drawn like the one given. A refined model keeps the standard errors of
+its effects' parameters and the noise of a reading. Each draw takes every
 fitted parameter from a normal distribution, within its bounds, and moves the tips before the effects so that white and
 primaries are seen as before, since these were read; then it adds noise to each tip, that of one reading over the square
 root of how often the tip was read at that hour. Correlations between parameters, and between X, Y and Z of a reading,
@@ -94,7 +95,7 @@ def shown_lab(xyz: Array) -> Array:
     return linear_to_lab(np.clip(linear, 0.0, 1.0, out=linear))
 
 
-#: Statistic → what it is, for reports; in this order.
+#: Statistic → its meaning; reports list them in this order.
 STATISTICS = {
     "mean": "mean over all pixels",
     "max": "mean + 2 standard deviations: the paper's Max",
@@ -197,7 +198,7 @@ def curves_of(
 
 
 def statistics(values: Array, counts: Counts) -> tuple[float, float, float, float, float]:
-    """Mean, standard deviation, 95 % and 99 % quantile, and largest of values that occur so often; (n,) and (n,).
+    """Mean, standard deviation, 95 % and 99 % quantile, and largest of values (n,), which occur ``counts`` (n,) times.
 
     To the last bit the same when all counts are multiplied by a number.
     """
@@ -206,7 +207,7 @@ def statistics(values: Array, counts: Counts) -> tuple[float, float, float, floa
     mean = sum(float((values[part] * (counts[part] / total)).sum()) for part in parts)
     square = sum(float(((values[part] - mean) ** 2 * (counts[part] / total)).sum()) for part in parts)
     largest = float(values.max())
-    # Rounding of the sum must not bring the mean of equal values above them.
+    # The rounded sum of equal values must not give a mean above these values.
     return (
         min(mean, largest),
         square**0.5,
@@ -248,7 +249,7 @@ OF = ("mean", "max")
 #: Bits a channel of the coarse colours on which draws are compared with the model itself.
 _BITS = 5
 
-#: Hours from and to, either of them None: not within the span.
+#: First and last hour; None for an end beyond the span of hours.
 Interval = tuple[float | None, float | None]
 
 #: Mode → tolerance → statistic → interval.
@@ -303,7 +304,7 @@ def _within(hours: float, last: float) -> float | None:
 
 
 def drawn(model: DisplayModel, draws: int = DRAWS) -> list[DisplayModel]:
-    """Return models that could as well have been found as this one; none where it says nothing of its uncertainty."""
+    """Draw models within the uncertainty that a model states; none where it states no uncertainty."""
     relative, floor = (float(model.fit.get(f"noise_{name}", 0.0)) for name in ("relative", "floor_cd_m2"))
     uncertain = any(estimate.stderr for each in model.effects for estimate in each.estimates.values())
     if not uncertain and (model.latent is None or not relative + floor):

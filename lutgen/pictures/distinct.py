@@ -37,13 +37,13 @@ if TYPE_CHECKING:
     from lutgen.pictures.blocks import Place
     from lutgen.pictures.encoding import Storage, Stored
 
-#: Distinct colours of images of more than 8 bits: 130 MB while they are sorted.
+#: Most distinct colours of images of more than 8 bits: 130 MB while they are sorted.
 LIMIT = 1 << 20
 
 #: Bits a channel of the finest bins.
 FINEST = 16
 
-#: Pixels, or entries of the table of 8-bit colours, that are looked at together: there is no memory for all.
+#: Pixels, or entries of the table of 8-bit colours, that are processed at a time, to bound the memory.
 _SLICE = 1 << 18
 
 Keys = NDArray[Any]
@@ -52,7 +52,7 @@ Counts = NDArray[Any]
 
 @dataclass(frozen=True)
 class Colours:
-    """Distinct colours.
+    """The distinct colours of an image, and how often each occurs.
 
     Attributes
     ----------
@@ -273,7 +273,7 @@ CONTRAST = 8.0
 
 @dataclass(frozen=True)
 class Tissue:
-    """What was left out.
+    """What was left out of an image as bare glass.
 
     Attributes
     ----------
@@ -293,7 +293,7 @@ def tissue_only(colours: Colours, path: Path) -> tuple[Colours, Tissue]:
     bins, sums = _histogram(colours)
     first = otsu(sums[:, 3])
     whole, rest, glass = (_mean(part) for part in (sums, sums[:first], sums[first:]))
-    # Written so that a class without pixels, NaN, is no contrast.
+    # `not >=` is true for NaN too, the mean of a class without pixels: then there is no contrast.
     if not glass[0] - rest[0] >= CONTRAST:
         if _like_glass(whole):
             raise LutgenError(
@@ -309,7 +309,7 @@ def tissue_only(colours: Colours, path: Path) -> tuple[Colours, Tissue]:
 
 
 def otsu(histogram: Array) -> int:
-    """Return the bin that begins the bright class: both classes' variances between them are largest; (bins,) → index.
+    """Return the first bin of the bright class, by Otsu's method: largest variance between classes; (bins,) → index.
 
     A histogram of one bin has no classes: that bin then begins the bright one.
     """

@@ -63,7 +63,7 @@ class AreaMeans:
     """Means over the cells of a grid; a pixel across an edge counts on both sides, by its share."""
 
     def __init__(self, grid: Grid, channels: int) -> None:
-        """Begin with nothing."""
+        """Begin with sums of 0; ``channels`` are those of the values that :meth:`add` gets."""
         self._grid = grid
         self._sums = np.zeros((len(grid.rows) - 1, len(grid.columns) - 1, channels + 1))
 
@@ -109,7 +109,7 @@ def _light(stored: Stored, storage: Storage, decoder: Decoder) -> tuple[Array, A
 
 
 def _cut(values: Array, edges: Array, axis: int) -> Array:
-    """Add up values between consecutive edges along an axis: from 0 to its length, increasing."""
+    """Add up values between consecutive ``edges`` along an axis; a value that an edge cuts counts by its shares."""
     whole = edges.astype(np.intp)
     sums = np.add.reduceat(values, whole[:-1], axis=axis)
     across = np.moveaxis(sums, axis, 0)
@@ -213,7 +213,7 @@ def read_pixels(
 def fitting(height: int, width: int, pixels: int, most: int) -> tuple[int, int]:
     """Return height and width of the largest frame of this shape; never larger than the image, at least 1 × 1."""
     share = min((pixels / (height * width)) ** 0.5, most / width, 1.0)
-    # A millionth of a pixel: what rounding may take from a whole one.
+    # Rounding may make a whole number of pixels smaller by up to a millionth.
     return max(int(height * share + 1e-6), 1), max(int(width * share + 1e-6), 1)
 
 
@@ -226,7 +226,7 @@ def turned(frame: Any, orientation: int) -> Any:
     return frame[:, ::-1] if orientation in (2, 3, 6, 7) else frame
 
 
-#: Code value of L* = 50, which stands where alpha is 0.
+#: Code value of L* = 50, which replaces pixels of alpha 0.
 GREY = 119
 
 #: Pixels of the longest side of a picture.
@@ -276,8 +276,8 @@ class AgedSeries:
         aged = np.clip(self.model.at(mode, hours).code_to_code(code), 0.0, 1.0)
         return np.rint(255.0 * aged).astype(np.uint8)[which].reshape(self.source.shape)
 
-    def told(self, mode: str, hours: float) -> str:
-        """Say the mean ΔE2000 at one of the hours."""
+    def mean_in_words(self, mode: str, hours: float) -> str:
+        """Write the mean ΔE2000 at one of the hours, as captions have it."""
         curve = self.curves[mode]
         (place,) = np.flatnonzero(curve.hours == hours)
         return f"mean ΔE2000 {curve.mean[place]:.1f}"
@@ -293,7 +293,7 @@ def aged_series(
     source: str = "auto",
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> AgedSeries:
-    """Look at an image at several ages.
+    """Age an image to several hours, in a size that fits a screen, with its ΔE2000 at each.
 
     Parameters
     ----------

@@ -126,7 +126,7 @@ class ImageSource:
 
     @property
     def height(self) -> int:
-        """Rows."""
+        """Rows of pixels."""
         return int(self.spec.height)
 
     @property
@@ -168,7 +168,7 @@ class ImageSource:
             block = self._image.read_tiles(*columns, *rows, spec.z, spec.z + 1, 0, spec.nchannels, spec.format)
         else:
             block = self._image.read_scanlines(*rows, spec.z, 0, spec.nchannels, spec.format)
-        # Some damage gives an error, some gives pixels and an error.
+        # For some damage OpenImageIO returns no block, for some it returns a block and sets an error.
         if block is None or self._image.has_error:
             self._image.geterror()
             raise _damaged(self.path)

@@ -55,7 +55,7 @@ Labels = NDArray[np.int32]
 
 @dataclass(frozen=True)
 class Nuclei:
-    """Nuclei of a field.
+    """The nuclei of a field of view: which pixels belong to which.
 
     Attributes
     ----------
@@ -222,7 +222,7 @@ def _filled(mask: Mask, most: float) -> Mask:
 
 
 def _parted(mask: Mask, width: float) -> Labels:
-    """Cut pieces at their waists: a watershed from the middles, which lie deeper than what is between them."""
+    """Cut pieces of touching nuclei at their waists, by a watershed on the depth below their edge."""
     from scipy import ndimage
 
     depth = ndimage.gaussian_filter(ndimage.distance_transform_edt(mask).astype(np.float32), width / 16.0)
@@ -249,7 +249,7 @@ def _skimage(part: str) -> Any:
 
 _ALLOWED = "Give a PNG or TIFF of the image's size: 0 for the ground, and 1, 2, … for each nucleus or white for all."
 
-#: First bytes of files that keep every number, and of those that do not.
+#: First bytes of files that keep every number: PNG and TIFF.
 _LOSSLESS = (b"\x89PNG\r\n\x1a\n", b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 
 #: A nucleus fills at least this share of the box around it; grey levels of soft edges lie about everywhere.
@@ -302,7 +302,7 @@ def read_mask(file: str | Path, field: Field, *, min_area: int | None = None) ->
 
 
 def _with_edges(labels: Labels) -> NDArray[np.bool_]:
-    """Where labels are, without the pixels at which one meets another."""
+    """Return the pixels of labels without those that touch another label, (rows, columns)."""
     apart = labels > 0
     for one, other in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
         apart[one] &= (labels[one] == labels[other]) | (labels[other] == 0)
@@ -334,7 +334,7 @@ def _read(file: str | Path, field: Field) -> NDArray[Any]:
         raise LutgenError(f"{file}: the mask is neither PNG nor TIFF; others lose or change numbers. {_ALLOWED}")
     lib = oiio()
     hint = lib.ImageSpec()
-    # Colours multiplied by alpha would be other numbers.
+    # Labels multiplied by alpha would be wrong numbers.
     hint.attribute("oiio:UnassociatedAlpha", 1)
     image = lib.ImageInput.open(str(path), hint)
     if image is None:
@@ -374,7 +374,7 @@ def _whole(file: str | Path, values: NDArray[Any]) -> NDArray[Any]:
     return values.astype(np.int64)
 
 
-#: What 16 bits number, 0 aside.
+#: Largest label that 16 bits hold.
 MOST_LABELS = 65_535
 
 

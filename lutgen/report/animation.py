@@ -120,7 +120,7 @@ def frame(series: AgedSeries, mode: str, hour: float) -> Pixels:
     below = top + high + gap
     texts = [
         Text(gap, gap, f"{mode}, {spaced(hour)} h", _TEXT),
-        Text(width - gap, gap, series.told(mode, hour), _TEXT, "right"),
+        Text(width - gap, gap, series.mean_in_words(mode, hour), _TEXT, "right"),
         Text(gap, below + _BAR + gap // 2, "\n".join(foot), _TEXT - 3),
     ]
     page = grey_page(below + _BAR + gap + round(1.5 * (_TEXT - 3) * len(foot)), width, texts)

@@ -60,7 +60,7 @@ def simulated(campaign: Campaign) -> Iterator[str]:
         yield f"Simulated, not measured: {notices[0]}."
 
 
-#: Digits of each quantity.
+#: Format of the values of each quantity.
 _DIGITS = {
     "white": ".1f",
     "black": ".3f",
@@ -74,10 +74,10 @@ _DIGITS = {
 }
 
 
-#: Limits that the headline names.
+#: Most limits that the headline names.
 SAID = 2
 
-#: Quantity → how a sentence calls it; and the unit of its limits.
+#: Quantity → its name in a sentence; and the unit of its limits.
 _NAMES = {
     "white": "white",
     "black": "black",

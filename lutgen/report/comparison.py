@@ -70,7 +70,7 @@ def fresh_lines(comparison: Comparison) -> Iterator[str]:
         yield first.sentence() + hint
         if first.own is not None:
             yield f"Its own model: mean ΔE2000 {first.own:.2f} on mixtures held out."
-            yield from (f"  {said}" for said in first.rungs)
+            yield from (f"  {rung}" for rung in first.rungs)
     if native:
         yield from native.remarks
     if comparison.problem.discrepancy:
@@ -158,7 +158,7 @@ def _conditions(problem: Problem, line: int) -> str:
     return ", ".join([*unusual, *([note] if note else [])])
 
 
-#: Panels side by side; ratio above which an axis is logarithmic; least reach of an axis of ΔL*, Δa*, Δb*.
+#: Panels side by side; ratio above which an axis is logarithmic; least span of an axis of ΔL*, Δa*, Δb*.
 ACROSS, LOGARITHMIC, LEAST_LAB = 4, 6.0, 0.3
 
 #: Axes of L*a*b*: name, colour and mark.

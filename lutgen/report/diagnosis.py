@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 #: Rows of the ranking, and parameters that a row lists.
 RANKED, LISTED = 6, 2
 
-#: Rivals of each effect that the part on refutation names.
+#: Most rivals of an effect that "What would refute this" names.
 REFUTED_BY = 3
 
 #: χ² between two rivals that separates them clearly; more repetitions of a set than this are not proposed.
@@ -78,14 +78,14 @@ def diagnose_page(
 
 
 def _error_lines(diagnosis: Diagnosis) -> Iterator[str]:
-    """Say the error before, and with what was named."""
+    """Say the error of the model, and with the effects that the verdict names."""
     before = diagnosis.comparison
     yield before.sentence()
     if diagnosis.verdict.effects:
         after = diagnosis.after
         yield (
             f"With {' and '.join(each.name for each in diagnosis.explanation.steps)}: mean ΔE2000 "
-            f"{after.error.delta_e_mean:.2f}, from {before.ratio:.3g} × to {after.ratio:.3g} × the noise."
+            f"{after.error.delta_e_mean:.2f}, from {before.ratio:.2f} × to {after.ratio:.2f} × the noise."
         )
 
 
@@ -375,7 +375,7 @@ def _conditions(patches: Sequence[Patch]) -> list[str]:
 
 
 def _before(name: str) -> str:
-    """The column's name, where no unit tells what its values are."""
+    """Return the name of a column whose values have no unit; "" for others, since their unit tells them apart."""
     return "" if COLUMNS[name].unit else name
 
 

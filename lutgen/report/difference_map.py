@@ -33,7 +33,7 @@ MAP_RANGE = (1.0, 8.0)
 #: pixels, and in chroma-luma for 10 000 h: the paper's ages, with tolerances of 3 and 5 still told apart.
 RANGE = (0.0, 12.0)
 
-#: What lies above the scale.
+#: Colour of pixels above the scale.
 MAGENTA = "#E6007E"
 
 #: Largest inches of the maps' heights together, and of a map's width.
@@ -132,7 +132,7 @@ def _draw(maps: Sequence[DifferenceMap], path: Path, title: str, ends: tuple[flo
             beside = _axes(figure, (left, base, WIDTH - left - _LABELS, each), height)
             draw_histogram(beside, difference, ends, drawn)
             if difference.largest > ends[1]:
-                beside.set_title(told_above(difference, ends), fontsize=11, loc="left", color=MAGENTA, weight="bold")
+                beside.set_title(share_above(difference, ends), fontsize=11, loc="left", color=MAGENTA, weight="bold")
             if row == 0:
                 beside.set_xlabel(f"% of the pixels in a bin of {BIN:g}", fontsize=11)
 
@@ -152,7 +152,7 @@ def _axes(figure: Figure, inches: tuple[float, float, float, float], height: flo
     return figure.add_axes((left / WIDTH, bottom / height, across / WIDTH, up / height))
 
 
-def told_above(difference: DifferenceMap, ends: tuple[float, float]) -> str:
+def share_above(difference: DifferenceMap, ends: tuple[float, float]) -> str:
     """Say which share of pixels lies above the scale; of a large share, which scale would hold them all."""
     share = difference.share(ends[1])
     more = (

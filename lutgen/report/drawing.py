@@ -158,7 +158,7 @@ def plain_log(axes: Axes, which: Literal["x", "y"]) -> None:
 
 
 def tidy(axes: Axes) -> None:
-    """Give axes a pale grid, and no frame above and to the right."""
+    """Draw a pale grid, and take the frame above and to the right away."""
     axes.grid(color="#eeeeee")
     axes.set_axisbelow(True)
     for side in ("top", "right"):

@@ -40,7 +40,7 @@ STEPS = 1201
 #: A curve with at least this many sign changes of its slope is a staircase; then only this part of it is drawn.
 STAIRCASE, CLOSER = 20, (0.1, 0.2)
 
-#: Least reach of an axis, in ΔL*, Δa*, Δb* to either side and in ΔE2000: nobody sees smaller differences.
+#: Least span of an axis, in ΔL*, Δa*, Δb* to either side and in ΔE2000: smaller differences are invisible.
 LEAST_LAB, LEAST_DELTA_E = 0.5, 1.0
 
 #: Characters in a line below the title.

@@ -109,7 +109,7 @@ def channels(inspection: Inspection) -> Table:
 #: Colours in which greys and the channels are drawn.
 COLOURS = dict(zip(("grey", *CHANNELS), TIP_COLOURS, strict=True))
 
-#: Least reach of the panels of ΔL*, ΔE2000 and drift, so that noise does not look like a fault.
+#: Least span of the axes of ΔL*, ΔE2000 and drift, so that noise does not look like a fault.
 _CALM_LIGHTNESS, _CALM_CAST, _CALM_DRIFT = 5.0, 4.0, 2.0
 
 #: Characters in a line of remarks, and lines that fit.

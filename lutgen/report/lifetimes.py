@@ -337,7 +337,7 @@ def ends(lives: Lives) -> str:
 
 
 def explained(cohort: Cohort) -> str:
-    """Define the figures of the tables."""
+    """Say what the figures of the tables are, and what the interval does not cover."""
     size = len(cohort.slides.images)
     sentence = (
         "Hours until the ΔE2000 between the un-aged and the aged display reaches a tolerance. Avg: mean over all "

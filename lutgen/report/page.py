@@ -33,7 +33,7 @@ from lutgen.report.page_scenes import (
     viewer_section,
 )
 from lutgen.report.page_template import PageSection, chart, render, style_and_script
-from lutgen.report.parts import Table
+from lutgen.report.parts import Headline, Table
 from lutgen.scratch import scratch
 
 if TYPE_CHECKING:
@@ -44,10 +44,10 @@ if TYPE_CHECKING:
     from lutgen.display import DisplayModel
     from lutgen.effects import Effect
     from lutgen.pictures.lifetime import Lifetimes
-    from lutgen.report.page_scenes import Scene, Scenes
+    from lutgen.report.page_scenes import PageScene, Scenes
     from lutgen.report.parts import Page, Part
 
-#: What each picture shows; its caption, and what is read aloud in its place.
+#: Picture → its caption, which programs that read the page aloud say in its place.
 CAPTIONS = {
     RESIDUALS: "Where the model fails: residuals by hour, colour and condition, beside what noise alone gives",
     STEPS: "How the error falls toward the noise as effects are added",
@@ -80,7 +80,7 @@ class Evidence:
 
     @property
     def diagnosis(self) -> Diagnosis:
-        """Which effect is missing."""
+        """The diagnosis of these readings. Raises ValueError for a refinement that was made without one."""
         if self.refinement.diagnosis is None:
             raise ValueError("a report needs a refinement with its diagnosis: refine(…, auto=True).")
         return self.refinement.diagnosis
@@ -112,17 +112,17 @@ class Plot:
 def evidence_section(evidence: Evidence) -> PageSection:
     """Gather where the model fails, which effect is missing, and how far that effect takes the error down."""
     diagnosis, refinement = evidence.diagnosis, evidence.refinement
-    readings = diagnosis.problem.readings
+    readings, verdict = diagnosis.problem.readings, answer(evidence).verdict
     pictures = _pictures(partial(plot_diagnosis, diagnosis, evidence.effects))
     comparison = list(compare_page(diagnosis.comparison))
     which = list(diagnose_page(diagnosis, evidence.effects, evidence.again))
     values = {
-        "verdict": f"{diagnosis.verdict.name}: {diagnosis.verdict.sentence}",
+        "verdict": verdict,
         "model": evidence.model,
         "readings": Path(readings.file).name,
         "comparison": comparison,
         "residuals": _plots(pictures, (RESIDUALS,)),
-        "diagnosis": _without_repetition(which, comparison),
+        "diagnosis": _without_repetition(which, [Headline(verdict), *comparison]),
         "effects": _plots(pictures, (STEPS, FIT, VISIBILITY)),
         "refinement": [],
         "refined": [],
@@ -136,9 +136,9 @@ def evidence_section(evidence: Evidence) -> PageSection:
 
 
 def _without_repetition(page: Page, before: Sequence[Part]) -> list[Part]:
-    """Leave out sentences that stand above already: the page of each command begins with the same ones."""
-    sentences = {part for part in before if isinstance(part, str)}
-    return [part for part in page if not (isinstance(part, str) and part in sentences)]
+    """Leave out sentences and headlines that stand above: the page of each command begins with the same ones."""
+    above = {part for part in before if not isinstance(part, Table)}
+    return [part for part in page if isinstance(part, Table) or part not in above]
 
 
 def _pictures(plot: Callable[[str], list[Path]]) -> dict[str, bytes]:
@@ -184,7 +184,7 @@ def lifetimes_section(lifetimes: Lifetimes, scenes: Scenes) -> PageSection:
     return PageSection("lifetimes", "How long pictures stay true", "lifetimes.html", values)
 
 
-def _numbers(mode: str, scenes: tuple[Scene, ...]) -> Table:
+def _numbers(mode: str, scenes: tuple[PageScene, ...]) -> Table:
     rows = [(spaced(each.numbers.hours), *numbers_in_words(each.numbers).values()) for each in scenes]
     return Table(("hours", *TILES.values()), rows, words=(), caption=f"{mode}, at the hours shown")
 
@@ -216,7 +216,7 @@ _NOT_MEASURED = ("RECONSTRUCTED", "SIMULATED")
 
 @dataclass(frozen=True)
 class BuildFolder:
-    """A folder of LUTs.
+    """A folder of LUTs that ``lutgen build`` has made.
 
     Attributes
     ----------
@@ -350,7 +350,7 @@ def write_report(run: Run, path: str | Path) -> None:
 
 
 def html(run: Run) -> str:
-    """Return the page."""
+    """Return the page as HTML."""
     model, image = run.lifetimes.model, Path(run.lifetimes.images[0].file)
     kind = model.measurements.metadata.get("display") or Path(model.measurements.file).name
     return render(

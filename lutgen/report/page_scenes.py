@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 #: of its pixels, and takes it for all its maps, so that they can be compared.
 REACHES = (2.0, 3.0, 5.0, 8.0, 12.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 100.0)
 
-#: Colours of a map: so many look continuous, and few colours keep the file small.
+#: Colours of a map: enough to look continuous, few enough to keep the file small.
 STEPS = 128
 
 #: Pixels of the picture, and of a row of it. The page holds a still and a map of each mode too, and is sent by mail.
@@ -76,7 +76,7 @@ class Numbers:
 
 
 @dataclass(frozen=True)
-class Scene:
+class PageScene:
     """One mode at one hour; ``table`` is that of :func:`lutgen.pictures.viewer.viewer_table`, (n, n, n, 4)."""
 
     numbers: Numbers
@@ -102,7 +102,7 @@ class Blending:
 
 @dataclass(frozen=True)
 class Scenes:
-    """All scenes.
+    """What the page shows of one image: mode by mode and hour by hour.
 
     Attributes
     ----------
@@ -129,7 +129,7 @@ class Scenes:
     unaged: str
     source: str
     hours: tuple[float, ...]
-    modes: dict[str, tuple[Scene, ...]]
+    modes: dict[str, tuple[PageScene, ...]]
     stills: dict[str, Still]
     reach: float
     blending: Blending
@@ -166,7 +166,7 @@ def scenes_of(
     hours: Sequence[float],
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Scenes:
-    """Make every scene.
+    """Make the tables, the numbers and the stills of every mode.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ def scenes_of(
     reach = reach_of(lifetimes, hours)
     curves, unaged = lifetimes.images[0].curves, model.at("stable", 0.0)
     sampler = Sampler()
-    modes: dict[str, tuple[Scene, ...]] = {}
+    modes: dict[str, tuple[PageScene, ...]] = {}
     for mode, curve in curves.items():
         scenes = []
         for hour in hours:
@@ -198,32 +198,32 @@ def scenes_of(
     return Scenes(frame, seen, source, tuple(hours), modes, stills, reach, _blending(frame, model, modes))
 
 
-def _scene(sampler: Sampler, unaged: AgedDisplay, aged: AgedDisplay, curve: DifferenceCurve) -> Scene:
+def _scene(sampler: Sampler, unaged: AgedDisplay, aged: AgedDisplay, curve: DifferenceCurve) -> PageScene:
     (row,) = np.flatnonzero(curve.hours == aged.hours)
     x, y, luminance = xyz_to_xyY(aged.code_to_xyz(np.ones(3)))
     luminance /= unaged.code_to_xyz(np.ones(3))[1]
     mean, sd, p95, largest = (float(values[row]) for values in (curve.mean, curve.sd, curve.p95, curve.largest))
     numbers = Numbers(aged.mode, aged.hours, mean, sd, p95, largest, float(x), float(y), float(luminance))
     before, after = (sampler.lut(display, SIZE, "code", clip=True, whole=True).table for display in (unaged, aged))
-    return Scene(numbers, viewer_table(sampler.lut(aged, SIZE, "code", clip=True).table, (before, after)))
+    return PageScene(numbers, viewer_table(sampler.lut(aged, SIZE, "code", clip=True).table, (before, after)))
 
 
-def _blending(frame: Frame, model: DisplayModel, modes: dict[str, tuple[Scene, ...]]) -> Blending:
+def _blending(frame: Frame, model: DisplayModel, modes: dict[str, tuple[PageScene, ...]]) -> Blending:
     """Compare what the viewer draws with the model."""
     places = frame.places[frame.visible]
     code = frame.colours[places[:: max(1, len(places) // _COMPARED)]] / 255.0
     nodes, weights = tetrahedra(code, "code", SIZE)
-    found = []
+    differences = []
     for mode, scenes in modes.items():
         for hours, table in _drawn(scenes):
             drawn = Lut("code", table).mix(nodes, weights)
             both = (linear_to_lab(code_to_linear(each)) for each in (drawn, model.at(mode, hours).code_to_code(code)))
-            found.append(delta_e_2000(*both))
-    away = np.concatenate(found)
+            differences.append(delta_e_2000(*both))
+    away = np.concatenate(differences)
     return Blending(float(away.mean()), float(np.quantile(away, 0.95)), float(away.max()))
 
 
-def _drawn(scenes: Sequence[Scene]) -> Iterator[tuple[float, Array]]:
+def _drawn(scenes: Sequence[PageScene]) -> Iterator[tuple[float, Array]]:
     """Give the hours of the tables and those half way between, with what the viewer makes of the tables there."""
     tables = [(each.numbers.hours, each.table[..., :3] / WHITE) for each in scenes]
     yield from tables
@@ -334,11 +334,11 @@ def viewer_section(scenes: Scenes) -> PageSection:
 
 def blending_in_words(scenes: Scenes) -> str:
     """Say how far the slider's picture is from the model."""
-    found, hours = scenes.blending, len(scenes.hours)
+    away, hours = scenes.blending, len(scenes.hours)
     between = "a table an hour, blended between hours" if hours > 1 else "one table"
     return (
-        f"The slider draws through {hours} × {SIZE}³ colours a mode, {between}: ΔE2000 {found.mean:.2f} from the model "
-        f"in mean, {found.p95:.2f} at 95 % and {found.max:.1f} at most, over this picture's pixels."
+        f"The slider draws through {hours} × {SIZE}³ colours a mode, {between}: ΔE2000 {away.mean:.2f} from the model "
+        f"in mean, {away.p95:.2f} at 95 % and {away.max:.1f} at most, over this picture's pixels."
     )
 
 
@@ -366,7 +366,7 @@ def script_data(scenes: Scenes) -> dict[str, Any]:
 
 
 def packed(table: NDArray[np.uint16]) -> str:
-    """Pack a table (n, n, n, 4) as text: what changes along red, first all high bytes, then all low ones, deflated."""
+    """Pack a table (n, n, n, 4): changes along red, all high bytes before the low ones, deflated, in base64."""
     steps = table.copy()
     steps[:, :, 1:] -= table[:, :, :-1]
     planes = steps.astype(">u2").reshape(-1, 1).view(np.uint8).T

@@ -28,13 +28,13 @@ if TYPE_CHECKING:
     from lutgen.pictures.difference import DifferenceCurve
     from lutgen.pictures.lifetime import Lifetimes
 
-#: Says before anything is drawn that scripts run here.
+#: Script that marks the page, before anything is drawn, as one whose scripts run.
 _CLASS_SCRIPT = 'document.documentElement.className = "script";'
 
 
 @dataclass(frozen=True)
 class PageSection:
-    """One section.
+    """One section of the page.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ def environment() -> Environment:
 
 
 def style_and_script() -> dict[str, Any]:
-    """Give the page's own style and scripts, with the viewer's, and the hashes by which the page permits these alone.
+    """Give the page's style and scripts, the viewer's included, and the hashes by which the page permits these alone.
 
     The main script is one module in the page, so what it imports stands before it.
     """

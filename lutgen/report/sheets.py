@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 #: The paper's Figures 2 to 4: the aged pictures around the un-aged one, clockwise from the top.
 AGES = (("chroma", 10_000.0), ("chroma", 18_000.0), ("chroma-luma", 10_000.0), ("chroma-luma", 18_000.0))
 
-#: Width of a sheet in pixels, about: pictures of many hours are reduced to fit.
+#: Approximate width of a sheet in pixels: many pictures are made smaller to fit.
 ACROSS = 3600
 
 #: Pixels of a picture's longest side, at most and at least.
@@ -152,8 +152,7 @@ def age_sheet(series: AgedSeries, hours: Sequence[float], path: str | Path, *, f
         yield Text(layout.gap, layout.gap, "\n".join(heading), round(1.5 * layout.text))
         for row, mode in enumerate(modes):
             for column, hour in enumerate(chosen):
-                caption = f"{mode}, {spaced(hour)} h\n{series.told(mode, hour)}"
-                yield layout.caption_below(layout.top(row, above), layout.left(column), caption)
+                yield layout.caption_below(layout.top(row, above), layout.left(column), _caption(series, mode, hour))
         yield Text(layout.gap, below, "\n".join(foot), layout.text)
 
     with new_png(path, force=force) as partial:
@@ -166,9 +165,13 @@ def age_sheet(series: AgedSeries, hours: Sequence[float], path: str | Path, *, f
     return Path(path)
 
 
+def _caption(series: AgedSeries, mode: str, hour: float) -> str:
+    return f"{mode}, {spaced(hour)} h\n{series.mean_in_words(mode, hour)}"
+
+
 def sheet_title(series: AgedSeries, hours: Sequence[float]) -> str:
     """State the mean ΔE2000 at the last hour."""
-    parts = [f"{series.told(mode, hours[-1])} in {mode}" for mode in series.curves]
+    parts = [f"{series.mean_in_words(mode, hours[-1])} in {mode}" for mode in series.curves]
     return f"{Path(series.file).name} by {spaced(hours[-1])} h: {', '.join(parts)}"
 
 
@@ -315,12 +318,9 @@ def _ages(
 ) -> None:
     modes, hours = list(dict.fromkeys(mode for mode, _ in AGES)), sorted({hour for _, hour in AGES})
     series = aged_series(image, model, modes, hours, source=source, progress=progress)
+    pictures = {"un-aged": series.seen("stable", 0.0)}
+    pictures |= {_caption(series, mode, hour): series.seen(mode, hour) for mode, hour in AGES}
     mode, hour = AGES[-1]
-    contact_sheet(
-        {"un-aged": series.seen("stable", 0.0)}
-        | {f"{mode}, {spaced(hour)} h\n{series.told(mode, hour)}": series.seen(mode, hour) for mode, hour in AGES},
-        path,
-        title=f"By {spaced(hour)} h {series.told(mode, hour)} in {mode} (Figure {number}, {Path(series.file).name})",
-        footer=footer(series),
-        force=force,
-    )
+    last, name = f"By {spaced(hour)} h {series.mean_in_words(mode, hour)} in {mode}", Path(series.file).name
+    title = f"{last} (Figure {number}, {name})"
+    contact_sheet(pictures, path, title=title, footer=footer(series), force=force)

@@ -256,7 +256,7 @@ def _yes(p: float) -> str:
     return "yes" if p < 0.05 else "no" if isfinite(p) else "–"
 
 
-#: The file that is drawn.
+#: Name of the picture.
 PICTURE = "study.png"
 
 #: Measure → digits of a change, and its unit.

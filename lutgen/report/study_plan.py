@@ -134,7 +134,7 @@ def _agreement(power: Power) -> Seen:
 #: Name of the file.
 PICTURE = "study-power.png"
 
-#: Line of each aging, and colour of each measure.
+#: Line style of each aging mode, and colour of each measure.
 LINES = {"chroma": "--", "chroma-luma": "-"}
 COLOURS = {"time": BLUE, "ease": GREEN, "agreement": RED}
 
@@ -205,7 +205,7 @@ def _label(axes: Axes, ends: list[tuple[float, Seen]]) -> None:
         axes.text(1.06, height, label, fontsize=11, color=colour, va="center", transform=axes.transAxes)
 
 
-#: Names that a sentence lists; it counts the others.
+#: Most names that a sentence lists; further names are only counted.
 LISTED = 8
 
 

@@ -26,7 +26,7 @@ from lutgen.study.comparisons import (
     table_4,
 )
 from lutgen.study.mixed import MISSING, MixedModel, available, mixed_models
-from lutgen.study.power import LEAST, MOST, ONE_TAILED, smallest_difference
+from lutgen.study.power import ALPHA, LEAST, MOST, ONE_TAILED, smallest_difference
 from lutgen.study.statistics import UNAGED, Kappa, condition_order, counts, kappas, mixed_sessions, pairs
 
 if TYPE_CHECKING:
@@ -35,9 +35,6 @@ if TYPE_CHECKING:
     from lutgen.study.answers import Answer
     from lutgen.study.comparisons import AgreementTest, Corrected, FurtherAgreement
     from lutgen.study.statistics import AgreementCounts, ReadingPair, StudySample
-
-#: The level of the paper's tests.
-ALPHA = 0.05
 
 
 def design_limits(
@@ -160,7 +157,7 @@ SCHEMA = 1
 
 @dataclass(frozen=True)
 class Analysis:
-    """What was found.
+    """The result of an analysis.
 
     Attributes
     ----------

@@ -124,7 +124,7 @@ def whose(entries: Sequence[AnswerRow], path: Path) -> str:
 
 
 def answered(entries: Sequence[AnswerRow], session: int, kind: str = ANSWERED) -> list[Mapping[str, Any]]:
-    """Return what was answered in a session, in its order."""
+    """Return the content of the rows of one kind in a session, in the order of the rows."""
     return [entry.content for entry in entries if (entry.session, entry.kind) == (session, kind)]
 
 
@@ -182,7 +182,7 @@ MAX_SECONDS = 86_400.0
 
 @dataclass(frozen=True)
 class Answer:
-    """One image read.
+    """A reader's answer to one image.
 
     Attributes
     ----------
@@ -215,7 +215,7 @@ class Answer:
 
 
 def sensible(answers: Sequence[Answer]) -> tuple[tuple[Answer, ...], list[str]]:
-    """Return the answers whose time can be one, and a sentence for each that is left out.
+    """Return the answers with a possible time to score, and a sentence for each answer that is left out.
 
     Raises
     ------
@@ -241,7 +241,7 @@ STARTED, RESUMED, OVERRIDDEN = "started", "resumed", "overridden"
 
 @dataclass(frozen=True)
 class SessionProgress:
-    """A session of a reader.
+    """How far one session of a reader is.
 
     Attributes
     ----------
@@ -304,7 +304,7 @@ def may_begin(entries: Sequence[AnswerRow], session: int, washout_days: float) -
 
 @dataclass(frozen=True)
 class ReaderStatus:
-    """A place.
+    """A reader's place in the study, and how far its sessions are.
 
     Attributes
     ----------

@@ -169,7 +169,7 @@ def corrected(means: Sequence[MeanTest], agreement: Sequence[AgreementTest]) -> 
 
 
 def holm(p: Sequence[float]) -> list[float]:
-    """Corrected p-values, in the order given."""
+    """Return p-values corrected by Holm's method, in the order given."""
     corrected_p, worst = [0.0] * len(p), 0.0
     for rank, place in enumerate(sorted(range(len(p)), key=lambda each: p[each])):
         worst = max(worst, min(1.0, (len(p) - rank) * p[place]))
@@ -179,7 +179,7 @@ def holm(p: Sequence[float]) -> list[float]:
 
 @dataclass(frozen=True)
 class FurtherMeans:
-    """Two means once more.
+    """Two means compared by tests that the paper does not have.
 
     Attributes
     ----------
@@ -222,7 +222,7 @@ class McNemar:
 
 @dataclass(frozen=True)
 class FurtherAgreement:
-    """Two shares of agreement once more.
+    """Two shares of agreement compared by tests that the paper does not have.
 
     Attributes
     ----------
@@ -251,7 +251,7 @@ class FurtherAgreement:
 
 
 def further_means(samples: Sequence[StudySample]) -> tuple[FurtherMeans, ...]:
-    """Compare means once more, pair by pair."""
+    """Compare means by Welch's test, by ranks and by the size of the effect, pair by pair."""
     return tuple(_means(first, second) for first, second in same_measure(samples))
 
 
@@ -289,7 +289,7 @@ def _rank_p(first: StudySample, second: StudySample) -> float:
 def further_agreement(
     rows: Sequence[AgreementCounts], reading_pairs: Sequence[ReadingPair] = ()
 ) -> tuple[FurtherAgreement, ...]:
-    """Compare shares of agreement once more, condition by condition; without ``reading_pairs`` no test is paired."""
+    """Compare shares of agreement by exact tests and intervals; without ``reading_pairs`` no test is paired."""
     return tuple(_agreement(first, second, reading_pairs) for first, second in pairs_of(rows))
 
 

@@ -53,7 +53,7 @@ MOST_READINGS = 200_000
 
 @dataclass(frozen=True)
 class Design:
-    """What is read, under what, by whom and when.
+    """Which reader reads which image, under which condition, in which session.
 
     Attributes
     ----------
@@ -125,7 +125,7 @@ def balanced_design(
     sessions: int = PAPER_SESSIONS,
     seed: int,
 ) -> Design:
-    """Draw the design of this module's head.
+    """Draw the balanced design that this module's docstring describes.
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ def balanced_design(
 
 
 def ordered(shown: Mapping[str, str], reader: int, session: int, seed: int) -> list[StudyTrial]:
-    """Put a session (image → condition) into an order drawn as this module's head says."""
+    """Put a session (image → condition) into an order drawn as this module's docstring says."""
     rng = stream(seed, reader, session)
     times: dict[str, float] = {}
     for condition in dict.fromkeys(shown.values()):
@@ -209,7 +209,7 @@ class _Shown(NamedTuple):
 
 
 def read_design(path: Path, images: Sequence[str], *, readers: int | None, seed: int) -> Design:
-    """Read a table.
+    """Read a design from a table.
 
     Without ``reader`` every reader gets all rows; without ``position`` each reader's sessions are put into an order
     drawn as for a balanced design. Lines that are empty or begin with # say nothing.

@@ -54,7 +54,7 @@ class ConditionEffect:
 
 @dataclass(frozen=True)
 class MixedModel:
-    """A fitted model.
+    """A mixed model that was fitted, or the reason why it was not.
 
     Attributes
     ----------
@@ -98,7 +98,7 @@ def available() -> bool:
 
 
 def _statsmodels(module: str) -> Any:
-    """Import a module of statsmodels, which is an extra: no dependency that the package may import plainly."""
+    """Import a module of statsmodels, an optional extra that is not installed everywhere."""
     return import_module(f"statsmodels.{module}")
 
 
@@ -154,7 +154,7 @@ def _indicators(labels: Sequence[object], levels: Sequence[object]) -> list[Arra
 
 
 def _groupings(answers: Sequence[Answer]) -> tuple[dict[str, list[str]], list[str]]:
-    """Which differences these answers can show: labels of readers and images, and what is said of the others."""
+    """Return the labels of readers and images where they show differences, and notes on those that they cannot show."""
     readers, images = [answer.reader for answer in answers], [answer.image for answer in answers]
     groups, notes = {}, []
     if len(set(readers)) > 1:
@@ -280,7 +280,7 @@ def _effects(
 
 
 def _ratio(logarithm: float) -> float:
-    """Return what a logarithm is of; infinity beyond what a float holds."""
+    """Return the number whose logarithm is given; infinity beyond what a float holds."""
     return exp(logarithm) if logarithm < 700 else inf
 
 

@@ -35,16 +35,16 @@ if TYPE_CHECKING:
     from lutgen.pictures.frame import Pixels
     from lutgen.pictures.images import ImageSource
 
-#: Kinds of files that a study shows: those of code values.
+#: Formats of files that a study shows: those that store code values.
 KINDS = ("png", "jpeg", "tiff")
 
-#: What is taken of a folder.
+#: Suffixes of the files that are taken from a folder.
 SUFFIXES = tuple(suffix for kind in FORMATS if kind.name in KINDS for suffix in kind.suffixes)
 
 
 @dataclass(frozen=True)
 class Picture:
-    """One image that was given.
+    """One image given for a study.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Picture:
 
     @property
     def frozen(self) -> StudyImage:
-        """What the protocol says of it."""
+        """The entry of this image in the protocol."""
         return StudyImage(self.name, self.sha256, self.width, self.height)
 
 
@@ -206,7 +206,7 @@ _WRITTEN = 315_532_800
 
 @dataclass(frozen=True)
 class BakedLut:
-    """A condition's LUT.
+    """The baked LUT of a condition.
 
     Attributes
     ----------
@@ -226,7 +226,7 @@ class BakedLut:
     smooth: float
 
     def as_json(self) -> dict[str, Any]:
-        """Return what a protocol keeps of it."""
+        """Return the entry of this LUT in the protocol."""
         return {
             "format": LUT_FORMAT,
             "sha256": self.sha256,

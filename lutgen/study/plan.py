@@ -237,7 +237,7 @@ def _pictures(
 
 
 def _shown(pictures: Sequence[Picture], practised: Sequence[Picture], design: Design) -> list[tuple[Picture, str]]:
-    """What some reader sees: image and condition, practice un-aged."""
+    """Return each (image, condition) that any reader sees; practice images are shown un-aged."""
     needed = {(trial.image, trial.condition) for trial in design.trials}
     shown = [
         (picture, condition.name)
@@ -264,7 +264,7 @@ def _model(model: DisplayModel, luts: dict[str, BakedLut]) -> dict[str, Any]:
         "description": without_ways(model_as_json(model, Path.cwd())),
         "luts": {name: lut.as_json() for name, lut in luts.items()},
     }
-    # As it will be read again: lists, not tuples.
+    # Lists instead of tuples, as when the file is read again.
     plain: dict[str, Any] = json.loads(json.dumps(content))
     return plain
 
@@ -289,7 +289,7 @@ def _made_whole(study: Path, *, force: bool) -> Iterator[Path]:
         shutil.rmtree(beside, ignore_errors=True)
         new.mkdir(parents=True)
         yield new
-        # Answers may have come in the meantime.
+        # A reader may have answered while the pictures were rendered.
         check_new_study(study, force=force)
         if whole.exists():
             whole.rename(old)

@@ -54,7 +54,7 @@ PAINTS = ("element-timing", "animation-frame")
 
 
 class Conversation:
-    """Between a reading and the one tab that holds it."""
+    """Answers the questions of the one browser tab that holds a reading session."""
 
     def __init__(
         self, reading: ReadingSession, say: Callable[[str], None], clock: Callable[[], float] = time.monotonic
@@ -104,7 +104,7 @@ class Conversation:
             return shown[2] if shown and same else None
 
     def close(self) -> None:
-        """Answer no more: a browser may go on asking on a connection that is open still."""
+        """Refuse all further questions, which a browser may send on a connection that is still open."""
         with self._one_at_a_time:
             self._closed, self._shown = True, None
 

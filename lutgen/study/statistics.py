@@ -66,7 +66,7 @@ class StudySample:
 
 
 def sample_of(measure: str, condition: str, values: Sequence[float]) -> StudySample:
-    """Make the sample of at least one answer."""
+    """Return n, mean and SD of at least one answer, with the answers."""
     sd = stdev(values) if len(values) > 1 else float("nan")
     return StudySample(measure, condition, len(values), fmean(values), sd, tuple(map(float, values)))
 
@@ -76,7 +76,7 @@ def pairs_of(items: Iterable[Item]) -> list[tuple[Item, Item]]:
     return list(combinations(items, 2))
 
 
-#: Low and high end.
+#: Low and high end of an interval.
 Interval = tuple[float, float]
 
 #: The two-sided 95 % quantile of the normal distribution, 1.96.

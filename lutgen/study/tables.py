@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 #: A row is some tens of bytes, and nobody reads a million images.
 MAX_BYTES = 64_000_000
 
-#: What a column of yes and no may hold.
+#: Cells of a column of yes and no → whether they say yes.
 _YES_NO = {"1": True, "0": False, "true": True, "false": False, "yes": True, "no": False}
 
 
@@ -47,7 +47,7 @@ class Row:
         return LutgenError(f"{self.file}, line {self.line}, column {column}: {why}")
 
     def text(self, column: str) -> str:
-        """Return a word. Raises LutgenError for an empty cell, or one that cannot be printed."""
+        """Return the text of a cell. Raises LutgenError for an empty cell, or one that cannot be printed."""
         cell = self.cells[column]
         if not cell or not cell.isprintable():
             raise self.error(column, "is no name. Write letters or digits.")
@@ -197,7 +197,7 @@ def answer_table(answers: Iterable[Answer], *, remark: str) -> str:
 COUNTS = ("condition", "agreed", "disagreed")
 SUMMARY = ("condition", "measure", "n", "mean", "ci95")
 
-#: Most that is counted of a kind: with ten times as many the exact tests take minutes.
+#: Largest count of a table: with ten times as many the exact tests take minutes.
 MOST = 10_000
 
 
