@@ -28,7 +28,7 @@ from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab
 from lutgen.display import default_display, hour_name
 from lutgen.display.hours import parse_hours
 from lutgen.numerals import spaced
-from lutgen.report.pictures.sheets import contact_sheet
+from lutgen.report.sheets import contact_sheet
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -25,7 +25,7 @@ except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
 #: Files being written end in this; the next build removes those that a killed one left.
 PARTIAL = ".lutgen-partial"
@@ -151,6 +151,25 @@ def _partial(path: Path) -> Path:
     """Name the temporary file of ``path``: no longer than a file system takes, for a name that it takes itself."""
     name = path.name if len(os.fsencode(path.name)) <= _LONGEST_NAME else hashlib.sha256(os.fsencode(path)).hexdigest()
     return path.with_name(f".{name}{PARTIAL}")
+
+
+def check_new_file(path: str | Path, *, force: bool, suffixes: Iterable[str] = ()) -> Path:
+    """Return the path when a file may be written there, before any work is done for it.
+
+    Raises
+    ------
+    LutgenError
+        Another suffix, a folder, or a file that exists without ``force``.
+
+    """
+    file, suffixes = Path(path), tuple(suffixes)
+    if suffixes and file.suffix.lower() not in suffixes:
+        raise LutgenError(f"{path}: give a name that ends in {' or '.join(suffixes)}.")
+    if file.is_dir():
+        raise LutgenError(f"{path}: is a folder. Give the name of a file.")
+    if file.exists() and not force:
+        raise LutgenError(f"{path}: exists already. Add --force to replace it, or choose another name.")
+    return file
 
 
 def free_bytes(folder: Path) -> float:

@@ -24,7 +24,7 @@ from lutgen.cli import main
 from lutgen.cli.program import group
 from lutgen.display import DisplayModel, default_display
 from lutgen.readings import read_measurements
-from lutgen.report.criticism.effect_sketch import sketched
+from lutgen.report.effect_sketch import sketched
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -20,13 +20,12 @@ from skimage.io import imsave
 
 from lutgen import LutgenError, cohort, lifetime
 from lutgen.bindings import oiio
-from lutgen.pictures.cohort import cluster, local
-from lutgen.pictures.cohort.find import find_slides
-from lutgen.pictures.cohort.folder import RunFolder, image_from_json
-from lutgen.pictures.cohort.spread import bands_of, coverage, left_out, lives_of
-from lutgen.pictures.cohort.task import Asked, Outcome
+from lutgen.pictures import cohort_workers
+from lutgen.pictures.blocks import few_threads, threads
+from lutgen.pictures.cohort import bands_of, coverage, left_out, lives_of
+from lutgen.pictures.cohort_slides import RunFolder, find_slides, image_from_json
+from lutgen.pictures.cohort_workers import CohortTask, Outcome
 from lutgen.pictures.difference import STATISTICS
-from lutgen.pictures.threads import few_threads, threads
 from tests.cohort_slides import HOURS, break_slide, deadly_model, make_slides, model, seven_colours
 
 if TYPE_CHECKING:
@@ -34,7 +33,7 @@ if TYPE_CHECKING:
 
     from lutgen.display import DisplayModel
     from lutgen.pictures.cohort import Cohort
-    from lutgen.pictures.cohort.find import CohortSlide
+    from lutgen.pictures.cohort_slides import CohortSlide
 
 FEW: Any = {"hours": HOURS}
 
@@ -331,7 +330,7 @@ def test_a_process_that_is_killed_loses_nothing_and_a_slide_that_kills_is_named(
 def test_processes_that_cannot_start_are_told(tmp_path: Path) -> None:
     display = deadly_model(tmp_path, order=False)
     files = make_slides(tmp_path / "in", 2)
-    crew = local.on_this_machine  # the effect is looked for when a process starts
+    crew = cohort_workers.on_this_machine  # the effect is looked for when a process starts
     (tmp_path / "deadly.py").unlink()
     with pytest.raises(LutgenError, match=r"a worker process cannot be started"):
         list(crew(_asked(display), find_slides(files), 2))
@@ -356,7 +355,7 @@ def test_slides_in_hand_when_a_process_dies_are_tried_again_and_no_others(
 ) -> None:
     files = make_slides(tmp_path / "in", 9)
     display = deadly_model(tmp_path, order=True)
-    done = list(local._done(_asked(display), 2, find_slides(files)))
+    done = list(cohort_workers._done_here(_asked(display), 2, find_slides(files)))
     assert {slide.name for slide, _ in done} == {str(file) for file in files}
     assert len(done) == 9
     assert 1 <= sum(outcome is None for _, outcome in done) <= 2
@@ -364,7 +363,7 @@ def test_slides_in_hand_when_a_process_dies_are_tried_again_and_no_others(
 
 def test_processes_end_when_nobody_waits_for_them_any_more(tmp_path: Path) -> None:
     files = find_slides(make_slides(tmp_path / "in", 6, side=200))
-    found = local.on_this_machine(_asked(model()), files, 2)
+    found = cohort_workers.on_this_machine(_asked(model()), files, 2)
     next(found)
     working = multiprocessing.active_children()
     assert working
@@ -372,8 +371,8 @@ def test_processes_end_when_nobody_waits_for_them_any_more(tmp_path: Path) -> No
     assert not {each.pid for each in working} & {each.pid for each in multiprocessing.active_children()}
 
 
-def _asked(display: DisplayModel) -> Asked:
-    return Asked(display, (3.0,), ("chroma",), HOURS, tissue=False, source="auto")
+def _asked(display: DisplayModel) -> CohortTask:
+    return CohortTask(display, (3.0,), ("chroma",), HOURS, tissue=False, source="auto")
 
 
 # Dask -----------------------------------------------------------------------------------------------------------------
@@ -464,10 +463,10 @@ def test_slides_that_dask_suspects_are_tried_again_alone(tmp_path: Path, monkeyp
             blamed = slide == deadly or (slide == second and len(slides) > 1)
             yield slide, None if blamed else found
 
-    monkeypatch.setattr(cluster, "_done", done)
-    outcomes = list(cluster._outcomes(None, None, _asked(model()), (second, deadly, first)))
+    monkeypatch.setattr(cohort_workers, "_done_on_cluster", done)
+    outcomes = list(cohort_workers._outcomes_on_cluster(None, None, _asked(model()), (second, deadly, first)))
     assert tried == [[second, deadly, first], [second], [deadly]]
-    assert outcomes == [(first, found), (second, found), (deadly, Outcome(None, cluster._DEADLY))]
+    assert outcomes == [(first, found), (second, found), (deadly, Outcome(None, cohort_workers._DEADLY_WORKERS))]
 
 
 @pytest.mark.slow
@@ -475,7 +474,7 @@ def test_slides_that_dask_suspects_are_tried_again_alone(tmp_path: Path, monkeyp
 def test_what_a_worker_cannot_do_is_said(dask: Any, tmp_path: Path) -> None:
     slides = find_slides(make_slides(tmp_path / "in", 3))
     unseen, other = replace(slides[0], path="/elsewhere/s.png"), replace(_asked(model()), version="0.0.1")
-    with cluster.on_cluster(dask.scheduler_address) as crew:
+    with cohort_workers.on_cluster(dask.scheduler_address) as crew:
         ((_, outcome),) = crew(_asked(model()), [unseen])
         assert outcome.reason.startswith("this machine sees it and its Dask worker does not, at /elsewhere/s.png.")
         ((_, outcome),) = crew(other, slides[:1])
@@ -500,7 +499,7 @@ def test_a_scheduler_that_is_not_there(
     address: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-    monkeypatch.setattr(cluster, "PATIENCE_S", 0.5)
+    monkeypatch.setattr(cohort_workers, "PATIENCE_S", 0.5)
     with pytest.raises(LutgenError, match=message):
         cohort(make_slides(tmp_path / "in", 1), model(), tmp_path / "run", scheduler=address, **FEW)
     assert not (tmp_path / "run").exists()
@@ -510,7 +509,7 @@ def test_a_scheduler_that_is_not_there(
 @pytest.mark.usefixtures("bounded")
 def test_a_scheduler_without_workers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-    monkeypatch.setattr(cluster, "PATIENCE_S", 1.0)
+    monkeypatch.setattr(cohort_workers, "PATIENCE_S", 1.0)
     (file,) = make_slides(tmp_path / "in", 1)
     with (
         distributed.LocalCluster(n_workers=0, host="127.0.0.1", dashboard_address=":0") as empty,

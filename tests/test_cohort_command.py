@@ -14,8 +14,8 @@ import pytest
 from jsonschema.exceptions import ValidationError
 
 from lutgen import lifetime, save_model
-from lutgen.pictures.cohort import cluster
-from lutgen.report.pictures.lifetime import hours_or_never
+from lutgen.pictures import cohort_workers
+from lutgen.report.lifetimes import hours_or_never
 from tests.altered import altered
 from tests.cohort_slides import break_slide, make_slides, model, seven_colours, waiting_model
 from tests.command import Done, in_process
@@ -178,7 +178,7 @@ def test_bad_input_is_named_and_nothing_is_written(
 ) -> None:
     if "--scheduler" in arguments:
         pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
-    monkeypatch.setattr(cluster, "PATIENCE_S", 0.5)
+    monkeypatch.setattr(cohort_workers, "PATIENCE_S", 0.5)
     (tmp_path / "empty").mkdir()
     done = run(*arguments, "-o", "run", "--csv", "c.csv")
     assert (done.code, done.out) == (2, "")

@@ -10,7 +10,7 @@ from PIL import Image
 
 from lutgen import LutgenError
 from lutgen.report.drawing import SURROUND
-from lutgen.report.pictures.sheets import PLACES, Layout, contact_sheet
+from lutgen.report.sheets import PLACES, Layout, contact_sheet
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -18,8 +18,8 @@ from lutgen.effects.child import check_file
 from lutgen.numerals import percent, readable, with_error
 from lutgen.readings import read_measurements
 from lutgen.readings.conditions import CONDITIONS
-from lutgen.report.criticism import diagnosis as diagnosis_page
-from lutgen.report.criticism.effect_sketch import FOLLOWS, of_condition, sketched
+from lutgen.report import diagnosis as diagnosis_page
+from lutgen.report.effect_sketch import FOLLOWS, of_condition, sketched
 from tests.campaigns import single, text_of, write
 from tests.command import Done, in_process
 
@@ -193,7 +193,7 @@ def test_a_condition_without_a_sketch_of_its_own_is_sketched_from_its_declaratio
 ) -> None:
     pattern, sketch = of_condition(condition)
     assert re.match(pattern, f"light by {condition.cell} and level")
-    monkeypatch.setattr("lutgen.report.criticism.effect_sketch.FOLLOWS", {pattern: sketch})
+    monkeypatch.setattr("lutgen.report.effect_sketch.FOLLOWS", {pattern: sketch})
     path = tmp_path / "sketch.py"
     path.write_text(sketched(f"light by {condition.cell}, growing", misfit="a test"))
     assert f'needs=("{condition.columns[0].name}",)' in path.read_text()

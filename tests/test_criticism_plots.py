@@ -22,14 +22,14 @@ from lutgen.criticism.problem import Problem
 from lutgen.criticism.refine import refine
 from lutgen.criticism.search import family
 from lutgen.effects import catalogue
-from lutgen.report.criticism.comparison import title_of
-from lutgen.report.criticism.fit_plot import plot_fit
-from lutgen.report.criticism.plots import (
+from lutgen.report.comparison import title_of
+from lutgen.report.criticism_plots import (
     OF_COMPARE,
     OF_DIAGNOSE,
     OF_REFINE,
     plot_comparison,
     plot_diagnosis,
+    plot_fit,
     plot_refinement,
 )
 from tests.campaigns import CAMPAIGNS, text_of

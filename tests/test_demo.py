@@ -14,7 +14,7 @@ from skimage.data import immunohistochemistry
 
 from lutgen import DisplayModel, read_measurements
 from lutgen.display import default_display
-from lutgen.report.pictures.sheets import PLACES, Layout
+from lutgen.report.sheets import PLACES, Layout
 
 ROOT = Path(__file__).parents[1]
 SOURCE = immunohistochemistry()

@@ -19,7 +19,7 @@ from lutgen.pictures import difference_map as module
 from lutgen.pictures.blocks import Place
 from lutgen.pictures.difference_map import BIN, difference_map
 from lutgen.pictures.frame import AreaMeans, Grid, whole_factor
-from lutgen.report.pictures.difference_map import (
+from lutgen.report.difference_map import (
     MAGENTA,
     RANGE,
     check_range,
@@ -27,7 +27,7 @@ from lutgen.report.pictures.difference_map import (
     draw_map,
     plot_map,
     scale_of,
-    told_above,
+    share_above,
 )
 
 if TYPE_CHECKING:
@@ -284,7 +284,8 @@ def test_what_lies_above_the_scale_is_marked_and_said(found: DifferenceMap) -> N
     assert (found.shown > 8.0).any()
     assert found.share(8.0) == pytest.approx(float((found.shown > 8.0).mean()), abs=1e-4)
     assert (
-        told_above(found, (0.0, 8.0)) == f"{found.share(8.0):.1%} above; --range 0,{np.ceil(found.largest):g} holds all"
+        share_above(found, (0.0, 8.0))
+        == f"{found.share(8.0):.1%} above; --range 0,{np.ceil(found.largest):g} holds all"
     )
     axes = Figure().add_subplot()
     draw_histogram(axes, found, (0.0, 8.0), drawn)

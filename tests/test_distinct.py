@@ -15,8 +15,7 @@ from lutgen import LutgenError
 from lutgen.bindings import oiio
 from lutgen.colorimetry import code_to_linear, linear_to_code, linear_to_lab
 from lutgen.pictures import blocks, distinct
-from lutgen.pictures.distinct import Colours, count_colours
-from lutgen.pictures.tissue import BINS, otsu, tissue_only
+from lutgen.pictures.distinct import BINS, Colours, count_colours, otsu, tissue_only
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -22,9 +22,9 @@ from lutgen.display.signature import CODES, Signature
 from lutgen.effects import STAGES, catalogue
 from lutgen.effects.expression import parse
 from lutgen.effects.scene import LIFE_H
-from lutgen.report.display.aging_plot import PAGE
-from lutgen.report.display.effect_plot import plot_effect
+from lutgen.report.aging_plot import PAGE
 from lutgen.report.drawing import DPI
+from lutgen.report.effect_plot import plot_effect
 
 pytestmark = pytest.mark.numbers
 

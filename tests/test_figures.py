@@ -15,12 +15,11 @@ from skimage.io import imsave
 from lutgen import DisplayModel, LutgenError, apply_to_image, default_display, lifetime, read_measurements
 from lutgen.cli.commands import animate as animate_command
 from lutgen.colorimetry import code_to_linear, linear_to_code
-from lutgen.pictures import published
-from lutgen.pictures.aged_series import GREY, aged_series
-from lutgen.report.pictures.animation import LONGEST, SECONDS, animate, frame
-from lutgen.report.pictures.lifetime import plot_lifetime
-from lutgen.report.pictures.paper_figures import draw_figure
-from lutgen.report.pictures.sheets import COLUMNS, Layout, check_hours, longest
+from lutgen.pictures.frame import GREY, aged_series
+from lutgen.report import difference_map, sheets
+from lutgen.report.animation import LONGEST, SECONDS, animate, frame
+from lutgen.report.lifetimes import plot_lifetime
+from lutgen.report.sheets import COLUMNS, Layout, check_hours, draw_figure, longest
 from tests.command import Done, in_process
 
 if TYPE_CHECKING:
@@ -106,16 +105,16 @@ def test_a_large_image_is_made_smaller_by_means_of_light_and_aged_then(tmp_path:
     code = np.clip(model.at("chroma", 9000.0).code_to_code(expected / 255.0), 0.0, 1.0)
     np.testing.assert_array_equal(series.seen("chroma", 9000.0), np.rint(255.0 * code))
     curve = lifetime([tmp_path / "a.png"], model, hours=[9000.0]).images[0].curves["chroma"]
-    assert series.told("chroma", 9000.0) == f"mean ΔE2000 {curve.mean[-1]:.1f}"
+    assert series.mean_in_words("chroma", 9000.0) == f"mean ΔE2000 {curve.mean[-1]:.1f}"
 
 
 # lutgen figure --------------------------------------------------------------------------------------------------------
 
 
 def test_the_published_captions_are_the_papers() -> None:
-    assert published.AGES == AGES
-    assert published.MAPS == (("chroma", 8100.0), ("chroma-luma", 4100.0))
-    assert published.MAP_RANGE == (1.0, 8.0)
+    assert sheets.AGES == AGES
+    assert difference_map.MAPS == (("chroma", 8100.0), ("chroma-luma", 4100.0))
+    assert difference_map.MAP_RANGE == (1.0, 8.0)
 
 
 @pytest.mark.parametrize("number", ["2", "3", "4"])
@@ -141,8 +140,6 @@ def test_figure_6_holds_two_maps_on_the_papers_scale(
     run: Callable[..., Done], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     drawn: list[tuple[str, float, tuple[float, float]]] = []
-    from lutgen.report.pictures import difference_map
-
     real = difference_map.draw_map
 
     def spy(axes: Any, found: Any, ends: tuple[float, float]) -> Any:

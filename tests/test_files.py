@@ -15,10 +15,10 @@ from lutgen.display.modes import luminance_law
 from lutgen.display.origin import found_by
 from lutgen.effects.own import load_file
 from lutgen.files import bytes_at_most, file_sha256, read_at_most
-from lutgen.pictures.cohort.find import find_slides
-from lutgen.study.analysis.tables import read_answer_table, read_counts, read_summary
+from lutgen.pictures.cohort_slides import find_slides
 from lutgen.study.design import read_design
 from lutgen.study.protocol import read_protocol
+from lutgen.study.tables import read_answer_table, read_counts, read_summary
 
 if TYPE_CHECKING:
     from collections.abc import Callable

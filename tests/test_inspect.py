@@ -20,7 +20,7 @@ from lutgen.history import Inspection, inspect_session
 from lutgen.history.calibration import native_gamma, native_ramp
 from lutgen.history.patches import GAMUTS, _covered
 from lutgen.readings import read_session
-from lutgen.report.history.inspection import headline, inspect_page, picture_names, plot_inspection
+from lutgen.report.inspection import headline, inspect_page, picture_names, plot_inspection
 from tests.schemas import validator
 from tests.session_files import DRIVE, GAMMA, LEAK, WHITE_CD_M2, curves, light, ti3
 

@@ -21,10 +21,18 @@ from lutgen.display import Estimate, LatentTips, default_display
 from lutgen.effects import catalogue
 from lutgen.names import AGING_MODES
 from lutgen.pictures import difference, distinct
-from lutgen.pictures.difference import STATISTICS, DifferenceCurve, differences, quantile, statistics
+from lutgen.pictures.difference import (
+    DRAWS,
+    STATISTICS,
+    DifferenceCurve,
+    coarse,
+    differences,
+    drawn,
+    quantile,
+    statistics,
+)
 from lutgen.pictures.distinct import Colours, count_colours
 from lutgen.pictures.lifetime import TOLERANCES, binning_error
-from lutgen.pictures.uncertainty import DRAWS, coarse, drawn
 from tests.altered import altered
 from tests.schemas import validator
 from tests.twin import SRGB_XY, Twin, rows_of_csv, srgb_matrix

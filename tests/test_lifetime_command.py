@@ -16,14 +16,7 @@ from lutgen.cli.commands import lifetime as lifetime_command
 from lutgen.display import default_display
 from lutgen.numerals import pixels_of_colours
 from lutgen.pictures.lifetime import TOLERANCES
-from lutgen.report.pictures.lifetime import (
-    draw_curve,
-    draw_lives,
-    hours_or_never,
-    lifetime_page,
-    plot_lifetimes,
-    title_of,
-)
+from lutgen.report.lifetimes import draw_curve, draw_lives, hours_or_never, lifetime_page, plot_lifetimes, title_of
 from tests.command import Done, in_process
 
 if TYPE_CHECKING:

@@ -20,9 +20,9 @@ from skimage.io import imread, imsave
 from lutgen import DisplayModel, LutgenError, nuclei, read_measurements
 from lutgen.display import default_display
 from lutgen.names import AGING_MODES
-from lutgen.pictures import contrast, field
-from lutgen.pictures.contrast import FEWEST, LEAST_PIXELS, PERCENT, contrast_of, outlines, rings_of
-from lutgen.pictures.field import read_field
+from lutgen.pictures import blocks, conspicuity
+from lutgen.pictures.blocks import read_field
+from lutgen.pictures.conspicuity import FEWEST, LEAST_PIXELS, PERCENT, contrast_of, outlines, rings_of
 from lutgen.pictures.nuclei import read_mask, segment, width_of
 from tests.altered import altered
 from tests.schemas import validator
@@ -178,7 +178,7 @@ def test_intervals_are_as_wide_as_theory_says() -> None:
 def test_intervals_are_the_same_again_and_do_not_depend_on_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     unaged = np.random.default_rng(3).normal(20.0, 3.0, 50)
     first = contrast_of(unaged, unaged[np.newaxis] ** 0.9, 10.0).intervals
-    monkeypatch.setattr(contrast, "_HELD", 120)
+    monkeypatch.setattr(conspicuity, "_HELD", 120)
     np.testing.assert_array_equal(first, contrast_of(unaged, unaged[np.newaxis] ** 0.9, 10.0).intervals)
 
 
@@ -475,7 +475,7 @@ def test_slides_and_large_pictures_are_refused_before_they_are_read(
 ) -> None:
     with pytest.raises(LutgenError, match=r"s\.svs: is a slide\. Give a field of it"):
         nuclei("s.svs", model)
-    monkeypatch.setattr(field, "LIMIT", 1000)
+    monkeypatch.setattr(blocks, "FIELD_PIXELS", 1000)
     image = save(tmp_path / "in.png", np.zeros((40, 40, 3), np.uint8))
     with pytest.raises(LutgenError, match=r"in\.png: 40 × 40 pixels are more than the 1,000 in which nuclei"):
         nuclei(image, model)

@@ -14,8 +14,7 @@ from lutgen import DisplayModel, nuclei, read_measurements
 from lutgen.cli.commands import nuclei as nuclei_command
 from lutgen.display import default_display
 from lutgen.pictures.conspicuity import LOSS
-from lutgen.report.parts import Headline
-from lutgen.report.pictures.nuclei import (
+from lutgen.report.nuclei import (
     DETAIL,
     NUCLEUS,
     RING,
@@ -29,6 +28,7 @@ from lutgen.report.pictures.nuclei import (
     plot_nuclei,
     shown_hours,
 )
+from lutgen.report.parts import Headline
 from tests.command import Done, in_process
 
 if TYPE_CHECKING:

@@ -26,11 +26,10 @@ from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.display import default_display
 from lutgen.pictures.difference import differences
 from lutgen.pictures.frame import fitting, read_frame, turned
-from lutgen.pictures.png import page_png
 from lutgen.pictures.viewer import WHITE
-from lutgen.report.document.chart import ticks
-from lutgen.report.document.scenes import MOST, SIZE, STEPS, hours_of, map_colours, reach_of
-from lutgen.report.document.section import environment
+from lutgen.report.drawing import page_png
+from lutgen.report.page_scenes import MOST, SIZE, STEPS, hours_of, map_colours, reach_of
+from lutgen.report.page_template import environment, ticks
 from lutgen.report.parts import Table
 
 if TYPE_CHECKING:

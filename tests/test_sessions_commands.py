@@ -12,7 +12,7 @@ import pytest
 
 from lutgen.history.trend import trend
 from lutgen.readings import read_campaign
-from lutgen.report.history.campaign import plot_trend
+from lutgen.report.campaign import plot_trend
 from tests.command import Done, in_process
 from tests.schemas import validator
 

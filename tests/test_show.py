@@ -18,7 +18,7 @@ from lutgen.display import default_display
 from lutgen.display.aging import cct_and_duv, toward
 from lutgen.display.modes import luminance_law
 from lutgen.numerals import spaced
-from lutgen.report.display.aging_plot import PAGE, plot_display
+from lutgen.report.aging_plot import PAGE, plot_display
 from lutgen.report.drawing import DPI
 
 if TYPE_CHECKING:

@@ -17,9 +17,9 @@ from lutgen.effects.formula import read_formula
 from lutgen.errors import LutgenError
 from lutgen.history.limits import parse_limit
 from lutgen.readings import read_measurements, read_session
-from lutgen.study.csv_rows import read_rows
 from lutgen.study.design import condition_of
 from lutgen.study.protocol import ease_of
+from lutgen.study.tables import read_rows
 from tests.command import in_process
 
 if TYPE_CHECKING:

@@ -19,24 +19,29 @@ from statsmodels.stats.multitest import multipletests
 
 from lutgen import LutgenError
 from lutgen.study.analysis import analyse_answers, analyse_figures
-from lutgen.study.analysis.agreement import AgreementCounts, cohen, condition_order, counts, kappas, odds_ratio, pairs
-from lutgen.study.analysis.further import further_agreement, further_means
-from lutgen.study.analysis.paper_tables import holm, samples
-from lutgen.study.analysis.statistics import (
+from lutgen.study.answers import Answer
+from lutgen.study.comparisons import further_agreement, further_means, holm, samples
+from lutgen.study.statistics import (
+    AgreementCounts,
     SampleFigures,
     StudySample,
     _gamma_ratio,
+    cohen,
+    condition_order,
+    counts,
     equal_variances,
     hedges_g,
+    kappas,
     mean_interval,
     newcombe,
+    odds_ratio,
+    pairs,
     pooled,
     sample_of,
     welch,
     wilson,
 )
-from lutgen.study.analysis.tables import answer_table, read_answer_table, read_counts, read_summary
-from lutgen.study.answers import Answer
+from lutgen.study.tables import answer_table, read_answer_table, read_counts, read_summary
 
 pytestmark = pytest.mark.numbers
 

@@ -11,14 +11,23 @@ import pytest
 from jsonschema.exceptions import ValidationError
 from skimage.io import imread
 
-from lutgen.report.study.analysis import between, figure, p_value, signed
-from lutgen.report.study.analysis_plot import PICTURE, _draw_agreement, abreast, changes, title
+from lutgen.report.study_analysis import (
+    PICTURE,
+    _draw_agreement,
+    abreast,
+    between,
+    changes,
+    figure,
+    p_value,
+    signed,
+    title,
+)
 from lutgen.study.analysis import analyse_answers, analyse_figures
-from lutgen.study.analysis.agreement import AgreementCounts
-from lutgen.study.analysis.tables import TABLE_FILES, answer_table, read_answer_table, read_counts, read_summary
 from lutgen.study.protocol import write_protocol
 from lutgen.study.reading import begin_reading
 from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, paper_trials, simulate
+from lutgen.study.statistics import AgreementCounts
+from lutgen.study.tables import TABLE_FILES, answer_table, read_answer_table, read_counts, read_summary
 from tests.altered import altered
 from tests.command import Done, in_process
 from tests.schemas import validator

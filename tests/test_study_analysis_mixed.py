@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from lutgen.study import analysis
-from lutgen.study.analysis import analyse_answers, mixed
-from lutgen.study.analysis.agreement import condition_order, pairs
-from lutgen.study.analysis.mixed import MixedModel, fit_crossed, mixed_models
+from lutgen.study import analysis, mixed
+from lutgen.study.analysis import analyse_answers
+from lutgen.study.mixed import MixedModel, fit_crossed, mixed_models
 from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, paper_trials, simulate
+from lutgen.study.statistics import condition_order, pairs
 
 if TYPE_CHECKING:
     from lutgen.study.answers import Answer

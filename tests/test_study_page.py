@@ -19,10 +19,9 @@ from PIL import Image
 from lutgen.study.analysis import analyse_answers
 from lutgen.study.answer_file import AnswerRow, NotSavedError, read_entries
 from lutgen.study.answers import read_answers
-from lutgen.study.conversation import Conversation
 from lutgen.study.protocol import Category, read_protocol
 from lutgen.study.reading import Decision, begin_reading
-from lutgen.study.server import serving
+from lutgen.study.server import Conversation, serving
 from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, simulate
 from tests.browser import CHROMIUM, Page, browser
 from tests.studies import CONDITIONS, Clock, make_study

@@ -10,10 +10,9 @@ import pytest
 
 from lutgen.errors import LutgenError
 from lutgen.report.parts import Table
-from lutgen.report.study.plan import study_status_page
+from lutgen.report.study_plan import study_status_page
 from lutgen.study.answer_file import AnswerRow, read_entries
-from lutgen.study.answers import read_answers
-from lutgen.study.progress import study_status
+from lutgen.study.answers import read_answers, study_status
 from lutgen.study.protocol import read_protocol
 from lutgen.study.reading import PastError, begin_reading
 from tests.studies import Clock, make_study, read_on, said

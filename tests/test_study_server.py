@@ -16,9 +16,8 @@ import pytest
 
 from lutgen.server import HOST
 from lutgen.study.answers import read_answers
-from lutgen.study.conversation import LEASE, Conversation
 from lutgen.study.reading import begin_reading
-from lutgen.study.server import serving
+from lutgen.study.server import LEASE, Conversation, serving
 from tests.command import Done, in_process
 from tests.schemas import validator
 from tests.studies import Clock, make_study, read_on, said

@@ -13,18 +13,8 @@ from skimage.io import imsave
 from lutgen import LutgenError
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab
 from lutgen.study.analysis import analyse_answers
-from lutgen.study.analysis.agreement import pairs
-from lutgen.study.analysis.mixed import mixed_models
-from lutgen.study.analysis.paper_tables import samples, table_2
-from lutgen.study.analysis.statistics import (
-    SampleFigures,
-    StudySample,
-    equal_variances,
-    mean_interval,
-    pooled,
-    welch,
-    wilson,
-)
+from lutgen.study.comparisons import samples, table_2
+from lutgen.study.mixed import mixed_models
 from lutgen.study.protocol import Category, StudyTrial
 from lutgen.study.simulated import (
     PAPER_DIFFERENCES,
@@ -33,6 +23,16 @@ from lutgen.study.simulated import (
     nuclear_difference,
     paper_trials,
     simulate,
+)
+from lutgen.study.statistics import (
+    SampleFigures,
+    StudySample,
+    equal_variances,
+    mean_interval,
+    pairs,
+    pooled,
+    welch,
+    wilson,
 )
 from tests.studies import CONDITIONS as PLANNED
 from tests.studies import small_protocol

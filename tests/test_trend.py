@@ -15,7 +15,7 @@ from lutgen.history.transfer import contrast_response, index_of, luminance_of
 from lutgen.history.trend import ENOUGH, FEWEST, trend
 from lutgen.names import LIMIT_SETS
 from lutgen.readings import read_campaign, read_session
-from lutgen.report.history.campaign import trend_headline, trend_page
+from lutgen.report.campaign import trend_headline, trend_page
 from tests import trend_coverage
 from tests.virtual_sessions.campaigns import life, write
 from tests.virtual_sessions.display import State

@@ -40,7 +40,7 @@ import colour
 import numpy as np
 from numpy.typing import NDArray
 
-from lutgen.pictures.published import TABLE_1
+from lutgen.pictures.lifetime import TABLE_1
 
 FloatArray = NDArray[np.float64]
 

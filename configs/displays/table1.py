@@ -31,7 +31,7 @@ from configs.displays.reconstruct_ccfl import TABLE, Drift, table
 from lutgen.bindings import oiio
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab, xyz_to_linear
 from lutgen.display import DisplayModel
-from lutgen.pictures.published import TABLE_1
+from lutgen.pictures.lifetime import TABLE_1
 from lutgen.readings import read_measurements
 from lutgen.readings.formats import csv
 from lutgen.readings.formats._source import FileText

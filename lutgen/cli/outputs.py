@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen import files
 from lutgen.cli.terminal import say
 from lutgen.errors import LutgenError
-from lutgen.files import write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -40,13 +40,7 @@ def check_new_file(path: str, *, force: bool, suffixes: Sequence[str] = ()) -> P
         A folder, another suffix, a file that exists without ``force``, or a place that cannot be written to.
 
     """
-    file = Path(path)
-    if suffixes and file.suffix.lower() not in suffixes:
-        raise LutgenError(f"{path}: give a name that ends in {' or '.join(suffixes)}.")
-    if file.is_dir():
-        raise LutgenError(f"{path}: is a folder. Give the name of a file.")
-    if file.exists() and not force:
-        raise LutgenError(f"{path}: exists already. Add --force to replace it, or choose another name.")
+    file = files.check_new_file(path, force=force, suffixes=suffixes)
     _check_writable(file)
     return file
 
@@ -81,7 +75,7 @@ def write_json(content: Any, to: str) -> None:
     if to == STANDARD_OUTPUT:
         click.echo(text)
     else:
-        write_atomically(Path(to), f"{text}\n".encode())
+        files.write_atomically(Path(to), f"{text}\n".encode())
 
 
 def print_json(content: Any) -> None:
@@ -161,7 +155,7 @@ class Outputs:
     ) -> None:
         """Write the table, the pictures and the JSON that were asked for; then print the page."""
         if self.csv_to:
-            write_atomically(Path(self.csv_to), as_csv().encode())
+            files.write_atomically(Path(self.csv_to), as_csv().encode())
         pictures = plot(self.plots) if self.plots else ()
         if self.json_to:
             write_json(as_json(), self.json_to)

@@ -14,7 +14,7 @@ from lutgen.numerals import readable
 from lutgen.readings.conditions import COLUMNS
 from lutgen.readings.rest import TIP_DRIVES
 from lutgen.readings.table import TIP_NAMES
-from lutgen.report.criticism.comparison import NAMES
+from lutgen.report.comparison import NAMES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

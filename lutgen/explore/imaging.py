@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import LutgenError
 from lutgen.pictures.distinct import count_colours
-from lutgen.pictures.frame import read_pixels
+from lutgen.pictures.frame import plain_png, read_pixels
 from lutgen.pictures.images import open_source
-from lutgen.pictures.png import plain_png
 
 if TYPE_CHECKING:
     from collections.abc import Callable

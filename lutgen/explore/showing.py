@@ -83,9 +83,9 @@ class Showing:
 
     def difference(self, mode: str, hours: float) -> dict[str, float | None]:
         """Measure the whole image as ``lutgen lifetime`` does: at an hour, and the hours until it passes 3 and 5."""
+        from lutgen.pictures.blocks import few_threads
         from lutgen.pictures.difference import curves_of
         from lutgen.pictures.lifetime import TOLERANCES
-        from lutgen.pictures.threads import few_threads
 
         if mode not in AGING_MODES:
             raise pick_one("mode", mode, AGING_MODES)

@@ -8,35 +8,49 @@ un-aged one alike.
 
 from __future__ import annotations
 
+import os
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from errno import ENOSPC
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lutgen.bindings import oiio
 from lutgen.errors import LutgenError, pick_one
-from lutgen.files import check_name, replacing
+from lutgen.files import check_name, free_bytes, replacing
 from lutgen.names import SOURCES
-from lutgen.pictures.encoding import NotFiniteError
+from lutgen.pictures.blocks import threads
+from lutgen.pictures.encoding import NotFiniteError, Storage
 from lutgen.pictures.engines import Shader, TableShader, Unaged, engine_for, shader_for
-from lutgen.pictures.images import Target, format_of_suffix, open_source
-from lutgen.pictures.threads import threads
+from lutgen.pictures.images import DTYPES, TIFF, format_of_suffix, is_whole, open_source
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
     from concurrent.futures import Future
 
     from lutgen.display import AgedDisplay
     from lutgen.pictures.encoding import Stored
     from lutgen.pictures.engines import Engine
-    from lutgen.pictures.images import ImageSource
+    from lutgen.pictures.images import ImageFormat, ImageSource
+
+
+#: Bytes for what an image file holds beside pixels, such as its ICC profile.
+_SPARE = 1 << 20
+
+#: JPEG: quality of what is written, and colour at full resolution.
+JPEG_QUALITY, JPEG_SUBSAMPLING = 95, "4:4:4"
+
+#: Metadata that describe the source's bytes rather than its picture, or say how it was stored.
+_NOT_KEPT = ("oiio:", "tiff:", "jpeg:", "png:", "planarconfig", "textureformat", "openexr:levelmode", "iccprofile:")
+_COMPRESSION = ("compression", "compressionquality", "openexr:dwacompressionlevel")
 
 
 @dataclass(frozen=True)
 class AppliedImage:
-    """One aged image.
+    """One image as it was written: aged, or side by side.
 
     Attributes
     ----------
@@ -155,7 +169,7 @@ def apply_to_images(
 
 
 class _ImageWork:
-    """One image from source to target."""
+    """Reads one image band by band, ages it and writes it."""
 
     def __init__(self, source: ImageSource, target: Target, engine: Engine, *, side_by_side: bool) -> None:
         self._source, self._target = source, target
@@ -183,7 +197,7 @@ class _ImageWork:
                 writing.result()
 
     def applied(self, output: Path) -> AppliedImage:
-        """Sum up."""
+        """Return sizes and shares of clipped pixels of the whole image."""
         source = self._source
         pixels = source.width * source.height
         return AppliedImage(
@@ -221,11 +235,10 @@ class _ImageWork:
                 return shader(flat[start:stop], out[start:stop])
             except NotFiniteError as error:
                 row, column = divmod(start + error.index, self._source.width)
-                message = (
+                raise LutgenError(
                     f"{self._source.path}: pixel ({column}, {first_row + row}) is NaN or infinite, "
                     "which no display can show. Repair the image first."
-                )
-                raise LutgenError(message) from None
+                ) from None
 
         for clipped, source_clipped in workers.map(part, range(0, len(out), shader.chunk)):
             if shader is self._shader:
@@ -233,12 +246,102 @@ class _ImageWork:
                 self._source_clipped += source_clipped
 
 
+class Target:
+    """An image being written, band by band."""
+
+    def __init__(self, source: ImageSource, kind: ImageFormat, *, wide: bool) -> None:
+        """Choose how the aged ``source`` is stored; ``wide``: with two pictures side by side."""
+        if source.storage.alpha and not kind.alpha:
+            message = f"{source.path}: has alpha, which {kind.suffixes[0]} cannot keep. Write to .png, .tif or .exr."
+            raise LutgenError(message)
+        self._lib = oiio()
+        self.format = kind
+        depth = kind.depths[str(source.spec.format)]
+        encoding = source.storage.encoding if kind in (source.format, TIFF) else kind.encoding
+        associated = source.storage.alpha and (kind.name == "openexr" or (kind == TIFF and source.storage.associated))
+        self.storage = Storage(np.dtype(DTYPES[depth]), encoding, source.storage.alpha, associated)
+        self.spec = self._spec(source, depth, wide=wide)
+
+    def _spec(self, source: ImageSource, depth: str, *, wide: bool) -> Any:
+        spec = self._lib.ImageSpec(source.spec)
+        spec.set_format(self._lib.TypeDesc(depth))
+        same_format = self.format == source.format
+        compression = str(spec.get_string_attribute("compression"))
+        for attribute in source.spec.extra_attribs:
+            if not _kept(attribute.name.lower(), same_encoding=self.storage.encoding == source.storage.encoding):
+                spec.erase_attribute(attribute.name)
+        if self.format.lossless:
+            spec.attribute("compression", compression if same_format and compression in self.format.lossless else "zip")
+        if self.format == TIFF:
+            spec.attribute("tiff:RowsPerStrip", source.unit)
+        if self.format.name == "jpeg":
+            spec.attribute("CompressionQuality", JPEG_QUALITY)
+            spec.attribute("jpeg:subsampling", JPEG_SUBSAMPLING)
+        if self.storage.alpha and not self.storage.associated:
+            spec.attribute("oiio:UnassociatedAlpha", 1)
+        if not (self.format.tiles and same_format):
+            spec.tile_width = spec.tile_height = spec.tile_depth = 0
+        if wide:
+            spec.width *= 2
+            spec.full_x, spec.full_y, spec.full_width, spec.full_height = spec.x, spec.y, spec.width, spec.height
+        return spec
+
+    @contextmanager
+    def open(self, partial: Path) -> Iterator[None]:
+        """Create the file ``partial``; its suffix does not matter. Raises OSError when that cannot be done."""
+        # Python's OSError says why a file cannot be created; OpenImageIO's message does not.
+        partial.touch()
+        self._folder = partial.parent
+        self._check_room(0)
+        self._image = self._lib.ImageOutput.create(self.format.name)
+        self._check(self._image.open(str(partial), self.spec))
+        try:
+            yield
+        except BaseException:
+            self._image.close()
+            self._image.geterror()
+            raise
+        self._check(self._image.close())
+        # libpng says nothing when the disk is full.
+        self._check(self.format.name != "png" or is_whole(partial))
+
+    def write(self, first: int, last: int, pixels: Stored) -> None:
+        """Write rows ``first`` to ``last`` (exclusive), shape (rows, width, channels)."""
+        spec = self.spec
+        self._check_room(pixels.nbytes)
+        rows = (spec.y + first, spec.y + last)
+        if spec.tile_width:
+            columns = (spec.x, spec.x + spec.width)
+            self._check(self._image.write_tiles(*columns, *rows, spec.z, spec.z + 1, pixels))
+        else:
+            self._check(self._image.write_scanlines(*rows, spec.z, pixels))
+
+    def _check(self, done: bool) -> None:
+        if not done:
+            self._image.geterror()
+            if free_bytes(self._folder) < _SPARE:
+                raise OSError(ENOSPC, os.strerror(ENOSPC))
+            raise OSError(f"the {self.format.suffixes[0]} file cannot be finished")
+
+    def _check_room(self, size: int) -> None:
+        """Raise OSError when ``size`` bytes of pixels may not fit: libjpeg ends the process when the disk is full."""
+        # No band of a JPEG takes twice the bytes of its pixels.
+        if self.format.name == "jpeg" and free_bytes(self._folder) < 2 * size + _SPARE:
+            raise OSError(ENOSPC, os.strerror(ENOSPC))
+
+
+def _kept(name: str, *, same_encoding: bool) -> bool:
+    if name in ("oiio:colorspace", "iccprofile"):
+        # A profile of the source's encoding would be wrong for another.
+        return same_encoding
+    return not name.startswith(_NOT_KEPT) and name not in _COMPRESSION
+
+
 def _check_output(image: Path, output: Path, *, force: bool) -> None:
     format_of_suffix(output)
     check_name(output)
     if not output.parent.is_dir():
-        message = f"{output}: there is no folder {output.parent}. Make it first, or choose another with -o."
-        raise LutgenError(message)
+        raise LutgenError(f"{output}: there is no folder {output.parent}. Make it first, or choose another with -o.")
     if output.is_dir():
         raise LutgenError(f"{output}: is a folder. Choose the name of a file with -o.")
     if output.exists():

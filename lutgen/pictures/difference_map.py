@@ -257,7 +257,7 @@ def _check_floats(path: Path, image: Path, *, force: bool) -> Path:
 def _floats(path: Path, blocks: Blocks) -> Iterator[Callable[[Place, Singles], None]]:
     """Give what writes a block of the map in numbers."""
     with replacing(path) as partial:
-        # Python's own attempt says why a file cannot be made, in words.
+        # Python's OSError says why a file cannot be created; OpenImageIO's message does not.
         partial.touch()
         file = oiio().ImageOutput.create(MAP_SUFFIXES[path.suffix.lower()])
 

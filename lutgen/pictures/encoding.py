@@ -30,7 +30,7 @@ class NotFiniteError(ValueError):
     """A stored pixel is NaN or infinite; ``index`` says which of its block."""
 
     def __init__(self, index: int) -> None:
-        """Remember the pixel."""
+        """Keep the index of the pixel in its block."""
         super().__init__(index)
         self.index = index
 
@@ -57,7 +57,7 @@ class Storage:
 
     @property
     def channels(self) -> int:
-        """3 or 4."""
+        """Numbers of a pixel: 3, or 4 with alpha."""
         return 4 if self.alpha else 3
 
     @property
@@ -97,7 +97,7 @@ class Decoder:
     def _looked_up(self, numbers: Stored) -> Array:
         planes = np.empty((3, len(numbers)))
         for channel, plane in enumerate(planes):
-            # `clip` can clip nothing here; it spares numpy a buffer.
+            # All indices are valid; with mode "clip" numpy needs no buffer.
             np.take(self._table, numbers[:, channel], out=plane, mode="clip")
         return planes
 
@@ -110,7 +110,7 @@ class Decoder:
     def _unassociated(self, single: Stored) -> Array:
         values = single.astype(np.float64) / self.storage.white
         alpha = values[:, 3:]
-        # Light without cover (alpha 0) is taken as it is.
+        # Colours of alpha 0 are not divided by it.
         return np.asarray(values[:, :3] / np.where(alpha > 0.0, alpha, 1.0))
 
     def _clipped(self, values: Stored) -> tuple[Array, int]:

@@ -1,31 +1,39 @@
-"""A large picture made small enough to be shown whole, and what displays make of it.
+"""A picture made small enough to be seen whole, and what displays make of it, hour by hour.
 
-Each pixel of a frame is the mean, in linear light, of the area that it covers, gathered block by block; a small image
-is taken as it is. Aged frames are then computed from the frame's distinct colours.
+Each pixel of a small picture is the mean, in linear light, of the area that it covers, gathered block by block; a small
+image is taken as it is. It is aged then, as in a viewer that shows a large image whole; its ΔE2000 are those of all
+pixels of the image, as ``lifetime`` finds them.
 """
 
 from __future__ import annotations
 
+import io
 from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.colorimetry import linear_to_code
-from lutgen.names import LINEAR
+from lutgen.errors import LutgenError, pick_one
+from lutgen.names import AGING_MODES, LINEAR, SOURCES
 from lutgen.pictures.blocks import open_blocks
-from lutgen.pictures.difference import differences
+from lutgen.pictures.difference import DifferenceCurve, curves_of, differences
+from lutgen.pictures.distinct import count_colours
 from lutgen.pictures.encoding import Decoder
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-    from pathlib import Path
 
     from lutgen.colorimetry import Array
-    from lutgen.display import AgedDisplay
+    from lutgen.display import AgedDisplay, DisplayModel
     from lutgen.pictures.blocks import Blocks, Place
     from lutgen.pictures.encoding import Storage, Stored
+
+#: Code values, shape (height, width, 3).
+Pixels = NDArray[np.uint8]
 
 
 class Grid(NamedTuple):
@@ -55,7 +63,7 @@ class AreaMeans:
     """Means over the cells of a grid; a pixel across an edge counts on both sides, by its share."""
 
     def __init__(self, grid: Grid, channels: int) -> None:
-        """Begin with nothing."""
+        """Begin with sums of 0; ``channels`` are those of the values that :meth:`add` gets."""
         self._grid = grid
         self._sums = np.zeros((len(grid.rows) - 1, len(grid.columns) - 1, channels + 1))
 
@@ -101,7 +109,7 @@ def _light(stored: Stored, storage: Storage, decoder: Decoder) -> tuple[Array, A
 
 
 def _cut(values: Array, edges: Array, axis: int) -> Array:
-    """Add up values between consecutive edges along an axis: from 0 to its length, increasing."""
+    """Add up values between consecutive ``edges`` along an axis; a value that an edge cuts counts by its shares."""
     whole = edges.astype(np.intp)
     sums = np.add.reduceat(values, whole[:-1], axis=axis)
     across = np.moveaxis(sums, axis, 0)
@@ -112,9 +120,6 @@ def _cut(values: Array, edges: Array, axis: int) -> Array:
         straddling = np.moveaxis(values, axis, 0)[np.minimum(whole, values.shape[axis] - 1)]
         across += np.diff(share * straddling, axis=0)
     return sums
-
-
-Pixels = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
@@ -208,7 +213,7 @@ def read_pixels(
 def fitting(height: int, width: int, pixels: int, most: int) -> tuple[int, int]:
     """Return height and width of the largest frame of this shape; never larger than the image, at least 1 × 1."""
     share = min((pixels / (height * width)) ** 0.5, most / width, 1.0)
-    # A millionth of a pixel: what rounding may take from a whole one.
+    # Rounding may make a whole number of pixels smaller by up to a millionth.
     return max(int(height * share + 1e-6), 1), max(int(width * share + 1e-6), 1)
 
 
@@ -219,3 +224,136 @@ def turned(frame: Any, orientation: int) -> Any:
     if orientation in (3, 4, 7, 8):
         frame = frame[::-1]
     return frame[:, ::-1] if orientation in (2, 3, 6, 7) else frame
+
+
+#: Code value of L* = 50, which replaces pixels of alpha 0.
+GREY = 119
+
+#: Pixels of the longest side of a picture.
+LONGEST = 1000
+
+
+@dataclass(frozen=True)
+class AgedSeries:
+    """One image at several ages.
+
+    Attributes
+    ----------
+    file
+        Its path.
+    model
+        The display.
+    source
+        The image as it is sent to the display, uint8 of shape (h, w, 3): its code values, or means over ``factor`` ×
+        ``factor`` pixels.
+    factor
+        1 for images that are no larger than was asked for.
+    pixels, colours
+        How many pixels count for ΔE2000, and of how many distinct colours.
+    curves
+        Mode → ΔE2000 at hour 0 and the hours asked for.
+
+    """
+
+    file: str
+    model: DisplayModel
+    source: Pixels
+    factor: int
+    pixels: int
+    colours: int
+    curves: dict[str, DifferenceCurve]
+
+    @property
+    def hours(self) -> list[float]:
+        """Hour 0 and those asked for, increasing."""
+        return [float(hour) for hour in next(iter(self.curves.values())).hours]
+
+    def seen(self, mode: str, hours: float) -> Pixels:
+        """Show the image as an un-aged sRGB viewer shows what the display makes of it, uint8 of shape (h, w, 3)."""
+        flat = self.source.reshape(-1, 3).astype(np.uint32)
+        colours, which = np.unique(flat[:, 0] << 16 | flat[:, 1] << 8 | flat[:, 2], return_inverse=True)
+        code = np.stack([colours >> 16, colours >> 8 & 255, colours & 255], axis=1) / 255.0
+        aged = np.clip(self.model.at(mode, hours).code_to_code(code), 0.0, 1.0)
+        return np.rint(255.0 * aged).astype(np.uint8)[which].reshape(self.source.shape)
+
+    def mean_in_words(self, mode: str, hours: float) -> str:
+        """Write the mean ΔE2000 at one of the hours, as captions have it."""
+        curve = self.curves[mode]
+        (place,) = np.flatnonzero(curve.hours == hours)
+        return f"mean ΔE2000 {curve.mean[place]:.1f}"
+
+
+def aged_series(
+    image: str | Path,
+    model: DisplayModel,
+    modes: Sequence[str],
+    hours: Sequence[float],
+    *,
+    longest: int = LONGEST,
+    source: str = "auto",
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
+) -> AgedSeries:
+    """Age an image to several hours, in a size that fits a screen, with its ΔE2000 at each.
+
+    Parameters
+    ----------
+    image
+        PNG, JPEG, TIFF, EXR, RGB or RGBA; slides (.svs, .ndpi, .mrxs) with the extra ``slides``.
+    model
+        The display.
+    modes, hours
+        Modes that age, and operating hours; hour 0 is added.
+    longest
+        Pixels of the longest side; a larger image is made smaller by a whole factor.
+    source
+        What the numbers of the image are: ``auto``, ``signal`` or ``linear``, as for ``apply``.
+    progress
+        Called with the work done and the work in all, in thousandths.
+
+    Raises
+    ------
+    LutgenError
+        An image that cannot be read, a mode that does not age, an unknown source, a size below 1, or an hour outside
+        the measured span or the luminance law's.
+
+    """
+    path = Path(image)
+    for mode in modes:
+        if mode not in AGING_MODES:
+            raise pick_one("mode that ages", mode, AGING_MODES)
+    if source not in SOURCES:
+        raise pick_one("source", source, SOURCES)
+    if longest < 1:
+        raise LutgenError(f"a longest side of {longest} pixels shows nothing. Give at least 1, such as {LONGEST}.")
+    chosen = sorted({0.0, *map(float, hours)})
+    for mode, hour in product(modes, chosen):
+        model.at(mode, hour)
+    colours = count_colours(path, source, lambda done, total: progress(400 * done // total, 1000))
+    with open_blocks(path, source) as blocks:
+        factor = whole_factor(blocks.height, blocks.width, longest)
+        grid = Grid.squares(blocks.height, blocks.width, factor)
+        light = light_means(blocks, grid, lambda done, total: progress(400 + 400 * done // total, 1000))
+    code = np.where(np.isfinite(light), linear_to_code(np.nan_to_num(light)), GREY / 255.0)
+    return AgedSeries(
+        file=str(image),
+        model=model,
+        source=np.rint(255.0 * code).astype(np.uint8),
+        factor=factor,
+        pixels=colours.pixels,
+        colours=len(colours),
+        curves=curves_of(
+            colours, model, modes, chosen, lambda done, total: progress(800 + 200 * done // max(total, 1), 1000)
+        ),
+    )
+
+
+def plain_png(pixels: Pixels) -> bytes:
+    """Return the PNG of pixels, uint8 of shape (height, width, 3), uncompressed: its size tells width and height alone.
+
+    Gamma, chromaticities, resolution or texts would change how some programs show the picture.
+    """
+    from PIL import Image
+
+    file = io.BytesIO()
+    Image.fromarray(pixels).save(file, "png", compress_level=0)
+    return file.getvalue()

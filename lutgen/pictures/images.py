@@ -6,21 +6,20 @@ alpha, metadata, ICC profile, tiles and (lossless) compression, as far as the fo
 
 from __future__ import annotations
 
-import os
+import struct
+import zlib
 from contextlib import contextmanager
 from dataclasses import dataclass
-from errno import ENOSPC
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
 from lutgen.bindings import oiio
 from lutgen.colorimetry import SRGB_XY
 from lutgen.errors import LutgenError, pick_one, reason_of
-from lutgen.files import free_bytes, is_unicode, under_its_name
+from lutgen.files import is_unicode, under_its_name
 from lutgen.names import LINEAR, SIGNAL
 from lutgen.pictures.encoding import Storage
-from lutgen.pictures.integrity import is_whole
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -93,7 +92,7 @@ FORMATS = (
     ),
 )
 
-_DTYPES = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": np.float32}
+DTYPES = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": np.float32}
 
 #: Pixels in a band: large enough for compressors to use every core, small enough to hold several.
 BAND = 1_500_000
@@ -101,21 +100,11 @@ BAND = 1_500_000
 #: Rows of a TIFF's strip; higher ones (often the whole image) are read row by row and not kept.
 MAX_STRIP = 512
 
-#: Bytes for what an image file holds beside pixels, such as its ICC profile.
-_SPARE = 1 << 20
-
-#: JPEG: quality of what is written, and colour at full resolution.
-JPEG_QUALITY, JPEG_SUBSAMPLING = 95, "4:4:4"
-
 #: Names OpenImageIO gives to linear light of the sRGB primaries, by version (2.4: Linear; 3: the others).
 _LINEAR_NAMES = ("linear", "scene_linear", "lin_srgb", "lin_rec709", "lin_rec709_scene", "lin_srgb_scene")
 
 #: EXR's attribute `chromaticities`: x, y of red, green, blue and white.
 _SRGB_PRIMARIES = tuple(float(number) for number in SRGB_XY[[1, 2, 3, 0]].ravel())
-
-#: Metadata that describe the source's bytes rather than its picture, or say how it was stored.
-_NOT_KEPT = ("oiio:", "tiff:", "jpeg:", "png:", "planarconfig", "textureformat", "openexr:levelmode", "iccprofile:")
-_COMPRESSION = ("compression", "compressionquality", "openexr:dwacompressionlevel")
 
 
 class ImageSource:
@@ -137,7 +126,7 @@ class ImageSource:
 
     @property
     def height(self) -> int:
-        """Rows."""
+        """Rows of pixels."""
         return int(self.spec.height)
 
     @property
@@ -179,7 +168,7 @@ class ImageSource:
             block = self._image.read_tiles(*columns, *rows, spec.z, spec.z + 1, 0, spec.nchannels, spec.format)
         else:
             block = self._image.read_scanlines(*rows, spec.z, 0, spec.nchannels, spec.format)
-        # Some damage gives an error, some gives pixels and an error.
+        # For some damage OpenImageIO returns no block, for some it returns a block and sets an error.
         if block is None or self._image.has_error:
             self._image.geterror()
             raise _damaged(self.path)
@@ -222,90 +211,6 @@ def _opened(path: Path, link: Path, kind: ImageFormat, source: str) -> Iterator[
         yield ImageSource(path, image, kind, "" if source == "auto" else source)
     finally:
         image.close()
-
-
-class Target:
-    """An image being written, band by band."""
-
-    def __init__(self, source: ImageSource, kind: ImageFormat, *, wide: bool) -> None:
-        """Decide how to store what ``source`` becomes; ``wide`` for two pictures side by side."""
-        if source.storage.alpha and not kind.alpha:
-            message = f"{source.path}: has alpha, which {kind.suffixes[0]} cannot keep. Write to .png, .tif or .exr."
-            raise LutgenError(message)
-        self._lib = oiio()
-        self.format = kind
-        depth = kind.depths[str(source.spec.format)]
-        encoding = source.storage.encoding if kind in (source.format, _TIFF) else kind.encoding
-        associated = source.storage.alpha and (kind.name == "openexr" or (kind == _TIFF and source.storage.associated))
-        self.storage = Storage(np.dtype(_DTYPES[depth]), encoding, source.storage.alpha, associated)
-        self.spec = self._spec(source, depth, wide=wide)
-
-    def _spec(self, source: ImageSource, depth: str, *, wide: bool) -> Any:
-        spec = self._lib.ImageSpec(source.spec)
-        spec.set_format(self._lib.TypeDesc(depth))
-        same_format = self.format == source.format
-        compression = str(spec.get_string_attribute("compression"))
-        for attribute in source.spec.extra_attribs:
-            if not _kept(attribute.name.lower(), same_encoding=self.storage.encoding == source.storage.encoding):
-                spec.erase_attribute(attribute.name)
-        if self.format.lossless:
-            spec.attribute("compression", compression if same_format and compression in self.format.lossless else "zip")
-        if self.format == _TIFF:
-            spec.attribute("tiff:RowsPerStrip", source.unit)
-        if self.format.name == "jpeg":
-            spec.attribute("CompressionQuality", JPEG_QUALITY)
-            spec.attribute("jpeg:subsampling", JPEG_SUBSAMPLING)
-        if self.storage.alpha and not self.storage.associated:
-            spec.attribute("oiio:UnassociatedAlpha", 1)
-        if not (self.format.tiles and same_format):
-            spec.tile_width = spec.tile_height = spec.tile_depth = 0
-        if wide:
-            spec.width *= 2
-            spec.full_x, spec.full_y, spec.full_width, spec.full_height = spec.x, spec.y, spec.width, spec.height
-        return spec
-
-    @contextmanager
-    def open(self, partial: Path) -> Iterator[None]:
-        """Create the file ``partial``; its suffix does not matter. Raises OSError when that cannot be done."""
-        # Python's own attempt says why a file cannot be made, in words.
-        partial.touch()
-        self._folder = partial.parent
-        self._check_room(0)
-        self._image = self._lib.ImageOutput.create(self.format.name)
-        self._check(self._image.open(str(partial), self.spec))
-        try:
-            yield
-        except BaseException:
-            self._image.close()
-            self._image.geterror()
-            raise
-        self._check(self._image.close())
-        # libpng says nothing when the disk is full.
-        self._check(self.format.name != "png" or is_whole(partial))
-
-    def write(self, first: int, last: int, pixels: Stored) -> None:
-        """Write rows ``first`` to ``last`` (exclusive), shape (rows, width, channels)."""
-        spec = self.spec
-        self._check_room(pixels.nbytes)
-        rows = (spec.y + first, spec.y + last)
-        if spec.tile_width:
-            columns = (spec.x, spec.x + spec.width)
-            self._check(self._image.write_tiles(*columns, *rows, spec.z, spec.z + 1, pixels))
-        else:
-            self._check(self._image.write_scanlines(*rows, spec.z, pixels))
-
-    def _check(self, done: bool) -> None:
-        if not done:
-            self._image.geterror()
-            if free_bytes(self._folder) < _SPARE:
-                raise OSError(ENOSPC, os.strerror(ENOSPC))
-            raise OSError(f"the {self.format.suffixes[0]} file cannot be finished")
-
-    def _check_room(self, size: int) -> None:
-        """Raise OSError when ``size`` bytes of pixels may not fit: libjpeg ends the process when the disk is full."""
-        # No band of a JPEG takes twice the bytes of its pixels.
-        if self.format.name == "jpeg" and free_bytes(self._folder) < 2 * size + _SPARE:
-            raise OSError(ENOSPC, os.strerror(ENOSPC))
 
 
 def format_of_suffix(path: Path) -> ImageFormat:
@@ -360,14 +265,14 @@ def _check_channels(path: Path, spec: Any) -> bool:
 
 
 _TIFF_INKS, _TIFF_LAB = 5, (8, 9, 10)
-_TIFF = next(kind for kind in FORMATS if kind.name == "tiff")
+TIFF = next(kind for kind in FORMATS if kind.name == "tiff")
 
 
 def _dtype(path: Path, oiio_format: Any) -> np.dtype[Any]:
     name = str(oiio_format)
-    if name not in _DTYPES:
-        raise LutgenError(f"{path}: stores {name} numbers. lutgen reads {', '.join(_DTYPES)}; convert the image first.")
-    return np.dtype(_DTYPES[name])
+    if name not in DTYPES:
+        raise LutgenError(f"{path}: stores {name} numbers. lutgen reads {', '.join(DTYPES)}; convert the image first.")
+    return np.dtype(DTYPES[name])
 
 
 def _encoding(path: Path, spec: Any, kind: ImageFormat) -> str:
@@ -379,20 +284,69 @@ def _encoding(path: Path, spec: Any, kind: ImageFormat) -> str:
     elif named in _LINEAR_NAMES:
         return LINEAR
     if named.startswith(("lin_", "aces", "that")):
-        message = (
+        raise LutgenError(
             f"{path}: its colour space is {named}; lutgen knows linear light of the sRGB primaries. Convert the image "
             "to linear sRGB first, or say what its numbers are with --source signal or --source linear."
         )
-        raise LutgenError(message)
     return SIGNAL if named.startswith("srgb") else kind.encoding
-
-
-def _kept(name: str, *, same_encoding: bool) -> bool:
-    if name in ("oiio:colorspace", "iccprofile"):
-        # A profile of the source's encoding would be wrong for another.
-        return same_encoding
-    return not name.startswith(_NOT_KEPT) and name not in _COMPRESSION
 
 
 def _damaged(path: Path) -> LutgenError:
     return LutgenError(f"{path}: the image is truncated or damaged and cannot be read to its end. Get a whole copy.")
+
+
+# Damage that the image libraries miss or only print about: PNG's checksums, and metadata cut off a TIFF's end.
+
+#: Bytes of one value of each TIFF type (TIFF 6.0, section 2; 13: IFD; 16 to 18: BigTIFF).
+_TIFF_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8, 13: 4, 16: 8, 17: 8, 18: 8}
+
+
+def is_whole(path: Path) -> bool:
+    """Whether a file that begins as a PNG or TIFF is whole, as far as can be seen without decoding it."""
+    with path.open("rb") as file:
+        check = _png_is_whole if file.read(1) == b"\x89" else _tiff_is_whole
+        file.seek(0)
+        try:
+            return check(file, path.stat().st_size)
+        except struct.error:
+            return False
+
+
+def _png_is_whole(file: BinaryIO, size: int) -> bool:
+    """Follow the chunks to the end, verifying their checksums; libpng prints what it dislikes."""
+    file.seek(8)
+    while file.tell() < size:
+        head = file.read(8)
+        (length,) = struct.unpack(">I", head[:4])
+        if file.tell() + length + 4 > size:
+            return False
+        checksum, left = zlib.crc32(head[4:]), length
+        while left:
+            part = file.read(min(left, 1 << 20))
+            checksum, left = zlib.crc32(part, checksum), left - len(part)
+        if struct.unpack(">I", file.read(4)) != (checksum,):
+            return False
+        if head[4:] == b"IEND":
+            return True
+    return False
+
+
+def _tiff_is_whole(file: BinaryIO, size: int) -> bool:
+    """Look whether all that the first directory points to lies inside the file; libtiff drops what does not."""
+    start = file.read(16)
+    order = "<" if start[:2] == b"II" else ">"
+    (version,) = struct.unpack(order + "H", start[2:4])
+    # Offset of the directory, its number of entries, an entry's type, count and value or offset.
+    big = version == 43
+    where, number, entry = ("Q", "Q", "HHQQ") if big else ("I", "H", "HHII")
+    (offset,) = struct.unpack_from(order + where, start, 8 if big else 4)
+    file.seek(offset)
+    (entries,) = struct.unpack(order + number, file.read(struct.calcsize(order + number)))
+    length = struct.calcsize(order + entry)
+    if file.tell() + entries * length > size:
+        return False
+    for _tag, kind, count, value in struct.iter_unpack(order + entry, file.read(entries * length)):
+        bytes_ = count * _TIFF_SIZES.get(kind, 0)
+        if bytes_ > struct.calcsize(where) and value + bytes_ > size:
+            return False
+    return True

@@ -19,19 +19,23 @@ from lutgen.display import seen_on, what_pictures_carry
 from lutgen.display.hours import MAX_HOURS
 from lutgen.errors import LutgenError, pick_one
 from lutgen.names import AGING_MODES, SOURCES
-from lutgen.pictures.difference import STATISTICS, DifferenceCurve, curves_of, differences
-from lutgen.pictures.distinct import Colours, count_colours
-from lutgen.pictures.tissue import Tissue, tissue_only
-from lutgen.pictures.uncertainty import intervals
+from lutgen.pictures.difference import STATISTICS, DifferenceCurve, curves_of, differences, intervals
+from lutgen.pictures.distinct import Colours, Tissue, count_colours, tissue_only
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from lutgen.display import DisplayModel
-    from lutgen.pictures.uncertainty import Intervals
+    from lutgen.pictures.difference import Intervals
 
 #: ΔE2000 that the paper asks for: just noticeable side by side, and clearly seen.
 TOLERANCES = (3.0, 5.0)
+
+#: Columns of the paper's Table 1: tolerated ΔE2000, and the statistic of ``STATISTICS`` that reaches it.
+TABLE_1_COLUMNS = ((3.0, "max"), (3.0, "mean"), (5.0, "max"), (5.0, "mean"))
+
+#: Table 1 (section 3.1): aging mode → hours until each of ``TABLE_1_COLUMNS``. Its images were never published.
+TABLE_1 = {"chroma": (4500, 7800, 8100, 11_100), "chroma-luma": (2200, 3700, 4100, 5800)}
 
 #: Bins whose corners are compared with their middles.
 _PROBES = 1024
@@ -39,7 +43,7 @@ _PROBES = 1024
 
 @dataclass(frozen=True)
 class ImageLifetime:
-    """One image.
+    """The lifetimes of one image: ΔE2000 against hours in each mode.
 
     Attributes
     ----------
@@ -255,12 +259,17 @@ def check_asked(
     if source not in SOURCES:
         raise pick_one("source", source, SOURCES)
     checked = check_tolerances(tolerances)
+    return checked, hours_from_0(model, modes, hours)
+
+
+def hours_from_0(model: DisplayModel, modes: Sequence[str], hours: Sequence[float] | None) -> list[float]:
+    """Return hour 0 and ``hours`` (None: all measured times) in order; errors as in :func:`lifetime`."""
     chosen = sorted({0.0, *map(float, model.tips.hours if hours is None else hours)})
     if len(chosen) > MAX_HOURS:
         raise LutgenError(f"{len(chosen)} hours are more than {MAX_HOURS}. Give fewer.")
     for mode, hour in product(modes, chosen):
         model.at(mode, hour)
-    return checked, chosen
+    return chosen
 
 
 def check_tolerances(tolerances: Sequence[float]) -> tuple[float, ...]:

@@ -13,6 +13,7 @@ lies folded is missed most. Nuclei at the border of the field are kept: their co
 
 from __future__ import annotations
 
+import io
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -26,7 +27,7 @@ from lutgen.errors import LutgenError, pick_one, reason_of
 from lutgen.names import STAINS
 
 if TYPE_CHECKING:
-    from lutgen.pictures.field import Field, Mask
+    from lutgen.pictures.blocks import Field, Mask
 
 #: Least share of brown pixels among the stained ones for the stain DAB: eosin and haematoxylin absorb blue least.
 BROWN = 0.1
@@ -54,7 +55,7 @@ Labels = NDArray[np.int32]
 
 @dataclass(frozen=True)
 class Nuclei:
-    """Nuclei of a field.
+    """The nuclei of a field of view: which pixels belong to which.
 
     Attributes
     ----------
@@ -221,7 +222,7 @@ def _filled(mask: Mask, most: float) -> Mask:
 
 
 def _parted(mask: Mask, width: float) -> Labels:
-    """Cut pieces at their waists: a watershed from the middles, which lie deeper than what is between them."""
+    """Cut pieces of touching nuclei at their waists, by a watershed on the depth below their edge."""
     from scipy import ndimage
 
     depth = ndimage.gaussian_filter(ndimage.distance_transform_edt(mask).astype(np.float32), width / 16.0)
@@ -240,16 +241,15 @@ def _skimage(part: str) -> Any:
     try:
         return import_module(f"skimage.{part}")
     except ImportError as error:
-        message = (
+        raise LutgenError(
             f"nuclei are found by scikit-image, which cannot be imported ({error}). Install it with "
             "`pip install lutgen[nuclei]`, or say where nuclei are with --mask."
-        )
-        raise LutgenError(message) from None
+        ) from None
 
 
 _ALLOWED = "Give a PNG or TIFF of the image's size: 0 for the ground, and 1, 2, … for each nucleus or white for all."
 
-#: First bytes of files that keep every number, and of those that do not.
+#: First bytes of files that keep every number: PNG and TIFF.
 _LOSSLESS = (b"\x89PNG\r\n\x1a\n", b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 
 #: A nucleus fills at least this share of the box around it; grey levels of soft edges lie about everywhere.
@@ -302,7 +302,7 @@ def read_mask(file: str | Path, field: Field, *, min_area: int | None = None) ->
 
 
 def _with_edges(labels: Labels) -> NDArray[np.bool_]:
-    """Where labels are, without the pixels at which one meets another."""
+    """Return the pixels of labels without those that touch another label, (rows, columns)."""
     apart = labels > 0
     for one, other in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
         apart[one] &= (labels[one] == labels[other]) | (labels[other] == 0)
@@ -316,11 +316,10 @@ def _check_labels(file: str | Path, labels: NDArray[Any], count: int) -> None:
     area = np.bincount(labels.ravel(), minlength=count + 1)[1:]
     size = np.array([(rows.stop - rows.start) * (columns.stop - columns.start) for rows, columns in boxes])
     if np.median(area / size) < FILLS:
-        message = (
+        raise LutgenError(
             f"{file}: its {count} values are scattered over the image, as grey levels of soft edges are, not labels of "
             f"nuclei. {_ALLOWED}"
         )
-        raise LutgenError(message)
 
 
 def _read(file: str | Path, field: Field) -> NDArray[Any]:
@@ -335,7 +334,7 @@ def _read(file: str | Path, field: Field) -> NDArray[Any]:
         raise LutgenError(f"{file}: the mask is neither PNG nor TIFF; others lose or change numbers. {_ALLOWED}")
     lib = oiio()
     hint = lib.ImageSpec()
-    # Colours multiplied by alpha would be other numbers.
+    # Labels multiplied by alpha would be wrong numbers.
     hint.attribute("oiio:UnassociatedAlpha", 1)
     image = lib.ImageInput.open(str(path), hint)
     if image is None:
@@ -344,11 +343,10 @@ def _read(file: str | Path, field: Field) -> NDArray[Any]:
     spec = image.spec()
     if (spec.height, spec.width) != field.shape:
         rows, columns = field.shape
-        message = (
+        raise LutgenError(
             f"{file}: the mask has {spec.width} × {spec.height} pixels, the image {field.file} {columns} × {rows}. "
             f"{_ALLOWED}"
         )
-        raise LutgenError(message)
     stored = image.read_image(0, 0, 0, spec.nchannels, spec.format)
     if stored is None or image.has_error:
         image.geterror()
@@ -369,9 +367,31 @@ def _whole(file: str | Path, values: NDArray[Any]) -> NDArray[Any]:
     wrong |= (values < 0) | (values > _LARGEST)
     if wrong.any():
         row, column = np.argwhere(wrong)[0]
-        message = (
+        raise LutgenError(
             f"{file}: pixel ({column}, {row}) of the mask is {values[row, column]:g}; labels are whole numbers from 0 "
             f"to {_LARGEST}. {_ALLOWED}"
         )
-        raise LutgenError(message)
     return values.astype(np.int64)
+
+
+#: Largest label that 16 bits hold.
+MOST_LABELS = 65_535
+
+
+def labels_png(labels: NDArray[np.int32]) -> bytes:
+    """Return the PNG of labels (h, w) as grey levels of 16 bit, which masks are read from; below 0 is ground.
+
+    Raises
+    ------
+    LutgenError
+        There are more labels than such a file can tell apart.
+
+    """
+    from PIL import Image
+
+    if labels.max() > MOST_LABELS:
+        message = f"{labels.max()} nuclei are more than a PNG of 16 bit can number ({MOST_LABELS}). Cut the image."
+        raise LutgenError(message)
+    file = io.BytesIO()
+    Image.fromarray(np.maximum(labels, 0).astype(np.uint16)).save(file, "png")
+    return file.getvalue()

@@ -1,6 +1,7 @@
 """Reports: what the results of every other package say to people, in words, tables, pictures and one HTML page.
 
-Each folder holds one subject; ``drawing`` holds what all pictures share, ``templates`` the HTML. One more file holds
-the page or the picture of one result: a function that takes the result, computes nothing that a program would want too,
-and yields the parts of a page or writes a PNG, the same bytes on every run.
+A file holds one subject: the page that its commands print and the picture that they draw; ``parts`` and ``drawing``
+hold what pages and pictures are made of, ``page`` and ``templates`` the HTML page of ``lutgen report``. One more file
+holds one more subject: functions that take a result, compute nothing that a program would want too, and yield the parts
+of a page or write a PNG, the same bytes on every run.
 """

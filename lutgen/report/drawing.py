@@ -6,17 +6,18 @@ into place when it is whole.
 
 from __future__ import annotations
 
+import io
 import textwrap
 from base64 import b64encode
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.errors import LutgenError
-from lutgen.files import replacing
+from lutgen.files import check_new_file, replacing
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -39,15 +40,8 @@ def check_new_png(path: str | Path, *, force: bool) -> Path:
     """
     path = Path(path)
     if path.suffix.lower() != ".png":
-        message = f"{path}: pictures are written as PNG. Give a name that ends in .png."
-        raise LutgenError(message)
-    if path.is_dir():
-        message = f"{path}: is a folder. Give the name of a .png file."
-        raise LutgenError(message)
-    if path.exists() and not force:
-        message = f"{path}: exists already. Add --force to replace it, or choose another name."
-        raise LutgenError(message)
-    return path
+        raise LutgenError(f"{path}: pictures are written as PNG. Give a name that ends in .png.")
+    return check_new_file(path, force=force)
 
 
 @contextmanager
@@ -60,6 +54,28 @@ def new_png(path: str | Path, *, force: bool) -> Iterator[Path]:
 def data_address(image: bytes) -> str:
     """Return a PNG as an address that holds the picture itself (RFC 2397)."""
     return f"data:image/png;base64,{b64encode(image).decode()}"
+
+
+#: How hard zlib tries: pictures of a page are sent by mail.
+SMALLEST = 9
+
+
+def page_png(pixels: NDArray[np.uint8], palette: NDArray[np.uint8] | None = None) -> bytes:
+    """Return the PNG of RGB or RGBA, (h, w, 3 or 4), or with a ``palette`` (n, 3) of its indices (h, w).
+
+    It says that its colours are sRGB, and is as small as zlib makes it.
+    """
+    from PIL import Image
+    from PIL.PngImagePlugin import PngInfo
+
+    image = Image.fromarray(pixels)
+    if palette is not None:
+        image.putpalette(palette.tobytes())
+    info = PngInfo()
+    info.add(b"sRGB", b"\0")  # perceptual intent (PNG Third Edition, 11.3.2.5)
+    file = io.BytesIO()
+    image.save(file, "png", compress_level=SMALLEST, pnginfo=info)
+    return file.getvalue()
 
 
 #: Dots per inch, and width in inches: 1500 pixels, which fit the screen of a laptop.
@@ -133,8 +149,16 @@ def named_once(names: list[str], what: str) -> list[str]:
     return names
 
 
+def plain_log(axes: Axes, which: Literal["x", "y"]) -> None:
+    """Make the axis ``x`` or ``y`` logarithmic, with plain numbers at its major ticks alone."""
+    axes.set(**{f"{which}scale": "log"})
+    axis = axes.xaxis if which == "x" else axes.yaxis
+    axis.set_major_formatter(lambda value, _: f"{value:g}")
+    axis.set_minor_formatter(lambda _value, _: "")
+
+
 def tidy(axes: Axes) -> None:
-    """Give axes a pale grid, and no frame above and to the right."""
+    """Draw a pale grid, and take the frame above and to the right away."""
     axes.grid(color="#eeeeee")
     axes.set_axisbelow(True)
     for side in ("top", "right"):

@@ -39,12 +39,12 @@ _PATIENCE = 5.0
 
 
 class NotSavedError(LutgenError):
-    """A row could not be written to disk: nothing of it was."""
+    """A row could not be written to disk; no part of it was."""
 
 
 @dataclass(frozen=True)
 class AnswerRow:
-    """A row.
+    """A row of a reader's file.
 
     Attributes
     ----------
@@ -186,11 +186,10 @@ def held(path: Path) -> Iterator[None]:
         try:
             connection.execute("BEGIN EXCLUSIVE")
         except sqlite3.OperationalError:
-            message = (
+            raise LutgenError(
                 "this reader's session is running already, in another lutgen study run. Go on there, or end that one "
                 "with Ctrl-C."
-            )
-            raise LutgenError(message) from None
+            ) from None
         yield
 
 
@@ -240,7 +239,7 @@ def _verified(connection: sqlite3.Connection, path: Path, anchor: str) -> list[A
 
 
 def _hash(before: str, *row: object) -> str:
-    # repr: what no row of ours holds, such as bytes, fits no hash.
+    # repr: a value that lutgen never writes, such as bytes, gives a hash that does not fit.
     text = json.dumps([before, *row], ensure_ascii=True, separators=(",", ":"), default=repr)
     return hashlib.sha256(text.encode()).hexdigest()
 

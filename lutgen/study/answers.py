@@ -2,13 +2,16 @@
 
 A place is a reader's number in the protocol. A name takes the next free place when it first reads, and has it from
 then on. The name never becomes part of a path.
+
+The same rows tell how far the readers are, without anything that was answered.
 """
 
 from __future__ import annotations
 
 import re
 import unicodedata
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from datetime import datetime, timedelta
 from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import LutgenError, reason_of
@@ -18,6 +21,8 @@ from lutgen.study.protocol import ANSWERS, Protocol, read_protocol
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
+
+    from lutgen.study.answer_file import AnswerRow
 
 #: Kinds of rows: an image of the session was read, an image to practise on was, the session is complete.
 ANSWERED, PRACTISED, ENDED = "answered", "practised", "ended"
@@ -40,8 +45,7 @@ def reader_name(text: str) -> str:
     name = re.sub(" +", " ", unicodedata.normalize("NFC", text)).strip(" ")
     if name.isprintable() and 1 <= len(name) <= LONGEST_NAME:
         return name
-    message = f"--reader {text[:80]!a}: give a name of 1 to {LONGEST_NAME} letters that can all be seen."
-    raise LutgenError(message)
+    raise LutgenError(f"--reader {text[:80]!a}: give a name of 1 to {LONGEST_NAME} letters that can all be seen.")
 
 
 def take_place(study: Path, protocol: Protocol, name: str, *, session: int, at: str) -> AnswerFile:
@@ -78,11 +82,10 @@ def take_place(study: Path, protocol: Protocol, name: str, *, session: int, at: 
         if _same(whose(file.entries, path), name):
             return file
         file.close()  # another process has just taken this place, for another name
-    message = (
+    raise LutgenError(
         f"--reader {name!r}: the study is planned for {protocol.readers} reader(s), and all places are taken by other "
         "names. Check the name."
     )
-    raise LutgenError(message)
 
 
 def read_answers(study: Path) -> tuple[Answer, ...]:
@@ -116,13 +119,12 @@ def whose(entries: Sequence[AnswerRow], path: Path) -> str:
     """Return the reader's name in a file. Raises LutgenError where the file is at another reader's place."""
     first = entries[0].content
     if path.name != f"reader-{first['place']}.sqlite":
-        message = f"{path}: is a copy of reader-{first['place']}.sqlite, under another name. Take it away."
-        raise LutgenError(message)
+        raise LutgenError(f"{path}: is a copy of reader-{first['place']}.sqlite, under another name. Take it away.")
     return str(first["reader"])
 
 
 def answered(entries: Sequence[AnswerRow], session: int, kind: str = ANSWERED) -> list[Mapping[str, Any]]:
-    """Return what was answered in a session, in its order."""
+    """Return the content of the rows of one kind in a session, in the order of the rows."""
     return [entry.content for entry in entries if (entry.session, entry.kind) == (session, kind)]
 
 
@@ -180,7 +182,7 @@ MAX_SECONDS = 86_400.0
 
 @dataclass(frozen=True)
 class Answer:
-    """One image read.
+    """A reader's answer to one image.
 
     Attributes
     ----------
@@ -213,7 +215,7 @@ class Answer:
 
 
 def sensible(answers: Sequence[Answer]) -> tuple[tuple[Answer, ...], list[str]]:
-    """Return the answers whose time can be one, and a sentence for each that is left out.
+    """Return the answers with a possible time to score, and a sentence for each answer that is left out.
 
     Raises
     ------
@@ -231,3 +233,152 @@ def sensible(answers: Sequence[Answer]) -> tuple[tuple[Answer, ...], list[str]]:
     if left_out and not kept:
         raise LutgenError(f"no answer has a time that can be one. {left_out[0]}")
     return kept, left_out
+
+
+#: Kinds of rows on the course of a session.
+STARTED, RESUMED, OVERRIDDEN = "started", "resumed", "overridden"
+
+
+@dataclass(frozen=True)
+class SessionProgress:
+    """How far one session of a reader is.
+
+    Attributes
+    ----------
+    session
+        Its number, from 1.
+    images, read, practised
+        How many images it has, how many of them were read, how many were practised on before.
+    started, ended
+        When, by the computer's clock; None: not yet.
+    resumed
+        How often it went on after the program had ended.
+    overrides
+        Reasons given for beginning against the protocol or the clock.
+
+    """
+
+    session: int
+    images: int
+    read: int
+    practised: int
+    started: datetime | None
+    ended: datetime | None
+    resumed: int
+    overrides: tuple[str, ...]
+
+    @property
+    def state(self) -> str:
+        """``not begun``, ``begun`` or ``complete``."""
+        return "complete" if self.ended else "begun" if self.started else "not begun"
+
+
+def session_progress(entries: Sequence[AnswerRow], session: int, images: int) -> SessionProgress:
+    """Return how far a session is."""
+    here = [entry for entry in entries if entry.session == session]
+    times = {entry.kind: datetime.fromisoformat(entry.at) for entry in here if entry.kind in (STARTED, ENDED)}
+    return SessionProgress(
+        session=session,
+        images=images,
+        read=len(answered(entries, session, ANSWERED)),
+        practised=len(answered(entries, session, PRACTISED)),
+        started=times.get(STARTED),
+        ended=times.get(ENDED),
+        resumed=sum(entry.kind == RESUMED for entry in here),
+        overrides=tuple(str(entry.content["reason"]) for entry in here if entry.kind == OVERRIDDEN),
+    )
+
+
+def latest(entries: Sequence[AnswerRow]) -> datetime:
+    """Return the latest time in a reader's file: a clock that was set back does not shorten a wait."""
+    return max(datetime.fromisoformat(entry.at) for entry in entries)
+
+
+def may_begin(entries: Sequence[AnswerRow], session: int, washout_days: float) -> datetime | None:
+    """Return when a session may begin, after the washout; None where it need not wait."""
+    if session == 1:
+        return None
+    before = [entry for entry in entries if entry.session == session - 1]
+    return latest(before) + timedelta(days=washout_days)
+
+
+@dataclass(frozen=True)
+class ReaderStatus:
+    """A reader's place in the study, and how far its sessions are.
+
+    Attributes
+    ----------
+    place
+        Its number, from 1.
+    reader
+        Who took it; None: nobody yet.
+    sessions
+        How far each is.
+    may_begin
+        When each may begin, after the washout; None: it need not wait, has begun, or the one before is not complete.
+
+    """
+
+    place: int
+    reader: str | None
+    sessions: tuple[SessionProgress, ...]
+    may_begin: tuple[datetime | None, ...]
+
+
+@dataclass(frozen=True)
+class StudyStatus:
+    """A study's protocol, and how far its readers are."""
+
+    protocol: Protocol
+    readers: tuple[ReaderStatus, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what ``--json`` writes: ``lutgen/study/schema/status.json``."""
+        readers = [
+            {
+                "place": each.place,
+                "reader": each.reader,
+                "sessions": [
+                    _session_json(session, begin) for session, begin in zip(each.sessions, each.may_begin, strict=True)
+                ],
+            }
+            for each in self.readers
+        ]
+        return {"schema": 1, "title": self.protocol.title, "protocol": self.protocol.sha256, "readers": readers}
+
+
+def study_status(study: Path) -> StudyStatus:
+    """Return how far the readers of a study are.
+
+    Raises
+    ------
+    LutgenError
+        The protocol or a file of answers cannot be read, or was altered.
+
+    """
+    protocol = read_protocol(study)
+    paths = dict(answer_files(study))
+    readers = []
+    for place in range(1, protocol.readers + 1):
+        entries = read_entries(paths[place], protocol.sha256) if place in paths else []
+        sessions = tuple(
+            session_progress(entries, session, len(protocol.session(place, session)))
+            for session in range(1, protocol.sessions + 1)
+        )
+        begin = tuple(_earliest(entries, sessions, each, protocol.washout_days) for each in sessions)
+        readers.append(ReaderStatus(place, whose(entries, paths[place]) if entries else None, sessions, begin))
+    return StudyStatus(protocol, tuple(readers))
+
+
+def _earliest(
+    entries: Sequence[AnswerRow], sessions: Sequence[SessionProgress], here: SessionProgress, washout_days: float
+) -> datetime | None:
+    if here.started or here.session == 1 or not sessions[here.session - 2].ended:
+        return None
+    return may_begin(entries, here.session, washout_days)
+
+
+def _session_json(session: SessionProgress, begin: datetime | None) -> dict[str, Any]:
+    times = {"started": session.started, "ended": session.ended, "may_begin": begin}
+    written = {name: time and time.isoformat(timespec="seconds") for name, time in times.items()}
+    return {**asdict(session), **written, "state": session.state, "overrides": list(session.overrides)}

@@ -23,8 +23,8 @@ import numpy as np
 from lutgen.cells import BLANKS, number
 from lutgen.display import MODES, hour_name
 from lutgen.errors import LutgenError
-from lutgen.study.csv_rows import Row, read_rows
 from lutgen.study.protocol import StudyCondition, StudyTrial
+from lutgen.study.tables import Row, read_rows
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -53,7 +53,7 @@ MOST_READINGS = 200_000
 
 @dataclass(frozen=True)
 class Design:
-    """What is read, under what, by whom and when.
+    """Which reader reads which image, under which condition, in which session.
 
     Attributes
     ----------
@@ -84,8 +84,7 @@ class Design:
 def check_readings(readings: int, asked: str) -> None:
     """Raise LutgenError for more readings, of what was ``asked`` for, than a study has."""
     if readings > MOST_READINGS:
-        message = f"{asked} are {readings} readings; a study has at most {MOST_READINGS}. Ask for fewer."
-        raise LutgenError(message)
+        raise LutgenError(f"{asked} are {readings} readings; a study has at most {MOST_READINGS}. Ask for fewer.")
 
 
 def condition_of(text: str) -> StudyCondition:
@@ -97,11 +96,10 @@ def condition_of(text: str) -> StudyCondition:
     # Folders name hours in digits, to six decimals.
     hours = number(hour) if set(hour) <= set("0123456789.") else None
     if mode not in MODES or hours is None or not 0 <= hours < _MOST_HOURS or round(hours, 6) != hours:
-        message = (
+        raise LutgenError(
             f"unknown condition {text!r}. Write none (un-aged), or a mode and an hour such as chroma@18000; "
             f"modes are {', '.join(MODES)}."
         )
-        raise LutgenError(message)
     return StudyCondition(f"{mode}@{hour_name(hours).removesuffix('h')}", mode, hours)
 
 
@@ -127,7 +125,7 @@ def balanced_design(
     sessions: int = PAPER_SESSIONS,
     seed: int,
 ) -> Design:
-    """Draw the design of this module's head.
+    """Draw the balanced design that this module's docstring describes.
 
     Parameters
     ----------
@@ -151,12 +149,11 @@ def balanced_design(
     _check_counts(per_condition=per_condition, readers=readers, sessions=sessions)
     needed = len(conditions) * per_condition
     if len(images) < needed:
-        message = (
+        raise LutgenError(
             f"{len(images)} images are fewer than the design needs: {len(conditions)} conditions × {per_condition} "
             f"images each are {needed}. Give {needed - len(images)} more, or ask for at most "
             f"--per-condition {len(images) // len(conditions)}."
         )
-        raise LutgenError(message)
     check_readings(needed * readers * sessions, f"{needed} images × {readers} readers × {sessions} sessions")
     drawn = [images[place] for place in stream(seed, *_DESIGN).permutation(len(images))[:needed]]
     trials: list[StudyTrial] = []
@@ -172,7 +169,7 @@ def balanced_design(
 
 
 def ordered(shown: Mapping[str, str], reader: int, session: int, seed: int) -> list[StudyTrial]:
-    """Put a session (image → condition) into an order drawn as this module's head says."""
+    """Put a session (image → condition) into an order drawn as this module's docstring says."""
     rng = stream(seed, reader, session)
     times: dict[str, float] = {}
     for condition in dict.fromkeys(shown.values()):
@@ -212,7 +209,7 @@ class _Shown(NamedTuple):
 
 
 def read_design(path: Path, images: Sequence[str], *, readers: int | None, seed: int) -> Design:
-    """Read a table.
+    """Read a design from a table.
 
     Without ``reader`` every reader gets all rows; without ``position`` each reader's sessions are put into an order
     drawn as for a balanced design. Lines that are empty or begin with # say nothing.
@@ -233,8 +230,7 @@ def read_design(path: Path, images: Sequence[str], *, readers: int | None, seed:
     rows = [_shown(row, images) for row in read_rows(path, NEEDED, optional=OPTIONAL)[1]]
     named = {row.reader for row in rows if row.reader is not None}
     if named and readers is not None and readers != max(named):
-        message = f"{path}: has readers up to {max(named)}, and --readers says {readers}. Leave --readers out."
-        raise LutgenError(message)
+        raise LutgenError(f"{path}: has readers up to {max(named)}, and --readers says {readers}. Leave --readers out.")
     count = max(named, default=readers or 1)
     sessions = max(row.session for row in rows)
     if not named:
@@ -244,11 +240,10 @@ def read_design(path: Path, images: Sequence[str], *, readers: int | None, seed:
         for session in range(1, sessions + 1):
             here = [row for row in rows if row.session == session and row.reader in (None, reader)]
             if not here:
-                message = (
+                raise LutgenError(
                     f"{path}: reader {reader} reads nothing in session {session}. Number readers and sessions from 1, "
                     "and give every reader every session."
                 )
-                raise LutgenError(message)
             trials += _session(path, here, reader, session, seed)
     read = {row.image for row in rows}
     conditions = {row.condition.name: row.condition for row in rows}
@@ -259,22 +254,20 @@ def _session(path: Path, rows: Sequence[_Shown], reader: int, session: int, seed
     shown: dict[str, _Shown] = {}
     for row in rows:
         if row.image in shown:
-            message = (
+            raise LutgenError(
                 f"{path}, line {row.line}: image {row.image} is in session {session} already (line "
                 f"{shown[row.image].line}). Show each image once a session."
             )
-            raise LutgenError(message)
         shown[row.image] = row
     if rows[0].position is None:
         return ordered({image: row.condition.name for image, row in shown.items()}, reader, session, seed)
     in_order = sorted(rows, key=lambda row: row.position or 0)
     for position, row in enumerate(in_order, 1):
         if row.position != position:
-            message = (
+            raise LutgenError(
                 f"{path}, line {row.line}: position {row.position} where {position} is next for reader {reader} in "
                 f"session {session}. Number a session's positions 1 to {len(rows)}, each once."
             )
-            raise LutgenError(message)
     return [
         StudyTrial(reader, session, position, row.image, row.condition.name) for position, row in enumerate(in_order, 1)
     ]

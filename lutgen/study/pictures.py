@@ -22,8 +22,8 @@ from lutgen.bake.build import Plan, build
 from lutgen.errors import LutgenError
 from lutgen.files import file_sha256, files_below, scratch
 from lutgen.pictures.apply import apply_to_images
+from lutgen.pictures.frame import plain_png
 from lutgen.pictures.images import FORMATS, open_source
-from lutgen.pictures.png import plain_png
 from lutgen.study.design import UNAGED
 from lutgen.study.protocol import IMAGES, Render, StudyCondition, StudyImage
 
@@ -31,19 +31,19 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from lutgen.display import DisplayModel
+    from lutgen.pictures.frame import Pixels
     from lutgen.pictures.images import ImageSource
-    from lutgen.pictures.png import Pixels
 
-#: Kinds of files that a study shows: those of code values.
+#: Formats of files that a study shows: those that store code values.
 KINDS = ("png", "jpeg", "tiff")
 
-#: What is taken of a folder.
+#: Suffixes of the files that are taken from a folder.
 SUFFIXES = tuple(suffix for kind in FORMATS if kind.name in KINDS for suffix in kind.suffixes)
 
 
 @dataclass(frozen=True)
 class Picture:
-    """One image that was given.
+    """One image given for a study.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Picture:
 
     @property
     def frozen(self) -> StudyImage:
-        """What the protocol says of it."""
+        """The entry of this image in the protocol."""
         return StudyImage(self.name, self.sha256, self.width, self.height)
 
 
@@ -140,10 +140,9 @@ def _check_distinct(pictures: Sequence[Picture], what: str, key: Callable[[Pictu
     for picture in pictures:
         other = first.setdefault(key(picture), picture)
         if other is not picture:
-            message = (
+            raise LutgenError(
                 f"{other.path} and {picture.path}: {what}, so a reader would read one picture twice. Leave one out."
             )
-            raise LutgenError(message)
 
 
 def _picture(name: str, path: Path) -> Picture:
@@ -206,7 +205,7 @@ _WRITTEN = 315_532_800
 
 @dataclass(frozen=True)
 class BakedLut:
-    """A condition's LUT.
+    """The baked LUT of a condition.
 
     Attributes
     ----------
@@ -226,7 +225,7 @@ class BakedLut:
     smooth: float
 
     def as_json(self) -> dict[str, Any]:
-        """Return what a protocol keeps of it."""
+        """Return the entry of this LUT in the protocol."""
         return {
             "format": LUT_FORMAT,
             "sha256": self.sha256,

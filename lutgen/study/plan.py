@@ -210,8 +210,7 @@ def check_new_study(study: Path, *, force: bool) -> None:
         message = f"{study}: holds readers' answers, which --force does not delete either. Choose another folder."
         raise LutgenError(message)
     if PROTOCOL not in held or held - _OURS:
-        message = f"{study}: holds what lutgen study plan did not make. Choose another folder with -o."
-        raise LutgenError(message)
+        raise LutgenError(f"{study}: holds what lutgen study plan did not make. Choose another folder with -o.")
     if not force:
         message = f"{study}: holds a study already. Choose another folder, or add --force: it has no answers yet."
         raise LutgenError(message)
@@ -237,7 +236,7 @@ def _pictures(
 
 
 def _shown(pictures: Sequence[Picture], practised: Sequence[Picture], design: Design) -> list[tuple[Picture, str]]:
-    """What some reader sees: image and condition, practice un-aged."""
+    """Return each (image, condition) that any reader sees; practice images are shown un-aged."""
     needed = {(trial.image, trial.condition) for trial in design.trials}
     shown = [
         (picture, condition.name)
@@ -264,7 +263,7 @@ def _model(model: DisplayModel, luts: dict[str, BakedLut]) -> dict[str, Any]:
         "description": without_ways(model_as_json(model, Path.cwd())),
         "luts": {name: lut.as_json() for name, lut in luts.items()},
     }
-    # As it will be read again: lists, not tuples.
+    # Lists instead of tuples, as when the file is read again.
     plain: dict[str, Any] = json.loads(json.dumps(content))
     return plain
 
@@ -272,8 +271,7 @@ def _model(model: DisplayModel, luts: dict[str, BakedLut]) -> dict[str, Any]:
 def _check_unchanged(pictures: Sequence[Picture]) -> None:
     for picture in pictures:
         if file_sha256(picture.path) != picture.sha256:
-            message = f"{picture.path}: was changed while the study was planned. Plan it again."
-            raise LutgenError(message)
+            raise LutgenError(f"{picture.path}: was changed while the study was planned. Plan it again.")
 
 
 @contextmanager
@@ -290,7 +288,7 @@ def _made_whole(study: Path, *, force: bool) -> Iterator[Path]:
         shutil.rmtree(beside, ignore_errors=True)
         new.mkdir(parents=True)
         yield new
-        # Answers may have come in the meantime.
+        # A reader may have answered while the pictures were rendered.
         check_new_study(study, force=force)
         if whole.exists():
             whole.rename(old)

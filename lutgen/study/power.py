@@ -73,7 +73,7 @@ class Detectable:
 
 @dataclass(frozen=True)
 class Seen:
-    """A difference that the paper saw, and the power to find one as large.
+    """A difference that the paper measured, and the power to find a difference as large.
 
     ``paper`` is the power with the paper's numbers of answers, ``yours`` with those asked about, ``needed`` the answers
     per condition for ``TARGET``, None where ``MOST`` are not enough.
@@ -166,7 +166,7 @@ def t_power(difference: float, sd: float, answers: tuple[int, int], *, tails: in
     power = float(stats.nct.sf(limit, freedom, shift))
     if tails == 2:
         other = float(stats.nct.cdf(-limit, freedom, shift))
-        # Far in the tail scipy gives NaN for what is nothing.
+        # Far in the tail, where the probability is 0, scipy returns NaN.
         power += other if isfinite(other) else 0.0
     return min(power, 1.0)
 
@@ -198,7 +198,7 @@ def t_rejects(first: NDArray[Any], second: NDArray[Any], answers: tuple[int, int
     n, m = answers
     difference = first / n - second / m
     squares = first * (n - first) / n + second * (m - second) / m
-    # Without any variance a difference is beyond doubt; multiplied out, nothing is divided by 0.
+    # Without variance any difference is significant; the inequality is multiplied out, so that nothing is divided by 0.
     limit = stats.t.isf(ALPHA, n + m - 2) * np.sqrt(squares / (n + m - 2) * (1 / n + 1 / m))
     return np.asarray((difference > limit) & (difference > 0))
 

@@ -183,7 +183,7 @@ def _hash(content: Mapping[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-#: Attributes that hold items of a dataclass.
+#: Attribute → the dataclass of its items.
 _ITEMS = {
     "conditions": StudyCondition,
     "images": StudyImage,
@@ -209,10 +209,10 @@ def _protocol(content: Mapping[str, Any], path: Path) -> Protocol:
 #: The paper's: negative 0 and 1+, positive 2+ and 3+; ease from 1, hard, to 10, easy.
 PAPER_NEGATIVE, PAPER_POSITIVE, PAPER_EASE = "0,1+", "2+,3+", "1..10"
 
-#: One for each digit key but 0.
+#: Most diagnoses: one for each digit key but 0.
 MOST_CATEGORIES = 9
 
-#: What fits on a key of the reading page.
+#: Most letters of a diagnosis, which fit on a key of the reading page.
 MAX_LETTERS = 40
 
 

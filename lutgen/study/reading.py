@@ -19,8 +19,21 @@ from typing import TYPE_CHECKING, Any
 from lutgen import __version__
 from lutgen.errors import LutgenError, reason_of
 from lutgen.study.answer_file import AnswerFile, held
-from lutgen.study.answers import ANSWERED, ENDED, MAX_SECONDS, PRACTISED, answered, reader_name, take_place
-from lutgen.study.progress import OVERRIDDEN, RESUMED, STARTED, latest, may_begin, session_progress
+from lutgen.study.answers import (
+    ANSWERED,
+    ENDED,
+    MAX_SECONDS,
+    OVERRIDDEN,
+    PRACTISED,
+    RESUMED,
+    STARTED,
+    answered,
+    latest,
+    may_begin,
+    reader_name,
+    session_progress,
+    take_place,
+)
 from lutgen.study.protocol import Protocol, read_protocol
 
 if TYPE_CHECKING:
@@ -91,12 +104,12 @@ class PastError(LutgenError):
 
 
 class ReadingSession:
-    """A session that runs."""
+    """A reader's session that is being read."""
 
     def __init__(
         self, study: Path, protocol: Protocol, file: AnswerFile, session: int, clock: Callable[[], datetime]
     ) -> None:
-        """Take what :func:`lutgen.study.reading.begin_reading` found in order."""
+        """Take what :func:`begin_reading` has checked."""
         self.study, self.protocol, self.session = study, protocol, session
         self.reader, self.place = str(file.entries[0].content["reader"]), int(file.entries[0].content["place"])
         self._file, self._clock = file, clock
@@ -252,7 +265,7 @@ def text_of(time: datetime) -> str:
     return time.astimezone(UTC).isoformat(timespec="milliseconds")
 
 
-#: A clock that is back by less than this was not set by hand: network time corrects clocks by less.
+#: A clock that goes back by less than this was corrected by network time, not set by hand.
 CLOCK_SLACK = timedelta(seconds=2)
 
 #: Letters of a reason, at most.
@@ -312,8 +325,7 @@ def _begin(began: ReadingSession, file: AnswerFile, now: datetime, why: str | No
     here = session_progress(file.entries, session, len(began.images))
     if here.ended:
         following = f" Next is --session {session + 1}." if session < protocol.sessions else ""
-        message = f"--session {session}: is complete, {here.read} of {here.images} images are read.{following}"
-        raise LutgenError(message)
+        raise LutgenError(f"--session {session}: is complete, {here.read} of {here.images} images are read.{following}")
     if here.started:
         file.append(text_of(now), session, [(RESUMED, {"read": here.read})])
         return
@@ -325,7 +337,7 @@ def _begin(began: ReadingSession, file: AnswerFile, now: datetime, why: str | No
 
 
 def _forbidden(protocol: Protocol, file: AnswerFile, session: int, now: datetime, why: str | None) -> list[str]:
-    """Return what speaks against beginning now. Raises LutgenError where there is something and no reason is given."""
+    """Return the rules that beginning now breaks. Raises LutgenError where it breaks one and no reason is given."""
     reasons = {}
     last = latest(file.entries)
     if now < last - CLOCK_SLACK:

@@ -1,24 +1,203 @@
-"""The session page's server: what the page of a session may ask for, on the local server of lutgen's pages."""
+"""The page of a reading session: what it may ask, what it is told, and the local server that it asks.
+
+One tab at a time holds the session. It is told an image's number and an identifier that means nothing, of the one image
+to be read now; no name of an image or condition, no title, which may tell them, no answer, nothing of other readers.
+"""
 
 from __future__ import annotations
 
+import json
+import secrets
 import time
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from threading import Event, RLock
+from typing import TYPE_CHECKING, Any
 
-from lutgen.server import NOTHING, application, json_body, page_file, port_taken, served
-from lutgen.study.conversation import Conversation
+from lutgen.errors import LutgenError
+from lutgen.server import NOTHING, RefusedError, application, json_body, page_file, port_taken, served
+from lutgen.study.answer_file import NotSavedError
+from lutgen.study.reading import Decision, PastError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Mapping
     from socket import socket
 
     from starlette.requests import Request
     from starlette.responses import Response
     from starlette.types import ASGIApp
 
-    from lutgen.study.reading import ReadingSession
+    from lutgen.study.reading import ReadingSession, Task
+
+#: Seconds after its last sign of life for which a tab keeps the session. It gives one every two seconds.
+LEASE = 7.0
+
+#: What the page may have recorded, apart from answers.
+NOTES = ("paused", "continued", "warned", "accepted")
+
+#: Letters of what the page says beside such a note.
+_LONGEST_NOTE = 2000
+
+#: Fields of an answer, and what JSON they are.
+_ANSWER: dict[str, type | tuple[type, ...]] = {
+    "category": str,
+    "ease": int,
+    "seconds": (int, float),
+    "first_choice_seconds": (int, float),
+    "pauses": int,
+    "paused_seconds": (int, float),
+    "paint": str,
+}
+
+#: How the page knows of the first paint.
+PAINTS = ("element-timing", "animation-frame")
+
+
+class Conversation:
+    """Answers the questions of the one browser tab that holds a reading session."""
+
+    def __init__(
+        self, reading: ReadingSession, say: Callable[[str], None], clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        """Take the session, what tells its operator of troubles, and a clock that only runs, in seconds."""
+        self._reading, self._say, self._clock = reading, say, clock
+        self._one_at_a_time = RLock()
+        self._tab, self._heard, self._closed = "", 0.0, False
+        self._shown: tuple[str, Task, bytes] | None = None
+        self.finished = Event()
+        self._asked = {
+            "claim": self._claim,
+            "look": self._look,
+            "beat": self._beat,
+            "leave": self._leave,
+            "next": self._next,
+            "answer": self._answer,
+            "note": self._note,
+        }
+
+    def ask(self, what: str, body: Mapping[str, Any]) -> dict[str, Any]:
+        """Answer the page. Raises RefusedError with a sentence for the reader."""
+        tab = body.get("tab")
+        if what not in self._asked:
+            raise RefusedError(404, "bad", f"{what}: there is no such thing to ask.")
+        if not isinstance(tab, str) or not 8 <= len(tab) <= 64:
+            raise RefusedError(400, "bad", "tab: give the page's own identifier.")
+        with self._one_at_a_time:
+            if self._closed:
+                raise RefusedError(503, "gone", "lutgen has ended. What you saved with Enter is kept.")
+            if what not in ("claim", "look"):
+                self._check_tab(tab)
+            try:
+                return self._asked[what](tab, body)
+            except NotSavedError as error:
+                self._say(str(error))
+                message = "The disk may be full. Your answer is kept in this page: make room, then try again."
+                raise RefusedError(507, "full", message) from None
+            except PastError as error:
+                raise RefusedError(409, "past", str(error)) from None
+
+    def picture(self, identifier: str) -> bytes | None:
+        """Return the image to be read now; None for every other identifier."""
+        with self._one_at_a_time:
+            shown = self._shown
+            same = shown is not None and secrets.compare_digest(shown[0].encode(), identifier.encode())
+            return shown[2] if shown and same else None
+
+    def close(self) -> None:
+        """Refuse all further questions, which a browser may send on a connection that is still open."""
+        with self._one_at_a_time:
+            self._closed, self._shown = True, None
+
+    def _free(self, tab: str) -> bool:
+        return self._tab in ("", tab) or self._clock() - self._heard > LEASE
+
+    def _check_tab(self, tab: str) -> None:
+        if tab != self._tab:
+            raise RefusedError(409, "tab", "The session is open in another tab.")
+        self._heard = self._clock()
+
+    def _look(self, tab: str, _body: Mapping[str, Any]) -> dict[str, Any]:
+        return {"free": self._free(tab)}
+
+    def _claim(self, tab: str, _body: Mapping[str, Any]) -> dict[str, Any]:
+        if not self._free(tab):
+            raise RefusedError(409, "tab", "The session is open in another tab.")
+        self._tab, self._heard, self._shown = tab, self._clock(), None
+        reading, protocol = self._reading, self._reading.protocol
+        return {
+            "reader": reading.reader,
+            "session": reading.session,
+            "sessions": protocol.sessions,
+            "categories": [vars(category) for category in protocol.categories],
+            "ease": list(protocol.ease),
+            "images": len(reading.images),
+            "read": reading.read,
+            "practice": len(reading.practice),
+            "practised": reading.practised,
+            "largest": [max(image.width for image in protocol.images), max(image.height for image in protocol.images)],
+        }
+
+    def _beat(self, _tab: str, _body: Mapping[str, Any]) -> dict[str, Any]:
+        return {}
+
+    def _leave(self, _tab: str, _body: Mapping[str, Any]) -> dict[str, Any]:
+        self._tab, self._shown = "", None
+        if self._reading.task() is None:
+            self.finished.set()
+        return {}
+
+    def _next(self, _tab: str, _body: Mapping[str, Any]) -> dict[str, Any]:
+        task = self._reading.task()
+        if task is None:
+            return {"done": True, "read": self._reading.read, "following": self._reading.following()}
+        try:
+            data = self._reading.picture(task)
+        except LutgenError as error:
+            self._say(str(error))
+            message = "The next image is not as the study was planned. Call the study's operator; nothing is lost."
+            raise RefusedError(500, "fault", message) from None
+        self._reading.show(task)
+        self._shown = (secrets.token_urlsafe(18), task, data)
+        return {
+            "done": False,
+            "practice": task.practice,
+            "number": task.number,
+            "of": task.of,
+            "picture": self._shown[0],
+        }
+
+    def _answer(self, _tab: str, body: Mapping[str, Any]) -> dict[str, Any]:
+        number, practice = body.get("number"), body.get("practice")
+        if type(number) is not int or number < 1 or not isinstance(practice, bool):
+            raise RefusedError(400, "bad", "number, practice: say which image is answered.")
+        decision = _decision(body)
+        try:
+            self._reading.answer(number, decision, practice=practice)
+        except (NotSavedError, PastError):
+            raise
+        except LutgenError as error:
+            raise RefusedError(400, "bad", str(error)) from None
+        return {"saved": True}
+
+    def _note(self, _tab: str, body: Mapping[str, Any]) -> dict[str, Any]:
+        kind, said = body.get("kind"), body.get("said")
+        if kind not in NOTES or not isinstance(said, dict) or len(json.dumps(said)) > _LONGEST_NOTE:
+            raise RefusedError(400, "bad", f"kind: pick one of {', '.join(NOTES)}; said: a short object.")
+        task = self._shown[1] if self._shown else None
+        where = {"practice": task.practice, "position": task.number} if task else {}
+        self._reading.note(str(kind), {"said": said, **where})
+        return {"saved": True}
+
+
+def _decision(body: Mapping[str, Any]) -> Decision:
+    given = {name: body.get(name) for name in _ANSWER}
+    for name, kind in _ANSWER.items():
+        if not isinstance(given[name], kind) or isinstance(given[name], bool):
+            raise RefusedError(400, "bad", f"{name}: missing, or not of its kind.")
+    if given["paint"] not in PAINTS:
+        raise RefusedError(400, "bad", f"paint: pick one of {', '.join(PAINTS)}.")
+    return Decision(**given)  # type: ignore[arg-type]
+
 
 PAGE = Path(__file__).parent / "page"
 

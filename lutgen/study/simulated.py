@@ -43,11 +43,11 @@ import numpy as np
 
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab
 from lutgen.errors import LutgenError
-from lutgen.pictures.field import code_of, read_field
+from lutgen.pictures.blocks import code_of, read_field
 from lutgen.pictures.nuclei import segment
-from lutgen.study.analysis.agreement import UNAGED
 from lutgen.study.answers import Answer
 from lutgen.study.protocol import PAPER_CATEGORIES, Category, StudyTrial
+from lutgen.study.statistics import UNAGED
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence

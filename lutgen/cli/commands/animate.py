@@ -64,8 +64,8 @@ def command(
       lutgen animate slide.png --mode chroma --hours 0..18000:3000 --seconds 3 -o slide-aging.apng
     """
     from lutgen.display.hours import parse_hours
-    from lutgen.pictures.aged_series import aged_series
-    from lutgen.report.pictures.animation import animate, check_animation
+    from lutgen.pictures.frame import aged_series
+    from lutgen.report.animation import animate, check_animation
 
     path = check_output(output, image, force=force, suffixes=ANIMATION_SUFFIXES)
     model = model_from(**options)

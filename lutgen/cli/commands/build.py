@@ -181,7 +181,7 @@ def _report(built: Built, plan: Plan, output: str, *, verbose: bool) -> None:
         return
     # rich, which prints the tables, takes long to import.
     from lutgen.cli.outputs import print_page
-    from lutgen.report.builds.certificates import certificates, compensation, shaders, simulation
+    from lutgen.report.lut_files import certificates, compensation, shaders, simulation
 
     if rows and verbose:
         print_page(certificates(rows))

@@ -99,7 +99,7 @@ def _check(
 
 
 def _report(path: str, result: Checked) -> None:
-    from lutgen.report.builds.certificates import shader_sentence
+    from lutgen.report.lut_files import shader_sentence
 
     for remark in result.remarks:
         say(f"note: {remark}")

@@ -68,7 +68,7 @@ def command(
     """
     from lutgen.display.hours import parse_hours
     from lutgen.pictures.cohort import cohort
-    from lutgen.report.pictures.cohort import cohort_page
+    from lutgen.report.lifetimes import cohort_page
 
     if jobs and scheduler:
         raise click.UsageError(

@@ -39,8 +39,8 @@ def command(*, json_to: str | None, fail_above: float | None, plots: str | None,
         raise click.UsageError("--effects helps --model to find effects; compare adds none. Use lutgen diagnose.")
     from lutgen.criticism.compare import compare
     from lutgen.numerals import times
-    from lutgen.report.criticism.comparison import compare_page
-    from lutgen.report.criticism.plots import OF_COMPARE, plot_comparison
+    from lutgen.report.comparison import compare_page
+    from lutgen.report.criticism_plots import OF_COMPARE, plot_comparison
 
     outputs = Outputs(json_to, plots=plots, pictures=lambda: OF_COMPARE, force=force)
     question = question_from(**options)

@@ -47,8 +47,8 @@ def command(
       lutgen diagnose examples/display-a.csv --without black-level --plots plots/diagnose --json diagnosis.json
     """
     from lutgen.criticism.diagnose import diagnose
-    from lutgen.report.criticism.diagnosis import diagnose_page
-    from lutgen.report.criticism.plots import OF_DIAGNOSE, plot_diagnosis
+    from lutgen.report.criticism_plots import OF_DIAGNOSE, plot_diagnosis
+    from lutgen.report.diagnosis import diagnose_page
 
     outputs = Outputs(json_to, plots=plots, pictures=lambda: OF_DIAGNOSE, force=force)
     if stub:
@@ -78,7 +78,7 @@ def _write_stub(diagnosis: Diagnosis, to: str | None) -> str | None:
         click.echo(f"{to} is not written: nothing is left that an effect of your own could explain.", err=True)
         return None
     from lutgen.files import write_atomically
-    from lutgen.report.criticism.effect_sketch import stub
+    from lutgen.report.effect_sketch import stub
 
     write_atomically(Path(to), stub(diagnosis).encode())
     return to

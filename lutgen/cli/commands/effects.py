@@ -131,7 +131,7 @@ def _explain(effect: Effect, plot: str | None, *, force: bool, as_json: bool) ->
         check_new_png(plot, force=force)
     text = "" if as_json and not plot else _said(effect, must_be_sound=bool(plot))
     if plot:
-        from lutgen.report.display.effect_plot import plot_effect
+        from lutgen.report.effect_plot import plot_effect
 
         plot_effect(effect, plot, force=force)
     if as_json:

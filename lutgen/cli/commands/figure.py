@@ -33,7 +33,7 @@ def command(*, number: str, image: str, output: str, source: str, force: bool, *
       lutgen figure 2 slide.png -o slide-2.png
       lutgen figure 6 slide.png -o slide-6.png
     """
-    from lutgen.report.pictures.paper_figures import draw_figure
+    from lutgen.report.sheets import draw_figure
 
     path = check_output(output, image, force=force)
     model = model_from(**options)

@@ -37,7 +37,7 @@ def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, f
       lutgen inspect examples/session.ti3 --plots plots/inspect --json inspect.json
     """
     from lutgen.history import inspect_session
-    from lutgen.report.history.inspection import inspect_page, picture_names, plot_inspection
+    from lutgen.report.inspection import inspect_page, picture_names, plot_inspection
 
     outputs = Outputs(json_to, force=force)
     inspections = []

@@ -59,7 +59,7 @@ def command(
     """
     from lutgen.display.hours import parse_hours
     from lutgen.pictures.lifetime import check_tolerances, lifetime
-    from lutgen.report.pictures.lifetime import lifetime_page, picture_names, plot_lifetimes
+    from lutgen.report.lifetimes import lifetime_page, picture_names, plot_lifetimes
 
     tolerances = check_tolerances(numbers("--tolerance", tolerance))
     outputs = Outputs(json_to, csv_to, plots, lambda: picture_names(images), force=force)

@@ -35,7 +35,7 @@ def command(*, files: tuple[str, ...], ask_readers: bool, json_to: str | None, f
       lutgen lint aged/config.ocio --json -
     """
     from lutgen.lint import lint
-    from lutgen.report.builds.lint import lint_page
+    from lutgen.report.lut_files import lint_page
 
     outputs = Outputs(json_to, force=force)
     results = []

@@ -67,7 +67,7 @@ def command(
       lutgen map slide.png --mode chroma --hours 18000 -o slide-map.exr -o slide-map.tif --json slide-map.json
     """
     from lutgen.pictures.difference_map import difference_map
-    from lutgen.report.pictures.difference_map import check_range, plot_map
+    from lutgen.report.difference_map import check_range, plot_map
 
     low, high = check_range(*_numbers(ends))
     statistics = Outputs(json_to, force=force)
@@ -106,7 +106,7 @@ def _check_different(outputs: tuple[str, ...]) -> None:
 
 
 def _sentences(difference: DifferenceMap) -> list[str]:
-    from lutgen.report.pictures.difference_map import counted, title_of
+    from lutgen.report.difference_map import counted, title_of
 
     quantiles = f"95 % of the pixels are within {difference.p95:.2f}, 99 % within {difference.p99:.2f}."
     return [f"{title_of(difference)}. {quantiles}", counted(difference), difference.model.measurements.provenance]

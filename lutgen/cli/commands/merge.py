@@ -50,7 +50,7 @@ def command(
       lutgen merge aged/ --into my-config/config.ocio --mode chroma --hours 10000 -o merged/
     """
     from lutgen.merge import Merging, merge
-    from lutgen.report.builds.merge import merge_page
+    from lutgen.report.lut_files import merge_page
 
     outputs = Outputs(json_to, force=force)
     wanted = Merging([(mode, hour) for hour in numbers("--hours", hours)], prefix, source_space, onto)

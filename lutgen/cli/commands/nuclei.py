@@ -81,8 +81,8 @@ def command(
     """
     from lutgen.display.hours import parse_hours
     from lutgen.pictures.conspicuity import nuclei
-    from lutgen.pictures.png import labels_png
-    from lutgen.report.pictures.nuclei import nuclei_page, picture_names, plot_nuclei
+    from lutgen.pictures.nuclei import labels_png
+    from lutgen.report.nuclei import nuclei_page, picture_names, plot_nuclei
 
     outputs = Outputs(json_to, csv_to, plots, lambda: picture_names(image), force=force)
     labels_to = check_new_file(labels, force=force, suffixes=(".png",)) if labels else None

@@ -62,8 +62,8 @@ def command(
     from lutgen.criticism.refine import refine
     from lutgen.display import save_model
     from lutgen.display.modes import luminance_law
-    from lutgen.report.criticism.diagnosis import refine_page
-    from lutgen.report.criticism.plots import OF_REFINE, plot_refinement
+    from lutgen.report.criticism_plots import OF_REFINE, plot_refinement
+    from lutgen.report.diagnosis import refine_page
 
     outputs = Outputs(json_to, plots=plots, pictures=lambda: OF_REFINE, force=force)
     if output:

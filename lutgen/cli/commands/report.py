@@ -14,7 +14,7 @@ from lutgen.names import INSTRUMENTS
 
 if TYPE_CHECKING:
     from lutgen.display import DisplayModel
-    from lutgen.report.document.evidence import Evidence
+    from lutgen.report.page import Evidence
 
 
 @click.command(cls=Command, section=Section.PICTURES, place=9)
@@ -68,9 +68,8 @@ def command(
 
     from lutgen.pictures.frame import read_frame
     from lutgen.pictures.lifetime import check_tolerances, lifetime
-    from lutgen.report.document.origin import read_build
-    from lutgen.report.document.page import Run, write_report
-    from lutgen.report.document.scenes import PIXELS, WIDTH, hours_of, scenes_of
+    from lutgen.report.page import Run, read_build, write_report
+    from lutgen.report.page_scenes import PIXELS, WIDTH, hours_of, scenes_of
 
     tolerances = check_tolerances(numbers("--tolerance", tolerance))
     check_new_file(output, force=force, suffixes=(".html", ".htm"))
@@ -94,7 +93,7 @@ def command(
 def _evidence(data: str, model: DisplayModel, options: dict[str, Any], instrument: str | None) -> Evidence:
     from lutgen.cli.data_options import question_from
     from lutgen.criticism.refine import refine
-    from lutgen.report.document.evidence import Evidence
+    from lutgen.report.page import Evidence
 
     question = question_from(
         data,

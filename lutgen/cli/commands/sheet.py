@@ -47,8 +47,8 @@ def command(
       lutgen sheet slide.png --mode chroma --hours 0..18000:6000 -o slide-chroma.png
     """
     from lutgen.display.hours import parse_hours
-    from lutgen.pictures.aged_series import aged_series
-    from lutgen.report.pictures.sheets import age_sheet, check_hours, longest
+    from lutgen.pictures.frame import aged_series
+    from lutgen.report.sheets import age_sheet, check_hours, longest
 
     path = check_output(output, image, force=force)
     model = model_from(**options)

@@ -58,7 +58,7 @@ def command(
     chosen = parse_hours(hours, model.tips) if hours else None if as_json else _even(model.tips)
     shown = show(model, chosen)
     if plot:
-        from lutgen.report.display.aging_plot import plot_display
+        from lutgen.report.aging_plot import plot_display
 
         plot_display(model, plot, force=force)
     if as_json:

@@ -41,7 +41,7 @@ def command(
       lutgen table 1 a.tif b.tif --csv table-1.csv
     """
     from lutgen.pictures.lifetime import lifetime
-    from lutgen.report.pictures.lifetime import table_1_csv, table_1_json, table_1_page
+    from lutgen.report.lifetimes import table_1_csv, table_1_json, table_1_page
 
     outputs = Outputs(json_to, csv_to, force=force)
     model = model_from(**options)

@@ -66,7 +66,7 @@ def command(
     from lutgen.history.limits import limits_of, parse_limit
     from lutgen.history.trend import trend, trend_as_json
     from lutgen.readings import read_campaign
-    from lutgen.report.history.campaign import trend_page
+    from lutgen.report.campaign import trend_page
 
     if not 0 <= ambient <= MOST_AMBIENT:
         raise LutgenError(
@@ -81,7 +81,7 @@ def command(
             read_campaign(*files), limits, all_sessions=all_sessions, ambient_cd_m2=ambient, progress=progress
         )
     if path:
-        from lutgen.report.history.campaign import plot_trend
+        from lutgen.report.campaign import plot_trend
 
         plot_trend(result, path, force=force)
     if json_to:

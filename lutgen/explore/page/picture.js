@@ -1,7 +1,7 @@
 // The picture: hours, modes, wiper, map and zoom around the viewer, and the numbers beside it.
 
 import { latest, Refusal } from "./server.js";
-import { MAP_COLOURS, Viewer } from "./viewer.js";
+import { HOUR_STEPS, MAP_COLOURS, Viewer } from "./viewer.js";
 import { byId, element, input, spaced, tell } from "./words.js";
 
 /** ΔE2000 at which a map's colours may end. */
@@ -9,16 +9,6 @@ const REACHES = [2, 3, 5, 8, 12, 15, 20, 25, 30, 40, 50, 100];
 
 /** Points along an edge of the tables. */
 const SIZE = 33;
-
-/** Hours by which keys move the slider. */
-const STEPS = new Map([
-  ["ArrowLeft", -100],
-  ["ArrowDown", -100],
-  ["ArrowRight", 100],
-  ["ArrowUp", 100],
-  ["PageDown", -1000],
-  ["PageUp", 1000],
-]);
 
 /** A viewer, or null and the reason on the page where the browser cannot draw. @param {HTMLElement} host */
 function viewerIn(host) {
@@ -109,7 +99,7 @@ export function pictureOf(server) {
 
   slider.addEventListener("input", show);
   slider.addEventListener("keydown", (event) => {
-    const step = STEPS.get(event.key);
+    const step = HOUR_STEPS.get(event.key);
     if (!step) return;
     event.preventDefault();
     slider.value = String(hours() + step);

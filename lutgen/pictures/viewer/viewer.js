@@ -21,6 +21,16 @@ export const MAP_COLOURS = [
   "#fde725",
 ];
 
+/** Keys of a slider of hours, and by how many hours each moves it. */
+export const HOUR_STEPS = new Map([
+  ["ArrowLeft", -100],
+  ["ArrowDown", -100],
+  ["ArrowRight", 100],
+  ["ArrowUp", 100],
+  ["PageDown", -1000],
+  ["PageUp", 1000],
+]);
+
 /** ΔE2000 that the largest number of a table's fourth channel stands for. */
 const DIFFERENCE = 100;
 

@@ -1,4 +1,4 @@
-import { Viewer } from "./viewer.js";
+import { HOUR_STEPS, Viewer } from "./viewer.js";
 
 /** @param {string} id */
 const byId = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
@@ -44,16 +44,6 @@ const between = (first, second, share) => {
   };
 };
 
-/** Hours by which keys move the slider. */
-const STEPS = new Map([
-  ["ArrowLeft", -100],
-  ["ArrowDown", -100],
-  ["ArrowRight", 100],
-  ["ArrowUp", 100],
-  ["PageDown", -1000],
-  ["PageUp", 1000],
-]);
-
 async function begin() {
   /** @type {Record<string, Table[]>} */
   const tables = {};
@@ -94,7 +84,7 @@ async function begin() {
   };
   slider.addEventListener("input", scene);
   slider.addEventListener("keydown", (event) => {
-    const step = STEPS.get(event.key);
+    const step = HOUR_STEPS.get(event.key);
     if (!step) return;
     event.preventDefault();
     slider.value = String(Number(slider.value) + step);

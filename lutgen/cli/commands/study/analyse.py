@@ -60,9 +60,8 @@ def command(
         raise click.UsageError(
             "give one of: the folder STUDY, --answers FILE, or --counts FILE and --summary FILE (one or both)."
         )
-    from lutgen.report.study.analysis import study_page
-    from lutgen.report.study.analysis_plot import PICTURE, plot_study
-    from lutgen.study.analysis.tables import TABLE_FILES
+    from lutgen.report.study_analysis import PICTURE, plot_study, study_page
+    from lutgen.study.tables import TABLE_FILES
 
     outputs = Outputs(json_to, plots=plots, pictures=lambda: [PICTURE], force=force)
     for name in TABLE_FILES if csv_to else ():
@@ -83,7 +82,7 @@ def _write_tables(analysis: Analysis, folder: str) -> None:
     from pathlib import Path
 
     from lutgen.files import write_atomically
-    from lutgen.study.analysis.tables import TABLE_FILES, tables_csv
+    from lutgen.study.tables import TABLE_FILES, tables_csv
 
     texts = tables_csv(analysis)
     for name, text in texts.items():
@@ -99,11 +98,11 @@ def _analysis(study: str | None, answers: str | None, counts: str | None, summar
     if study:
         return _of_study(study, ci)
     if answers:
-        from lutgen.study.analysis.tables import read_answer_table
+        from lutgen.study.tables import read_answer_table
 
         remark, given = read_answer_table(answers)
         return analyse_answers(given, sources=[_source(answers, remark)], ci=ci)
-    from lutgen.study.analysis.tables import read_counts, read_summary
+    from lutgen.study.tables import read_counts, read_summary
 
     remark, rows = read_counts(counts) if counts else ("", ())
     sources = [_source(counts, remark)] if counts else []

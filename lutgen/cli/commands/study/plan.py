@@ -89,7 +89,7 @@ def command(
     Example:
       lutgen study plan slides/a.tif slides/b.tif --conditions none,chroma@18000 --per-condition 1 -o study/
     """
-    from lutgen.report.study.plan import plan_page
+    from lutgen.report.study_plan import plan_page
     from lutgen.study.plan import plan_study
     from lutgen.study.protocol import categories_of, ease_of
 

@@ -28,7 +28,7 @@ def command(*, per_condition: int, readers: int, json_to: str | None, plots: str
       lutgen study power --per-condition 40
       lutgen study power --per-condition 60 --readers 2 --plots plots/power
     """
-    from lutgen.report.study.power import PICTURE, plot_power, power_page
+    from lutgen.report.study_plan import PICTURE, plot_power, power_page
     from lutgen.study.power import study_power
 
     outputs = Outputs(json_to, plots=plots, pictures=lambda: [PICTURE], force=force)

@@ -49,9 +49,9 @@ def command(*, study: str, seed: int, given: tuple[str, ...], output: str, force
     from pathlib import Path
 
     from lutgen.files import write_atomically
-    from lutgen.study.analysis.tables import answer_table
     from lutgen.study.protocol import read_protocol
     from lutgen.study.simulated import SimulatedReader, simulate
+    from lutgen.study.tables import answer_table
 
     path = check_new_file(output, force=force, suffixes=(".csv",))
     folder = Path(study)
@@ -73,7 +73,7 @@ def _differences(
         from lutgen.study.simulated import measured_differences
 
         return measured_differences(folder, protocol, progress)
-    from lutgen.study.analysis.agreement import UNAGED
+    from lutgen.study.statistics import UNAGED
 
     aged = [condition.name for condition in protocol.conditions if condition.name != UNAGED]
     by_condition = dict(_given(text, aged) for text in given)

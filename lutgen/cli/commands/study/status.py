@@ -25,8 +25,8 @@ def command(*, study: str, json_to: str | None, force: bool) -> None:
       lutgen study status study/
       lutgen study status study/ --json -
     """
-    from lutgen.report.study.plan import study_status_page
-    from lutgen.study.progress import study_status
+    from lutgen.report.study_plan import study_status_page
+    from lutgen.study.answers import study_status
 
     outputs = Outputs(json_to, force=force)
     status = study_status(Path(study))

@@ -1,0 +1,331 @@
+"""``cohort``: lifetimes of many slides, each kept in a folder as soon as it is found, and over all of them.
+
+The interval of the median over slides lies between two of the slides' own values, by their order (Conover, Practical
+Nonparametric Statistics, 3rd ed., section 3.2): nothing is assumed of how slides differ but that they were drawn
+independently. A lifetime that is never reached is longer than all others; it takes part in the order.
+"""
+
+from __future__ import annotations
+
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from functools import cached_property, partial
+from itertools import product
+from math import comb, inf
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.errors import LutgenError
+from lutgen.names import AGING_MODES
+from lutgen.pictures.blocks import threads
+from lutgen.pictures.cohort_slides import claim, find_slides, image_from_json
+from lutgen.pictures.cohort_workers import CohortTask, on_cluster, on_this_machine
+from lutgen.pictures.difference import STATISTICS
+from lutgen.pictures.lifetime import TOLERANCES, ImageLifetime, Lifetimes, check_asked, csv_hours, csv_text
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from lutgen.colorimetry import Array
+    from lutgen.display import DisplayModel
+    from lutgen.pictures.cohort_slides import CohortSlide, RunFolder
+    from lutgen.pictures.cohort_workers import Outcomes
+    from lutgen.pictures.difference import DifferenceCurve
+
+    Crew = Callable[[CohortTask, Sequence[CohortSlide]], Outcomes]
+
+#: Confidence of the interval of a median. Fewer than six slides cannot reach it, and get no interval.
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Lives:
+    """Lifetimes of several slides, in hours; None for each that is beyond the hours that were looked at.
+
+    Attributes
+    ----------
+    median
+        The median. Of an even number the mean of the two in the middle; None where one of these is never reached.
+    interval
+        95 % interval of the median, its ends either of them None as above; None for fewer than six slides.
+    range
+        The shortest and the longest.
+    reached
+        How many slides reach the tolerance.
+
+    """
+
+    median: float | None
+    interval: tuple[float | None, float | None] | None
+    range: tuple[float | None, float | None]
+    reached: int
+
+
+@dataclass(frozen=True)
+class Band:
+    """A statistic of ΔE2000 over several slides at each hour, shape (h,): the median and the range."""
+
+    median: Array
+    low: Array
+    high: Array
+
+
+def lives_of(lives: Sequence[float | None]) -> Lives:
+    """Return median, interval and range of the lifetimes of at least one slide."""
+    ordered = sorted(inf if life is None else life for life in lives)
+    size, half = len(ordered), len(ordered) // 2
+    median = ordered[half] if size % 2 else (ordered[half - 1] + ordered[half]) / 2.0
+    outside = left_out(size)
+    interval = None if outside is None else (_finite(ordered[outside]), _finite(ordered[-1 - outside]))
+    reached = sum(life is not None for life in lives)
+    return Lives(_finite(median), interval, (_finite(ordered[0]), _finite(ordered[-1])), reached)
+
+
+def left_out(size: int) -> int | None:
+    """Return how many of ``size`` ordered values lie outside the interval of the median at either end; None: no 95 %.
+
+    The probability that the median lies below the (k + 1)-th value is that of at most k heads in ``size`` tosses of a
+    coin.
+    """
+    below, outside = 0, None
+    for k in range(size // 2):
+        below += comb(size, k)
+        # In integers: for a few thousand slides 2**size is too large for a float.
+        if 2 * below * 1000 > round((1.0 - CONFIDENCE) * 1000) * 2**size:
+            break
+        outside = k
+    return outside
+
+
+def coverage(size: int) -> float | None:
+    """Return the chance that the interval of ``size`` slides holds the median, at least 95 %; None: there is none."""
+    outside = left_out(size)
+    if outside is None:
+        return None
+    return float(1.0 - 2 * sum(comb(size, k) for k in range(outside + 1)) / 2**size)
+
+
+def bands_of(curves: Sequence[DifferenceCurve]) -> dict[str, Band]:
+    """Return statistic → median and range, at each hour, of the curves of at least one slide."""
+    bands = {}
+    for name in STATISTICS:
+        values = np.array([getattr(curve, name) for curve in curves])
+        bands[name] = Band(np.median(values, axis=0), values.min(axis=0), values.max(axis=0))
+    return bands
+
+
+def _finite(hours: float) -> float | None:
+    return None if hours == inf else hours
+
+
+#: Statistic → its name in the curves of ``--json``, as in `lifetime --json`.
+_POINTS = {"mean": "mean", "max": "mean_plus_2_sd", "p95": "p95", "p99": "p99", "largest": "max"}
+
+
+@dataclass(frozen=True)
+class BrokenSlide:
+    """A slide without a result, and why: one or two sentences."""
+
+    file: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Cohort:
+    """What :func:`cohort` found.
+
+    Attributes
+    ----------
+    slides
+        The slides with a result, in the order given; perhaps none.
+    broken
+        The others.
+    modes
+        The modes of every slide.
+    kept
+        How many results an earlier run had left.
+    folder
+        Where every slide's result is.
+
+    """
+
+    slides: Lifetimes
+    broken: tuple[BrokenSlide, ...]
+    modes: tuple[str, ...]
+    kept: int
+    folder: Path
+
+    @cached_property
+    def lives(self) -> dict[str, dict[float, dict[str, Lives]]]:
+        """Lifetimes over all slides, by mode, tolerance and statistic; empty where no slide has a result."""
+        images = self.slides.images
+        return {
+            mode: {
+                tolerance: {
+                    name: lives_of([image.curves[mode].hours_until(name, tolerance) for image in images])
+                    for name in STATISTICS
+                }
+                for tolerance in self.slides.tolerances
+            }
+            for mode in (self.modes if images else ())
+        }
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what ``--json`` writes: see ``lutgen/pictures/schema/cohort.json``."""
+        content = self.slides.as_json()
+        return {
+            **{key: value for key, value in content.items() if key != "images"},
+            "over_all": {
+                "slides": len(self.slides.images),
+                "coverage": coverage(len(self.slides.images)),
+                "modes": {mode: self._over_all(mode) for mode in self.lives},
+            },
+            "broken": [{"file": each.file, "reason": each.reason} for each in self.broken],
+            "slides": content["images"],
+        }
+
+    def _over_all(self, mode: str) -> dict[str, Any]:
+        curves = [image.curves[mode] for image in self.slides.images]
+        bands = bands_of(curves)
+        return {
+            "lifetimes": {
+                f"{tolerance:g}": {
+                    name: {
+                        "median": lives.median,
+                        "interval": lives.interval,
+                        "range": lives.range,
+                        "reached": lives.reached,
+                    }
+                    for name, lives in of.items()
+                }
+                for tolerance, of in self.lives[mode].items()
+            },
+            "curve": [
+                {
+                    "hours": float(hours),
+                    **{
+                        _POINTS[name]: {
+                            "median": float(band.median[place]),
+                            "low": float(band.low[place]),
+                            "high": float(band.high[place]),
+                        }
+                        for name, band in bands.items()
+                    },
+                }
+                for place, hours in enumerate(curves[0].hours)
+            ],
+        }
+
+    def as_csv(self) -> str:
+        """Return what ``--csv`` writes: a line a slide and mode, then a mode's median and the ends of its interval.
+
+        The first column says which: ``slide``, ``broken``, ``median``, ``low``, ``high``. Hours, empty where never
+        reached.
+        """
+        head, *lines = self.slides.csv_rows()
+        rows = [f"row,{head}", *(f"slide,{line}" for line in lines)]
+        columns = list(product(self.slides.tolerances, STATISTICS))
+        rows += [f"broken,{csv_text(each.file)}," + "," * len(columns) for each in self.broken]
+        for mode, of in self.lives.items():
+            all_of_them = [of[tolerance][name] for tolerance, name in columns]
+            ends = [each.interval or (None, None) for each in all_of_them]
+            for row, values in (
+                ("median", [each.median for each in all_of_them]),
+                ("low", [low for low, _ in ends]),
+                ("high", [high for _, high in ends]),
+            ):
+                if row == "median" or all_of_them[0].interval:
+                    rows.append(f"{row},,{mode}," + ",".join(map(csv_hours, values)))
+        return "\n".join([*rows, ""])
+
+
+def cohort(
+    slides: Sequence[str | Path],
+    model: DisplayModel,
+    output: str | Path,
+    *,
+    tolerances: Sequence[float] = TOLERANCES,
+    modes: Sequence[str] = AGING_MODES,
+    hours: Sequence[float] | None = None,
+    tissue: bool = False,
+    source: str = "auto",
+    jobs: int | None = None,
+    scheduler: str | None = None,
+    force: bool = False,
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
+) -> Cohort:
+    """Find the lifetimes of many slides, and over all of them.
+
+    Each slide's result is written into the folder ``output`` as soon as it is found. A second run with the same model
+    and options does only what is missing: slides that are new, have changed (by size or time), or were broken.
+
+    Parameters
+    ----------
+    slides
+        Slides and images, folders of them, lists (.txt) of a path a line.
+    model, tolerances, modes, hours, tissue, source
+        As :func:`lutgen.lifetime` takes them.
+    output
+        The run's folder.
+    jobs
+        Processes on this machine, each of up to 0.5 GB; default: one a core.
+    scheduler
+        Address of a Dask scheduler, ``tcp://host:8786``, to do it on a cluster instead; its workers must see the slides
+        under the same paths.
+    force
+        Replace a run in ``output`` that asked something else. What lutgen did not write is never touched.
+    progress
+        Called with the slides done and all slides.
+
+    Raises
+    ------
+    LutgenError
+        No slide, bad options as for ``lifetime``, a folder that cannot be used, or no scheduler. A slide that cannot be
+        read is no error: it is named in the result.
+
+    """
+    if jobs is not None and scheduler is not None:
+        raise LutgenError("jobs are processes of this machine, and a scheduler has its own. Leave one of them out.")
+    checked, chosen = check_asked(model, tolerances=tolerances, modes=modes, hours=hours, source=source)
+    asked = CohortTask(model, checked, tuple(dict.fromkeys(modes)), tuple(chosen), tissue, source)
+    all_slides = find_slides(slides)
+    folder = claim(Path(output), asked, force=force)
+    images = {slide: there for slide in all_slides if (there := _kept(folder, slide, checked))}
+    kept = len(images)
+    progress(kept, len(all_slides))
+    broken = {}
+    missing = [slide for slide in all_slides if slide not in images]
+    with _crew(missing, jobs, scheduler) as crew:
+        folder.begin()
+        with closing(crew(asked.anywhere(), missing)) as outcomes:
+            for slide, outcome in outcomes:
+                if outcome.image is None:
+                    broken[slide] = BrokenSlide(slide.name, outcome.reason)
+                else:
+                    image = outcome.image | {"file": slide.name}
+                    folder.keep(slide, image)
+                    images[slide] = image_from_json(image, slide.name, checked)
+                progress(len(images) + len(broken), len(all_slides))
+    in_order = tuple(images[slide] for slide in all_slides if slide in images)
+    named = tuple(broken[slide] for slide in all_slides if slide in broken)
+    return Cohort(Lifetimes(in_order, checked, model), named, asked.modes, kept, Path(output))
+
+
+def _kept(folder: RunFolder, slide: CohortSlide, tolerances: Sequence[float]) -> ImageLifetime | None:
+    """Return the result of a slide from an earlier run; None where there is none, or it is not one."""
+    image = folder.kept(slide)
+    try:
+        return image_from_json(image, slide.name, tolerances) if image else None
+    except (KeyError, TypeError, ValueError):
+        return None
+
+
+@contextmanager
+def _crew(missing: Sequence[CohortSlide], jobs: int | None, scheduler: str | None) -> Iterator[Crew]:
+    if scheduler and missing:
+        with on_cluster(scheduler) as crew:
+            yield crew
+    else:
+        yield partial(on_this_machine, jobs=min(jobs or threads(), len(missing)))

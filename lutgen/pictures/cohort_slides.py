@@ -1,0 +1,300 @@
+"""The slides of a cohort, and the folder of its run: a file a finished slide, so that a second run does the rest."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.cells import is_comment
+from lutgen.display.model_file import model_text
+from lutgen.documents import from_json
+from lutgen.errors import LutgenError
+from lutgen.files import PARTIAL, bytes_at_most, files_below, read_at_most, write_atomically
+from lutgen.pictures import blocks
+from lutgen.pictures.difference import DifferenceCurve
+from lutgen.pictures.distinct import Tissue
+from lutgen.pictures.images import FORMATS
+from lutgen.pictures.lifetime import ImageLifetime
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from lutgen.pictures.cohort_workers import CohortTask
+    from lutgen.pictures.difference import Intervals
+
+#: Suffixes of the files that are taken from a folder.
+SUFFIXES = tuple(suffix for kind in FORMATS for suffix in kind.suffixes) + blocks.SUFFIXES
+
+#: Suffix of a list of slides.
+LIST = ".txt"
+
+#: Most bytes of a list: a path of some hundred bytes for each of a hundred thousand slides.
+MAX_BYTES = 64_000_000
+
+#: Slides that are an index beside a folder of the same name, which holds the pixels.
+_WITH_FOLDER = ".mrxs"
+
+
+@dataclass(frozen=True)
+class CohortSlide:
+    """One slide of a cohort.
+
+    Attributes
+    ----------
+    name
+        Its path as it was given.
+    path
+        Its whole path, the same from every folder.
+    bytes, changed_ns
+        Its size, and when it was last changed, in nanoseconds since 1970; 0 where there is no such file.
+
+    """
+
+    name: str
+    path: str
+    bytes: int
+    changed_ns: int
+
+
+def find_slides(given: Sequence[str | Path]) -> tuple[CohortSlide, ...]:
+    """Return the slides that files, folders and lists name, in that order; those of a folder by name.
+
+    A folder gives all images and slides in it and below; what begins with a dot is left out. A list (.txt) holds a path
+    a line, seen from the list's folder; empty lines and those that begin with # say nothing. A file that is not there
+    is a slide too, one that cannot be read.
+
+    Raises
+    ------
+    LutgenError
+        Nothing was given, a folder or a list without slides, or one that cannot be read.
+
+    """
+    if not given:
+        raise LutgenError("no slide was given. Give slides, a folder of them, or a list (.txt) of a path a line.")
+    slides: dict[str, CohortSlide] = {}
+    for each in given:
+        for path in _named(Path(each)):
+            slide = _slide(path)
+            slides.setdefault(slide.path, slide)
+    return tuple(slides.values())
+
+
+def _named(given: Path) -> Iterable[Path]:
+    files = files_below(given, SUFFIXES)
+    if files is None:
+        return _in_list(given) if given.suffix.lower() == LIST else [given]
+    if not files:
+        raise LutgenError(f"{given}: no slide in this folder or below. Looked for {', '.join(SUFFIXES)}.")
+    return files
+
+
+def _in_list(file: Path) -> list[Path]:
+    advice = "A list holds the path of a slide a line."
+    data = read_at_most(file, MAX_BYTES, what="the list of slides", none="list of slides", advice=advice)
+    try:
+        lines = [line.strip() for line in data.decode("utf-8-sig").splitlines()]
+    except UnicodeDecodeError:
+        raise LutgenError(f"{file}: cannot read the list of slides: it is not utf-8 text. {advice}") from None
+    files = [file.parent / line for line in lines if line and not is_comment(line)]
+    if not files:
+        raise LutgenError(f"{file}: names no slide. {advice}")
+    return files
+
+
+def _slide(path: Path) -> CohortSlide:
+    whole = path.resolve()
+    parts = list(_parts(whole))
+    return CohortSlide(
+        str(path), str(whole), sum(part.st_size for part in parts), max((part.st_mtime_ns for part in parts), default=0)
+    )
+
+
+def _parts(path: Path) -> Iterator[os.stat_result]:
+    files = [path]
+    if path.suffix.lower() == _WITH_FOLDER:
+        files += sorted(part for part in path.with_suffix("").rglob("*") if part.is_file())
+    for file in files:
+        with suppress(OSError):
+            yield file.stat()
+
+
+SCHEMA = 1
+
+#: File of a run that holds the recipe.
+OPTIONS = "cohort.json"
+
+#: The folder of results.
+SLIDES = "slides"
+
+#: Most bytes of a result, which has some numbers for each hour and mode.
+MAX_RESULT_BYTES = 64_000_000
+
+
+@dataclass(frozen=True)
+class RunFolder:
+    """The folder of a run, found fit for it: :func:`claim` checks it before anything is written.
+
+    Attributes
+    ----------
+    path
+        The folder.
+    recipe
+        What decides the results: written down before the first.
+    other
+        Whether it holds results of another recipe, which are removed when the run begins.
+
+    """
+
+    path: Path
+    recipe: Mapping[str, Any]
+    other: bool
+
+    def begin(self) -> None:
+        """Write the recipe; remove what a killed run left unfinished and, by force, the results of another recipe."""
+        for old in (self.path / SLIDES).glob("*.json" if self.other else f".*{PARTIAL}"):
+            old.unlink()
+        write_atomically(self.path / OPTIONS, _text(self.recipe))
+
+    def keep(self, slide: CohortSlide, image: Mapping[str, Any]) -> None:
+        """Write the result of a slide."""
+        write_atomically(self._file(slide), _text({"schema": SCHEMA, "slide": asdict(slide), "image": image}))
+
+    def kept(self, slide: CohortSlide) -> dict[str, Any] | None:
+        """Return a slide's result, None where there is none of the slide as it is now."""
+        if self.other:
+            return None
+        try:
+            content = from_json(bytes_at_most(self._file(slide), MAX_RESULT_BYTES, none="result"))
+            same = content["schema"] == SCHEMA and content["slide"] | {"name": slide.name} == asdict(slide)
+            image: dict[str, Any] | None = content["image"] if same else None
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+        return image
+
+    def _file(self, slide: CohortSlide) -> Path:
+        # Slides in several folders may have the same name.
+        place = hashlib.sha256(slide.path.encode(errors="surrogateescape")).hexdigest()[:12]
+        return self.path / SLIDES / f"{Path(slide.path).name[:40]}-{place}.json"
+
+
+def claim(path: Path, asked: CohortTask, *, force: bool) -> RunFolder:
+    """Check, before anything is written, that a run may go into ``path``.
+
+    Raises
+    ------
+    LutgenError
+        Not a folder, someone else's files, or a run that asked something else, without ``force``.
+
+    """
+    in_the_way = next((place for place in (path, *path.parents) if place.exists()), path)
+    if in_the_way.exists() and not in_the_way.is_dir():
+        raise LutgenError(f"{in_the_way}: is a file, and a run is a folder. Choose another with -o.")
+    recipe = recipe_of(asked, path)
+    before = _read(path)
+    if before is None:
+        return RunFolder(path, recipe, other=False)
+    changed = [name for name in recipe if before.get(name) != recipe[name]]
+    if changed and not force:
+        raise LutgenError(
+            f"{path}: holds a run that asked something else ({', '.join(changed)}). Add --force to give its "
+            "results up, or choose another folder with -o."
+        )
+    return RunFolder(path, recipe, other=bool(changed))
+
+
+def recipe_of(asked: CohortTask, path: Path) -> dict[str, Any]:
+    """Say what decides the results of a run into ``path``, in words of the command line, ready for JSON.
+
+    Raises
+    ------
+    LutgenError
+        The model cannot be found again: its readings, or an effect, come from no file.
+
+    """
+    return {
+        "schema": SCHEMA,
+        "version": asked.version,
+        "model": hashlib.sha256(model_text(asked.model, path.resolve())).hexdigest(),
+        "tolerances": list(asked.tolerances),
+        "modes": list(asked.modes),
+        "hours": list(asked.hours),
+        "tissue": asked.tissue,
+        "source": asked.source,
+    }
+
+
+def _read(path: Path) -> dict[str, Any] | None:
+    """Return the recipe of the run in a folder; None for a folder that is empty or not there."""
+    advice = "Was it edited? Choose another folder with -o."
+    try:
+        content = from_json(bytes_at_most(path / OPTIONS, MAX_RESULT_BYTES, none="run", advice=advice))
+    except FileNotFoundError:
+        stranger = min((each.name for each in path.iterdir()), default="") if path.is_dir() else ""
+        if not stranger or stranger.endswith(PARTIAL):
+            return None
+        raise LutgenError(
+            f"{path}: holds files that are no run of lutgen's, such as {stranger}. Choose an empty or new folder "
+            "with -o."
+        ) from None
+    except LutgenError:  # a ValueError too
+        raise
+    except (OSError, ValueError) as error:
+        raise LutgenError(f"{path / OPTIONS}: cannot be read ({error}). {advice}") from None
+    if not isinstance(content, dict) or "tolerances" not in content:
+        raise LutgenError(f"{path / OPTIONS}: says nothing of a cohort. Choose another folder with -o.")
+    return content
+
+
+def _text(content: Mapping[str, Any]) -> bytes:
+    return (json.dumps(content, indent=1, allow_nan=False) + "\n").encode()
+
+
+#: Attributes of a curve, as JSON calls them.
+_COLUMNS = {"hours": "hours", "mean": "mean", "sd": "sd", "p95": "p95", "p99": "p99", "largest": "max"}
+
+
+def image_from_json(content: Mapping[str, Any], file: str, tolerances: Sequence[float]) -> ImageLifetime:
+    """Return the image that ``lifetime --json`` wrote, under the name ``file``.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        It is none.
+
+    """
+    tissue, modes = content["tissue"], content["modes"]
+    return ImageLifetime(
+        file=file,
+        pixels=int(content["pixels"]),
+        colours=int(content["colours"]),
+        bits=int(content["bits"]),
+        binning_error=float(content["binning_error"]),
+        tissue=tissue and Tissue(tissue["threshold_L"], tissue["left_out_share"]),
+        curves={mode: _curve(each["curve"]) for mode, each in modes.items()},
+        intervals=_intervals(modes, tolerances),
+    )
+
+
+def _curve(points: Sequence[Mapping[str, float]]) -> DifferenceCurve:
+    return DifferenceCurve(
+        **{name: np.array([float(point[key]) for point in points]) for name, key in _COLUMNS.items()}
+    )
+
+
+def _intervals(modes: Mapping[str, Any], tolerances: Sequence[float]) -> Intervals | None:
+    intervals: Intervals = {}
+    for mode, each in modes.items():
+        intervals[mode] = {}
+        for tolerance in tolerances:
+            interval = each["lifetimes"][f"{tolerance:g}"]["interval"]
+            if interval is None:
+                return None
+            intervals[mode][tolerance] = {name: (ends[0], ends[1]) for name, ends in interval.items()}
+    return intervals

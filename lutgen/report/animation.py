@@ -1,0 +1,219 @@
+"""The animation of an image over hours, as APNG, or as MP4 by ffmpeg. Every frame shows its hour.
+
+APNG is animated PNG (PNG Third Edition, https://www.w3.org/TR/png-3/), written frame by frame, the same bytes on every
+run; programs that know no animation show the first frame. Pillow compresses each frame; its own writer of animations
+would hold all frames in memory at once.
+"""
+
+from __future__ import annotations
+
+import shutil
+import struct
+import subprocess
+import tempfile
+from contextlib import suppress
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lutgen.errors import LutgenError, pick_one
+from lutgen.files import replacing
+from lutgen.names import ANIMATION_SUFFIXES
+from lutgen.numerals import spaced
+from lutgen.report.drawing import Text, grey_page, wrapped
+from lutgen.report.sheets import footer
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Sequence
+
+    from lutgen.pictures.frame import AgedSeries
+    from lutgen.report.drawing import Pixels
+
+#: Pixels of the longest side of the picture, and across a frame at least.
+LONGEST, ACROSS = 640, 420
+
+#: Seconds of a whole animation, and the shortest and the longest that a frame may be shown.
+SECONDS = 8.0
+_SHORTEST, _LONGEST = 0.02, 10.0
+
+#: Height of the text, and of the bar whose filled part grows with the hours.
+_TEXT, _BAR = 14, 6
+
+
+def check_animation(path: str | Path, hours: Sequence[float], seconds: float) -> float:
+    """Return the seconds of a frame.
+
+    Raises
+    ------
+    LutgenError
+        A suffix that is not of ``ANIMATION_SUFFIXES``, MP4 without ffmpeg, fewer than two hours, or frames shown too
+        short or too long.
+
+    """
+    path = Path(path)
+    if path.suffix.lower() not in ANIMATION_SUFFIXES:
+        raise pick_one("suffix of an animation", path.suffix or path.name, ANIMATION_SUFFIXES)
+    if path.suffix.lower() == ".mp4":
+        check_ffmpeg()
+    if len(hours) < 2:
+        raise LutgenError(f"an animation of {len(hours)} hour stands still. Give several, such as 0..18000.")
+    each = seconds / len(hours)
+    if not _SHORTEST <= each <= _LONGEST:
+        raise LutgenError(
+            f"{seconds:g} seconds for {len(hours)} frames are {each:.3g} s a frame; {_SHORTEST:g} to {_LONGEST:g} s "
+            "are allowed. Give other seconds, or other hours."
+        )
+    return each
+
+
+def animate(
+    series: AgedSeries,
+    mode: str,
+    hours: Sequence[float],
+    path: str | Path,
+    *,
+    seconds: float = SECONDS,
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
+) -> Path:
+    """Write an animation; an existing file is replaced. APNG: the same bytes on every run.
+
+    Parameters
+    ----------
+    series
+        The image, with the curve of ``mode`` at ``hours``.
+    mode, hours
+        The mode, and the hours in the order of the frames.
+    path
+        .png or .apng (animated PNG), or .mp4.
+    seconds
+        Duration of the animation.
+    progress
+        Called with the frames done and the frames in all.
+
+    Raises
+    ------
+    LutgenError
+        As :func:`check_animation`, or a file that cannot be written.
+
+    """
+    path, each = Path(path), check_animation(path, hours, seconds)
+
+    def frames() -> Iterator[Pixels]:
+        for number, hour in enumerate(hours, 1):
+            yield frame(series, mode, hour)
+            progress(number, len(hours))
+
+    with replacing(path) as partial:
+        if path.suffix.lower() == ".mp4":
+            write_mp4(frames(), each, partial, str(path))
+        else:
+            write_apng(frames(), len(hours), each, partial)
+    return path
+
+
+def frame(series: AgedSeries, mode: str, hour: float) -> Pixels:
+    """Return the picture at one hour: hour and ΔE2000 above it, a bar of the hours and the readings below."""
+    high, wide = series.source.shape[:2]
+    width, gap = max(wide, ACROSS) + 2 * _TEXT, _TEXT
+    foot = wrapped(footer(series), width - 2 * gap, _TEXT - 3)
+    top = 3 * _TEXT
+    below = top + high + gap
+    texts = [
+        Text(gap, gap, f"{mode}, {spaced(hour)} h", _TEXT),
+        Text(width - gap, gap, series.mean_in_words(mode, hour), _TEXT, "right"),
+        Text(gap, below + _BAR + gap // 2, "\n".join(foot), _TEXT - 3),
+    ]
+    page = grey_page(below + _BAR + gap + round(1.5 * (_TEXT - 3) * len(foot)), width, texts)
+    left = (width - wide) // 2
+    page[top : top + high, left : left + wide] = series.seen(mode, hour)
+    page[below : below + _BAR, gap : width - gap] = 80
+    gone = gap + round((width - 2 * gap) * hour / max(series.hours))
+    page[below : below + _BAR, gap:gone] = 255
+    return page
+
+
+SIGNATURE = b"\x89PNG\r\n\x1a\n"
+
+#: Eight bits a channel, RGB; deflate, adaptive filters, not interlaced.
+KIND = bytes((8, 2, 0, 0, 0))
+
+
+def write_apng(frames: Iterable[Pixels], count: int, seconds: float, path: Path) -> None:
+    """Write ``count`` frames, uint8 of one shape (h, w, 3), each shown for so many seconds, again and again."""
+    from PIL.PngImagePlugin import putchunk
+
+    delay = (max(round(1000 * seconds), 1), 1000)
+    sequence = 0
+    with path.open("wb") as file:
+        file.write(SIGNATURE)
+        for number, frame in enumerate(frames):
+            size = (frame.shape[1], frame.shape[0])
+            if number == 0:
+                putchunk(file, b"IHDR", struct.pack(">2I", *size) + KIND)
+                putchunk(file, b"sRGB", b"\0")
+                putchunk(file, b"acTL", struct.pack(">2I", count, 0))
+            putchunk(file, b"fcTL", struct.pack(">5I2H2B", sequence, *size, 0, 0, *delay, 0, 0))
+            data = _compressed(frame)
+            if number == 0:
+                putchunk(file, b"IDAT", data)
+            else:
+                putchunk(file, b"fdAT", struct.pack(">I", sequence + 1), data)
+            sequence += 1 if number == 0 else 2
+        putchunk(file, b"IEND", b"")
+
+
+def _compressed(frame: Pixels) -> bytes:
+    """Return what the image data of a frame's own PNG would be."""
+    from PIL import Image
+    from PIL.PngImagePlugin import getchunks
+
+    return b"".join(data for kind, data, _checksum in getchunks(Image.fromarray(frame)) if kind == b"IDAT")
+
+
+#: Video as players expect it: BT.709 and half the colour resolution, so an even number of rows and columns.
+_COLOURS = (
+    "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=0x777777,scale=in_range=pc:out_range=tv:out_color_matrix=bt709"
+    ":flags=accurate_rnd+full_chroma_int,format=yuv420p"
+)
+_TAGS = ("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "iec61966-2-1", "-color_range", "tv")
+
+
+def check_ffmpeg() -> str:
+    """Return the path of ffmpeg. Raises LutgenError that says how to install it, and which format needs no program."""
+    program = shutil.which("ffmpeg")
+    if program is None:
+        raise LutgenError(
+            "MP4 is written by the program ffmpeg, which is not on the PATH. Install it (Debian: apt install ffmpeg), "
+            "or give a name that ends in .png: an animated PNG needs no other program."
+        )
+    return program
+
+
+def write_mp4(frames: Iterable[Pixels], seconds: float, path: Path, name: str) -> None:
+    """Write frames, uint8 of one shape (h, w, 3), each shown for ``seconds``; error messages call the file ``name``.
+
+    Raises
+    ------
+    LutgenError
+        ffmpeg is not installed, or cannot write the file; the message quotes ffmpeg.
+
+    """
+    program, frames = check_ffmpeg(), iter(frames)
+    first = next(frames)
+    command = [
+        program, "-v", "error", "-nostdin", "-y",
+        "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{first.shape[1]}x{first.shape[0]}",
+        "-r", f"{1.0 / seconds:.6f}", "-i", "pipe:0",
+        "-vf", _COLOURS, *_TAGS, "-movflags", "+faststart", "-fflags", "+bitexact", "-flags:v", "+bitexact",
+        "-f", "mp4", str(path),
+    ]  # fmt: skip
+    with tempfile.TemporaryFile() as errors:
+        running = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=errors)  # noqa: S603 - no shell
+        # If ffmpeg closes the pipe early, its error output explains why.
+        with running, suppress(BrokenPipeError):
+            for frame in chain([first], frames):
+                running.stdin.write(frame.tobytes())  # type: ignore[union-attr]
+        if running.returncode:
+            errors.seek(0)
+            why = " ".join(errors.read().decode(errors="replace").split()) or f"it ended with {running.returncode}"
+            raise LutgenError(f"{name}: ffmpeg cannot write it: {why}. Write an animated PNG (.png) instead.")

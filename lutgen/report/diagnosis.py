@@ -1,0 +1,305 @@
+"""The pages of ``lutgen diagnose`` and ``refine``: the verdict, the fitted effects, what to measure next."""
+
+from __future__ import annotations
+
+from math import ceil
+from typing import TYPE_CHECKING, Any
+
+from lutgen.criticism.diagnose import parameters_of
+from lutgen.criticism.effect_size import relative_size, typical_size
+from lutgen.numerals import percent, readable, times, with_error
+from lutgen.report.comparison import data_line, fresh_lines
+from lutgen.report.effect_sketch import STUB_FILE, STUB_NAME, stub
+from lutgen.report.parts import Headline, Table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from lutgen.criticism.compare import Comparison
+    from lutgen.criticism.diagnose import Diagnosis, Ranked
+    from lutgen.criticism.refine import Refinement
+    from lutgen.criticism.separate import Separation
+    from lutgen.criticism.visibility import Visibility
+    from lutgen.effects import Effect
+    from lutgen.report.parts import Part
+
+#: Rows of the ranking, and parameters that a row lists.
+RANKED, LISTED = 6, 2
+
+#: Most rivals of an effect that "What would refute this" names.
+REFUTED_BY = 3
+
+#: χ² between two rivals that separates them clearly; more repetitions of a set than this are not proposed.
+CLEARLY, TOO_OFTEN = 20.0, 10
+
+#: Beginning of the names of parameters that together are one curve over code values; one line counts them.
+_KNOTS = "level_"
+
+
+def diagnose_page(
+    diagnosis: Diagnosis,
+    effects: Mapping[str, Effect],
+    again: str,
+    stub_file: str | None = None,
+    *,
+    verbose: bool = False,
+) -> Iterator[Part]:
+    """Yield what ``lutgen diagnose`` prints: the verdict, the error, what to do next, and what the verdict rests on.
+
+    ``again`` are DATA and options as a next command repeats them; ``verbose``: every effect by itself too.
+    """
+    verdict = diagnosis.verdict
+    yield Headline(f"{verdict.name}: {verdict.sentence}")
+    yield from _error_lines(diagnosis)
+    yield from _next(diagnosis, again, stub_file)
+    if verdict.effects:
+        yield ""
+        yield parameter_table(parameters_of(diagnosis.explanation.final), effects)
+    for part in (_rivals(diagnosis, again), verdict.remarks, _refutation(diagnosis, effects)):
+        if part:
+            yield ""
+            yield from part
+    yield ""
+    yield data_line(diagnosis.problem)
+    first = diagnosis.comparison.first_session
+    if first and first.is_another:
+        yield from fresh_lines(diagnosis.comparison)
+    yield ""
+    yield "What these data can see (an effect of the size given is found in nine of ten campaigns like this):"
+    yield visibility_table(diagnosis.visibility, effects, verbose=verbose)
+    if diagnosis.ranking and verbose:
+        yield ""
+        yield f"Each effect alone, fitted with white and primaries, best first (noise: {noise_rms(diagnosis):.2f} σ):"
+        yield _ranking_table(diagnosis.ranking, effects)
+        yield from _held_out_lines(diagnosis.ranking)
+    if not verbose:
+        yield "How each effect does alone: --verbose."
+
+
+def _error_lines(diagnosis: Diagnosis) -> Iterator[str]:
+    """Say the error of the model, and with the effects that the verdict names."""
+    before = diagnosis.comparison
+    yield before.sentence()
+    if diagnosis.verdict.effects:
+        after = diagnosis.after
+        yield (
+            f"With {' and '.join(each.name for each in diagnosis.explanation.steps)}: mean ΔE2000 "
+            f"{after.error.delta_e_mean:.2f}, from {times(before.ratio)} to {times(after.ratio)} the noise."
+        )
+
+
+def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect], *, verbose: bool = True) -> Table:
+    """Tabulate the smallest size of each effect that the readings would show, the most visible effect first.
+
+    Unless ``verbose``, without the parameter that the size is of, and what re-measured white and primaries hide.
+    """
+    rows = []
+    ordered = sorted(seen, key=lambda each: (not each.visible, relative_size(each, effects) or 0.0))
+    for each in ordered:
+        parameter = effects[each.effect].parameters.get(each.parameter)
+        unit = f" {each.unit}" if each.unit not in {"1", ""} else ""
+        size = f"{readable(each.smallest_detectable, 3)}{unit}" if each.smallest_detectable is not None else "any"
+        row = (
+            each.effect,
+            size if each.visible else "cannot be seen",
+            f"{readable(typical_size(effects[each.effect], each.parameter), 3)}{unit}" if parameter else "–",
+            each.parameter,
+            percent(each.absorbed),
+        )
+        rows.append(row)
+    headings = ("effect", "seen from", "typical", "parameter", "hidden by re-measured white and primaries")
+    faint = [n for n, each in enumerate(ordered) if not each.visible]
+    count = len(headings) if verbose else 3
+    return Table(headings[:count], [row[:count] for row in rows], words=(0, 3)[: 2 if verbose else 1], faint=faint)
+
+
+def parameter_table(parameters: Mapping[str, Mapping[str, Mapping[str, Any]]], effects: Mapping[str, Effect]) -> Table:
+    """Tabulate every fitted parameter ± its standard error, and its meaning."""
+    rows = []
+    for name, values in parameters.items():
+        shown = name
+        for key, each in values.items():
+            if each["free"]:
+                estimate = estimate_in_words(each, effects[name], key)
+                rows.append((shown, key, estimate, effects[name].parameters[key].meaning))
+                shown = ""
+        if shown:
+            rows.append((shown, "–", "on", effects[name].summary))
+    return Table(("effect", "parameter", "value", "what it is"), rows, words=(0, 1, 3))
+
+
+def estimate_in_words(estimate: Mapping[str, Any], effect: Effect, name: str) -> str:
+    """Write value ± standard error with its unit; say when it lies at its bound or has no influence."""
+    text = with_error(estimate["value"], estimate["stderr"], estimate["unit"])
+    if estimate["at_bound"]:
+        return f"{text}, at its bound"
+    searched = bool(effect.parameters[name].grid)
+    return f"{text}, no influence" if estimate["free"] and estimate["stderr"] is None and not searched else text
+
+
+def _ranking_table(ranking: tuple[Ranked, ...], effects: Mapping[str, Effect]) -> Table:
+    rows = [
+        (
+            each.effect,
+            f"{each.delta_bic:.0f}",
+            f"{each.rms_sigma:.2f}",
+            "–" if each.held_out_rms_sigma is None else _sigma(each.held_out_rms_sigma),
+            percent(each.explained),
+            _in_short(each, effects[each.effect]),
+        )
+        for each in ranking[:RANKED]
+    ]
+    return Table(("effect", "ΔBIC", "rms σ", "held out", "explains", "parameters"), rows, words=(0, 5))
+
+
+def _held_out_lines(ranking: tuple[Ranked, ...]) -> Iterator[str]:
+    """Say what "held out" means, and for which effects how many groups of readings were left out of it."""
+    counted = [each for each in ranking[:RANKED] if each.held_out_cells is not None]
+    if not counted:
+        return
+    yield (
+        f"Held out: error of readings that are withheld from the fit, one group at a time (a colour family or a "
+        f"condition of one hour, or a session; {counted[0].held_out_cells} groups)."
+    )
+    without = [f"{each.held_out_left_out} for {each.effect}" for each in counted if each.held_out_left_out]
+    if without:
+        yield f"Groups left out of it, since a parameter rests on them alone: {', '.join(without)}."
+    else:
+        yield "No group was left out of it: no parameter rests on one alone."
+
+
+def _sigma(value: float) -> str:
+    return f"{value:.2f}" if value < 1000 else readable(value, 3)
+
+
+def noise_rms(diagnosis: Diagnosis) -> float:
+    """Root mean square in σ that a fit leaves of noise alone; below 1, since the free parameters follow the noise."""
+    base, error = diagnosis.explanation.base, diagnosis.error
+    scatter = error.squares / error.freedom if error.measured else 1.0
+    return float((base.freedom * scatter / base.readings) ** 0.5)
+
+
+def _in_short(each: Ranked, effect: Effect) -> str:
+    """List the first free parameters; the knots of a level curve count as one."""
+    plain = [name for name in each.form if not name.startswith(_KNOTS)]
+    words = [f"{name} {estimate_in_words(each.parameters[name], effect, name)}" for name in plain[:LISTED]]
+    more = len(plain) - LISTED
+    words += [f"{more} more"] if more > 0 else []
+    knots = len(each.form) - len(plain)
+    return ", ".join([*words, *([f"a curve of {knots} levels"] if knots else [])]) or "on"
+
+
+def _rivals(diagnosis: Diagnosis, again: str) -> list[str]:
+    lines = [f"These data cannot tell apart: {' and '.join(each)}." for each in diagnosis.verdict.rivals]
+    lines += [line for each in diagnosis.measure_next for line in _separation(each, again)]
+    return lines
+
+
+def _separation(each: Separation, again: str) -> Iterator[str]:
+    """Say which readings separate two rivals and how often to repeat them, or that no readings of one session do."""
+    one, other = each.separates
+    gain = each.after - each.before
+    times = ceil(max(CLEARLY - each.before, 1.0) / gain) if gain > 0 else TOO_OFTEN + 1
+    if times > TOO_OFTEN:
+        yield (
+            f"Nothing in one more session would tell {one} from {other}: as far as these readings go, they give the "
+            f"same LUTs."
+        )
+        return
+    often = f", read {times} times," if times > 1 else ""
+    yield (
+        f"To tell {one} from {other}: {each.name}. {len(each.patches)} readings{often} raise the χ² between them from "
+        f"{each.before:.3g} to {each.before + times * gain:.3g} ({CLEARLY:g} is clear).\n"
+        f"  lutgen plan {again} --between {one},{other} -o plan.csv"
+    )
+
+
+def _refutation(diagnosis: Diagnosis, effects: Mapping[str, Effect]) -> list[str]:
+    """List the observations that would show the verdict to be wrong."""
+    verdict = diagnosis.verdict
+    lines = []
+    for name in verdict.effects[:1] if verdict.name == "one-of" else verdict.effects:
+        confused = effects[name].confused_with or {}
+        others = [(other, how) for other, how in confused.items() if other not in verdict.effects][:REFUTED_BY]
+        of = f" in place of {name}" if len(verdict.effects) > 1 else ""
+        lines += [f"  to rule out {other}{of}: {how}" for other, how in others]
+    if verdict.effects:
+        lines.append("  a new session that the refined model misses by more than the noise (compare NEW.csv --model …)")
+    if verdict.name == "consistent":
+        lines.append("  readings of a kind that these are not: effects that cannot be seen above are not excluded")
+    if verdict.name == "unexplained":
+        lines.append("  an effect of your own, with which nothing but noise is left")
+    if verdict.name == "measurement-problem":
+        lines.append("  the same readings again, with the same result")
+    return ["What would refute this:", *lines] if lines else []
+
+
+def _next(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[str]:
+    verdict = diagnosis.verdict
+    if verdict.name == "unexplained":
+        yield from _own_effect(diagnosis, again, stub_file)
+    elif verdict.name == "measurement-problem":
+        yield "Next: measure again, or correct the file; nothing should be added to the model yet."
+    elif verdict.name == "consistent":
+        yield f"Next, what to measure to see more:  lutgen plan {again} -o plan.csv"
+    elif verdict.name == "one-of":
+        likeliest = f"lutgen refine {again} --add {verdict.effects[0]} -o my-display.toml"
+        yield f"Next, measure what tells them apart; or go on with the likeliest:  {likeliest}"
+    else:
+        yield f"Next:  lutgen refine {again} --add {','.join(verdict.effects)} -o my-display.toml"
+
+
+def _own_effect(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[str]:
+    file = stub_file or STUB_FILE
+    if stub_file:
+        yield f"An effect of your own to start from: {stub_file}"
+    else:
+        yield f"An effect of your own to start from (--stub {STUB_FILE} writes it):"
+        yield ""
+        yield stub(diagnosis)
+    yield f"Next:  lutgen refine {again} --effects {file} --add {STUB_NAME}"
+
+
+def refine_page(refinement: Refinement, effects: Mapping[str, Effect], data: str, model: str | None) -> Iterator[Part]:
+    """Yield what ``lutgen refine`` prints; ``data`` is DATA quoted for a shell, ``model`` the model file written."""
+    yield Headline(refinement.sentence())
+    if refinement.diagnosis:
+        verdict = refinement.diagnosis.verdict
+        yield f"Verdict: {verdict.name}: {verdict.sentence}"
+    yield data_line(refinement.found.problem)
+    yield ""
+    yield _steps_table(refinement)
+    if refinement.found.terms:
+        yield ""
+        yield parameter_table(parameters_of(refinement.found), effects)
+        yield ""
+        yield from refinement.carried() or ["LUTs of this model carry all of it."]
+    yield ""
+    if not refinement.after.agrees and not refinement.diagnosis:
+        first = "" if model else "Write the model (-o MODEL.toml), then:  "
+        yield f"Something is left. {first}lutgen diagnose {data} --model {model or 'MODEL.toml'}"
+    if model:
+        last = f"{float(refinement.found.problem.hours[-1]):g}"
+        yield f"Model written: {model}. Bake it:  lutgen build --model {model} --hours 0..{last} -o aged/"
+    else:
+        yield "No model was written: -o MODEL.toml writes it."
+
+
+def _steps_table(refinement: Refinement) -> Table:
+    terms = ", ".join(term.effect.name for term in refinement.before.terms)
+    stages = {
+        f"the model with {terms}" if terms else "the paper's model": refinement.before,
+        **{f"+ {step.effect}": step.comparison for step in refinement.steps},
+    }
+    headings = ("model", "mean ΔE2000", "noise alone", "× the noise")
+    return Table(headings, [_errors(name, comparison) for name, comparison in stages.items()])
+
+
+def _errors(name: str, comparison: Comparison) -> tuple[str, ...]:
+    error, floor = comparison.error, comparison.floor
+    return (
+        name,
+        f"{error.delta_e_mean:.3f}",
+        f"{floor.delta_e_mean:.3f}",
+        times(comparison.ratio),
+    )

@@ -1,0 +1,360 @@
+"""The pages and the picture of ``lutgen lifetime``, ``table`` and ``cohort``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.display import seen_on
+from lutgen.numerals import pixels_of_colours, spaced
+from lutgen.pictures.cohort import coverage
+from lutgen.pictures.lifetime import TABLE_1, TABLE_1_COLUMNS, csv_hours, csv_text
+from lutgen.report.drawing import BLACK, BLUE, GREY, RED, named_once, picture, tidy
+from lutgen.report.parts import Headline, Table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from matplotlib.axes import Axes
+
+    from lutgen.pictures.cohort import Cohort, Lives
+    from lutgen.pictures.difference import DifferenceCurve
+    from lutgen.pictures.lifetime import ImageLifetime, Lifetimes
+    from lutgen.report.parts import Part
+
+#: The columns of Table 1 for each tolerance: statistic and its name in the paper.
+COLUMNS = {"max": "Max", "mean": "Avg"}
+
+
+def lifetime_page(lifetimes: Lifetimes) -> Iterator[Part]:
+    """Yield what ``lutgen lifetime`` prints."""
+    yield lifetimes.model.luminance.sentence()
+    for image in lifetimes.images:
+        yield Headline(counted(image))
+        yield life_table(lifetimes, image)
+        yield ""
+    never = f" –: not within the {spaced(lifetimes.last)} h looked at." if _any_never(lifetimes) else ""
+    known = lifetimes.images[0].intervals is not None
+    within = " Below: 95 % intervals from the model's own uncertainty." if known else ""
+    yield (
+        "Hours until the ΔE2000 between the un-aged and the aged display reaches a tolerance. Avg: mean over all "
+        f"pixels; Max: mean + 2 SD, as in the paper.{never}{within}"
+    )
+    yield lifetimes.model.measurements.provenance
+    yield from lifetimes.remarks()
+
+
+def counted(image: ImageLifetime) -> str:
+    """Count pixels, colours and pixels left out, in one sentence."""
+    sentence = f"{image.file}: {pixels_of_colours(image.pixels, image.colours)}"
+    if image.binning_error:
+        sentence += f" ({image.bits} bits a channel: ΔE2000 of a pixel to ± {image.binning_error:.1g})"
+    if image.tissue is None:
+        return f"{sentence}."
+    if image.tissue.threshold is None:
+        return f"{sentence}; no bare glass was found, nothing was left out."
+    share, threshold = image.tissue.left_out_share, image.tissue.threshold
+    return f"{sentence}; {share:.1%} left out as bare glass, L* of {threshold:.1f} and more."
+
+
+def life_table(lifetimes: Lifetimes, image: ImageLifetime) -> Table:
+    """Table 1: rows are modes, columns the hours until Max and Avg reach each tolerance."""
+    columns = [(tolerance, statistic) for tolerance in lifetimes.tolerances for statistic in COLUMNS]
+    heads = (f"{COLUMNS[statistic]} ΔE2000 {tolerance:g}" for tolerance, statistic in columns)
+    rows = []
+    for mode, curve in image.curves.items():
+        cells = []
+        for tolerance, statistic in columns:
+            cell = hours_or_never(curve.hours_until(statistic, tolerance))
+            if image.intervals:
+                low, high = map(hours_or_never, image.intervals[mode][tolerance][statistic])
+                cell += f"\n{low} to {high}" if (low, high) != ("–", "–") else ""
+            cells.append(cell)
+        rows.append((mode, *cells))
+    return Table(("hours until", *heads), rows, unbroken=True)
+
+
+def hours_or_never(hours: float | None) -> str:
+    """Write hours to the hour; a dash for never."""
+    return "–" if hours is None else spaced(round(hours))
+
+
+def _any_never(lifetimes: Lifetimes) -> bool:
+    return any(
+        curve.hours_until(statistic, tolerance) is None
+        for image in lifetimes.images
+        for curve in image.curves.values()
+        for tolerance in lifetimes.tolerances
+        for statistic in COLUMNS
+    )
+
+
+#: Colour of each statistic of Table 1: mean, and mean + 2 SD.
+COLOURS = {"mean": BLUE, "max": RED}
+
+#: Height of a bar of the hours until a tolerance is reached, in inches.
+_ROW = 0.27
+
+#: Top of the axis over the highest curve: space for labels.
+_HEADROOM = 1.12
+
+
+def picture_names(images: Sequence[str]) -> list[str]:
+    """Name the picture of each image. Raises LutgenError where two would have the same name."""
+    return named_once([f"lifetime-{Path(image).stem}.png" for image in images], "images")
+
+
+def plot_lifetimes(lifetimes: Lifetimes, folder: str | Path, *, force: bool = False) -> list[Path]:
+    """Draw one picture an image into a folder; the same bytes on every run. Errors as :func:`picture_names`."""
+    names = picture_names([image.file for image in lifetimes.images])
+    paths = [Path(folder) / name for name in names]
+    for image, path in zip(lifetimes.images, paths, strict=True):
+        plot_lifetime(lifetimes, image, path, force=force)
+    return paths
+
+
+def plot_lifetime(lifetimes: Lifetimes, image: ImageLifetime, path: Path, *, force: bool = False) -> None:
+    """Draw one image's picture: the same bytes on every run."""
+    foot = (
+        "Dots: mean over all pixels; bars: ± 2 standard deviations, not below 0 (the paper's Figure 5). Dashed: "
+        "tolerances; rings: where mean (Avg) and mean + 2 SD (Max) reach them, and below the hours until then"
+        f"{', with 95 % intervals from the uncertainty of the model' if image.intervals else ''}. "
+    )
+    height = 7.6 + _ROW * 2 * len(lifetimes.tolerances)
+    title, whole = title_of(lifetimes, image), foot + lifetimes.model.measurements.provenance
+    with picture(path, title, second=counted(image), foot=whole, height=height, force=force) as (figure, low, high):
+        top = max(float(np.maximum(curve.max, curve.p99).max()) for curve in image.curves.values())
+        top = _HEADROOM * max(top, 1.2 * min(lifetimes.tolerances))
+        width, strip = 0.92 / len(image.curves), _ROW * 2 * len(lifetimes.tolerances) / height
+        bottom = low + 0.6 / height
+        for number, (mode, curve) in enumerate(image.curves.items()):
+            left, across = 0.05 + number * width, width - 0.04
+            lives = figure.add_axes((left, bottom, across, strip))
+            above = bottom + strip + 0.12 / height
+            axes = figure.add_axes((left, above, across, high - above - 0.45 / height), sharex=lives)
+            draw_curve(axes, curve, lifetimes.tolerances, top)
+            draw_lives(lives, lifetimes, image, mode)
+            axes.set_title(mode, fontsize=13, weight="bold", loc="left")
+            if number == 0:
+                axes.set_ylabel("ΔE2000, un-aged against aged", fontsize=11)
+
+
+def title_of(lifetimes: Lifetimes, image: ImageLifetime) -> str:
+    """Say when the mean reaches the first tolerance in each mode."""
+    tolerance = min(lifetimes.tolerances)
+    parts = []
+    for mode, curve in image.curves.items():
+        hours = curve.hours_until("mean", tolerance)
+        parts.append(
+            f"{mode} at {spaced(round(hours))} h" if hours is not None else f"{mode} not by {spaced(lifetimes.last)} h"
+        )
+    return f"The mean ΔE2000 reaches {tolerance:g}: {', '.join(parts)}"
+
+
+def draw_curve(axes: Axes, curve: DifferenceCurve, tolerances: Sequence[float], top: float) -> None:
+    """Draw one mode: Figure 5."""
+    hours = curve.hours
+    for values, line, share in ((curve.p99, ":", 99), (curve.p95, "-", 95)):
+        axes.plot(hours, values, line, color=GREY, linewidth=1.0, label=f"{share} % of the pixels are below")
+    below = np.minimum(2.0 * curve.sd, curve.mean)
+    axes.errorbar(
+        hours, curve.mean, yerr=(below, 2.0 * curve.sd), fmt="o-", color=BLUE, ecolor=RED, elinewidth=1.1, capsize=3,
+        markersize=5, linewidth=1.8, label="mean ± 2 SD", zorder=3,
+    )  # fmt: skip
+    axes.set_ylim(0.0, top)
+    axes.tick_params(labelbottom=False)
+    tidy(axes)
+    for tolerance in tolerances:
+        if tolerance >= top:
+            continue
+        axes.axhline(tolerance, color=BLACK, linewidth=1.0, linestyle="--", zorder=1)
+        axes.text(0.01, tolerance + 0.004 * top, f"ΔE2000 {tolerance:g}", ha="left", va="bottom", fontsize=10,
+                  transform=axes.get_yaxis_transform())  # fmt: skip
+        for statistic, colour in COLOURS.items():
+            when = curve.hours_until(statistic, tolerance)
+            if when is not None:
+                axes.vlines(when, 0.0, tolerance, color=colour, linewidth=1.0, zorder=1)
+                axes.plot(when, tolerance, "o", markersize=9, markerfacecolor="white", markeredgecolor=colour,
+                          markeredgewidth=2.0, zorder=5)  # fmt: skip
+    axes.legend(loc="upper left", frameon=False, fontsize=10)
+
+
+def draw_lives(axes: Axes, lifetimes: Lifetimes, image: ImageLifetime, mode: str) -> None:
+    """Draw one mode's row of Table 1: a bar from hour 0 until each tolerance is reached."""
+    curve, last = image.curves[mode], lifetimes.last
+    rows = [(tolerance, statistic) for tolerance in lifetimes.tolerances for statistic in COLUMNS]
+    axes.set(xlim=(-0.02 * last, 1.02 * last), ylim=(len(rows) - 0.4, -0.6))
+    for row, (tolerance, statistic) in enumerate(rows):
+        when, colour = curve.hours_until(statistic, tolerance), COLOURS[statistic]
+        axes.barh(row, last if when is None else when, 0.66, color=colour, alpha=0.25 if when is None else 0.85)
+        text, end = f"not within {spaced(last)} h" if when is None else f"{spaced(round(when))} h", when or 0.0
+        if image.intervals:
+            low, high = (last if each is None else each for each in image.intervals[mode][tolerance][statistic])
+            axes.hlines(row, low, high, color=BLACK, linewidth=2.5)
+            end = max(end, high) if when is not None else end
+        inside = end > 0.8 * last
+        place, side, shade = (0.005 * last, "left", BLACK) if when is None else (end + 0.01 * last, "left", BLACK)
+        if inside:
+            place, side, shade = min(when or end, end) - 0.02 * last, "right", "white"
+        axes.text(place, row, text, ha=side, va="center", fontsize=10, color=shade)
+    axes.set_yticks(range(len(rows)), [f"{COLUMNS[name]} {tolerance:g}" for tolerance, name in rows], fontsize=10)
+    axes.set_xlabel("operating hours", fontsize=11)
+    axes.xaxis.set_major_formatter(lambda value, _place: spaced(value))
+    tidy(axes)
+    axes.grid(visible=False, axis="y")
+
+
+def table_1_page(lifetimes: Lifetimes) -> Iterator[Part]:
+    """Yield what ``lutgen table 1`` prints; ``lifetimes`` has the tolerances and modes of the paper."""
+    for image in lifetimes.images:
+        yield Headline(counted(image))
+        yield _beside_the_paper(image)
+        yield ""
+    yield (
+        "Hours until the ΔE2000 between the un-aged and the aged display reaches 3 and 5; below: against the paper's. "
+        "Avg: mean over all pixels; Max: mean + 2 SD. The paper's picture (its Figure 2) was never published: other "
+        "pictures are expected to differ."
+        f"{f' –: not within {spaced(lifetimes.last)} h.' if any(_misses(lifetimes)) else ''}"
+    )
+    yield lifetimes.model.measurements.provenance
+    yield from lifetimes.remarks()
+
+
+def table_1_json(lifetimes: Lifetimes) -> dict[str, Any]:
+    """Return what ``--json`` writes: see ``lutgen/pictures/schema/table.json``."""
+    return {
+        "schema": 1,
+        "table": 1,
+        **seen_on(lifetimes.model),
+        "rows": [
+            {
+                "file": image.file,
+                "mode": mode,
+                "tolerance": tolerance,
+                "statistic": statistic,
+                "hours": hours,
+                "paper": paper,
+                "difference": difference(hours, paper),
+            }
+            for image in lifetimes.images
+            for mode in TABLE_1
+            for (tolerance, statistic), hours, paper in _cells(image, mode)
+        ],
+    }
+
+
+def table_1_csv(lifetimes: Lifetimes) -> str:
+    """Return what ``--csv`` writes: a line a cell; hours and difference are empty where never reached."""
+    lines = ["file,mode,tolerance,statistic,hours,paper_hours,difference_percent"]
+    for row in table_1_json(lifetimes)["rows"]:
+        file, hours = csv_text(row["file"]), csv_hours(row["hours"])
+        off = "" if row["difference"] is None else f"{100.0 * row['difference']:.2f}"
+        lines.append(f"{file},{row['mode']},{row['tolerance']:g},{row['statistic']},{hours},{row['paper']},{off}")
+    return "\n".join([*lines, ""])
+
+
+def difference(hours: float | None, paper: float) -> float | None:
+    """Return by what share hours exceed the paper's; None where they are never reached."""
+    return None if hours is None else hours / paper - 1.0
+
+
+def _beside_the_paper(image: ImageLifetime) -> Table:
+    heads = (f"{COLUMNS[statistic]} ΔE2000 {tolerance:g}" for tolerance, statistic in TABLE_1_COLUMNS)
+    rows = []
+    for mode, published in TABLE_1.items():
+        rows.append([f"{mode}, the paper", *map(spaced, published)])
+        cells = []
+        for _, hours, paper in _cells(image, mode):
+            off = difference(hours, paper)
+            cells.append(hours_or_never(hours) + ("" if off is None else f"\n{100.0 * off:+.1f} %"))
+        rows.append([f"{mode}, {Path(image.file).name}", *cells])
+    return Table(("hours until", *heads), rows, unbroken=True)
+
+
+def _cells(image: ImageLifetime, mode: str) -> Iterator[tuple[tuple[float, str], float | None, int]]:
+    """Yield for each column the hours until its tolerance is reached, and the hours of the paper."""
+    curve = image.curves[mode]
+    for (tolerance, statistic), paper in zip(TABLE_1_COLUMNS, TABLE_1[mode], strict=True):
+        yield (tolerance, statistic), curve.hours_until(statistic, tolerance), paper
+
+
+def _misses(lifetimes: Lifetimes) -> Iterator[bool]:
+    for image in lifetimes.images:
+        for mode in TABLE_1:
+            yield from (hours is None for _, hours, _ in _cells(image, mode))
+
+
+def cohort_page(cohort: Cohort) -> Iterator[Part]:
+    """Yield what ``lutgen cohort`` prints."""
+    yield slides_counted(cohort)
+    yield ""
+    if cohort.lives:
+        for mode in cohort.modes:
+            yield mode_table(cohort, mode)
+            yield ""
+        yield explained(cohort)
+        yield cohort.slides.model.measurements.provenance
+        yield from cohort.slides.remarks()
+    for each in cohort.broken:
+        yield Headline(f"Broken: {each.file}: {each.reason}")
+
+
+def slides_counted(cohort: Cohort) -> str:
+    """Count the slides that were read, that were kept from an earlier run, and that are broken."""
+    done, broken = len(cohort.slides.images), len(cohort.broken)
+    sentence = f"{_slides(done)} in {cohort.folder}"
+    if cohort.kept:
+        sentence += f", {cohort.kept} of them from an earlier run"
+    if not broken:
+        return f"{sentence}."
+    return (
+        f"{sentence}; {_slides(broken)} broken, named below and left out of all figures. The same command tries again."
+    )
+
+
+def mode_table(cohort: Cohort, mode: str) -> Table:
+    """Tabulate the hours until Max and Avg reach each tolerance: one row a slide, then the median and its interval."""
+    columns = [(tolerance, statistic) for tolerance in cohort.slides.tolerances for statistic in COLUMNS]
+    heads = (f"{COLUMNS[statistic]} ΔE2000 {tolerance:g}" for tolerance, statistic in columns)
+    rows = []
+    for image in cohort.slides.images:
+        curve = image.curves[mode]
+        lives = (curve.hours_until(statistic, tolerance) for tolerance, statistic in columns)
+        rows.append((image.file, *map(hours_or_never, lives)))
+    over_all = [cohort.lives[mode][tolerance][statistic] for tolerance, statistic in columns]
+    medians = (hours_or_never(lives.median) for lives in over_all)
+    rows.append((f"median of {_slides(len(cohort.slides.images))}", *medians))
+    rows.append(("95 % interval" if over_all[0].interval else "range", *map(ends, over_all)))
+    return Table((f"{mode}: hours until", *heads), rows, strong=[len(rows) - 2])
+
+
+def ends(lives: Lives) -> str:
+    """Write the interval of the median, or the range of the slides if there are too few for an interval."""
+    low, high = map(hours_or_never, lives.interval or lives.range)
+    return f"{low} to {high}"
+
+
+def explained(cohort: Cohort) -> str:
+    """Say what the figures of the tables are, and what the interval does not cover."""
+    size = len(cohort.slides.images)
+    sentence = (
+        "Hours until the ΔE2000 between the un-aged and the aged display reaches a tolerance. Avg: mean over all "
+        "pixels; Max: mean + 2 SD, as in the paper."
+    )
+    if any(lives.reached < size for of in cohort.lives.values() for by in of.values() for lives in by.values()):
+        sentence += (
+            f" –: not within the {spaced(cohort.slides.last)} h looked at; in medians such a slide is the longest."
+        )
+    chance = coverage(size)
+    if chance is None:
+        return f"{sentence} Fewer than six slides give no 95 % interval of a median."
+    return (
+        f"{sentence} The interval holds the median of all slides like these with {chance:.1%}, if they were drawn "
+        f"independently; it does not carry the model's own uncertainty."
+    )
+
+
+def _slides(count: int) -> str:
+    return f"{count} slide{'' if count == 1 else 's'}"

@@ -1,0 +1,153 @@
+"""The pages about LUT files: certificates of a build, who reads a foreign file, what a merge changed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lutgen.lint.finding import LEVELS, READS
+from lutgen.report.parts import Headline, Table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from lutgen.bake.manifest import FileRecord
+    from lutgen.bake.summary import SummaryRow
+    from lutgen.lint.finding import Linted
+    from lutgen.merge import Merged
+    from lutgen.report.parts import Part
+
+_UNREACHABLE = {
+    "clip": "Colours out of reach are clipped by channels of the drive; all others stay exact.",
+    "scale": "Everything is dimmed until no colour needs more than full drive; the rest is too saturated.",
+}
+
+
+def certificates(rows: list[SummaryRow]) -> Iterator[Part]:
+    """Tabulate the worst figures of each mode, format and group of colours."""
+    headings = ("mode", "format", "files", "largest ΔE2000", "mean", "99 %", "max")
+    cells = [
+        (
+            row.mode,
+            row.format,
+            str(row.files),
+            row.group.replace("_", " "),
+            *(f"{value:.4f}" for value in (row.mean, row.p99, row.max)),
+        )
+        for row in rows
+    ]
+    yield Table(headings, cells, words=range(len(headings)))
+
+
+def simulation(luts: list[FileRecord]) -> Iterator[Part]:
+    """Say which share of colours is clipped at most, and define the groups of colours."""
+    worst = max(luts, key=lambda record: record.certificate["clipped_share"] if record.certificate else 0.0)
+    share = worst.certificate["clipped_share"] if worst.certificate else 0.0
+    yield f"Up to {share:.1%} of the test colours leave the viewer's sRGB gamut ({worst.mode}, {worst.hours:g} h)."
+    yield "smooth: the model without its jumps and clipping; gamut, border: where it clips, where it jumps."
+
+
+def compensation(luts: list[FileRecord], unreachable: str) -> Iterator[Part]:
+    """Tabulate by mode and hour the colours out of reach and the aging that is left, from the first file of each."""
+    yield "smooth, gamut, border: the files against the model's drives. The others: what the aged display shows through"
+    yield "them against the un-aged display; border: where the table mixes across a jump or the end of the drive."
+    headings = (
+        "mode",
+        "hours",
+        "out of reach: all",
+        "tissue",
+        "light",
+        "ΔE2000 reached",
+        "99 %",
+        "out of reach",
+        "99 %",
+    )
+    rows: dict[tuple[str | None, float | None], tuple[str, ...]] = {}
+    for record in sorted(luts, key=lambda record: bool(record.clipped)):
+        certificate = record.certificate
+        if certificate and (record.mode, record.hours) not in rows:
+            shares = [
+                certificate["unreachable_lattice_share"],
+                certificate["unreachable_tissue_share"],
+                certificate["scale"],
+            ]
+            groups = [certificate[group][figure] for group in ("reached", "unreachable") for figure in ("mean", "p99")]
+            rows[record.mode, record.hours] = (
+                str(record.mode),
+                f"{record.hours:g}",
+                *(f"{share:.1%}" for share in shares),
+                *(f"{value:.3f}" for value in groups),
+            )
+    yield Table(headings, list(rows.values()), words=range(len(headings)))
+    yield _UNREACHABLE[unreachable]
+
+
+def shaders(files: Iterable[FileRecord]) -> Iterator[Part]:
+    """Say how far the shaders differ from the CPU, if they were run."""
+    runs = [record.gpu for record in files if record.gpu]
+    if runs:
+        largest = max(view["max"] for run in runs for view in run["views"].values())
+        yield shader_sentence(str(runs[0]["renderer"]), len(runs), largest)
+
+
+def shader_sentence(renderer: str, configs: int, largest: float) -> str:
+    """Say by how many code values the shaders of some configs differ from the CPU at most."""
+    count = f"{configs} config{'s' if configs != 1 else ''}"
+    away = f"{largest:.1e} of code value from the CPU ({largest * 255:.4f} of 255)"
+    return f"Shaders of {count} on {renderer}: at most {away}."
+
+
+def lint_page(linted: Linted) -> Iterator[Part]:
+    """Yield what ``lutgen lint`` prints of one file: a summary, a table of the readers, the findings, failed trials."""
+    yield Headline(lint_headline(linted))
+    yield ", ".join(linted.facts)
+    yield readers_table(linted)
+    for level in LEVELS:
+        for finding in linted.findings:
+            if finding.level(linted.readers) == level:
+                line = f"line {finding.line}: " if finding.line else ""
+                yield f"{level}: {line}{finding.what} [{finding.rule}]. {finding.remedy}"
+    for trial in linted.disagreements():
+        yield f"the rules do not say what {trial.reader} {trial.version} does here: please report this file."
+    yield ""
+
+
+def lint_headline(linted: Linted) -> str:
+    """Say in a sentence which readers read the file as it is meant."""
+    good = [reader for reader in linted.readers if linted.fate(reader)[0].outcome == READS]
+    if len(good) == len(linted.readers):
+        failed = [trial.reader for trial in linted.trials if trial.outcome not in {READS, ""}]
+        if failed:
+            return f"{linted.path}: should be read by all, but {', '.join(failed)} did otherwise."
+        return f"{linted.path}: every reader does what is meant."
+    if not good:
+        return f"{linted.path}: no reader does what is meant."
+    return f"{linted.path}: {len(good)} of {len(linted.readers)} readers do what is meant: {', '.join(good)}."
+
+
+def readers_table(linted: Linted) -> Table:
+    """Tabulate the readers: what each is expected to do, by which rule, and what it did in a trial here."""
+    tried = {trial.reader: trial for trial in linted.trials}
+    headings = ("reader", "will", "how", "rule")
+    rows = []
+    for reader in dict.fromkeys([*linted.readers, *tried]):
+        foretold = reader in linted.readers
+        fate, finding = linted.fate(reader)
+        cells = [reader, fate.outcome if foretold else "", fate.how, finding.rule if finding else ""]
+        trial = tried.get(reader)
+        if tried:
+            cells.append(f"{trial.version} {trial.outcome}: {trial.said}".strip(" :") if trial else "–")
+        rows.append(cells)
+    return Table((*headings, "tried here") if tried else headings, rows, words=range(5))
+
+
+def merge_page(merged: Merged) -> Iterator[Part]:
+    """Yield what ``lutgen merge`` prints."""
+    yield Headline(f"{merged.config}: {len(merged.views)} aged view{'s' if len(merged.views) != 1 else ''} added.")
+    for display, view in merged.views:
+        yield f"display {display}, view {view}"
+    yield (
+        f"They take the code values of {merged.source_space}. All {merged.compared} parts that were there give the "
+        f"same pixels as before; the aged views differ from the build's own by {merged.difference:.1g} at most."
+    )
+    for remark in merged.remarks:
+        yield f"note: {remark}"

@@ -1,0 +1,387 @@
+"""The page of ``lutgen report``: one HTML file that fetches nothing, the same bytes on every run."""
+
+from __future__ import annotations
+
+import platform
+import shlex
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen import __version__
+from lutgen.bake.manifest import MANIFEST, Manifest, model_as_json, read_manifest, same_model
+from lutgen.bake.summary import summarise
+from lutgen.bindings import oiio
+from lutgen.display.aging import show
+from lutgen.errors import LutgenError
+from lutgen.files import file_sha256, scratch, write_atomically
+from lutgen.numerals import readable, spaced
+from lutgen.report.comparison import compare_page
+from lutgen.report.criticism_plots import FIT, RESIDUALS, STEPS, VISIBILITY, plot_diagnosis, plot_refinement
+from lutgen.report.diagnosis import diagnose_page, refine_page
+from lutgen.report.drawing import data_address
+from lutgen.report.lifetimes import lifetime_page
+from lutgen.report.page_scenes import (
+    MODES_IN_WORDS,
+    TILES,
+    frames_section,
+    numbers_in_words,
+    script_data,
+    viewer_section,
+)
+from lutgen.report.page_template import PageSection, chart, render, style_and_script
+from lutgen.report.parts import Headline, Table
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+
+    from lutgen.criticism.diagnose import Diagnosis
+    from lutgen.criticism.refine import Refinement
+    from lutgen.display import DisplayModel
+    from lutgen.effects import Effect
+    from lutgen.pictures.lifetime import Lifetimes
+    from lutgen.report.page_scenes import PageScene, Scenes
+    from lutgen.report.parts import Page, Part
+
+#: Picture → its caption, which programs that read the page aloud say in its place.
+CAPTIONS = {
+    RESIDUALS: "Where the model fails: residuals by hour, colour and condition, beside what noise alone gives",
+    STEPS: "How the error falls toward the noise as effects are added",
+    FIT: "What the effects explain: the readings and the fitted effects",
+    VISIBILITY: "How large each effect must be for these readings to show it",
+}
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Readings compared with the model.
+
+    Attributes
+    ----------
+    refinement
+        The result of ``lutgen refine --auto``, with its diagnosis.
+    effects
+        All effects by name.
+    again
+        The readings and options, as arguments of a next command.
+    model
+        File of the display in the pictures, if it is not that of these readings; "" otherwise.
+
+    """
+
+    refinement: Refinement
+    effects: Mapping[str, Effect]
+    again: str
+    model: str = ""
+
+    @property
+    def diagnosis(self) -> Diagnosis:
+        """The diagnosis of these readings. Raises ValueError for a refinement that was made without one."""
+        if self.refinement.diagnosis is None:
+            raise ValueError("a report needs a refinement with its diagnosis: refine(…, auto=True).")
+        return self.refinement.diagnosis
+
+
+@dataclass(frozen=True)
+class PageVerdict:
+    """The verdict for the top of the page: its sentence, and how large the error is or becomes."""
+
+    verdict: str
+    error: str
+
+
+def answer(evidence: Evidence) -> PageVerdict:
+    """Say in two sentences what the readings say of the model."""
+    verdict, refinement = evidence.diagnosis.verdict, evidence.refinement
+    error = refinement.sentence() if refinement.steps else evidence.diagnosis.comparison.sentence()
+    return PageVerdict(f"{verdict.name}: {verdict.sentence}", error)
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A picture inside the page: the address that holds it, and what it shows."""
+
+    address: str
+    caption: str
+
+
+def evidence_section(evidence: Evidence) -> PageSection:
+    """Gather where the model fails, which effect is missing, and how far that effect takes the error down."""
+    diagnosis, refinement = evidence.diagnosis, evidence.refinement
+    readings, verdict = diagnosis.problem.readings, answer(evidence).verdict
+    pictures = _pictures(partial(plot_diagnosis, diagnosis, evidence.effects))
+    comparison = list(compare_page(diagnosis.comparison))
+    which = list(diagnose_page(diagnosis, evidence.effects, evidence.again))
+    values = {
+        "verdict": verdict,
+        "model": evidence.model,
+        "readings": Path(readings.file).name,
+        "comparison": comparison,
+        "residuals": _plots(pictures, (RESIDUALS,)),
+        "diagnosis": _without_repetition(which, [Headline(verdict), *comparison]),
+        "effects": _plots(pictures, (STEPS, FIT, VISIBILITY)),
+        "refinement": [],
+        "refined": [],
+    }
+    if refinement.steps:
+        page = refine_page(refinement, evidence.effects, shlex.quote(readings.file), None)
+        refined = _pictures(partial(plot_refinement, refinement, evidence.effects))
+        values["refinement"] = _without_repetition(page, [*comparison, *which])
+        values["refined"] = _plots(refined, (RESIDUALS,))
+    return PageSection("readings", "Does the model hold?", "readings.html", values)
+
+
+def _without_repetition(page: Page, before: Sequence[Part]) -> list[Part]:
+    """Leave out sentences and headlines that stand above: the page of each command begins with the same ones."""
+    above = {part for part in before if not isinstance(part, Table)}
+    return [part for part in page if isinstance(part, Table) or part not in above]
+
+
+def _pictures(plot: Callable[[str], list[Path]]) -> dict[str, bytes]:
+    """Draw into a folder that is gone afterwards: name → PNG."""
+    with scratch() as folder:
+        return {path.name: path.read_bytes() for path in plot(str(folder))}
+
+
+def _plots(pictures: Mapping[str, bytes], names: Iterable[str]) -> list[Plot]:
+    return [Plot(data_address(pictures[name]), CAPTIONS[name]) for name in names if name in pictures]
+
+
+def finding(lifetimes: Lifetimes) -> str:
+    """Say in one sentence for how long the display is good for pictures."""
+    tolerance = min(lifetimes.tolerances)
+    parts = []
+    for mode, curve in lifetimes.images[0].curves.items():
+        hours = curve.hours_until("mean", tolerance)
+        when = f"after {spaced(round(hours))} h" if hours is not None else f"not within {spaced(lifetimes.last)} h"
+        how = f"{MODES_IN_WORDS[mode]} ({mode})" if mode in MODES_IN_WORDS else f"in mode {mode}"
+        parts.append(f"{when} {how}")
+    return f"This picture has changed by a mean ΔE2000 of {tolerance:g} {', and '.join(parts)}."
+
+
+def picture_caption(lifetimes: Lifetimes, scenes: Scenes) -> str:
+    """Say which image it is, and how much of it the frames show."""
+    frame, name = scenes.frame, Path(lifetimes.images[0].file).name
+    size = f"{spaced(frame.source_width)} × {spaced(frame.source_height)} pixels"
+    if frame.whole:
+        return f"{name}, {size}, shown whole."
+    return f"{name}, {size}, shown at {frame.width} × {frame.height}; numbers are those of all pixels."
+
+
+def lifetimes_section(lifetimes: Lifetimes, scenes: Scenes) -> PageSection:
+    """Gather the curves, Table 1 and the numbers of every frame."""
+    # The section on provenance names the source of the readings.
+    source = lifetimes.model.measurements.provenance
+    values = {
+        "chart": chart(lifetimes),
+        "page": [part for part in lifetime_page(lifetimes) if part != source],
+        "tables": [_numbers(mode, of_mode) for mode, of_mode in scenes.modes.items()],
+    }
+    return PageSection("lifetimes", "How long pictures stay true", "lifetimes.html", values)
+
+
+def _numbers(mode: str, scenes: tuple[PageScene, ...]) -> Table:
+    rows = [(spaced(each.numbers.hours), *numbers_in_words(each.numbers).values()) for each in scenes]
+    return Table(("hours", *TILES.values()), rows, words=(), caption=f"{mode}, at the hours shown")
+
+
+#: Group of a certificate → which colours it holds.
+_GROUPS = {
+    "smooth": "where the display neither jumps nor is clipped",
+    "gamut": "at the edge of sRGB",
+    "border": "at the model's own jumps",
+    "reached": "shown through a correction, within reach",
+    "reached_border": "the same, at jumps and at the end of the drive",
+    "unreachable": "the same, out of the display's reach",
+    "inverse": "within reach, without a file",
+}
+
+#: Entry of a model's ``[fit]`` → what it is.
+_FITTED = {
+    "noise_relative": "noise of a reading, share",
+    "noise_floor_cd_m2": "noise of a reading, cd/m²",
+    "rms_sigma_before": "error before the fit, σ",
+    "rms_sigma_after": "error after the fit, σ",
+    "rms_sigma_floor": "error of noise alone, σ",
+    "sentence": "verdict",
+}
+
+#: First words of the line `# source: …` of readings that were not measured.
+_NOT_MEASURED = ("RECONSTRUCTED", "SIMULATED")
+
+
+@dataclass(frozen=True)
+class BuildFolder:
+    """A folder of LUTs that ``lutgen build`` has made.
+
+    Attributes
+    ----------
+    folder
+        As the user named it.
+    manifest
+        Its files with their certificates, from the time of the build.
+    sha256
+        Of the manifest.
+
+    """
+
+    folder: str
+    manifest: Manifest
+    sha256: str
+
+
+def read_build(folder: str) -> BuildFolder:
+    """Read a build's manifest. Raises LutgenError where there is none."""
+    path = Path(folder) / MANIFEST
+    manifest = read_manifest(path)
+    if manifest is None:
+        raise LutgenError(f"{folder}: holds no {MANIFEST}. Give a folder that lutgen build has made.")
+    return BuildFolder(folder, manifest, file_sha256(path))
+
+
+def certificates_section(built: BuildFolder, model: DisplayModel) -> PageSection:
+    """Gather the certificates, and whether they are of the display in the pictures."""
+    luts = [record for record in built.manifest.files if record.kind == "lut"]
+    hours = sorted({record.hours for record in luts if record.hours is not None})
+    rows = [
+        (
+            *(row.mode, row.format, _GROUPS.get(row.group, row.group), str(row.files)),
+            *(f"{value:.4f}" for value in (row.mean, row.p99, row.max)),
+        )
+        for row in summarise(luts)
+    ]
+    headings = ("mode", "format", "colours", "files", "mean", "99 %", "max")
+    values = {
+        "folder": built.folder,
+        "count": len(luts),
+        "span": f", {spaced(hours[0])} to {spaced(hours[-1])} h" if hours else "",
+        "table": Table(headings, rows, words=range(3)) if rows else None,
+        "same": _is_of(built, model),
+    }
+    return PageSection("certificates", "How true the LUTs are", "certificates.html", values)
+
+
+def _is_of(built: BuildFolder, model: DisplayModel) -> bool:
+    """Whether a build is of this display and model; one whose manifest does not say so is not."""
+    try:
+        return same_model(built.manifest.recipe.get("model", {}), model_as_json(model, Path(built.folder)))
+    except (KeyError, TypeError, AttributeError):
+        return False
+
+
+def effects_section(model: DisplayModel) -> PageSection:
+    """Gather the effects that the model adds to the paper's."""
+    aging = show(model)
+    values = {"effects": aging.effects_in_words(), "remarks": aging.remarks, "verdict": model.verdict}
+    return PageSection("effects", "Effects of the model", "effects.html", values)
+
+
+def label(model: DisplayModel) -> str:
+    """Say that the display was not measured; "" if it was."""
+    source = model.measurements.metadata.get("source", "")
+    word = next((word for word in _NOT_MEASURED if source.startswith(word)), "")
+    return f"This display is {word.lower()}, not measured." if word else ""
+
+
+def provenance_section(
+    image: Path, model: DisplayModel, built: BuildFolder | None, data: tuple[str, str] | None
+) -> PageSection:
+    """Gather files with their SHA-256, the model's choices and the versions; ``data`` is a file and its hash."""
+    readings = model.measurements
+    rows = [("picture", str(image), file_sha256(image)), ("display", Path(readings.file).name, readings.sha256)]
+    if model.file:
+        rows.append(("model", model.file, file_sha256(Path(model.file))))
+    if data:
+        rows.append(("readings", *data))
+    if built:
+        rows.append(("build", str(Path(built.folder) / MANIFEST), built.sha256))
+    values = {
+        "readings": readings.provenance,
+        "files": Table(("what", "file", "SHA-256"), rows, words=range(3)),
+        "choices": list(_choices(model)),
+    }
+    return PageSection("provenance", "Where all this comes from", "provenance.html", values)
+
+
+def _choices(model: DisplayModel) -> Iterator[tuple[str, str]]:
+    yield "lutgen", __version__
+    yield "Python, numpy, OpenImageIO", f"{platform.python_version()}, {np.__version__}, {oiio().VERSION_STRING}"
+    yield "matrix of a colour", model.selection
+    yield "reference", model.reference
+    law = ", ".join(f"{factor:g} at {spaced(hour)} h" for hour, factor in model.luminance.table)
+    yield "luminance law of chroma-luma", f"{model.luminance.name}{f': {law}' if law else ''}"
+    yield "baseline", model.baseline
+    stated = ", ".join(f"{name} {value}" for name, value in model.conditions.stated().items())
+    yield "seen", stated or "at the centre, in a dark room, warm, full screen"
+    for name, value in model.fit.items():
+        yield _FITTED.get(name, name), readable(value) if isinstance(value, float) else str(value)
+
+
+@dataclass(frozen=True)
+class Run:
+    """The results that a report shows.
+
+    Attributes
+    ----------
+    lifetimes
+        Lifetimes of one image.
+    scenes
+        The image on the aged displays, hour by hour.
+    built
+        A folder of LUTs, or None.
+    evidence
+        Readings compared with the model, or None.
+
+    """
+
+    lifetimes: Lifetimes
+    scenes: Scenes
+    built: BuildFolder | None = None
+    evidence: Evidence | None = None
+
+
+def write_report(run: Run, path: str | Path) -> None:
+    """Write the page. Raises LutgenError where it cannot be written."""
+    write_atomically(Path(path), html(run).encode())
+
+
+def html(run: Run) -> str:
+    """Return the page as HTML."""
+    model, image = run.lifetimes.model, Path(run.lifetimes.images[0].file)
+    kind = model.measurements.metadata.get("display") or Path(model.measurements.file).name
+    return render(
+        "page.html",
+        title=f"{image.name} on an aged display",
+        finding=finding(run.lifetimes),
+        display=f"Display: {kind.rstrip('.')}. {show(model).sentence()}",
+        label=label(model),
+        answer=answer(run.evidence) if run.evidence else None,
+        caption=picture_caption(run.lifetimes, run.scenes),
+        sections=list(_sections(run)),
+        data=script_data(run.scenes),
+        **style_and_script(),
+    )
+
+
+def _sections(run: Run) -> Iterator[PageSection]:
+    model, image = run.lifetimes.model, Path(run.lifetimes.images[0].file)
+    yield viewer_section(run.scenes)
+    yield lifetimes_section(run.lifetimes, run.scenes)
+    yield frames_section(run.scenes)
+    if run.evidence:
+        yield evidence_section(run.evidence)
+    if model.effects:
+        yield effects_section(model)
+    if run.built:
+        yield certificates_section(run.built, model)
+    yield provenance_section(image, model, run.built, _data(run.evidence))
+
+
+def _data(evidence: Evidence | None) -> tuple[str, str] | None:
+    if evidence is None:
+        return None
+    readings = evidence.diagnosis.problem.readings
+    return readings.file, readings.sha256

@@ -1,0 +1,373 @@
+"""The pictures of the page of ``lutgen report``: for each mode and hour a table that the picture is drawn through.
+
+A script blends the tables of two hours, so that the slider stands anywhere between them; how far that is from the model
+is measured and told. The last hour of each mode is in the page as a picture and a map too: it is printed.
+"""
+
+from __future__ import annotations
+
+import zlib
+from base64 import b64encode
+from dataclasses import asdict, dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.bake.lut import Lut, Sampler, tetrahedra
+from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab, xyz_to_xyY
+from lutgen.display.hours import parse_hours
+from lutgen.errors import LutgenError
+from lutgen.numerals import spaced
+from lutgen.pictures.viewer import WHITE, viewer_table
+from lutgen.report.drawing import data_address, page_png
+from lutgen.report.page_template import PageSection, ticks
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+    from lutgen.display import AgedDisplay, DisplayModel
+    from lutgen.pictures.difference import DifferenceCurve
+    from lutgen.pictures.frame import Frame
+    from lutgen.pictures.lifetime import Lifetimes
+
+#: ΔE2000 at which the colours of the maps may end. A page takes the first of them that no map exceeds in more than 5 %
+#: of its pixels, and takes it for all its maps, so that they can be compared.
+REACHES = (2.0, 3.0, 5.0, 8.0, 12.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 100.0)
+
+#: Colours of a map: enough to look continuous, few enough to keep the file small.
+STEPS = 128
+
+#: Pixels of the picture, and of a row of it. The page holds a still and a map of each mode too, and is sent by mail.
+PIXELS, WIDTH = 700_000, 1200
+
+#: Points along an edge of the tables: 20 kB each.
+SIZE = 17
+
+#: Hours for which a page has tables by default.
+USUAL = 13
+
+#: Hours of a page, at most: with more, the file would be too large.
+MOST = 40
+
+#: Pixels whose colours are compared with the model.
+_COMPARED = 20_000
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Numbers of a picture on one display: ΔE2000 over all pixels of the image, and the display's white.
+
+    ``luminance`` is relative to the un-aged display's white.
+    """
+
+    mode: str
+    hours: float
+    mean: float
+    sd: float
+    p95: float
+    max: float
+    white_x: float
+    white_y: float
+    luminance: float
+
+
+@dataclass(frozen=True)
+class PageScene:
+    """One mode at one hour; ``table`` is that of :func:`lutgen.pictures.viewer.viewer_table`, (n, n, n, 4)."""
+
+    numbers: Numbers
+    table: NDArray[np.uint16]
+
+
+@dataclass(frozen=True)
+class Still:
+    """The last hour of a mode; ``picture`` and ``map`` are data addresses of a PNG."""
+
+    picture: str
+    map: str
+
+
+@dataclass(frozen=True)
+class Blending:
+    """ΔE2000 between what the slider draws and the model, over the picture's pixels, at hours and half way between."""
+
+    mean: float
+    p95: float
+    max: float
+
+
+@dataclass(frozen=True)
+class Scenes:
+    """What the page shows of one image: mode by mode and hour by hour.
+
+    Attributes
+    ----------
+    frame
+        The picture.
+    unaged
+        Data address of what the un-aged display shows.
+    source
+        Data address of the picture itself, which tables are applied to.
+    hours
+        Increasing from 0.
+    modes
+        Mode → one scene for each hour.
+    stills
+        Mode → its last hour.
+    reach
+        ΔE2000 at the end of the colours of all maps; larger values have the last colour.
+    blending
+        How far the slider's pictures are from the model.
+
+    """
+
+    frame: Frame
+    unaged: str
+    source: str
+    hours: tuple[float, ...]
+    modes: dict[str, tuple[PageScene, ...]]
+    stills: dict[str, Still]
+    reach: float
+    blending: Blending
+
+
+def hours_of(text: str | None, model: DisplayModel) -> tuple[list[float], list[float]]:
+    """Return the hours of the tables, hour 0 first, and of the curve, which adds the measured times up to the last.
+
+    Raises
+    ------
+    LutgenError
+        ``text`` holds no hours, hours outside the measured span, or more than ``MOST``.
+
+    """
+    measured = model.tips.hours
+    if text is None:
+        even = np.linspace(measured[0], measured[-1], USUAL)
+        hours = [float(measured[np.abs(measured - hour).argmin()]) for hour in even]
+    else:
+        hours = parse_hours(text, model.tips)
+    frames = sorted({0.0, *hours})
+    if len(frames) > MOST:
+        raise LutgenError(
+            f"--hours {text}: a page holds tables of at most {MOST} hours, not {len(frames)}. Give a step, such as "
+            f"0..{measured[-1]:g}:{measured[-1] / 6:g}."
+        )
+    return frames, sorted({*frames, *(float(hour) for hour in measured if hour <= frames[-1])})
+
+
+def scenes_of(
+    frame: Frame,
+    model: DisplayModel,
+    lifetimes: Lifetimes,
+    hours: Sequence[float],
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
+) -> Scenes:
+    """Make the tables, the numbers and the stills of every mode.
+
+    Parameters
+    ----------
+    frame
+        The picture.
+    model
+        The display.
+    lifetimes
+        Lifetimes of the whole image, at least at these hours: the numbers are those of the image, not of the frame.
+    hours
+        Increasing from 0.
+    progress
+        Called with the number of finished scenes and the number of all scenes.
+
+    """
+    reach = reach_of(lifetimes, hours)
+    curves, unaged = lifetimes.images[0].curves, model.at("stable", 0.0)
+    sampler = Sampler()
+    modes: dict[str, tuple[PageScene, ...]] = {}
+    for mode, curve in curves.items():
+        scenes = []
+        for hour in hours:
+            scenes.append(_scene(sampler, unaged, model.at(mode, hour), curve))
+            progress(len(modes) * len(hours) + len(scenes), len(curves) * len(hours))
+        modes[mode] = tuple(scenes)
+    lasts = {mode: model.at(mode, hours[-1]) for mode in modes}
+    stills = {mode: _still(frame, unaged, aged, reach) for mode, aged in lasts.items()}
+    seen, source = (_picture(frame, shown) for shown in (frame.shown(unaged), frame.colours[frame.places]))
+    return Scenes(frame, seen, source, tuple(hours), modes, stills, reach, _blending(frame, model, modes))
+
+
+def _scene(sampler: Sampler, unaged: AgedDisplay, aged: AgedDisplay, curve: DifferenceCurve) -> PageScene:
+    (row,) = np.flatnonzero(curve.hours == aged.hours)
+    x, y, luminance = xyz_to_xyY(aged.code_to_xyz(np.ones(3)))
+    luminance /= unaged.code_to_xyz(np.ones(3))[1]
+    mean, sd, p95, largest = (float(values[row]) for values in (curve.mean, curve.sd, curve.p95, curve.largest))
+    numbers = Numbers(aged.mode, aged.hours, mean, sd, p95, largest, float(x), float(y), float(luminance))
+    before, after = (sampler.lut(display, SIZE, "code", clip=True, whole=True).table for display in (unaged, aged))
+    return PageScene(numbers, viewer_table(sampler.lut(aged, SIZE, "code", clip=True).table, (before, after)))
+
+
+def _blending(frame: Frame, model: DisplayModel, modes: dict[str, tuple[PageScene, ...]]) -> Blending:
+    """Compare what the viewer draws with the model."""
+    places = frame.places[frame.visible]
+    code = frame.colours[places[:: max(1, len(places) // _COMPARED)]] / 255.0
+    nodes, weights = tetrahedra(code, "code", SIZE)
+    differences = []
+    for mode, scenes in modes.items():
+        for hours, table in _drawn(scenes):
+            drawn = Lut("code", table).mix(nodes, weights)
+            both = (linear_to_lab(code_to_linear(each)) for each in (drawn, model.at(mode, hours).code_to_code(code)))
+            differences.append(delta_e_2000(*both))
+    away = np.concatenate(differences)
+    return Blending(float(away.mean()), float(np.quantile(away, 0.95)), float(away.max()))
+
+
+def _drawn(scenes: Sequence[PageScene]) -> Iterator[tuple[float, Array]]:
+    """Give the hours of the tables and those half way between, with what the viewer makes of the tables there."""
+    tables = [(each.numbers.hours, each.table[..., :3] / WHITE) for each in scenes]
+    yield from tables
+    for (before, first), (after, second) in pairwise(tables):
+        yield (before + after) / 2.0, (first + second) / 2.0
+
+
+def _still(frame: Frame, unaged: AgedDisplay, aged: AgedDisplay, reach: float) -> Still:
+    (difference,) = frame.differences(unaged, [aged])
+    return Still(_picture(frame, frame.shown(aged)), _map(frame, difference, reach))
+
+
+def _picture(frame: Frame, shown: NDArray[np.uint8]) -> str:
+    if frame.visible.all():
+        return data_address(page_png(shown))
+    alpha = np.where(frame.visible, 255, 0).astype(np.uint8)
+    return data_address(page_png(np.dstack([shown, alpha])))
+
+
+def _map(frame: Frame, difference: NDArray[np.float64], reach: float) -> str:
+    level = np.minimum(difference / reach * STEPS, STEPS - 1).astype(np.uint8)
+    # The last colour of the palette is for transparent pixels.
+    level[~frame.visible] = STEPS
+    return data_address(page_png(level, np.vstack([map_colours(), np.full((1, 3), 255, np.uint8)])))
+
+
+def reach_of(lifetimes: Lifetimes, hours: Sequence[float]) -> float:
+    """Return the ΔE2000 at which the colours of all maps end: one of ``REACHES``, by the 95th percentiles."""
+    largest = max(float(curve.p95[np.isin(curve.hours, hours)].max()) for curve in lifetimes.images[0].curves.values())
+    return next((reach for reach in REACHES if reach >= largest), REACHES[-1])
+
+
+def map_colours() -> NDArray[np.uint8]:
+    """Return the colours of a map from 0 to its end, (STEPS, 3): viridis, which is even to the eye."""
+    from matplotlib import colormaps
+
+    colours = colormaps["viridis"](np.linspace(0.0, 1.0, STEPS))[:, :3]
+    return np.rint(colours * 255.0).astype(np.uint8)
+
+
+#: Mode → what happens to the display in it.
+MODES_IN_WORDS = {
+    "chroma": "while a sensor holds the luminance",
+    "chroma-luma": "when the luminance falls as well",
+}
+
+#: Numbers that are shown beside the picture: key → name.
+TILES = {
+    "mean": "mean ΔE2000",
+    "sd": "SD",
+    "p95": "95 % are below",
+    "max": "largest ΔE2000",
+    "white": "white x, y",
+    "luminance": "white's luminance",
+}
+
+
+@dataclass(frozen=True)
+class ColourBar:
+    """What the colours of a map mean: its picture, ΔE2000 at its end, and marks as percent of its length and text."""
+
+    address: str
+    steps: int
+    reach: str
+    marks: list[tuple[str, str]]
+
+
+def colour_bar(reach: float) -> ColourBar:
+    """Make the bar of all maps, whose colours end at ``reach``."""
+    colours = map_colours()
+    marks = [(f"{100 * value / reach:g}", f"{value:g}") for value in ticks(reach) if value <= 0.9 * reach]
+    last = f"≥\N{NARROW NO-BREAK SPACE}{reach:g}"
+    return ColourBar(data_address(page_png(colours[None])), len(colours), f"{reach:g}", [*marks, ("100", last)])
+
+
+def numbers_in_words(numbers: Numbers) -> dict[str, str]:
+    """Write the numbers as people read them."""
+    return {
+        "mean": f"{numbers.mean:.2f}",
+        "sd": f"{numbers.sd:.2f}",
+        "p95": f"{numbers.p95:.2f}",
+        "max": f"{numbers.max:.2f}",
+        "white": f"{numbers.white_x:.4f}, {numbers.white_y:.4f}",
+        "luminance": f"{100 * numbers.luminance:.1f} %",
+    }
+
+
+def viewer_section(scenes: Scenes) -> PageSection:
+    """Gather what the slider, the wiper and the map show."""
+    return PageSection(
+        "viewer",
+        "The picture as the display ages",
+        "viewer.html",
+        {
+            "modes": list(scenes.modes),
+            "hours": scenes.hours,
+            "tiles": TILES,
+            "source": scenes.source,
+            "width": scenes.frame.width,
+            "height": scenes.frame.height,
+            "bar": colour_bar(scenes.reach),
+            "blending": blending_in_words(scenes),
+        },
+        kind="live",
+        label="The picture on the aged display",
+    )
+
+
+def blending_in_words(scenes: Scenes) -> str:
+    """Say how far the slider's picture is from the model."""
+    away, hours = scenes.blending, len(scenes.hours)
+    between = "a table an hour, blended between hours" if hours > 1 else "one table"
+    return (
+        f"The slider draws through {hours} × {SIZE}³ colours a mode, {between}: ΔE2000 {away.mean:.2f} from the model "
+        f"in mean, {away.p95:.2f} at 95 % and {away.max:.1f} at most, over this picture's pixels."
+    )
+
+
+def frames_section(scenes: Scenes) -> PageSection:
+    """Gather the un-aged picture, and picture, map and numbers at the last hour of each mode."""
+    modes = [
+        (mode, MODES_IN_WORDS.get(mode, mode), still, scenes.modes[mode][-1].numbers)
+        for mode, still in scenes.stills.items()
+    ]
+    values = {"unaged": scenes.unaged, "bar": colour_bar(scenes.reach), "modes": modes}
+    title = f"The picture at {spaced(scenes.hours[-1])} h"
+    return PageSection("frames", title, "frames.html", values, kind="still")
+
+
+def script_data(scenes: Scenes) -> dict[str, Any]:
+    """Return what the script needs, and other programs may read."""
+    return {
+        "schema": 2,
+        "hours": list(scenes.hours),
+        "modes": {mode: [asdict(each.numbers) for each in all_hours] for mode, all_hours in scenes.modes.items()},
+        "table_size": SIZE,
+        "tables": {mode: [packed(each.table) for each in all_hours] for mode, all_hours in scenes.modes.items()},
+        "map_reach": scenes.reach,
+    }
+
+
+def packed(table: NDArray[np.uint16]) -> str:
+    """Pack a table (n, n, n, 4): changes along red, all high bytes before the low ones, deflated, in base64."""
+    steps = table.copy()
+    steps[:, :, 1:] -= table[:, :, :-1]
+    planes = steps.astype(">u2").reshape(-1, 1).view(np.uint8).T
+    return b64encode(zlib.compress(np.ascontiguousarray(planes).tobytes(), 9)).decode()

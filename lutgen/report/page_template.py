@@ -1,0 +1,236 @@
+"""The templates of the page of ``lutgen report``, its sections, and its drawing of ΔE2000 against hours (SVG).
+
+Templates escape every value that they are given, so that a file name cannot become markup.
+"""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from dataclasses import dataclass
+from functools import cache
+from hashlib import sha256
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from lutgen.numerals import spaced
+from lutgen.pictures.viewer import FOLDER
+from lutgen.report.drawing import BLUE, RED
+from lutgen.report.parts import Headline, Table
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from lutgen.colorimetry import Array
+    from lutgen.pictures.difference import DifferenceCurve
+    from lutgen.pictures.lifetime import Lifetimes
+
+#: Script that marks the page, before anything is drawn, as one whose scripts run.
+_CLASS_SCRIPT = 'document.documentElement.className = "script";'
+
+
+@dataclass(frozen=True)
+class PageSection:
+    """One section of the page.
+
+    Attributes
+    ----------
+    identifier
+        Its anchor in the page.
+    title
+        Its heading.
+    template
+        A file of ``report/templates``, which uses ``values`` by these names.
+    values
+        What the template shows.
+    kind
+        ``live``: seen where scripts run, not printed; ``still``: printed, and seen where no script runs; "": always.
+    label
+        Its name for programs that read the page aloud; "": its heading.
+
+    """
+
+    identifier: str
+    title: str
+    template: str
+    values: Mapping[str, Any]
+    kind: str = ""
+    label: str = ""
+
+
+@cache
+def environment() -> Environment:
+    """Give the environment of ``report/templates``: autoescape, and an error for a value that was not given."""
+    templates = Environment(
+        loader=PackageLoader("lutgen.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    templates.filters["spaced"] = spaced
+    templates.tests |= {
+        "table": lambda part: isinstance(part, Table),
+        "headline": lambda part: isinstance(part, Headline),
+    }
+    templates.policies["json.dumps_kwargs"] = {"ensure_ascii": False}
+    return templates
+
+
+def style_and_script() -> dict[str, Any]:
+    """Give the page's style and scripts, the viewer's included, and the hashes by which the page permits these alone.
+
+    The main script is one module in the page, so what it imports stands before it.
+    """
+    templates = files("lutgen.report").joinpath("templates")
+    own = templates.joinpath("page.js").read_text("utf-8").splitlines(keepends=True)
+    script = (FOLDER / "viewer.js").read_text("utf-8") + "".join(each for each in own if not each.startswith("import "))
+    style = (FOLDER / "viewer.css").read_text("utf-8") + templates.joinpath("page.css").read_text("utf-8")
+    given = {"style": style, "script": script, "class_script": _CLASS_SCRIPT}
+    hashes = {"script_hash": _hash(script), "class_hash": _hash(_CLASS_SCRIPT)}
+    return {name: Markup(text) for name, text in given.items()} | hashes  # noqa: S704 - files of this package
+
+
+def _hash(script: str) -> str:
+    return f"sha256-{b64encode(sha256(script.encode()).digest()).decode()}"
+
+
+def render(template: str, **values: Any) -> str:
+    """Fill a template of ``report/templates``."""
+    return environment().get_template(template).render(**values)
+
+
+#: Size in the drawing's own units, and its margins around the axes.
+WIDTH, HEIGHT = 900, 380
+LEFT, RIGHT, TOP, BOTTOM = 62, 160, 18, 52
+
+#: Colour of each mode's line, in turn; Okabe & Ito.
+COLOURS = (BLUE, RED)
+
+#: Ticks of an axis, at most.
+_TICKS = 7
+
+#: Least distance of two labels at the right, each of two lines, and of a label from the axis.
+_APART, _ABOVE_AXIS = 34.0, 18.0
+
+
+@dataclass(frozen=True)
+class Line:
+    """The curve of one mode; places in the drawing.
+
+    Attributes
+    ----------
+    mode, colour
+        Its name and what it is drawn in.
+    mean, most
+        Corners of the mean and of mean + 2 SD, as SVG writes them.
+    dots
+        The computed points of the mean.
+    label
+        Height of its name.
+
+    """
+
+    mode: str
+    colour: str
+    mean: str
+    most: str
+    dots: list[tuple[float, float]]
+    label: float
+
+
+@dataclass(frozen=True)
+class Chart:
+    """What ``chart.svg`` draws; places in the drawing, texts of the ticks.
+
+    Attributes
+    ----------
+    last
+        The last hour.
+    levels, tolerances
+        Height and text of each tick of ΔE2000, and of each tolerance that the axes hold.
+    hours
+        Place and text of each tick of the hours.
+    lines
+        One a mode.
+
+    """
+
+    last: float
+    levels: list[tuple[float, str]]
+    hours: list[tuple[float, str]]
+    tolerances: list[tuple[float, str]]
+    lines: list[Line]
+    width: int = WIDTH
+    height: int = HEIGHT
+    left: int = LEFT
+    right: int = WIDTH - RIGHT
+    top: int = TOP
+    bottom: int = HEIGHT - BOTTOM
+
+
+def chart(lifetimes: Lifetimes) -> Chart:
+    """Place mean and mean + 2 SD of the first image's curves."""
+    curves = lifetimes.images[0].curves
+    top = 1.06 * max(*(float(curve.max.max()) for curve in curves.values()), 1.2 * min(lifetimes.tolerances))
+    axes = _Axes(lifetimes.last or 1.0, top)
+    labels = _apart([axes.y(float(curve.mean[-1])) for curve in curves.values()])
+    return Chart(
+        last=axes.last,
+        levels=[(axes.y(level), f"{level:g}") for level in ticks(top)],
+        hours=[(axes.x(hour), spaced(hour)) for hour in ticks(axes.last)],
+        tolerances=[(axes.y(each), f"{each:g}") for each in lifetimes.tolerances if each < top],
+        lines=[
+            _line(axes, mode, curve, colour, label)
+            for (mode, curve), colour, label in zip(curves.items(), COLOURS, labels, strict=False)
+        ],
+    )
+
+
+@dataclass(frozen=True)
+class _Axes:
+    """From hours and ΔE2000 to places in the drawing, to a tenth of its unit."""
+
+    last: float
+    top: float
+
+    def x(self, hours: float) -> float:
+        return round(LEFT + (WIDTH - LEFT - RIGHT) * float(hours) / self.last, 1)
+
+    def y(self, value: float) -> float:
+        return round(TOP + (HEIGHT - TOP - BOTTOM) * (1.0 - float(value) / self.top), 1)
+
+    def corners(self, hours: Array, values: Array) -> str:
+        return " ".join(f"{self.x(hour)},{self.y(value)}" for hour, value in zip(hours, values, strict=True))
+
+
+def _line(axes: _Axes, mode: str, curve: DifferenceCurve, colour: str, label: float) -> Line:
+    return Line(
+        mode,
+        colour,
+        mean=axes.corners(curve.hours, curve.mean),
+        most=axes.corners(curve.hours, curve.max),
+        dots=[(axes.x(hour), axes.y(value)) for hour, value in zip(curve.hours, curve.mean, strict=True)],
+        label=round(label, 1),
+    )
+
+
+def _apart(places: list[float]) -> list[float]:
+    """Move labels so that no two are nearer than ``_APART``, and none is below the axes; the order stays."""
+    order = sorted(range(len(places)), key=places.__getitem__)
+    moved = list(places)
+    lowest = HEIGHT - BOTTOM - _ABOVE_AXIS
+    for above, below in zip(reversed(order[:-1]), reversed(order[1:]), strict=True):
+        moved[below] = min(moved[below], lowest)
+        moved[above] = min(moved[above], moved[below] - _APART)
+    return moved
+
+
+def ticks(last: float) -> list[float]:
+    """Return round numbers from 0 to ``last``, at most ``_TICKS`` + 1."""
+    step = 10.0 ** np.floor(np.log10(last / _TICKS))
+    step = next(step * times for times in (1, 2, 2.5, 3, 5, 10) if last / (step * times) <= _TICKS)
+    return [float(step * number) for number in range(int(last / step + 1e-9) + 1)]

@@ -1,0 +1,326 @@
+"""Sheets of one image at several ages, on neutral grey: rows of modes and columns of hours, or the paper's figures.
+
+The paper's Figures 2, 3 and 4 have one layout and show three images: un-aged at the centre; clockwise from the top
+chroma 10 000 h, chroma 18 000 h, chroma-luma 10 000 h, chroma-luma 18 000 h. Figures 5 and 6 show the first of these
+images again. The paper's images were never published, so each figure is drawn from the image that is given.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.errors import LutgenError, pick_one
+from lutgen.names import FIGURES
+from lutgen.numerals import spaced
+from lutgen.pictures.difference_map import difference_map
+from lutgen.pictures.frame import aged_series
+from lutgen.pictures.lifetime import lifetime
+from lutgen.report.difference_map import MAPS, plot_figure_6
+from lutgen.report.drawing import Pixels, Text, grey_page, new_png, save_page, wrapped
+from lutgen.report.lifetimes import plot_lifetime
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+
+    from lutgen.display import DisplayModel
+    from lutgen.pictures.difference_map import DifferenceMap
+    from lutgen.pictures.frame import AgedSeries
+
+#: The paper's Figures 2 to 4: the aged pictures around the un-aged one, clockwise from the top.
+AGES = (("chroma", 10_000.0), ("chroma", 18_000.0), ("chroma-luma", 10_000.0), ("chroma-luma", 18_000.0))
+
+#: Approximate width of a sheet in pixels: many pictures are made smaller to fit.
+ACROSS = 3600
+
+#: Pixels of a picture's longest side, at most and at least.
+MOST, LEAST = 1000, 160
+
+#: Columns of a sheet, at most: more pictures would be too small to be compared.
+COLUMNS = 20
+
+
+#: Where the images of a contact sheet go, in the order in which they are given, as (column, row) of a 3 × 3 grid.
+PLACES = {"centre": (1, 1), "top": (1, 0), "right": (2, 1), "bottom": (1, 2), "left": (0, 1)}
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where everything is on a sheet of pictures of ``height`` × ``width`` pixels; as given, that of a contact sheet.
+
+    Attributes
+    ----------
+    columns
+        Pictures beside one another.
+    narrowest
+        Least width of a column in pixels, so that the captions of small pictures do not meet.
+    smallest
+        Least height of the text in pixels; it grows with the pictures, because people look at a sheet as a whole.
+    gap_lines
+        Grey between columns, and around the sheet, in heights of the text.
+
+    """
+
+    height: int
+    width: int
+    columns: int = 3
+    narrowest: int = 400
+    smallest: int = 13
+    gap_lines: int = 2
+
+    @property
+    def cell(self) -> int:
+        """Width of a column."""
+        return max(self.width, self.narrowest)
+
+    @property
+    def text(self) -> int:
+        """Height of the text in pixels."""
+        return max(self.smallest, self.cell // 30)
+
+    @property
+    def gap(self) -> int:
+        """Grey between cells, and around the sheet."""
+        return self.gap_lines * self.text
+
+    @property
+    def sheet_width(self) -> int:
+        """Width of the whole sheet."""
+        return max(self.columns * (self.cell + self.gap) + self.gap, 640)
+
+    @property
+    def caption(self) -> int:
+        """Height of the space under each picture for a caption of two lines."""
+        return 4 * self.text
+
+    def top(self, row: int, first: int | None = None) -> int:
+        """Upper row of pixels of a row of pictures, of which the first begins at ``first``, or below the gap."""
+        return (self.gap if first is None else first) + row * (self.height + self.caption)
+
+    def left(self, column: int) -> int:
+        """Left column of pixels of the pictures in a column."""
+        return self.gap + column * (self.cell + self.gap) + (self.cell - self.width) // 2
+
+    def corner(self, place: str) -> tuple[int, int]:
+        """Row and column of the upper left pixel of the image at a place of a contact sheet."""
+        column, row = PLACES[place]
+        return self.top(row), self.left(column)
+
+    def caption_below(self, top: int, left: int, text: str) -> Text:
+        """Caption of the picture whose upper left pixel is there."""
+        return Text(left + self.width // 2, top + self.height + self.text // 2, text, self.text, "center")
+
+
+def check_hours(hours: Sequence[float]) -> list[float]:
+    """Return hours, increasing, each once. Raises LutgenError for more than a sheet has columns for."""
+    chosen = sorted(set(map(float, hours)))
+    if len(chosen) > COLUMNS:
+        raise LutgenError(
+            f"{len(chosen)} hours are more than the {COLUMNS} columns of a sheet. Give a step, such as 0..18000:3000, "
+            "or make an animation of them."
+        )
+    return chosen
+
+
+def longest(columns: int) -> int:
+    """Return the longest side that a picture may have on a sheet of so many columns."""
+    return min(max(ACROSS // columns, LEAST), MOST)
+
+
+def age_sheet(series: AgedSeries, hours: Sequence[float], path: str | Path, *, force: bool = False) -> Path:
+    """Write a sheet of the modes of ``series`` and of ``hours`` of it, as a PNG: the same bytes on every run.
+
+    Raises
+    ------
+    LutgenError
+        Too many hours, or a path that cannot be written.
+
+    """
+    chosen, modes = check_hours(hours), list(series.curves)
+    high, wide = series.source.shape[:2]
+    layout = Layout(high, wide, columns=len(chosen), narrowest=LEAST, smallest=12, gap_lines=1)
+    heading = wrapped(sheet_title(series, chosen), layout.sheet_width - 2 * layout.gap, round(1.5 * layout.text))
+    above = round(2.0 * layout.text * len(heading)) + 2 * layout.gap
+    foot = wrapped(footer(series), layout.sheet_width - 2 * layout.gap, layout.text)
+    below = layout.top(len(modes), above)
+    height = below + round(1.5 * layout.text * len(foot)) + layout.gap
+
+    def texts() -> Iterator[Text]:
+        yield Text(layout.gap, layout.gap, "\n".join(heading), round(1.5 * layout.text))
+        for row, mode in enumerate(modes):
+            for column, hour in enumerate(chosen):
+                yield layout.caption_below(layout.top(row, above), layout.left(column), _caption(series, mode, hour))
+        yield Text(layout.gap, below, "\n".join(foot), layout.text)
+
+    with new_png(path, force=force) as partial:
+        sheet = grey_page(height, layout.sheet_width, texts())
+        for row, mode in enumerate(modes):
+            for column, hour in enumerate(chosen):
+                top, left = layout.top(row, above), layout.left(column)
+                sheet[top : top + layout.height, left : left + layout.width] = series.seen(mode, hour)
+        save_page(sheet, partial)
+    return Path(path)
+
+
+def _caption(series: AgedSeries, mode: str, hour: float) -> str:
+    return f"{mode}, {spaced(hour)} h\n{series.mean_in_words(mode, hour)}"
+
+
+def sheet_title(series: AgedSeries, hours: Sequence[float]) -> str:
+    """State the mean ΔE2000 at the last hour."""
+    parts = [f"{series.mean_in_words(mode, hours[-1])} in {mode}" for mode in series.curves]
+    return f"{Path(series.file).name} by {spaced(hours[-1])} h: {', '.join(parts)}"
+
+
+def footer(series: AgedSeries) -> str:
+    """Explain the pictures and the numbers, and name model and readings."""
+    model = series.model
+    smaller = f" Each pixel is the mean light of {series.factor} × {series.factor}." if series.factor > 1 else ""
+    return (
+        f"As an un-aged sRGB viewer shows it.{smaller} ΔE2000 against the un-aged display, over all "
+        f"{spaced(series.pixels)} pixels. Model: Avanaki et al. 2015{' with effects' if model.effects else ''}, "
+        f"selection {model.selection}, luminance law {model.luminance.name}. {model.measurements.provenance}"
+    )
+
+
+def contact_sheet(
+    images: Mapping[str, Pixels], path: str | Path, *, title: str, footer: str, force: bool = False
+) -> Path:
+    """Write a contact sheet as a PNG: the same bytes on every run.
+
+    Parameters
+    ----------
+    images
+        Caption (two lines of up to 50 letters) → code values, uint8 of shape (h, w, 3), all of one size, in the order
+        of ``PLACES``: un-aged, then clockwise from the top.
+    path
+        A .png file.
+    title
+        Written in the free corner at the upper left; wrapped.
+    footer
+        Display and model of the images; wrapped.
+    force
+        Replace an existing file.
+
+    Raises
+    ------
+    LutgenError
+        Not five images of one size and of type uint8, or a path that cannot be written.
+
+    """
+    layout = _checked(images)
+    with new_png(path, force=force) as partial:
+        sheet = _write_texts(layout, list(images), title, footer)
+        for place, pixels in zip(PLACES, images.values(), strict=True):
+            top, left = layout.corner(place)
+            sheet[top : top + layout.height, left : left + layout.width] = pixels
+        save_page(sheet, partial)
+    return Path(path)
+
+
+def _checked(images: Mapping[str, Pixels]) -> Layout:
+    if len(images) != len(PLACES):
+        raise LutgenError(f"a contact sheet has {len(PLACES)} images ({', '.join(PLACES)}), not {len(images)}.")
+    first = next(iter(images.values()))
+    for caption, pixels in images.items():
+        if pixels.dtype != np.uint8 or pixels.ndim != 3 or pixels.shape[2] != 3 or 0 in pixels.shape:
+            message = f"image {caption!r} is {pixels.dtype} of shape {pixels.shape}; give uint8 of shape (h, w, 3)."
+            raise LutgenError(message)
+        if pixels.shape != first.shape:
+            message = f"image {caption!r} has shape {pixels.shape}, the first {first.shape}; all must be of one size."
+            raise LutgenError(message)
+    return Layout(*first.shape[:2])
+
+
+def _write_texts(layout: Layout, captions: list[str], title: str, footer: str) -> Pixels:
+    """Return the sheet with all its texts and no images, shape (H, W, 3)."""
+    below = wrapped(footer, layout.sheet_width - 2 * layout.gap, layout.text)
+    rows = layout.top(3)
+    height = rows + round(1.5 * layout.text * len(below)) + layout.gap
+    return grey_page(height, layout.sheet_width, _texts(layout, captions, title, below, rows))
+
+
+def _texts(layout: Layout, captions: list[str], title: str, below: list[str], rows: int) -> Iterator[Text]:
+    """Yield title, captions and footer with their places."""
+    heading = round(1.5 * layout.text)
+    yield Text(layout.gap, layout.gap, "\n".join(wrapped(title, layout.cell, heading)), heading)
+    for place, caption in zip(PLACES, captions, strict=True):
+        yield layout.caption_below(*layout.corner(place), caption)
+    yield Text(layout.gap, rows, "\n".join(below), layout.text)
+
+
+def draw_figure(
+    number: str,
+    image: str | Path,
+    model: DisplayModel,
+    path: str | Path,
+    *,
+    source: str = "auto",
+    force: bool = False,
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
+) -> Path:
+    """Draw a figure of the paper from an image, as a PNG: the same bytes on every run.
+
+    Parameters
+    ----------
+    number
+        One of ``FIGURES``.
+    image
+        PNG, JPEG, TIFF, EXR, RGB or RGBA; slides (.svs, .ndpi, .mrxs) with the extra ``slides``.
+    model
+        The display. Its measured span must hold the figure's hours.
+    path
+        A .png file.
+    source
+        What the numbers of the image are: ``auto``, ``signal`` or ``linear``, as for ``apply``.
+    force
+        Replace an existing file.
+    progress
+        Called with the work done and the work in all, in thousandths.
+
+    Raises
+    ------
+    LutgenError
+        Another figure, an image that cannot be read, hours outside the measured span, or a path that cannot be written.
+
+    """
+    if number not in FIGURES:
+        raise pick_one("figure", number, FIGURES)
+    if number == "5":
+        lifetimes = lifetime([image], model, source=source, progress=progress)
+        plot_lifetime(lifetimes, lifetimes.images[0], Path(path), force=force)
+    elif number == "6":
+        maps: list[DifferenceMap] = []
+        for mode, hour in MAPS:
+
+            def share(done: int, total: int, before: int = len(maps)) -> None:
+                progress(before * total + done, len(MAPS) * total)
+
+            maps.append(difference_map(image, model, mode, hour, source=source, progress=share))
+        plot_figure_6(maps, path, force=force)
+    else:
+        _ages(number, image, model, Path(path), source=source, force=force, progress=progress)
+    return Path(path)
+
+
+def _ages(
+    number: str,
+    image: str | Path,
+    model: DisplayModel,
+    path: Path,
+    *,
+    source: str,
+    force: bool,
+    progress: Callable[[int, int], None],
+) -> None:
+    modes, hours = list(dict.fromkeys(mode for mode, _ in AGES)), sorted({hour for _, hour in AGES})
+    series = aged_series(image, model, modes, hours, source=source, progress=progress)
+    pictures = {"un-aged": series.seen("stable", 0.0)}
+    pictures |= {_caption(series, mode, hour): series.seen(mode, hour) for mode, hour in AGES}
+    mode, hour = AGES[-1]
+    last, name = f"By {spaced(hour)} h {series.mean_in_words(mode, hour)} in {mode}", Path(series.file).name
+    title = f"{last} (Figure {number}, {name})"
+    contact_sheet(pictures, path, title=title, footer=footer(series), force=force)

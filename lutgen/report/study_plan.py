@@ -1,0 +1,325 @@
+"""The pages of ``lutgen study plan``, ``status`` and ``power``, and the picture of power."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.numerals import percent, spaced
+from lutgen.report.drawing import BLACK, BLUE, GREEN, GREY, RED, picture, tidy
+from lutgen.report.parts import Headline, Table
+from lutgen.study.design import UNAGED
+from lutgen.study.power import ALPHA, ANSWERS, FISHER, LEAST, MOST, ONE_TAILED, TARGET, TWO_SIDED, power_of
+from lutgen.study.protocol import PROTOCOL
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from datetime import datetime
+
+    from matplotlib.axes import Axes
+
+    from lutgen.report.parts import Part
+    from lutgen.study.answers import SessionProgress, StudyStatus
+    from lutgen.study.plan import Planned
+    from lutgen.study.power import Power, Seen
+
+#: Test → its name in tables.
+TESTS = {TWO_SIDED: "t, two-sided", ONE_TAILED: "t, one-tailed", FISHER: "Fisher, one-tailed"}
+
+#: Assumptions behind the figures.
+ASSUMED = (
+    "Standard deviations: the paper's (Avanaki et al. 2015, Table 2: 95 % intervals read as ± 1.96 standard errors of "
+    "39, 40 and 40 answers), pooled. Agreement: exact, from the paper's 27 of 39 un-aged. Your readers and images will "
+    "differ. Ease of reading lies near the top of its scale, where t is an approximation."
+)
+SEVERAL = (
+    "With several readers answers are not independent: the figures hold for these readers on such images, not for "
+    "readers at large."
+)
+
+
+def power_page(power: Power) -> Iterator[Part]:
+    """Yield what ``lutgen study power`` prints."""
+    yield Headline(power_headline(power))
+    yield ""
+    yield from detectable_part(power)
+    yield ""
+    yield "Power to find differences as large as the paper saw, if they are true:"
+    yield seen_table(power)
+    yield ""
+    yield in_the_paper(power)
+    yield ASSUMED
+    if power.readers > 1:
+        yield SEVERAL
+
+
+def power_headline(power: Power) -> str:
+    """Say how often the paper's fall of agreement is found, and how many answers the target power takes."""
+    seen = _agreement(power)
+    first, second = (f"{100 * value:.1f} %" for value in seen.values)
+    counted = "1 answer" if power.answers == 1 else f"{power.answers} answers"
+    return (
+        f"With {counted} per condition a fall of agreement from {first} to {second}, as the paper saw for chroma, is "
+        f"found {percent(seen.yours)} of the time; {percent(TARGET)} takes {seen.needed} answers."
+    )
+
+
+def in_the_paper(power: Power) -> str:
+    """Say which power the paper had to find the fall of agreement that it saw."""
+    seen = _agreement(power)
+    return (
+        f"The paper's own numbers find such a fall of agreement {percent(seen.paper)} of the time: that it was not "
+        "significant for chroma (p 0.066) says little, and that it was for chroma-luma (p 0.042) took some luck. Power "
+        "at a difference that was seen, not known, is no surer than that difference."
+    )
+
+
+def detectable_part(power: Power, *, agreement: bool = True) -> Iterator[Part]:
+    """Yield the smallest detectable differences, or why there are none; ``agreement``: whether the plan measures it."""
+    if power.answers < LEAST:
+        yield "One answer per condition has no variance: no test can be made. Plan at least 2, better 40."
+        return
+    yield f"Found {percent(TARGET)} of the time at a level of {percent(ALPHA)}, per comparison:"
+    rows = []
+    for each in power.detectable:
+        if each.base is not None and not agreement:
+            continue
+        if each.smallest is None:
+            smallest = "none"
+        elif each.base is not None:
+            smallest = f"{100 * each.base:.1f} % falls to {100 * (each.base - each.smallest):.1f} %"
+        else:
+            smallest = amount(each.measure, each.smallest)
+        rows.append((each.measure, TESTS[each.test], smallest))
+    yield Table(("measure", "test", "smallest difference"), rows, words=range(2))
+
+
+def seen_table(power: Power) -> Table:
+    """Tabulate the power for each difference of the paper's Tables 2 and 3."""
+    heads = ("between", "the paper saw", "test", "in the paper", f"with {power.answers}", f"{percent(TARGET)} takes")
+    rows = [
+        (
+            each.measure,
+            " – ".join(each.between),
+            seen_values(each),
+            TESTS[each.test],
+            percent(each.paper),
+            percent(each.yours),
+            f"> {MOST}" if each.needed is None else str(each.needed),
+        )
+        for each in power.seen
+    ]
+    return Table(("measure", *heads), rows, words=range(4))
+
+
+def amount(measure: str, value: float) -> str:
+    """Write a difference with its unit."""
+    return f"{value:.1f} s" if measure == "time" else f"{value:.2f} steps"
+
+
+def seen_values(each: Seen) -> str:
+    """Write what the paper saw under both conditions: 41.0 → 50.1 s."""
+    scale, unit = {"time": (1, " s"), "ease": (1, ""), "agreement": (100, " %")}[each.measure]
+    return f"{scale * each.values[0]:.1f} → {scale * each.values[1]:.1f}{unit}"
+
+
+def _agreement(power: Power) -> Seen:
+    """Return the paper's first comparison of agreement, by the test that the paper used."""
+    return next(each for each in power.seen if (each.measure, each.test) == ("agreement", ONE_TAILED))
+
+
+#: Name of the file.
+PICTURE = "study-power.png"
+
+#: Line style of each aging mode, and colour of each measure.
+LINES = {"chroma": "--", "chroma-luma": "-"}
+COLOURS = {"time": BLUE, "ease": GREEN, "agreement": RED}
+
+#: Answers per condition at the right edge, unless the study has more.
+WIDE = 160
+
+#: Answers per condition of the paper.
+_PAPER = max(ANSWERS.values())
+
+
+def plot_power(power: Power, folder: str | Path, *, force: bool = False) -> Path:
+    """Draw the picture into a folder; errors as :func:`lutgen.report.drawing.picture`."""
+    path = Path(folder) / PICTURE
+    foot = (
+        f"Level {ALPHA:g}: time to score and ease of reading by the two-sided t, agreement between sessions by the "
+        f"one-tailed t on 0/1 values, as in the paper; its curves have teeth because counts are whole. {ASSUMED}"
+    )
+    second = "Power to find the differences of the paper's Tables 2 and 3, if they are true"
+    with picture(path, power_headline(power), second=second, foot=foot, height=8.0, force=force) as (figure, low, high):
+        bottom = low + 0.65 / 8.0
+        axes = figure.add_axes((0.06, bottom, 0.68, high - bottom - 0.15 / 8.0))
+        _draw_power(axes, power)
+    return path
+
+
+def _draw_power(axes: Axes, power: Power) -> None:
+    widest = max(WIDE, round(1.2 * power.answers))
+    answers = np.unique(np.linspace(LEAST, widest, WIDE).round().astype(int))
+    ends = []
+    for each in drawn(power):
+        curve = [power_of(each.test, each.values, each.sd, (int(n), int(n))) for n in answers]
+        colour, line = COLOURS[each.measure], LINES[each.between[1]]
+        axes.plot(answers, curve, line, color=colour, linewidth=2.2)
+        ends.append((curve[-1], each))
+        if each.needed is not None:
+            axes.plot(each.needed, TARGET, "o", markersize=8, markerfacecolor="white", markeredgecolor=colour,
+                      markeredgewidth=2.0, zorder=5)  # fmt: skip
+            axes.vlines(each.needed, 0.0, TARGET, color=colour, linewidth=0.8, linestyle=":")
+    axes.axhline(TARGET, color=BLACK, linewidth=1.2)
+    axes.text(
+        0.995 * widest, TARGET - 0.012, f"{percent(TARGET)} power", fontsize=11, weight="bold", ha="right", va="top"
+    )
+    marks = {_PAPER: "the paper"} | ({power.answers: "this study"} if power.answers != _PAPER else {})
+    for count, name in marks.items():
+        axes.axvline(count, color=GREY, linewidth=1.6)
+        axes.text(count + 0.005 * widest, 0.015, f"{name}: {count}", fontsize=10, color=GREY, rotation=90, va="bottom")
+    _label(axes, ends)
+    axes.set(xlim=(0, widest), ylim=(0, 1.02), yticks=np.linspace(0, 1, 6))
+    axes.yaxis.set_major_formatter(lambda value, _place: f"{100 * value:.0f} %")
+    axes.set_xlabel("answers per condition (images × readers)", fontsize=12)
+    axes.set_ylabel("power", fontsize=12)
+    tidy(axes)
+
+
+def drawn(power: Power) -> list[Seen]:
+    """Return the differences that are drawn: from un-aged to each aging, by the tests that the paper used."""
+    return [each for each in power.seen if each.between[0] == "none" and each.test != FISHER]
+
+
+def _label(axes: Axes, ends: list[tuple[float, Seen]]) -> None:
+    """Name the curves on the right, the highest first: line, difference in the paper, answers for the target power."""
+    for row, (_, each) in enumerate(sorted(ends, key=lambda end: (end[1].needed or MOST, -end[0]))):
+        height, colour = 0.97 - 0.1 * row, COLOURS[each.measure]
+        axes.plot([1.015, 1.05], [height, height], LINES[each.between[1]], color=colour, linewidth=2.2, clip_on=False,
+                  transform=axes.transAxes)  # fmt: skip
+        takes = f"over {MOST}" if each.needed is None else str(each.needed)
+        label = f"{each.measure}, {each.between[1]}: {seen_values(each)}\n{percent(TARGET)} takes {takes}"
+        axes.text(1.06, height, label, fontsize=11, color=colour, va="center", transform=axes.transAxes)
+
+
+#: Most names that a sentence lists; further names are only counted.
+LISTED = 8
+
+
+def plan_page(planned: Planned) -> Iterator[Part]:
+    """Yield what ``lutgen study plan`` prints."""
+    protocol, power = planned.protocol, planned.power
+    yield Headline(plan_headline(planned))
+    yield condition_table(planned)
+    yield ""
+    yield from _sessions(planned)
+    if protocol.practice:
+        yield f"Practice, un-aged and not analysed: {_listed([each.name for each in protocol.practice])}."
+    if planned.left_out:
+        yield f"Read by nobody: {_counted(len(planned.left_out), 'image')} given ({_listed(planned.left_out)})."
+    if planned.rounded:
+        yield f"Of 16 bits a channel, of which readers see the nearest 8: {_listed(planned.rounded)}."
+    yield from planned.remarks
+    if power is not None:
+        yield ""
+        yield from detectable_part(power, agreement=protocol.sessions > 1)
+        yield "lutgen study power says what that rests on, and how sure the paper could be."
+        if power.readers > 1:
+            yield SEVERAL
+    yield ""
+    yield (
+        f"{PROTOCOL} is frozen (SHA-256 {protocol.sha256[:16]}…). It alone says which picture is which: it is the "
+        "coordinator's, not the readers'."
+    )
+
+
+def plan_headline(planned: Planned) -> str:
+    """Count images, readers, sessions and pictures of the plan."""
+    protocol = planned.protocol
+    counts = (
+        _counted(len(protocol.images), "image"),
+        _counted(protocol.readers, "reader"),
+        _counted(protocol.sessions, "session"),
+        f"{_counted(len(protocol.renders), 'picture')} rendered",
+    )
+    return f"{planned.study}: {', '.join(counts)}."
+
+
+def condition_table(planned: Planned) -> Table:
+    """Tabulate the conditions: images of each in session 1, and the largest error of its LUT."""
+    rows = []
+    for each in planned.protocol.conditions:
+        lut = planned.protocol.model["luts"].get(each.name)
+        count = planned.per_condition.get(each.name)
+        row = (
+            each.name,
+            "–" if each == UNAGED else spaced(each.hours),
+            "later sessions" if count is None else str(count),
+            "no LUT: pixels as they are" if lut is None else _lut_error(lut),
+        )
+        rows.append(row)
+    return Table(("condition", "hours", "images a reader", "ΔE2000 of the LUT, worst"), rows)
+
+
+def _lut_error(lut: dict[str, float]) -> str:
+    return f"{lut['worst_smooth_delta_e_2000']:.4f} ({lut['worst_delta_e_2000']:.2f} where the model jumps)"
+
+
+def _sessions(planned: Planned) -> Iterator[str]:
+    protocol = planned.protocol
+    for number in range(1, protocol.sessions + 1):
+        trials = [trial for trial in protocol.trials if trial.session == number]
+        images = sorted(Counter(trial.reader for trial in trials).values())
+        count = _counted(images[-1], "image") if images[0] == images[-1] else f"{images[0]} to {images[-1]} images"
+        shown = ", ".join(dict.fromkeys(each.name for each in protocol.conditions
+                                        if each.name in {trial.condition for trial in trials}))  # fmt: skip
+        begins = (
+            "" if number == 1 else f", from {protocol.washout_days:g} days after a reader's session {number - 1} on"
+        )
+        yield f"Session {number}: {count} under {shown}{begins}."
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{spaced(count)} {what}{'' if count == 1 else 's'}"
+
+
+def _listed(names: list[str] | tuple[str, ...]) -> str:
+    listed = ", ".join(names[:LISTED])
+    return listed if len(names) <= LISTED else f"{listed} and {len(names) - LISTED} more"
+
+
+def study_status_page(status: StudyStatus) -> Iterator[Part]:
+    """Yield a sentence and a table of one row for each reader and session, without any answer."""
+    sessions = [session for reader in status.readers for session in reader.sessions]
+    complete = sum(session.state == "complete" for session in sessions)
+    yield f"{status.protocol.title}: {complete} of {len(sessions)} sessions are complete."
+    yield ""
+    headings = ("reader", "session", "state", "images", "began", "ended", "remarks")
+    rows = [
+        (
+            reader.reader or f"place {reader.place}, free",
+            str(session.session),
+            session.state,
+            f"{session.read} of {session.images}",
+            _when(session.started),
+            _when(session.ended),
+            _remarks(session, begin),
+        )
+        for reader in status.readers
+        for session, begin in zip(reader.sessions, reader.may_begin, strict=True)
+    ]
+    yield Table(headings, rows, words=range(len(headings)))
+
+
+def _when(time: datetime | None) -> str:
+    return f"{time:%Y-%m-%d %H:%M}" if time else ""
+
+
+def _remarks(session: SessionProgress, begin: datetime | None) -> str:
+    remarks = [f"may begin {_when(begin)} UTC"] if begin else []
+    remarks += [f"resumed {session.resumed} ×"] if session.resumed else []
+    remarks += [f"overridden: {reason}" for reason in dict.fromkeys(session.overrides)]
+    return "; ".join(remarks)

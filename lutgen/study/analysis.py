@@ -1,0 +1,302 @@
+"""The analysis of a reader study: the paper's tables, further tests beside them, and the limits of the design."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import asdict, dataclass
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+from lutgen.errors import pick_one
+from lutgen.names import INTERVALS
+from lutgen.study.answers import sensible
+from lutgen.study.comparisons import (
+    Agreement,
+    AgreementTest,
+    Corrected,
+    FurtherAgreement,
+    FurtherMeans,
+    Table2,
+    corrected,
+    further_agreement,
+    further_means,
+    samples,
+    table_2,
+    table_3,
+    table_4,
+)
+from lutgen.study.mixed import MISSING, MixedModel, available, mixed_models
+from lutgen.study.power import ALPHA, LEAST, MOST, ONE_TAILED, smallest_difference
+from lutgen.study.statistics import UNAGED, Kappa, condition_order, counts, kappas, mixed_sessions, pairs
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from lutgen.study.answers import Answer
+    from lutgen.study.comparisons import AgreementTest, Corrected, FurtherAgreement
+    from lutgen.study.statistics import AgreementCounts, ReadingPair, StudySample
+
+
+def design_limits(
+    conditions: Sequence[str], answers: Sequence[Answer], reading_pairs: Sequence[ReadingPair]
+) -> Iterator[str]:
+    """Say what follows from who read what in which session."""
+    if not answers:
+        yield (
+            "These figures do not say how many readers and images are behind them. Where one reader or one image gave "
+            "several of the values, they are not independent, and the intervals are too narrow."
+        )
+        return
+    readers = sorted({answer.reader for answer in answers})
+    if len(readers) == 1:
+        yield (
+            "One reader: all intervals are about other images read by the same reader. Nothing here shows how other "
+            "readers would do."
+        )
+    else:
+        yield (
+            f"{len(readers)} readers: the tables as in the paper take their answers for independent, which they are "
+            "not where several read the same image under the same condition: their t-tests then find what is not there "
+            "too often. Go by the mixed models."
+        )
+    yield from _images(conditions, answers)
+    yield from _order(reading_pairs)
+
+
+def _images(conditions: Sequence[str], answers: Sequence[Answer]) -> Iterator[str]:
+    mixed = mixed_sessions(answers)
+    seen: dict[str, set[tuple[str, str]]] = defaultdict(set)
+    for answer in answers:
+        if (answer.reader, answer.session) in mixed:
+            seen[answer.condition].add((answer.reader, answer.image))
+    there = [seen[condition] for condition in conditions if seen[condition]]
+    if len(there) < 2:
+        return
+    images = [{image for _, image in readings} for readings in there]
+    once = len(set.union(*there)) == sum(map(len, there))
+    if once and len(set.union(*images)) < sum(map(len, images)):
+        yield (
+            "In the sessions with aged images each reader read an image under one condition, and other readers read "
+            "it under others: no paired test of agreement is possible. Differences between images are noise in the "
+            "tables as in the paper, and part of a difference where not every image was read under every condition."
+        )
+    elif once:
+        yield (
+            "In the sessions with aged images each image was read under one condition: differences between images are "
+            "part of every difference between conditions, and no paired test of agreement is possible."
+        )
+    else:
+        yield (
+            "Readers saw the same images under several conditions: the tables as in the paper leave that out "
+            "and miss more, the paired test and the mixed models use it; what was remembered from an earlier reading "
+            "is in all of them."
+        )
+
+
+def _order(reading_pairs: Sequence[ReadingPair]) -> Iterator[str]:
+    aged = [pair for pair in reading_pairs if pair.answer.condition != UNAGED]
+    later = sum(pair.reference.session > pair.answer.session for pair in aged)
+    if aged and later in (0, len(aged)):
+        yield (
+            f"The un-aged reference was always read {'after' if later else 'before'} the aged image: practice, memory "
+            "and fatigue between sessions are in every agreement, and only their being equal for all conditions makes "
+            "the comparison fair."
+        )
+    if aged:
+        yield "Agreement is with oneself, not with the truth: a reader may agree with an earlier mistake."
+
+
+def figure_limits(
+    rows: Sequence[AgreementCounts],
+    table_4: Sequence[AgreementTest],
+    further: Sequence[FurtherAgreement],
+    corrected: Sequence[Corrected],
+) -> Iterator[str]:
+    """Say what follows from the figures: how wide, how many tests, and which findings hang on the choice of test."""
+    least = min((row.n for row in rows), default=0)
+    if len(rows) > 1 and LEAST <= least <= MOST and rows[0].agreed:
+        yield _width(rows[0].share, least)
+    if len(corrected) > 1:
+        alone = sum(test.p < ALPHA for test in corrected)
+        after = sum(test.p_holm < ALPHA for test in corrected)
+        chance = 1 - (1 - ALPHA) ** len(corrected)
+        yield (
+            f"{len(corrected)} tests at 5 %: were nothing true and they independent, {chance:.0%} of such "
+            f"studies would report something. {alone} of them are below 0.05, {after} after Holm's correction."
+        )
+    yield from _hanging(table_4, further)
+
+
+def _width(share: float, pairs: int) -> str:
+    fall = smallest_difference(ONE_TAILED, None, share, pairs)
+    with_pairs = f"With {pairs} pair{'' if pairs == 1 else 's'} a condition"
+    if fall is None:
+        return f"{with_pairs}, no fall of agreement is found four times in five by the one-tailed test."
+    return (
+        f"{with_pairs}, a fall of agreement from {share:.0%} by less than about {100 * fall:.0f} percentage points is "
+        "missed more often than once in five, by the one-tailed test."
+    )
+
+
+def _hanging(table_4: Sequence[AgreementTest], further: Sequence[FurtherAgreement]) -> Iterator[str]:
+    both = {(each.first, each.second): each for each in further}
+    for test in table_4:
+        other = both.get((test.greater, test.less))
+        if other is None or not isfinite(test.p):
+            continue
+        if (test.p < ALPHA) != (other.fisher_one_tailed < ALPHA) or (test.p < ALPHA) != (other.fisher < ALPHA):
+            yield (
+                f"Agreement, {test.greater} against {test.less}: p = {test.p:.3g} by the one-tailed t-test, "
+                f"{other.fisher_one_tailed:.3g} by Fisher's exact test one-tailed and {other.fisher:.3g} two-tailed: "
+                "whether it counts as found depends on the choice of test."
+            )
+
+
+SCHEMA = 1
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """The result of an analysis.
+
+    Attributes
+    ----------
+    sources
+        Where the figures come from, in sentences; the first says so where they are simulated.
+    ci
+        How intervals of means are made, a key of ``INTERVALS``.
+    samples
+        Behind Table 2.
+    table2, table3, table4
+        As in the paper; empty where the figures for them are not known.
+    means, agreement, kappas, mixed, holm
+        Beyond the paper.
+    limits
+        What this design can and cannot show, in sentences.
+    remarks
+        What was left out, in sentences.
+
+    """
+
+    sources: tuple[str, ...]
+    ci: str
+    samples: tuple[StudySample, ...]
+    table2: Table2
+    table3: tuple[Agreement, ...]
+    table4: tuple[AgreementTest, ...]
+    means: tuple[FurtherMeans, ...]
+    agreement: tuple[FurtherAgreement, ...]
+    kappas: tuple[Kappa, ...]
+    mixed: tuple[MixedModel, ...]
+    holm: tuple[Corrected, ...]
+    limits: tuple[str, ...]
+    remarks: tuple[str, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what ``--json`` writes: see ``lutgen/study/schema/analyse.json``."""
+        content = asdict(self)
+        del content["samples"]
+        beyond = {name: content.pop(name) for name in ("means", "agreement", "kappas", "mixed", "holm")}
+        return {"schema": SCHEMA, **content, "beyond": beyond}
+
+
+def analyse_answers(
+    answers: Sequence[Answer],
+    *,
+    conditions: Sequence[str] | None = None,
+    sources: Sequence[str] = (),
+    ci: str = "normal",
+) -> Analysis:
+    """Analyse the answers of a study.
+
+    Parameters
+    ----------
+    answers
+        At least one. Those whose time cannot be one are left out, and named in the remarks.
+    conditions
+        Their order; None: ``none``, then by mode and hour.
+    sources
+        Where the answers come from, in sentences.
+    ci
+        How intervals of means are made, a key of ``INTERVALS``.
+
+    Raises
+    ------
+    LutgenError
+        ``ci`` is unknown, or no answer has a time that can be one.
+
+    """
+    answers, left_out = sensible(answers)
+    order = tuple(conditions or condition_order(answers))
+    reading_pairs = pairs(answers)
+    rows, measured = counts(order, reading_pairs), samples(order, answers)
+    remarks = [] if rows else ["No image was read by a reader un-aged and once more: there is no agreement to tell of."]
+    remarks += [] if available() else [MISSING]
+    remarks += left_out
+    return _analysis(
+        measured,
+        rows,
+        ci=ci,
+        sources=sources,
+        agreement=further_agreement(rows, reading_pairs),
+        kappa_rows=kappas(order, reading_pairs),
+        mixed=mixed_models(order, answers, reading_pairs) if available() else (),
+        limits=tuple(design_limits(order, answers, reading_pairs)),
+        remarks=remarks,
+    )
+
+
+def analyse_figures(
+    rows: Sequence[AgreementCounts], measured: Sequence[StudySample], *, sources: Sequence[str] = (), ci: str = "normal"
+) -> Analysis:
+    """Analyse figures that are already counted: agreement, and samples without values; either may be empty.
+
+    Raises
+    ------
+    LutgenError
+        ``ci`` is unknown.
+
+    """
+    remarks = ["Rank tests, paired tests, κ and mixed models need the answers themselves, not their figures."]
+    return _analysis(
+        measured,
+        rows,
+        ci=ci,
+        sources=sources,
+        agreement=further_agreement(rows),
+        limits=tuple(design_limits((), (), ())),
+        remarks=remarks,
+    )
+
+
+def _analysis(
+    measured: Sequence[StudySample],
+    rows: Sequence[AgreementCounts],
+    *,
+    ci: str,
+    sources: Sequence[str],
+    agreement: tuple[FurtherAgreement, ...],
+    limits: tuple[str, ...],
+    remarks: Sequence[str],
+    kappa_rows: tuple[Kappa, ...] = (),
+    mixed: tuple[MixedModel, ...] = (),
+) -> Analysis:
+    if ci not in INTERVALS:
+        raise pick_one("interval", ci, INTERVALS)
+    second, fourth = table_2(measured, ci=ci), table_4(rows)
+    several = corrected(second.tests, fourth)
+    return Analysis(
+        sources=tuple(sources),
+        ci=ci,
+        samples=tuple(measured),
+        table2=second,
+        table3=table_3(rows),
+        table4=fourth,
+        means=further_means(measured),
+        agreement=agreement,
+        kappas=kappa_rows,
+        mixed=mixed,
+        holm=several,
+        limits=(*limits, *figure_limits(rows, fourth, agreement, several)),
+        remarks=tuple(remarks),
+    )

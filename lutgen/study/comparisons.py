@@ -1,0 +1,332 @@
+"""The paper's Tables 2 to 4: time and ease with t-tests, agreement between sessions, and whether agreement falls.
+
+The tests of Table 2 are two-sample, unpaired, of equal variances and two-sided: of the readings of section 3.2 only
+this one gives its four p-values from its means and intervals, these read as ± 1.96 SD/√n with n = 39 un-aged images.
+Those of Table 4 are one-tailed t-tests on a 1 or a 0 for each pair of readings; an F-test checks that the variances are
+equal. All tests are corrected together, as one family (Holm 1979, Scandinavian Journal of Statistics 6:65).
+
+Beside them stand tests that assume less (Welch, ranks, exact, paired), and how large the effects are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite, nan
+from typing import TYPE_CHECKING
+
+from lutgen.study.statistics import (
+    MEASURES,
+    Interval,
+    StudySample,
+    equal_variances,
+    hedges_g,
+    mean_interval,
+    mixed_sessions,
+    newcombe,
+    odds_ratio,
+    pairs_of,
+    pooled,
+    sample_of,
+    welch,
+    wilson,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lutgen.study.answers import Answer
+    from lutgen.study.statistics import AgreementCounts, ReadingPair, StudySample
+
+
+@dataclass(frozen=True)
+class Mean:
+    """A cell of Table 2."""
+
+    measure: str
+    condition: str
+    n: int
+    mean: float
+    sd: float
+    ci95: Interval
+
+
+@dataclass(frozen=True)
+class MeanTest:
+    """Whether two means differ: ``difference`` is ``second`` − ``first``, p that of a pooled two-sided t-test."""
+
+    measure: str
+    first: str
+    second: str
+    difference: float
+    t: float
+    df: float
+    p: float
+
+
+@dataclass(frozen=True)
+class Table2:
+    """The table, and the tests of the text below it."""
+
+    means: tuple[Mean, ...]
+    tests: tuple[MeanTest, ...]
+
+
+def samples(conditions: Sequence[str], answers: Sequence[Answer]) -> tuple[StudySample, ...]:
+    """Collect time and ease by condition, from the sessions that showed anything aged; from all where none did."""
+    mixed = mixed_sessions(answers)
+    taken = [answer for answer in answers if (answer.reader, answer.session) in mixed] or list(answers)
+    collected = []
+    for measure in MEASURES:
+        for condition in conditions:
+            there = [answer for answer in taken if answer.condition == condition]
+            values = [answer.seconds if measure == "time" else float(answer.ease) for answer in there]
+            if values:
+                collected.append(sample_of(measure, condition, values))
+    return tuple(collected)
+
+
+def table_2(measured: Sequence[StudySample], *, ci: str = "normal") -> Table2:
+    """Make the table and its tests from samples in their order; ``ci`` is a key of ``INTERVALS``."""
+    means = tuple(Mean(one.measure, one.condition, one.n, one.mean, one.sd, mean_interval(one, ci)) for one in measured)
+    return Table2(means, tuple(_mean_test(first, second) for first, second in same_measure(measured)))
+
+
+def same_measure(measured: Sequence[StudySample]) -> list[tuple[StudySample, StudySample]]:
+    """Return each pair of conditions, measure by measure, where both have a variance."""
+    return [
+        pair
+        for measure in MEASURES
+        for pair in pairs_of(one for one in measured if one.measure == measure and one.n > 1)
+    ]
+
+
+def _mean_test(first: StudySample, second: StudySample) -> MeanTest:
+    t, df, p = map(float, pooled(second, first))
+    return MeanTest(first.measure, first.condition, second.condition, second.mean - first.mean, t, df, p)
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """A row of Table 3; ``percent`` and ``ci95`` in per cent."""
+
+    condition: str
+    agreed: int
+    disagreed: int
+    percent: float
+    ci95: Interval
+
+
+def table_3(rows: Sequence[AgreementCounts]) -> tuple[Agreement, ...]:
+    """Make the table from what was counted."""
+    rows_of_table = []
+    for row in rows:
+        low, high = wilson(row.agreed, row.n)
+        rows_of_table.append(
+            Agreement(row.condition, row.agreed, row.disagreed, 100 * row.share, (100 * low, 100 * high))
+        )
+    return tuple(rows_of_table)
+
+
+@dataclass(frozen=True)
+class AgreementTest:
+    """A row of Table 4: p is one-tailed, ``variances_p`` the F-test's, two-sided."""
+
+    greater: str
+    less: str
+    t: float
+    df: float
+    p: float
+    variances_p: float
+
+
+def table_4(rows: Sequence[AgreementCounts]) -> tuple[AgreementTest, ...]:
+    """Test each condition against each later one; conditions of a single pair are left out."""
+    tests = []
+    for greater, less in pairs_of(row for row in rows if row.n > 1):
+        figures = greater.figures(), less.figures()
+        t, df, p = map(float, pooled(*figures, one_tailed=True))
+        tests.append(AgreementTest(greater.condition, less.condition, t, df, p, float(equal_variances(*figures))))
+    return tuple(tests)
+
+
+@dataclass(frozen=True)
+class Corrected:
+    """A test of Tables 2 and 4: its p, and the p that keeps the chance of any false alarm among all of them at 5 %."""
+
+    measure: str
+    first: str
+    second: str
+    p: float
+    p_holm: float
+
+
+def corrected(means: Sequence[MeanTest], agreement: Sequence[AgreementTest]) -> tuple[Corrected, ...]:
+    """Correct all tests of Tables 2 and 4 together, as one family."""
+    named = [(test.measure, test.first, test.second, test.p) for test in means]
+    named += [("agreement", test.greater, test.less, test.p) for test in agreement]
+    named = [each for each in named if isfinite(each[3])]
+    return tuple(Corrected(*each, p) for each, p in zip(named, holm([each[3] for each in named]), strict=True))
+
+
+def holm(p: Sequence[float]) -> list[float]:
+    """Return p-values corrected by Holm's method, in the order given."""
+    corrected_p, worst = [0.0] * len(p), 0.0
+    for rank, place in enumerate(sorted(range(len(p)), key=lambda each: p[each])):
+        worst = max(worst, min(1.0, (len(p) - rank) * p[place]))
+        corrected_p[place] = worst
+    return corrected_p
+
+
+@dataclass(frozen=True)
+class FurtherMeans:
+    """Two means compared by tests that the paper does not have.
+
+    Attributes
+    ----------
+    measure, first, second
+        What is compared.
+    difference, difference_ci95
+        second − first, with Welch's interval.
+    welch_t, welch_df, welch_p
+        Welch's t-test, two-sided: no equal variances assumed.
+    rank_p
+        Mann–Whitney's, two-sided: no normal distribution assumed; NaN where the answers themselves are not known,
+        or all the same.
+    hedges_g, hedges_g_ci95
+        The difference in standard deviations.
+
+    """
+
+    measure: str
+    first: str
+    second: str
+    difference: float
+    difference_ci95: Interval
+    welch_t: float
+    welch_df: float
+    welch_p: float
+    rank_p: float
+    hedges_g: float
+    hedges_g_ci95: Interval
+
+
+@dataclass(frozen=True)
+class McNemar:
+    """Images that the same reader read under both conditions: pairs in all, and those that agreed under one alone."""
+
+    pairs: int
+    first_only: int
+    second_only: int
+    p: float
+
+
+@dataclass(frozen=True)
+class FurtherAgreement:
+    """Two shares of agreement compared by tests that the paper does not have.
+
+    Attributes
+    ----------
+    first, second
+        What is compared.
+    fisher_one_tailed, fisher
+        p of Fisher's exact test that ``first`` agrees more often, and of the two-sided one.
+    difference, difference_ci95
+        second − first in percentage points, with Newcombe's interval.
+    odds_ratio, odds_ratio_ci95
+        Odds of agreeing, second over first.
+    mcnemar
+        Exact, two-sided, where the same reader read the same images under both conditions; else None.
+
+    """
+
+    first: str
+    second: str
+    fisher_one_tailed: float
+    fisher: float
+    difference: float
+    difference_ci95: Interval
+    odds_ratio: float
+    odds_ratio_ci95: Interval
+    mcnemar: McNemar | None
+
+
+def further_means(samples: Sequence[StudySample]) -> tuple[FurtherMeans, ...]:
+    """Compare means by Welch's test, by ranks and by the size of the effect, pair by pair."""
+    return tuple(_means(first, second) for first, second in same_measure(samples))
+
+
+def _means(first: StudySample, second: StudySample) -> FurtherMeans:
+    from scipy.stats import t as student
+
+    t, df, p = map(float, welch(second, first))
+    difference = second.mean - first.mean
+    half = float(student.ppf(0.975, df)) * (first.sd**2 / first.n + second.sd**2 / second.n) ** 0.5
+    g, g_ci95 = hedges_g(first, second)
+    return FurtherMeans(
+        first.measure,
+        first.condition,
+        second.condition,
+        difference,
+        (difference - half, difference + half),
+        t,
+        df,
+        p,
+        _rank_p(first, second),
+        g,
+        g_ci95,
+    )
+
+
+def _rank_p(first: StudySample, second: StudySample) -> float:
+    if len({*first.values, *second.values}) < 2:
+        return nan
+    from scipy.stats import mannwhitneyu
+
+    # Exact where a sample is of 8 or fewer and no two values are alike, else asymptotic.
+    return float(mannwhitneyu(first.values, second.values, alternative="two-sided", method="auto").pvalue)
+
+
+def further_agreement(
+    rows: Sequence[AgreementCounts], reading_pairs: Sequence[ReadingPair] = ()
+) -> tuple[FurtherAgreement, ...]:
+    """Compare shares of agreement by exact tests and intervals; without ``reading_pairs`` no test is paired."""
+    return tuple(_agreement(first, second, reading_pairs) for first, second in pairs_of(rows))
+
+
+def _agreement(
+    first: AgreementCounts, second: AgreementCounts, reading_pairs: Sequence[ReadingPair]
+) -> FurtherAgreement:
+    from scipy.stats import fisher_exact
+
+    table = [[first.agreed, first.disagreed], [second.agreed, second.disagreed]]
+    low, high = newcombe((second.agreed, second.n), (first.agreed, first.n))
+    odds, odds_ci95 = odds_ratio(first, second)
+    return FurtherAgreement(
+        first.condition,
+        second.condition,
+        float(fisher_exact(table, alternative="greater").pvalue),
+        float(fisher_exact(table).pvalue),
+        100 * (second.share - first.share),
+        (100 * low, 100 * high),
+        odds,
+        odds_ci95,
+        _mcnemar(first.condition, second.condition, reading_pairs),
+    )
+
+
+def _mcnemar(first: str, second: str, reading_pairs: Sequence[ReadingPair]) -> McNemar | None:
+    """Exact test on the images of which a reader agreed under one condition and not under the other."""
+    from scipy.stats import binomtest
+
+    agreed: dict[str, dict[tuple[str, str], bool]] = {first: {}, second: {}}
+    for pair in reading_pairs:
+        if pair.answer.condition in agreed:
+            # The first of several readings under one condition: one pair an image and reader.
+            agreed[pair.answer.condition].setdefault((pair.answer.reader, pair.answer.image), pair.agreed)
+    both = sorted(agreed[first].keys() & agreed[second].keys())
+    if not both:
+        return None
+    first_only = sum(agreed[first][key] and not agreed[second][key] for key in both)
+    second_only = sum(agreed[second][key] and not agreed[first][key] for key in both)
+    apart = first_only + second_only
+    return McNemar(len(both), first_only, second_only, float(binomtest(first_only, apart).pvalue) if apart else 1.0)

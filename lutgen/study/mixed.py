@@ -1,0 +1,288 @@
+"""Mixed models: what the condition does when differences between images, readers and sessions are taken out.
+
+Time (its logarithm) and ease: a fixed effect a condition and a session, random effects of readers and of images,
+crossed, by restricted maximum likelihood over *all* answers, also those of un-aged sessions: there an image's
+difficulty shows, which the paper's own tests leave in the noise.
+
+Agreement: logistic regression on the condition with readers as fixed effects, by generalized estimating equations with
+readings of the same image in a cluster (Liang & Zeger 1986, doi:10.1093/biomet/73.1.13): what several readers do with
+one image is not independent.
+
+What cannot be told apart is left out and said: one reader has no differences between readers, images that were read
+once none between images and answers. statsmodels does the fitting (``lutgen[study]``).
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+from importlib import import_module
+from importlib.util import find_spec
+from math import exp, inf, log
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.study.statistics import UNAGED, Interval, Z
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from lutgen.colorimetry import Array
+    from lutgen.study.answers import Answer
+    from lutgen.study.statistics import ReadingPair
+
+#: The remark where statsmodels is not installed.
+MISSING = "Mixed models are left out: statsmodels is not installed. Install lutgen[study]."
+
+#: From this share of answers at the highest ease on, a note says that errors cannot be normal.
+CROWDED = 0.25
+
+#: Measure → what an effect is.
+EFFECTS = {"time": "ratio of times", "ease": "difference", "agreement": "odds ratio"}
+
+
+@dataclass(frozen=True)
+class ConditionEffect:
+    """What a condition does against the first one: in the unit that the model's ``effect`` names."""
+
+    condition: str
+    estimate: float
+    ci95: Interval
+    p: float
+
+
+@dataclass(frozen=True)
+class MixedModel:
+    """A mixed model that was fitted, or the reason why it was not.
+
+    Attributes
+    ----------
+    measure, effect
+        A key and its value of ``EFFECTS``.
+    against
+        The condition with which the others are compared.
+    n
+        Answers, or pairs of readings.
+    effects
+        Of each other condition; none where the model could not be fitted.
+    sd
+        Standard deviations of readers, images and what is left, where they are in the model; of log seconds or ease.
+    notes
+        What was left out, and what went wrong.
+
+    """
+
+    measure: str
+    effect: str
+    against: str
+    n: int
+    effects: tuple[ConditionEffect, ...]
+    sd: Mapping[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class MixedFit:
+    """Coefficients with standard errors, (k,), variances of each grouping and of what is left, and complaints."""
+
+    coefficients: Array
+    errors: Array
+    variances: dict[str, float]
+    complaints: tuple[str, ...]
+
+
+def available() -> bool:
+    """Whether statsmodels is installed."""
+    return find_spec("statsmodels") is not None
+
+
+def _statsmodels(module: str) -> Any:
+    """Import a module of statsmodels, an optional extra that is not installed everywhere."""
+    return import_module(f"statsmodels.{module}")
+
+
+def mixed_models(
+    conditions: Sequence[str], answers: Sequence[Answer], reading_pairs: Sequence[ReadingPair]
+) -> tuple[MixedModel, ...]:
+    """Fit time, ease and agreement; a model that cannot be fitted says why in its notes."""
+    return (
+        _of_answers("time", conditions, answers, lambda answer: log(answer.seconds)),
+        _of_answers("ease", conditions, answers, lambda answer: float(answer.ease)),
+        _of_agreement(conditions, reading_pairs),
+    )
+
+
+def _of_answers(
+    measure: str, conditions: Sequence[str], answers: Sequence[Answer], value: Callable[[Answer], float]
+) -> MixedModel:
+    values = np.array([value(answer) for answer in answers])
+    shown = [condition for condition in conditions if any(answer.condition == condition for answer in answers)]
+    columns = _indicators([answer.condition for answer in answers], shown)
+    columns += _indicators([answer.session for answer in answers], sorted({answer.session for answer in answers}))
+    fixed = np.column_stack([np.ones(len(answers)), *columns])
+    groups, notes = _groupings(answers)
+    blank = MixedModel(measure, EFFECTS[measure], shown[0], len(answers), ())
+    if len(shown) < 2:
+        return _without(blank, "there is one condition only")
+    if np.linalg.matrix_rank(fixed) < fixed.shape[1]:
+        return _without(blank, "conditions and sessions cannot be told apart")
+    if np.ptp(values) == 0 or len(values) <= fixed.shape[1] + len(groups):
+        return _without(blank, "too few answers, or all the same")
+    try:
+        fit = fit_crossed(values, fixed, groups)
+    except (np.linalg.LinAlgError, ValueError) as error:
+        return _without(blank, f"the fit failed ({error})")
+    change = _ratio if measure == "time" else float
+    if measure == "ease":
+        notes += _at_the_end(values)
+    sd = {name: variance**0.5 for name, variance in fit.variances.items()}
+    effects = _effects(shown, fit.coefficients, fit.errors, change)
+    return MixedModel(measure, blank.effect, shown[0], len(answers), effects, sd, (*notes, *fit.complaints))
+
+
+def _at_the_end(values: Array) -> list[str]:
+    share = float(np.mean(values == values.max()))
+    if share < CROWDED:
+        return []
+    return [f"{share:.0%} of the answers are {values.max():g}, the highest given: no normal errors, rely on it less"]
+
+
+def _indicators(labels: Sequence[object], levels: Sequence[object]) -> list[Array]:
+    """A column of 0 and 1 a level, the first level left out."""
+    return [np.array([label == level for label in labels], np.float64) for level in levels[1:]]
+
+
+def _groupings(answers: Sequence[Answer]) -> tuple[dict[str, list[str]], list[str]]:
+    """Return the labels of readers and images where they show differences, and notes on those that they cannot show."""
+    readers, images = [answer.reader for answer in answers], [answer.image for answer in answers]
+    groups, notes = {}, []
+    if len(set(readers)) > 1:
+        groups["readers"] = readers
+    else:
+        notes.append("one reader: no differences between readers in the model")
+    if len(set(images)) < len(images) and len(set(images)) > 1:
+        groups["images"] = images
+    else:
+        notes.append("each image was read once: no differences between images in the model")
+    return groups, notes
+
+
+def fit_crossed(values: Array, fixed: Array, groups: Mapping[str, Sequence[str]]) -> MixedFit:
+    """Fit values = fixed·β + a random effect a grouping + noise, by restricted maximum likelihood.
+
+    Parameters
+    ----------
+    values
+        Shape (n,).
+    fixed
+        Columns of the fixed effects, (n, k).
+    groups
+        Name → which group each value belongs to, n labels; groupings may cross. None: ordinary least squares.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError, ValueError
+        The fit is impossible.
+
+    """
+    if not groups:
+        least = _statsmodels("regression.linear_model").OLS(values, fixed).fit()
+        return MixedFit(np.asarray(least.params), np.asarray(least.bse), {"rest": float(least.scale)}, ())
+    columns = {name: _membership(labels) for name, labels in groups.items()}
+    names = list(columns)
+    # One block that holds everything lets groupings cross; each grouping is a variance component in it.
+    linear = _statsmodels("regression.mixed_linear_model")
+    spec = linear.VCSpec(
+        names,
+        [[[f"{name} {place}" for place in range(each.shape[1])]] for name, each in columns.items()],
+        [[each] for each in columns.values()],
+    )
+    # Powell's method needs no gradient, which fails where a variance is 0, as that between alike readers is.
+    model = linear.MixedLM(values, fixed, np.zeros(len(values)), exog_vc=spec)
+    result, errors, complaints = _fitted(lambda: model.fit(reml=True, method="powell", ftol=1e-12), "bse_fe")
+    variances = dict(zip(names, map(float, result.vcomp), strict=True)) | {"rest": float(result.scale)}
+    return MixedFit(np.asarray(result.fe_params), errors, variances, complaints)
+
+
+def _membership(labels: Sequence[str]) -> Array:
+    levels, place = np.unique(np.array(labels), return_inverse=True)
+    return np.eye(len(levels))[place]
+
+
+def _of_agreement(conditions: Sequence[str], reading_pairs: Sequence[ReadingPair]) -> MixedModel:
+    shown = [condition for condition in conditions if any(pair.answer.condition == condition for pair in reading_pairs)]
+    blank = MixedModel("agreement", EFFECTS["agreement"], shown[0] if shown else UNAGED, len(reading_pairs), ())
+    if len(shown) < 2:
+        return _without(blank, "fewer than two conditions have pairs of readings")
+    agreed = np.array([pair.agreed for pair in reading_pairs], np.float64)
+    under = np.array([pair.answer.condition for pair in reading_pairs])
+    for condition in shown:
+        if np.ptp(agreed[under == condition]) == 0:
+            return _without(blank, f"under {condition} all readings agreed, or none: its odds have no estimate")
+    readers = [pair.answer.reader for pair in reading_pairs]
+    levels = sorted(set(readers))
+    fixed = np.column_stack(
+        [np.ones(len(reading_pairs)), *_indicators(list(under), shown), *_indicators(readers, levels)]
+    )
+    if np.linalg.matrix_rank(fixed) < fixed.shape[1]:
+        return _without(blank, "conditions and readers cannot be told apart")
+    images = np.unique(np.array([pair.answer.image for pair in reading_pairs]), return_inverse=True)[1]
+    try:
+        fit = _fit_logistic(agreed, fixed, images)
+    except (np.linalg.LinAlgError, ValueError) as error:
+        return _without(blank, f"the fit failed ({error})")
+    notes = ["one reader: nothing about others"] if len(levels) == 1 else ["readers are fixed: it is about these alone"]
+    effects = _effects(shown, fit.coefficients, fit.errors, _ratio)
+    return MixedModel("agreement", blank.effect, shown[0], len(reading_pairs), effects, {}, (*notes, *fit.complaints))
+
+
+def _fit_logistic(agreed: Array, fixed: Array, clusters: Any) -> MixedFit:
+    structures = _statsmodels("genmod.cov_struct")
+    together = len(set(clusters)) < len(clusters)
+    structure = structures.Exchangeable() if together else structures.Independence()
+    family = _statsmodels("genmod.families").Binomial()
+    equations = _statsmodels("genmod.generalized_estimating_equations")
+    model = equations.GEE(agreed, fixed, groups=clusters, family=family, cov_struct=structure)
+    result, errors, complaints = _fitted(model.fit, "bse")
+    return MixedFit(np.asarray(result.params), errors, {}, complaints)
+
+
+def _fitted(fit: Callable[[], Any], errors: str) -> tuple[Any, Array, tuple[str, ...]]:
+    """Fit: the result, its standard errors, and what statsmodels warns of, each sentence once.
+
+    Raises ValueError where a standard error is 0, infinite or none.
+    """
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        result = fit()
+        standard = np.asarray(getattr(result, errors), np.float64)
+    if not (np.isfinite(standard) & (standard > 0)).all():
+        raise ValueError("standard errors cannot be computed")
+    warned = dict.fromkeys(str(each.message).partition("\n")[0].rstrip(".") for each in caught)
+    complaints = [f"statsmodels: {text}" for text in warned]
+    if not result.converged:
+        complaints.append("the fit did not converge: do not rely on it")
+    return result, standard, tuple(complaints)
+
+
+def _effects(
+    shown: Sequence[str], coefficients: Array, errors: Array, change: Callable[[float], float]
+) -> tuple[ConditionEffect, ...]:
+    from scipy.special import ndtr
+
+    effects = []
+    for place, condition in enumerate(shown[1:], start=1):
+        value, error = float(coefficients[place]), float(errors[place])
+        ends = change(value - Z * error), change(value + Z * error)
+        effects.append(ConditionEffect(condition, change(value), ends, 2 * float(ndtr(-abs(value / error)))))
+    return tuple(effects)
+
+
+def _ratio(logarithm: float) -> float:
+    """Return the number whose logarithm is given; infinity beyond what a float holds."""
+    return exp(logarithm) if logarithm < 700 else inf
+
+
+def _without(blank: MixedModel, why: str) -> MixedModel:
+    return MixedModel(blank.measure, blank.effect, blank.against, blank.n, (), {}, (f"not fitted: {why}",))

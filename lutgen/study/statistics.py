@@ -1,0 +1,369 @@
+"""Statistics of two samples, from their answers or from n, mean and SD alone: intervals, tests, sizes of effects.
+
+The tests take arrays too, study by study, so that thousands of simulated studies take a moment. Where both samples have
+no variance there is nothing to test by, and p is NaN.
+
+Agreement of readers with themselves: an answer under a condition against the reader's own un-aged answer.
+
+The paper (section 2.3) reads every image twice, the second time un-aged, and asks whether both diagnoses are on the
+same side, positive or negative. In general a reader may have read an image any number of times. The rule here:
+
+- An image's *reference* is the reader's un-aged answer to it in a session that showed nothing aged, the last such one;
+  where there is none, the reader's last un-aged answer to it. In the paper that is session 2.
+- Each answer under an aged condition is paired with the reference; one image read twice under the same condition gives
+  two pairs. An image that was never read un-aged gives none.
+- Of the other un-aged answers the first is paired with the reference: each image gives ``none`` one pair at most.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+from itertools import combinations
+from math import exp, lgamma, nan, sqrt
+from statistics import NormalDist, fmean, stdev
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+
+import numpy as np
+
+from lutgen.cells import number
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from lutgen.colorimetry import Array
+    from lutgen.study.answers import Answer
+
+Item = TypeVar("Item")
+
+#: What is measured beside the diagnosis → what it is and its unit: the paper's TTS and EOR.
+MEASURES = {"time": "time to score, s", "ease": "ease of reading"}
+
+
+@dataclass(frozen=True)
+class StudySample:
+    """One measure under one condition.
+
+    Attributes
+    ----------
+    measure
+        A key of ``MEASURES``.
+    condition
+        How images were shown.
+    n, mean, sd
+        Answers, their mean, and their standard deviation with n − 1; NaN where n does not allow it.
+    values
+        The answers themselves; empty where only figures are known.
+
+    """
+
+    measure: str
+    condition: str
+    n: int
+    mean: float
+    sd: float
+    values: tuple[float, ...] = ()
+
+
+def sample_of(measure: str, condition: str, values: Sequence[float]) -> StudySample:
+    """Return n, mean and SD of at least one answer, with the answers."""
+    sd = stdev(values) if len(values) > 1 else float("nan")
+    return StudySample(measure, condition, len(values), fmean(values), sd, tuple(map(float, values)))
+
+
+def pairs_of(items: Iterable[Item]) -> list[tuple[Item, Item]]:
+    """Return every item with every later one: conditions are compared in their order, the un-aged one first."""
+    return list(combinations(items, 2))
+
+
+#: Low and high end of an interval.
+Interval = tuple[float, float]
+
+#: The two-sided 95 % quantile of the normal distribution, 1.96.
+Z = NormalDist().inv_cdf(0.975)
+
+
+def half_width(n: int, kind: str = "normal") -> float:
+    """Half the width of a mean's interval in standard deviations; NaN for fewer than two answers."""
+    if n < 2:
+        return nan
+    if kind == "normal":
+        return Z / sqrt(n)
+    from scipy.stats import t
+
+    return float(t.ppf(0.975, n - 1)) / sqrt(n)
+
+
+def mean_interval(sample: StudySample, kind: str = "normal") -> Interval:
+    """Interval of a sample's mean, of a kind of ``INTERVALS``."""
+    half = half_width(sample.n, kind) * sample.sd
+    return sample.mean - half, sample.mean + half
+
+
+def wilson(count: int, n: int) -> Interval:
+    """Score interval of a share (Wilson 1927, doi:10.1080/01621459.1927.10502953), no continuity correction.
+
+    Parameters
+    ----------
+    count, n
+        How many of how many, n ≥ 1.
+
+    """
+    share, weight = count / n, Z**2 / n
+    middle = (share + weight / 2) / (1 + weight)
+    half = sqrt(weight * (share * (1 - share) + weight / 4)) / (1 + weight)
+    return max(middle - half, 0.0), min(middle + half, 1.0)
+
+
+def newcombe(first: tuple[int, int], second: tuple[int, int]) -> Interval:
+    """Interval of the difference of two shares, first − second, each (count, n).
+
+    Method 10 of Newcombe 1998, doi:10.1002/(SICI)1097-0258(19980430)17:8<873::AID-SIM779>3.0.CO;2-I: the two Wilson
+    intervals, put together.
+    """
+    (one, low_1, high_1), (two, low_2, high_2) = ((k / n, *wilson(k, n)) for k, n in (first, second))
+    difference = one - two
+    return (
+        difference - sqrt((one - low_1) ** 2 + (high_2 - two) ** 2),
+        difference + sqrt((high_1 - one) ** 2 + (two - low_2) ** 2),
+    )
+
+
+class SampleFigures(NamedTuple):
+    """Answers, mean and SD: numbers, or arrays with an entry a study. A ``StudySample`` has them too."""
+
+    n: Any
+    mean: Any
+    sd: Any
+
+
+class Tested(NamedTuple):
+    """Statistic, degrees of freedom and p."""
+
+    t: Array
+    df: Array
+    p: Array
+
+
+def pooled(first: Any, second: Any, *, one_tailed: bool = False) -> Tested:
+    """Student's two-sample t of equal variances.
+
+    Parameters
+    ----------
+    first, second
+        Anything with n, mean and sd: ``SampleFigures``, ``StudySample``.
+    one_tailed
+        p is that of a larger mean of ``first``; else of a different one.
+
+    """
+    df = np.asarray(first.n + second.n - 2, np.float64)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        variance = ((first.n - 1) * np.square(first.sd) + (second.n - 1) * np.square(second.sd)) / df
+        error = np.sqrt(variance * (1 / first.n + 1 / second.n))
+        return _tested(first.mean - second.mean, error, df, one_tailed=one_tailed)
+
+
+def welch(first: Any, second: Any) -> Tested:
+    """Welch's t of unequal variances, two-sided, with Satterthwaite's degrees of freedom; parameters as ``pooled``."""
+    one, two = np.square(first.sd) / first.n, np.square(second.sd) / second.n
+    with np.errstate(divide="ignore", invalid="ignore"):
+        df = (one + two) ** 2 / (one**2 / (first.n - 1) + two**2 / (second.n - 1))
+        return _tested(first.mean - second.mean, np.sqrt(one + two), df, one_tailed=False)
+
+
+def _tested(difference: Any, error: Any, df: Any, *, one_tailed: bool) -> Tested:
+    from scipy.special import stdtr
+
+    t = np.where(error > 0, difference / np.where(error > 0, error, 1.0), np.nan)
+    return Tested(t, np.asarray(df), stdtr(df, -t) if one_tailed else 2 * stdtr(df, -np.abs(t)))
+
+
+def equal_variances(first: Any, second: Any) -> Array:
+    """F-test of equal variances: its two-sided p; parameters as ``pooled``."""
+    from scipy.special import fdtr, fdtrc
+
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.square(first.sd) / np.square(second.sd)
+    df = (first.n - 1, second.n - 1)
+    return np.asarray(np.minimum(2 * np.minimum(fdtr(*df, ratio), fdtrc(*df, ratio)), 1.0))
+
+
+#: An effect and its interval; NaN where there is none.
+Sized = tuple[float, Interval]
+
+
+def hedges_g(first: StudySample, second: StudySample) -> Sized:
+    """Difference of means, second − first, in pooled standard deviations, without the bias of small samples.
+
+    Hedges 1981, doi:10.3102/10769986006002107, with the exact factor; the interval by the large-sample variance of
+    Hedges & Olkin 1985, Statistical Methods for Meta-Analysis, chapter 5.
+    """
+    t, df, _ = map(float, pooled(second, first))
+    shares = 1 / first.n + 1 / second.n
+    factor = _gamma_ratio(df) if df > 1 else nan
+    g = factor * t * sqrt(shares)
+    half = Z * sqrt(shares + g**2 / (2 * (first.n + second.n)))
+    return g, (g - half, g + half)
+
+
+def _gamma_ratio(df: float) -> float:
+    """c(df) = Γ(df/2) / (√(df/2) Γ((df − 1)/2)), about 1 − 3/(4 df − 1)."""
+    return exp(lgamma(df / 2) - lgamma((df - 1) / 2)) / sqrt(df / 2)
+
+
+#: The name of the un-aged condition: see :class:`lutgen.study.protocol.StudyCondition`.
+UNAGED = "none"
+
+
+@dataclass(frozen=True)
+class ReadingPair:
+    """One answer and its reference: same reader, same image."""
+
+    answer: Answer
+    reference: Answer
+
+    @property
+    def agreed(self) -> bool:
+        """Whether both are positive, or both negative: what the paper counts."""
+        return self.answer.positive == self.reference.positive
+
+
+@dataclass(frozen=True)
+class AgreementCounts:
+    """A row of the paper's Table 3 as it was counted."""
+
+    condition: str
+    agreed: int
+    disagreed: int
+
+    @property
+    def n(self) -> int:
+        """How many pairs there are."""
+        return self.agreed + self.disagreed
+
+    @property
+    def share(self) -> float:
+        """Share that agreed, 0..1."""
+        return self.agreed / self.n
+
+    def figures(self) -> SampleFigures:
+        """Return n, mean and SD of a 1 a pair that agreed and a 0 a pair that did not."""
+        variance = self.share * (1 - self.share) * self.n / (self.n - 1) if self.n > 1 else float("nan")
+        return SampleFigures(self.n, self.share, variance**0.5)
+
+
+def mixed_sessions(answers: Iterable[Answer]) -> set[tuple[str, int]]:
+    """Return the (reader, session) that showed anything aged: where the paper measures time and ease."""
+    return {(answer.reader, answer.session) for answer in answers if answer.condition != UNAGED}
+
+
+def pairs(answers: Sequence[Answer]) -> tuple[ReadingPair, ...]:
+    """Pair answers with their references, by the rule of this module, in the order of the answers."""
+    mixed = mixed_sessions(answers)
+    unaged: dict[tuple[str, str], list[Answer]] = defaultdict(list)
+    for answer in answers:
+        if answer.condition == UNAGED:
+            unaged[answer.reader, answer.image].append(answer)
+    reference, first = {}, {}
+    for key, unaged_answers in unaged.items():
+        unaged_answers.sort(
+            key=lambda answer: ((answer.reader, answer.session) not in mixed, answer.session, answer.position)
+        )
+        reference[key] = unaged_answers[-1]
+        if len(unaged_answers) > 1:
+            first[key] = min(unaged_answers[:-1], key=lambda answer: (answer.session, answer.position))
+    reading_pairs = []
+    for answer in answers:
+        key = (answer.reader, answer.image)
+        if key in reference and (answer.condition != UNAGED or answer is first.get(key)):
+            reading_pairs.append(ReadingPair(answer, reference[key]))
+    return tuple(reading_pairs)
+
+
+def counts(conditions: Sequence[str], reading_pairs: Sequence[ReadingPair]) -> tuple[AgreementCounts, ...]:
+    """Count the pairs that agree, one row for each condition that has pairs."""
+    rows = []
+    for condition in conditions:
+        agreed = [pair.agreed for pair in reading_pairs if pair.answer.condition == condition]
+        if agreed:
+            rows.append(AgreementCounts(condition, sum(agreed), len(agreed) - sum(agreed)))
+    return tuple(rows)
+
+
+@dataclass(frozen=True)
+class Kappa:
+    """κ of the pairs of a condition: ``of`` is ``side`` (positive or negative) or ``category``.
+
+    κ and its interval are NaN where all readings gave the same answer: chance alone would agree always.
+    """
+
+    condition: str
+    of: str
+    n: int
+    percent: float
+    kappa: float
+    ci95: Interval
+
+
+def kappas(conditions: Sequence[str], reading_pairs: Sequence[ReadingPair]) -> tuple[Kappa, ...]:
+    """κ of every condition that has pairs, on sides and on categories."""
+    rows = []
+    for condition in conditions:
+        there = [pair for pair in reading_pairs if pair.answer.condition == condition]
+        if there:
+            sides = [(str(pair.answer.positive), str(pair.reference.positive)) for pair in there]
+            categories = [(pair.answer.category, pair.reference.category) for pair in there]
+            rows += [_kappa(condition, "side", sides), _kappa(condition, "category", categories)]
+    return tuple(rows)
+
+
+def _kappa(condition: str, of: str, readings: Sequence[tuple[str, str]]) -> Kappa:
+    names = sorted({name for pair in readings for name in pair})
+    table = np.zeros((len(names), len(names)))
+    for one, other in readings:
+        table[names.index(one), names.index(other)] += 1
+    value, error = cohen(table)
+    n = len(readings)
+    return Kappa(condition, of, n, 100 * float(np.trace(table)) / n, value, (value - Z * error, value + Z * error))
+
+
+def cohen(table: Array) -> tuple[float, float]:
+    """κ and its standard error from a square table of counts, (k, k); NaN where chance agrees always.
+
+    Cohen 1960, doi:10.1177/001316446002000104; error by Fleiss, Cohen & Everitt 1969, doi:10.1037/h0028106.
+    """
+    n = table.sum()
+    share = table / n
+    rows, columns = share.sum(axis=1), share.sum(axis=0)
+    seen, chance = float(np.trace(share)), float(rows @ columns)
+    if chance >= 1:
+        return float("nan"), float("nan")
+    kappa = (seen - chance) / (1 - chance)
+    both = rows[np.newaxis, :] + columns[:, np.newaxis]
+    diagonal = np.diag(share) @ (1 - np.diag(both) * (1 - kappa)) ** 2
+    other = (1 - kappa) ** 2 * ((share * both**2).sum() - np.diag(share) @ np.diag(both) ** 2)
+    variance = (diagonal + other - (kappa - chance * (1 - kappa)) ** 2) / (n * (1 - chance) ** 2)
+    return kappa, sqrt(max(float(variance), 0.0))
+
+
+def odds_ratio(first: AgreementCounts, second: AgreementCounts) -> Sized:
+    """Odds of agreeing, second over first, with the exact conditional interval (Cornfield 1956; as R's fisher.test).
+
+    NaN or infinite where a count is 0.
+    """
+    from scipy.stats.contingency import odds_ratio as conditional
+
+    ratio = conditional([[second.agreed, second.disagreed], [first.agreed, first.disagreed]])
+    low, high = ratio.confidence_interval(0.95)
+    return float(ratio.statistic), (float(low), float(high))
+
+
+def condition_order(answers: Iterable[Answer]) -> tuple[str, ...]:
+    """Return the conditions of answers: ``none`` first, then by mode and hour."""
+    return tuple(sorted({answer.condition for answer in answers}, key=_mode_and_hours))
+
+
+def _mode_and_hours(condition: str) -> tuple[bool, str, float, str]:
+    mode, _, hours = condition.partition("@")
+    when = number(hours or "0")
+    return mode != UNAGED or when is None, mode, when or 0.0, condition

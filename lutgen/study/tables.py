@@ -1,0 +1,321 @@
+"""Tables of a study as CSV: answers, what others counted or averaged, and the tables of an analysis.
+
+A table that users bring has a header, cells that are checked one by one, and comments in lines that begin with ``#``.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import asdict, astuple, dataclass, fields
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lutgen import cells
+from lutgen.errors import LutgenError, pick_one
+from lutgen.files import read_at_most
+from lutgen.study.answers import MAX_SECONDS, Answer
+from lutgen.study.statistics import MEASURES, AgreementCounts, StudySample, half_width
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from lutgen.study.analysis import Analysis
+
+#: A row is some tens of bytes, and nobody reads a million images.
+MAX_BYTES = 64_000_000
+
+#: Cells of a column of yes and no → whether they say yes.
+_YES_NO = {"1": True, "0": False, "true": True, "false": False, "yes": True, "no": False}
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of a table; errors name file, line and column."""
+
+    file: str
+    line: int
+    cells: dict[str, str]
+
+    def error(self, column: str, what: str) -> LutgenError:
+        """Return the error of a cell, which it quotes."""
+        return self.refused(column, f"{self.cells[column][:80]!r} {what}")
+
+    def refused(self, column: str, why: object) -> LutgenError:
+        """Return the error of a cell in words that name it already."""
+        return LutgenError(f"{self.file}, line {self.line}, column {column}: {why}")
+
+    def text(self, column: str) -> str:
+        """Return the text of a cell. Raises LutgenError for an empty cell, or one that cannot be printed."""
+        cell = self.cells[column]
+        if not cell or not cell.isprintable():
+            raise self.error(column, "is no name. Write letters or digits.")
+        return cell
+
+    def number(self, column: str, *, low: float, high: float = 1e9, above: bool = False) -> float:
+        """Return a number from ``low`` (above it, with ``above``) to ``high``. Raises LutgenError for any other."""
+        cell = self.cells[column]
+        value = cells.number(cell)
+        if value is None or not low <= value <= high or (above and value == low):
+            least = f"above {low:g}" if above else f"of at least {low:g}"
+            raise self.error(column, f"is no number {least} and at most {high:g}. Write it with a decimal point.")
+        return value
+
+    def whole(self, column: str, *, low: int, high: int = 1_000_000) -> int:
+        """Return a whole number. Raises LutgenError for any other."""
+        cell = self.cells[column]
+        value = cells.whole(cell, least=low, most=high)
+        if value is None:
+            raise self.error(column, f"is no whole number in {low}..{high}.")
+        return value
+
+    def yes_no(self, column: str) -> bool:
+        """Return whether a cell says yes. Raises LutgenError for what is neither."""
+        answer = _YES_NO.get(self.cells[column].lower())
+        if answer is None:
+            raise self.error(column, f"is neither yes nor no. Pick one of: {', '.join(_YES_NO)}.")
+        return answer
+
+
+def read_rows(file: str | Path, columns: Sequence[str], *, optional: Sequence[str] = ()) -> tuple[str, tuple[Row, ...]]:
+    """Read a table that has exactly these columns, and any of the optional ones, in any order.
+
+    Returns
+    -------
+    remark
+        The comment in the first line, without ``#``; empty where there is none.
+    rows
+        At least one.
+
+    Raises
+    ------
+    LutgenError
+        The file cannot be read, is too large or no UTF-8, has other columns, or no rows; a line has more or fewer
+        cells.
+
+    """
+    advice = f"Give a .csv with {','.join(columns)}."
+    data = read_at_most(Path(file), MAX_BYTES, what="the table", none="such table", advice=advice)
+    try:
+        lines = data.decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError:
+        raise LutgenError(f"{file}: is no text in UTF-8. Save the table as CSV in UTF-8.") from None
+    remark = lines[0].removeprefix("#").strip() if lines and lines[0].startswith("#") else ""
+    header: list[str] = []
+    rows = []
+    for number, line in enumerate(lines, start=1):
+        if not line.strip() or cells.is_comment(line):
+            continue
+        row = _split(file, number, line)
+        if not header:
+            header = row
+            _check_header(file, number, header, columns, optional)
+        elif len(row) != len(header):
+            message = f"{file}, line {number}: {len(row)} cells for {len(header)} columns. Write decimals as 41.0."
+            raise LutgenError(message)
+        else:
+            rows.append(Row(str(file), number, dict(zip(header, row, strict=True))))
+    if not rows:
+        raise LutgenError(f"{file}: no rows. The table needs the header {','.join(columns)} and a line for each row.")
+    return remark, tuple(rows)
+
+
+def _split(file: str | Path, number: int, line: str) -> list[str]:
+    try:
+        return [cell.strip(cells.BLANKS) for cell in next(csv.reader([line], strict=True))]
+    except csv.Error as error:
+        raise LutgenError(f"{file}, line {number}: is no CSV: {error}. Check its quotes.") from None
+
+
+def _check_header(
+    file: str | Path, number: int, header: Sequence[str], columns: Sequence[str], optional: Sequence[str]
+) -> None:
+    needed = [column for column in header if column not in optional]
+    if sorted(needed) != sorted(columns) or len(set(header)) < len(header):
+        given = ",".join(header)[:200]
+        may = f", and may have {','.join(optional)}" if optional else ""
+        raise LutgenError(f"{file}, line {number}: the header is {given}; it must be {','.join(columns)}{may}.")
+
+
+COLUMNS = tuple(field.name for field in fields(Answer))
+
+
+def read_answer_table(file: str | Path) -> tuple[str, tuple[Answer, ...]]:
+    """Read a table of answers: the remark in its first line, and the answers in the order of the lines.
+
+    Raises
+    ------
+    LutgenError
+        As :func:`lutgen.study.tables.read_rows`; a cell out of range; an image twice in a reader's session;
+        a category that is positive in one line and negative in another.
+
+    """
+    remark, rows = read_rows(file, COLUMNS)
+    answers = []
+    lines: dict[tuple[str, int, str], int] = {}
+    sides: dict[str, tuple[bool, int]] = {}
+    for row in rows:
+        answer = _answer(row)
+        line = lines.setdefault((answer.reader, answer.session, answer.image), row.line)
+        if line != row.line:
+            raise row.error("image", f"was answered in line {line} already, by this reader in this session.")
+        side, line = sides.setdefault(answer.category, (answer.positive, row.line))
+        if side != answer.positive:
+            raise row.error("positive", f"contradicts line {line}, where {answer.category!r} has the other side.")
+        answers.append(answer)
+    return remark, tuple(answers)
+
+
+def _answer(row: Row) -> Answer:
+    return Answer(
+        reader=row.text("reader"),
+        session=row.whole("session", low=1),
+        position=row.whole("position", low=1),
+        image=row.text("image"),
+        condition=row.text("condition"),
+        seconds=row.number("seconds", low=0.0, high=MAX_SECONDS, above=True),
+        ease=row.whole("ease", low=0, high=1000),
+        category=row.text("category"),
+        positive=row.yes_no("positive"),
+    )
+
+
+def answer_table(answers: Iterable[Answer], *, remark: str) -> str:
+    """Write answers as a table whose first line is a remark. Raises LutgenError for a remark of several lines."""
+    if not remark or not remark.isprintable():
+        raise LutgenError("the remark of a table of answers must be one line of text.")
+    text = io.StringIO()
+    text.write(f"# {remark}\n")
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(COLUMNS)
+    for answer in answers:
+        table.writerow([int(cell) if isinstance(cell, bool) else cell for cell in astuple(answer)])
+    return text.getvalue()
+
+
+COUNTS = ("condition", "agreed", "disagreed")
+SUMMARY = ("condition", "measure", "n", "mean", "ci95")
+
+#: Largest count of a table: with ten times as many the exact tests take minutes.
+MOST = 10_000
+
+
+def read_counts(file: str | Path) -> tuple[str, tuple[AgreementCounts, ...]]:
+    """Read ``condition,agreed,disagreed``: the remark in the first line, and the rows.
+
+    Raises
+    ------
+    LutgenError
+        As :func:`lutgen.study.tables.read_rows`; a cell that is no count, a condition twice or without
+        any pair.
+
+    """
+    remark, rows = read_rows(file, COUNTS)
+    counts = []
+    for row in rows:
+        agreed, disagreed = (row.whole(column, low=0, high=MOST) for column in COUNTS[1:])
+        count = AgreementCounts(row.text("condition"), agreed, disagreed)
+        if not count.n:
+            raise row.error("agreed", "and no disagreed either: nothing was compared. Leave the condition out.")
+        counts.append(count)
+    _check_once(rows, [(row.condition,) for row in counts])
+    return remark, tuple(counts)
+
+
+def read_summary(file: str | Path, *, ci: str = "normal") -> tuple[str, tuple[StudySample, ...]]:
+    """Read ``condition,measure,n,mean,ci95``: the remark in the first line, and the samples.
+
+    ``ci95`` is the half width: mean ± ci95. The standard deviation is taken back from it as ``ci`` says, a key of
+    ``INTERVALS``: ``normal``, ci95 = 1.96 SD/√n, or ``t``.
+
+    Raises
+    ------
+    LutgenError
+        As :func:`read_counts`; a measure that is none of ``MEASURES``, or an interval below 0.
+
+    """
+    remark, rows = read_rows(file, SUMMARY)
+    samples = []
+    for row in rows:
+        measure = row.text("measure")
+        if measure not in MEASURES:
+            raise row.refused("measure", pick_one("measure", measure, MEASURES))
+        n = row.whole("n", low=2)
+        mean = row.number("mean", low=0.0)
+        sd = row.number("ci95", low=0.0) / half_width(n, ci)
+        samples.append(StudySample(measure, row.text("condition"), n, mean, sd))
+    _check_once(rows, [(one.measure, one.condition) for one in samples])
+    samples.sort(key=lambda one: list(MEASURES).index(one.measure))
+    return remark, tuple(samples)
+
+
+def _check_once(rows: Sequence[Row], keys: Sequence[tuple[str, ...]]) -> None:
+    for place, key in enumerate(keys):
+        if key in keys[:place]:
+            row = rows[place]
+            raise row.error("condition", f"appears twice{f' for {key[0]}' if len(key) > 1 else ''}. Keep one line.")
+
+
+#: Files that ``--csv`` may write; a table without rows is left out.
+TABLE_FILES = (
+    "table2.csv",
+    "table2-tests.csv",
+    "table3.csv",
+    "table4.csv",
+    "beyond-means.csv",
+    "beyond-agreement.csv",
+    "beyond-kappa.csv",
+    "beyond-mixed.csv",
+    "beyond-holm.csv",
+)
+
+
+def tables_csv(analysis: Analysis) -> dict[str, str]:
+    """Return name → text of every table that has rows; the first line says where the figures come from."""
+    rows: tuple[Iterable[Mapping[str, Any]], ...] = (
+        map(asdict, analysis.table2.means),
+        map(asdict, analysis.table2.tests),
+        map(asdict, analysis.table3),
+        map(asdict, analysis.table4),
+        map(asdict, analysis.means),
+        map(asdict, analysis.agreement),
+        map(asdict, analysis.kappas),
+        [
+            {"measure": model.measure, "effect": model.effect, "against": model.against, "n": model.n, **asdict(each)}
+            for model in analysis.mixed
+            for each in model.effects
+        ],
+        map(asdict, analysis.holm),
+    )
+    flat = {name: [dict(_flat(row)) for row in table] for name, table in zip(TABLE_FILES, rows, strict=True)}
+    return {name: _table_text(table, analysis.sources) for name, table in flat.items() if table}
+
+
+def _flat(row: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Lay out a row: intervals as ``…_low`` and ``…_high``, McNemar's test in columns of its own."""
+    for name, value in row.items():
+        if name == "mcnemar":
+            for part in ("pairs", "first_only", "second_only", "p"):
+                yield f"mcnemar_{part}", "" if value is None else value[part]
+        elif isinstance(value, tuple):
+            yield f"{name}_low", value[0]
+            yield f"{name}_high", value[1]
+        else:
+            yield name, value
+
+
+def _table_text(rows: list[dict[str, Any]], sources: Iterable[str]) -> str:
+    text = io.StringIO()
+    text.write(f"# {' '.join(sources)}\n")
+    table = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+    table.writeheader()
+    table.writerows({name: _cell(value) for name, value in row.items()} for row in rows)
+    return text.getvalue()
+
+
+def _cell(value: Any) -> Any:
+    """Write twelve figures, which no last bit of another processor reaches; nothing for what is not finite."""
+    if not isinstance(value, float):
+        return value
+    return f"{value:.12g}" if isfinite(value) else ""
