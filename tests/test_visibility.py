@@ -15,6 +15,7 @@ from lutgen.criticism.search import STRONG
 from lutgen.criticism.visibility import Visibility, threshold, visibility
 from lutgen.effects import Effect, catalogue
 from lutgen.effects.expression import parse
+from tests.quick import mostly_slow
 from tests.readings_text import read
 from tests.virtual_display.campaign import Campaign, csv_text
 from tests.virtual_display.designs import DESIGNS
@@ -52,7 +53,7 @@ def detections(effect: Effect, parameter: str, size: float, base: Fit, seeds: in
     return count
 
 
-@pytest.mark.parametrize(("name", "design"), [
+@pytest.mark.parametrize(("name", "design"), mostly_slow([
     ("black-level", "greys"),
     ("crosstalk", "colours"),
     ("eotf-drift", "colours"),
@@ -60,7 +61,7 @@ def detections(effect: Effect, parameter: str, size: float, base: Fit, seeds: in
     ("primary-shift", "colours"),
     ("edge-falloff", "full"),
     ("warm-up", "full"),
-])  # fmt: skip
+], "black-level", "crosstalk"))  # fmt: skip
 def test_an_effect_of_the_smallest_detectable_size_is_seen_in_nine_of_ten_campaigns(name: str, design: str) -> None:
     base, effect, said = healthy(design), catalogue()[name], seen(name, design)
     assert said.visible
