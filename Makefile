@@ -14,7 +14,7 @@ ALONE := OPENBLAS_NUM_THREADS=1
 # A process that has nothing left to do takes tests from another.
 PYTEST := $(PYTHON) -m pytest --numprocesses auto --dist worksteal
 
-.PHONY: help setup programs demo test test-all test-quick-other test-other lint lint-page vendor explore-picture bench consumers fuzz hidden sessions reference docs figures configs check-configs display table1 dist clean
+.PHONY: help setup programs demo test test-quick test-all test-slow test-other lint lint-page vendor explore-picture bench consumers fuzz hidden sessions reference docs figures configs check-configs display table1 dist clean
 
 help: ## say what can be made (this)
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -30,19 +30,22 @@ programs: setup # the programs that tests drive from outside: oiiotool, ffmpeg, 
 demo: setup ## a real tissue image on an aged display; prints the path of the picture
 	@$(PYTHON) examples/demo.py
 
-test: lint ## style, types and the quick tests: four minutes on two cores
+# Types are checked in one process, beside which tests run.
+test: setup ## style, types and the quick tests: four minutes on two cores
+	@$(MAKE) --no-print-directory --jobs 2 lint test-quick
+
+test-quick: setup
 	@$(ALONE) $(PYTEST) -m 'not slow' $(ARGS)
 
-test-all: programs ## what `make test` leaves out: slow tests, tests with programs, the other OpenColorIO
-	@$(ALONE) $(PYTEST) -m slow $(ARGS)
+test-all: test-slow ## what `make test` leaves out: slow tests, programs, the other OpenColorIO; all of it with ARGS=--everything
 	@if grep -q ^debian .venv/lutgen-setup; then $(MAKE) --no-print-directory test-other OCIO=wheels; fi
 
-# What never touches OpenColorIO or OpenImageIO is the same with any make of them, and so are the texts' examples.
-test-quick-other: setup
-	@$(ALONE) $(PYTEST) -m 'not numbers and not texts and not slow' $(ARGS)
+test-slow: programs
+	@$(ALONE) $(PYTEST) -m slow $(ARGS)
 
-test-other: programs
-	@$(ALONE) $(PYTEST) -m 'not numbers and not texts' $(ARGS)
+# What never touches OpenColorIO or OpenImageIO is the same with any make of them, and so are the texts' examples.
+test-other: $(if $(findstring --everything,$(ARGS)),programs,setup)
+	@$(ALONE) $(PYTEST) -m 'not numbers and not texts$(if $(findstring --everything,$(ARGS)),, and not slow)' $(ARGS)
 
 lint: setup ## style and types
 	@$(PYTHON) -m ruff check --quiet

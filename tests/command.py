@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import signal
 import subprocess
 import sys
 from contextlib import redirect_stderr, redirect_stdout
@@ -14,6 +15,7 @@ from lutgen import cli
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
 
 class Done(NamedTuple):
@@ -29,15 +31,37 @@ class Done(NamedTuple):
         return self.out.splitlines()
 
 
+def words(text: str) -> str:
+    """Return what is printed without its line breaks and no-break spaces."""
+    return " ".join(text.replace("\N{NO-BREAK SPACE}", " ").split())
+
+
+def replaces_by_force_alone(run: Callable[..., Done], old: Path, *arguments: str) -> None:
+    """Fail unless a command leaves a file of somebody's as it is, and with ``--force`` writes over it."""
+    old.write_text("mine")
+    done = run(*arguments)
+    assert (done.code, old.read_text()) == (2, "mine")
+    assert f"{old.name}: exists already. Add --force to replace it" in done.err
+    assert run(*arguments, "--force").code == 0
+    assert old.read_bytes() != b"mine"
+
+
+def exit_code(patch: pytest.MonkeyPatch, *arguments: object) -> int:
+    """Run ``lutgen`` in this process, whose answer to SIGTERM stays its own."""
+    before = signal.getsignal(signal.SIGTERM)
+    patch.setattr(sys, "argv", ["lutgen", *map(str, arguments)])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    signal.signal(signal.SIGTERM, before)
+    return int(ended.value.code or 0)
+
+
 def here(*arguments: object) -> subprocess.CompletedProcess[str]:
     """Run ``lutgen`` in this process and return what a process of its own would leave, half a second earlier."""
     out, err = io.StringIO(), io.StringIO()
-    words = ["lutgen", *map(str, arguments)]
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
-        patch.setattr(sys, "argv", words)
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
-    return subprocess.CompletedProcess(words, int(ended.value.code or 0), out.getvalue(), err.getvalue())
+        code = exit_code(patch, *arguments)
+    return subprocess.CompletedProcess(["lutgen", *map(str, arguments)], code, out.getvalue(), err.getvalue())
 
 
 def in_process(
@@ -46,10 +70,8 @@ def in_process(
     """Return what runs ``lutgen``, or one of its commands, with arguments."""
 
     def lutgen(*arguments: str) -> Done:
-        monkeypatch.setattr(sys, "argv", ["lutgen", *command, *arguments])
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
+        code = exit_code(monkeypatch, *command, *arguments)
         caught = capsys.readouterr()
-        return Done(int(ended.value.code or 0), caught.out, caught.err)
+        return Done(code, caught.out, caught.err)
 
     return lutgen

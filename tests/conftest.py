@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import os
+import random
+from collections import defaultdict
+from typing import TYPE_CHECKING
 
 from hypothesis import settings
 
 from lutgen.bindings import ocio, oiio
+
+if TYPE_CHECKING:
+    import pytest
 
 # As the command itself: one thread of BLAS, whose last bits depend on their number. numpy is not loaded yet.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -14,6 +20,37 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # A busy machine is no fault of the code, and a failure here must be the same failure elsewhere.
 settings.register_profile("lutgen", deadline=None, derandomize=True)
 settings.load_profile("lutgen")
+
+
+#: Slow cases of one test that are run without ``--everything``.
+SAMPLE = 5
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add ``--everything``."""
+    parser.addoption("--everything", action="store_true", help="all slow cases, not a seeded sample of each test's")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out, without ``--everything``, what has the mark ``rare``, and all slow cases of a test but a sample.
+
+    Of ``slow(every=True)`` no case is left out. Tests that draw with OpenGL come last: it leaves threads behind, beside
+    which a forked process may wait for ever.
+    """
+    items.sort(key=lambda item: any(mark.args == ("renderer",) for mark in item.iter_markers("usefixtures")))
+    if config.getoption("everything"):
+        return
+    slow = defaultdict(list)
+    for item in items:
+        mark = item.get_closest_marker("slow")
+        if mark and not mark.kwargs.get("every"):
+            slow[item.nodeid.partition("[")[0]].append(item)
+    out = {item for item in items if item.get_closest_marker("rare")}
+    for test, cases in slow.items():
+        kept = random.Random(test).sample(cases, min(SAMPLE, len(cases)))  # noqa: S311 - no secret
+        out.update(set(cases) - set(kept))
+    config.hook.pytest_deselected(items=[item for item in items if item in out])
+    items[:] = [item for item in items if item not in out]
 
 
 def pytest_report_header() -> str:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import io
+import os
 import shlex
 import shutil
 import signal
 import subprocess
 import sys
-from contextlib import redirect_stderr, redirect_stdout
+from contextlib import chdir
 from itertools import takewhile
 from pathlib import Path
 
@@ -20,11 +20,11 @@ from skimage.io import imsave
 
 from lutgen.bake import icc_profile
 from lutgen.bake.spaces import linear_to_xyz_d50
-from lutgen.cli import main
 from lutgen.cli.program import group
 from lutgen.display import DisplayModel, default_display
 from lutgen.readings import read_measurements
 from lutgen.report.effect_sketch import sketched
+from tests.command import here
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -76,14 +76,12 @@ def run_lutgen(line: str, folder: Path) -> str:
     assert program == "lutgen"
     if arguments[:2] == ["study", "run"] or arguments[:1] == ["explore"]:
         return run_until_served([sys.executable, "-m", "lutgen", *arguments], folder)
-    out, err = io.StringIO(), io.StringIO()
-    with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
-        patch.chdir(folder)
-        patch.setattr(sys, "argv", ["lutgen", *arguments])
-        with pytest.raises(SystemExit) as ended:
-            main()
-    assert not ended.value.code, (line, err.getvalue())
-    return out.getvalue()
+    with chdir(folder), pytest.MonkeyPatch.context() as patch:
+        # No workers: beside the threads of earlier tests (OpenGL, images) a forked process may wait for ever.
+        patch.setattr(os, "cpu_count", lambda: 1)
+        done = here(*arguments)
+    assert not done.returncode, (line, done.stderr)
+    return done.stdout
 
 
 def run_until_served(command: list[str], folder: Path) -> str:

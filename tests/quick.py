@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 
-def mostly_slow(cases: Iterable[Any], *quick: str) -> list[Any]:
+def mostly_slow(cases: Iterable[Any], *quick: object) -> list[Any]:
     """Mark all cases slow but those named, each by its name or by the first of its values."""
     given = [case if isinstance(case, tuple) else (case,) for case in cases]
     assert {*quick} <= {case[0] for case in given}

@@ -16,10 +16,10 @@ from skimage import data
 
 from lutgen import DisplayModel, LutgenError, apply_to_image, read_measurements
 from lutgen.bindings import oiio
-from lutgen.cli import main
 from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.display import default_display
 from lutgen.pictures.engines import ChainEngine, PaperEngine, engine_for
+from tests.command import exit_code
 from tests.disk import mounted
 
 if TYPE_CHECKING:
@@ -79,21 +79,12 @@ def read(path: Path) -> Stored:
 
 def run(*words: object) -> int:
     """Run ``lutgen`` in this process: its exit code."""
-    sys.argv = ["lutgen", *(str(word) for word in words)]
-    try:
-        main()
-    except SystemExit as stop:
-        return int(stop.code or 0)
-    return 0
+    with pytest.MonkeyPatch.context() as patch:
+        return exit_code(patch, *words)
 
 
 def eight_bits(code: NDArray[np.float64]) -> Pixels:
     return np.rint(255.0 * code).astype(np.uint8)
-
-
-@pytest.fixture(autouse=True)
-def _arguments(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys, "argv", sys.argv)  # `run` changes them; this puts them back
 
 
 @pytest.fixture(scope="module")
@@ -667,14 +658,19 @@ def tiny_disk(tmp_path: Path) -> Iterator[Path]:
 
 @pytest.mark.parametrize("suffix", [".png", ".jpg", ".tif", ".exr"])
 def test_a_full_disk_is_one_sentence_and_leaves_nothing(
-    suffix: str, tissue: Pixels, tmp_path: Path, tiny_disk: Path
+    suffix: str, tissue: Pixels, tmp_path: Path, tiny_disk: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """In a process of its own: libjpeg ends the process that it cannot write for."""
+    """JPEG in a process of its own: libjpeg ends the process that it cannot write for."""
     source, out = write(tmp_path / "in.tif", tissue), tiny_disk / f"out{suffix}"
-    command = [sys.executable, "-m", "lutgen", "apply", source, "--mode", MODE, "--hours", HOURS, "-o", out]
-    done = subprocess.run([str(part) for part in command], capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stdout) == (2, "")
-    (line,) = done.stderr.splitlines()
+    words = ["apply", str(source), "--mode", MODE, "--hours", str(HOURS), "-o", str(out)]
+    if suffix == ".jpg":
+        done = subprocess.run([sys.executable, "-m", "lutgen", *words], capture_output=True, text=True, check=False)
+        code, printed, said = done.returncode, done.stdout, done.stderr
+    else:
+        code = run(*words)
+        printed, said = capfd.readouterr()
+    assert (code, printed) == (2, "")
+    (line,) = said.splitlines()
     assert f"{out}: cannot write: no space left on device" in line
     assert list(tiny_disk.iterdir()) == []
 

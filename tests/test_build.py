@@ -70,11 +70,6 @@ def manifest_of(folder: Path) -> dict[str, Any]:
     return content
 
 
-def lutgen(*arguments: str | Path, **options: Any) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "lutgen", *map(str, arguments)]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, **options)
-
-
 def refused(done: subprocess.CompletedProcess[str], *says: str) -> None:
     """Exit code 2, one sentence on standard error, nothing else."""
     assert done.returncode == 2, done.stdout + done.stderr
@@ -275,7 +270,7 @@ def test_certificates_are_as_good_as_expected(
 )
 @pytest.mark.parametrize("name", ["aged.cube", "aged.clf"])
 def test_a_certificate_is_what_a_slow_independent_path_finds(name: str, nearest_33: tuple[Path, Built]) -> None:
-    """The twin's model, OpenColorIO by a short path, colour-science's Lab and ΔE, the groups in plain Python."""
+    """The twin's model, the file by another way, colour-science's Lab and ΔE, the groups in plain Python."""
     import colour
 
     path = nearest_33[0] / "chroma/18000h" / name
@@ -284,12 +279,8 @@ def test_a_certificate_is_what_a_slow_independent_path_finds(name: str, nearest_
     twin = Twin(rows_of_csv(default_display().read_text(encoding="utf-8")), mode="chroma", hours=18_000.0)
     model = np.array([twin.linear((r, g, b)) for r, g, b in code.tolist()])
 
-    lib = ocio()
-    lib.ClearAllCaches()
-    transform = lib.FileTransform(src=str(path), interpolation=lib.INTERP_TETRAHEDRAL)
-    shown = code.astype(np.float32)
-    lib.Config.CreateRaw().getProcessor(transform).getDefaultCPUProcessor().applyRGB(shown)
-    shown_linear = colour.models.eotf_sRGB(np.clip(shown.astype(np.float64), 0, 1))
+    shown = cube_in_plain_python(path, code) if name == "aged.cube" else by_opencolorio(path, code)
+    shown_linear = colour.models.eotf_sRGB(np.clip(shown, 0, 1))
     matrix = colour.normalised_primary_matrix([0.64, 0.33, 0.30, 0.60, 0.15, 0.06], [0.3127, 0.3290])
     lab = [colour.XYZ_to_Lab(linear @ matrix.T, [0.3127, 0.3290]) for linear in (np.clip(model, 0, 1), shown_linear)]
     error = colour.delta_E(lab[0], lab[1], method="CIE 2000")
@@ -306,6 +297,31 @@ def test_a_certificate_is_what_a_slow_independent_path_finds(name: str, nearest_
             assert found == pytest.approx([figures["mean"], figures["p99"], figures["max"]], abs=1.5e-6), label
     outside = ((model < -1e-6) | (model > 1 + 1e-6)).any(axis=1).mean()
     assert certificate["clipped_share"] == pytest.approx(outside, abs=1e-6)
+
+
+def by_opencolorio(path: Path, code: Any) -> Any:
+    """Colours through a file, in single precision."""
+    lib = ocio()
+    lib.ClearAllCaches()
+    transform = lib.FileTransform(src=str(path), interpolation=lib.INTERP_TETRAHEDRAL)
+    shown = code.astype(np.float32)
+    lib.Config.CreateRaw().getProcessor(transform).getDefaultCPUProcessor().applyRGB(shown)
+    return shown.astype(np.float64)
+
+
+def cube_in_plain_python(path: Path, code: Any) -> Any:
+    """Colours through a .cube of 33³: its numbers in single precision, as programs hold them, the sums in double."""
+    rows = [line.split() for line in path.read_text(encoding="utf-8").splitlines()]
+    table = np.array([row for row in rows if len(row) == 3 and row[0][0].isdigit()], dtype=np.float32)
+    table = table.astype(np.float64)
+    shown = np.array(
+        [
+            sum(share * table[red + 33 * green + 33**2 * blue] for (red, green, blue), share in mixed(colour))
+            for colour in code.tolist()
+        ]
+    )
+    np.testing.assert_allclose(shown, by_opencolorio(path, code), atol=1e-6)
+    return shown
 
 
 def groups(code: Any, twin: Twin, *, linear_index: bool) -> Any:
@@ -341,7 +357,7 @@ def groups(code: Any, twin: Twin, *, linear_index: bool) -> Any:
     for place, (red, green, blue) in enumerate(code.tolist()):
         linear = (to_linear(red), to_linear(green), to_linear(blue))
         own = region_of(linear)
-        nodes = list(mixed(linear if linear_index else (red, green, blue)))
+        nodes = [node for node, share in mixed(linear if linear_index else (red, green, blue)) if share > 1e-6]
         met = [at(node) for node in nodes]
         if place >= len(code) - 2 * PAIRS or any(region != own for region, _ in met):
             result.append("border")
@@ -357,16 +373,15 @@ def code_of(linear: tuple[float, float, float]) -> tuple[float, float, float]:
     return red, green, blue
 
 
-def mixed(index: tuple[float, float, float]) -> list[tuple[int, int, int]]:
-    """Lattice points that tetrahedral interpolation mixes with more than 1e-6 each."""
+def mixed(index: tuple[float, float, float]) -> list[tuple[tuple[int, int, int], float]]:
+    """Lattice points that tetrahedral interpolation mixes, and their shares."""
     corner = [min(int(value * 32), 31) for value in index]
     share = [value * 32 - low for value, low in zip(index, corner, strict=True)]
     order = sorted(range(3), key=lambda channel: -share[channel])
     steps = [1.0, *(share[channel] for channel in order), 0.0]
     node, found = list(corner), []
     for step in range(4):
-        if steps[step] - steps[step + 1] > 1e-6:
-            found.append((node[0], node[1], node[2]))
+        found.append(((node[0], node[1], node[2]), steps[step] - steps[step + 1]))
         if step < 3:
             node[order[step]] += 1
     return found
@@ -555,14 +570,14 @@ def read_only_disk(tmp_path: Path) -> Iterator[Path]:
 @pytest.mark.parametrize("jobs", ["1", "2"])
 def test_a_full_disk_is_one_sentence_and_leaves_nothing(jobs: str, tiny_disk: Path) -> None:
     options = ("--hours", "0,10000", "--mode", "chroma,chroma-luma", "--cubesize", "17")
-    done = lutgen("build", *options, "--jobs", jobs, "-o", tiny_disk / "aged")
+    done = here("build", *options, "--jobs", jobs, "-o", tiny_disk / "aged")
     refused(done, "no space left on device")
     assert list(tiny_disk.iterdir()) == []
 
 
 def test_a_read_only_folder_is_one_sentence(read_only_disk: Path) -> None:
     for output in (read_only_disk, read_only_disk / "aged"):
-        refused(lutgen("build", "--hours", "0", "--mode", "chroma", "-o", output), "read-only", str(output))
+        refused(here("build", "--hours", "0", "--mode", "chroma", "-o", output), "read-only", str(output))
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
@@ -570,16 +585,16 @@ def test_a_folder_without_permission_is_one_sentence(tmp_path: Path) -> None:
     folder = tmp_path / "locked"
     folder.mkdir()
     folder.chmod(0o555)
-    refused(lutgen("build", "--hours", "0", "--mode", "chroma", "-o", folder / "aged"), "permission denied")
+    refused(here("build", "--hours", "0", "--mode", "chroma", "-o", folder / "aged"), "permission denied")
     folder.chmod(0o000)
-    refused(lutgen("build", "--hours", "0", "--mode", "chroma", "-o", folder), str(folder))
+    refused(here("build", "--hours", "0", "--mode", "chroma", "-o", folder), str(folder))
     folder.chmod(0o755)
 
 
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="there is no /proc here")
 def test_a_folder_that_cannot_be_made_is_one_sentence() -> None:
     refused(
-        lutgen("build", "--hours", "0", "--mode", "chroma", "-o", "/proc/lutgen/aged"), "/proc/lutgen", "cannot write"
+        here("build", "--hours", "0", "--mode", "chroma", "-o", "/proc/lutgen/aged"), "/proc/lutgen", "cannot write"
     )
 
 
@@ -678,7 +693,7 @@ def test_kill_9_leaves_whole_files_and_the_next_build_completes(
         interrupted = (build.folder / JOURNAL).exists()
         assert interrupted or seed > 3, "not killed while it wrote"
         missing = len(set(reference) - set(contents(build.folder)) - {"manifest.json"})
-        done = lutgen(*KILLED, "-o", build.folder)
+        done = here(*KILLED, "-o", build.folder)
         assert done.returncode == 0, done.stderr
         assert contents(build.folder) == reference
         assert ("interrupted" in done.stdout) == interrupted

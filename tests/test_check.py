@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import re
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +15,7 @@ from lutgen.bake.check import Budget, check, check_lut
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
 from lutgen.readings import read_measurements
+from tests.command import here
 from tests.quick import mostly_slow
 
 if TYPE_CHECKING:
@@ -198,7 +197,7 @@ def test_the_budget_decides(built: Path) -> None:
 @pytest.mark.parametrize("limit", ["nan", "inf", "-1"])
 @pytest.mark.parametrize("option", ["--max-delta-e", "--p99"])
 def test_a_budget_that_decides_nothing_is_bad_input(option: str, limit: str, built: Path) -> None:
-    done = run(built, option, limit)
+    done = here("check", built, option, limit)
     assert done.returncode == 2
     assert option in done.stderr
     assert limit in done.stderr
@@ -233,31 +232,26 @@ def test_a_folder_that_lutgen_did_not_make_is_bad_input(tmp_path: Path) -> None:
         check(tmp_path)
 
 
-def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "lutgen", "check", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
-
-
 @pytest.mark.slow
 def test_exit_codes_say_what_happened(built: Path, tmp_path: Path) -> None:
-    assert run(built).returncode == 0
+    assert here("check", built).returncode == 0
     (built / CUBE).unlink()
-    failed = run(built)
+    failed = here("check", built)
     assert (failed.returncode, failed.stderr) == (1, "")
     assert f"{CUBE}: missing" in failed.stdout
-    assert run(tmp_path).returncode == 2
-    assert run(built / CLF).returncode == 2
-    assert run(built / CLF, "--mode", "chroma", "--hours", "10000").returncode == 0
-    assert run(built / CLF, "--mode", "chroma", "--hours", "0").returncode == 1
+    assert here("check", tmp_path).returncode == 2
+    assert here("check", built / CLF).returncode == 2
+    assert here("check", built / CLF, "--mode", "chroma", "--hours", "10000").returncode == 0
+    assert here("check", built / CLF, "--mode", "chroma", "--hours", "0").returncode == 1
 
 
 @pytest.mark.slow
 def test_a_model_file_replaces_the_manifests_model(built: Path, tmp_path: Path) -> None:
     model = tmp_path / "model.toml"
     model.write_text('schema = 1\n[display]\nfile = "mine.csv"\n[model]\nreference = "relative"\n')
-    assert run(built, "--model", model).returncode == 0
+    assert here("check", built, "--model", model).returncode == 0
     model.write_text('schema = 1\n[display]\nfile = "mine.csv"\n[model]\nreference = "absolute"\n')
-    failed = run(built, "--model", model, "--json")
+    failed = here("check", built, "--model", model, "--json")
     assert failed.returncode == 1
     content = json.loads(failed.stdout)
     assert content["passed"] is False

@@ -18,7 +18,7 @@ from lutgen.pictures import cohort_workers
 from lutgen.report.lifetimes import hours_or_never
 from tests.altered import altered
 from tests.cohort_slides import break_slide, make_slides, model, seven_colours, waiting_model
-from tests.command import Done, in_process
+from tests.command import Done, in_process, words
 from tests.schemas import validator
 
 if TYPE_CHECKING:
@@ -34,10 +34,6 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
 
     lutgen = in_process(monkeypatch, capsys, "cohort")
     return lambda *arguments, hours="0..18000:6000": lutgen(*arguments, "--hours", hours)
-
-
-def words(text: str) -> str:
-    return " ".join(text.replace("\N{NO-BREAK SPACE}", " ").split())
 
 
 def written(folder: Path) -> set[str]:

@@ -22,8 +22,9 @@ from lutgen.cli import outputs
 from lutgen.cli.command import Command, Section
 from lutgen.cli.program import group
 from lutgen.cli.terminal import wrapped
-from tests.command import in_process
+from tests.command import here, in_process
 from tests.examples_folder import COMMANDS, ROOT, make_folder
+from tests.quick import mostly_slow
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -145,7 +146,7 @@ def test_no_line_ends_inside_a_number(width: int) -> None:
 @pytest.mark.parametrize("width", [33, 60])
 def test_a_terminal_gets_sentences_that_wrap_at_words(width: int) -> None:
     command = ["apply", "absent.png", "--mode", "chroma", "--hours", "5", "--lut", "some.cube", "-o", "out.png"]
-    piped = subprocess.run([*PROGRAM, *command], capture_output=True, text=True, check=False, timeout=60)
+    piped = here(*command)
     lines = on_terminal(width, *command)
     assert " ".join(lines).split() == piped.stderr.split()
     assert len(lines) > 1
@@ -258,8 +259,11 @@ ASKED = {
     "lint theirs.cube --json OUT/l.json": {"l.json"},
 }
 
+#: One of each way in which files are asked for.
+QUICK = ("inspect examples/session.ti3 --json OUT/i.json", "study power --per-condition 40 --json OUT/s.json")
 
-@pytest.mark.parametrize("command", ASKED)
+
+@pytest.mark.parametrize("command", mostly_slow(ASKED, *QUICK))
 def test_a_closed_pipe_changes_nothing_but_the_words(command: str, folder: Path, tmp_path: Path) -> None:
     ours, theirs = os.pipe()
     os.close(ours)
@@ -290,7 +294,7 @@ def test_files_are_written_before_words(tmp_path: Path, capsys: pytest.CaptureFi
 def test_a_full_disk_under_standard_output_is_one_sentence() -> None:
     with open("/dev/full", "w") as full:  # noqa: PTH123
         done = subprocess.run(
-            [*PROGRAM, "show"], stdout=full, stderr=subprocess.PIPE, text=True, check=False, timeout=60
+            [*PROGRAM, "effects"], stdout=full, stderr=subprocess.PIPE, text=True, check=False, timeout=60
         )
     assert done.returncode == 2
     assert done.stderr == "lutgen: error: no space left on device.\n"

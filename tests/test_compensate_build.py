@@ -255,14 +255,21 @@ def test_unknown_directions_are_refused() -> None:
         Plan((0.0,), direction="compensate", unreachable="no")
 
 
-@pytest.mark.parametrize("name", [name for name in format_names() if format_named(name).corrects])
-def test_every_format_that_can_carries_the_correction_and_checks(
-    name: str, model: DisplayModel, tmp_path: Path
-) -> None:
-    plan = Plan((18_000.0,), ("chroma",), (name,), direction="compensate")
-    (record,) = [file for file in build(model, plan, tmp_path, jobs=1).manifest.files if file.kind == "lut"]
-    assert Path(record.path).name.startswith("compensate")
-    assert check(tmp_path, jobs=1).findings == ()
+CORRECTING = tuple(name for name in format_names() if format_named(name).corrects)
+
+
+@pytest.fixture(scope="module")
+def of_all_formats(model: DisplayModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("formats")
+    build(model, Plan((18_000.0,), ("chroma",), CORRECTING, direction="compensate"), folder, jobs=1)
+    return folder
+
+
+def test_every_format_that_can_carries_the_correction_and_checks(of_all_formats: Path) -> None:
+    tables = [each for each in manifest_of(of_all_formats)["files"] if each["kind"] == "lut"]
+    assert {each["format"] for each in tables} == set(CORRECTING)
+    assert all(Path(each["path"]).name.startswith("compensate") for each in tables)
+    assert check(of_all_formats, jobs=1).findings == ()
 
 
 def test_a_profile_describes_a_display_and_corrects_none() -> None:

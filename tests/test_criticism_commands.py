@@ -15,6 +15,8 @@ from lutgen.criticism.direction import placed
 from lutgen.criticism.separate import POOL, Separation
 from lutgen.display import load_model
 from lutgen.effects.child import check_file
+from lutgen.effects.contract import check
+from lutgen.effects.own import load_file
 from lutgen.numerals import percent, readable, with_error
 from lutgen.readings import read_measurements
 from lutgen.readings.conditions import CONDITIONS
@@ -22,6 +24,7 @@ from lutgen.report import diagnosis as diagnosis_page
 from lutgen.report.effect_sketch import FOLLOWS, of_condition, sketched
 from tests.campaigns import single, text_of, write
 from tests.command import Done, in_process
+from tests.quick import mostly_slow
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -88,7 +91,9 @@ DIAGNOSED: dict[str, tuple[str, ...]] = {
 }
 
 
-@pytest.mark.parametrize(("asked", "says"), DIAGNOSED.items(), ids=list(DIAGNOSED))
+@pytest.mark.parametrize(
+    ("asked", "says"), mostly_slow(DIAGNOSED.items(), "leak", "healthy", "tips only"), ids=list(DIAGNOSED)
+)
 def test_diagnose_says_what_is_missing_then_what_to_do_then_what_can_be_seen(
     run: Callable[..., Done], tmp_path: Path, asked: str, says: tuple[str, ...]
 ) -> None:
@@ -183,7 +188,8 @@ def test_where_nothing_known_explains_it_an_effect_is_sketched_that_does_better(
 def test_whatever_the_leftover_follows_its_sketch_keeps_the_contract(tmp_path: Path, told: str) -> None:
     path = tmp_path / "sketch.py"
     path.write_text(sketched(told, misfit="a test"))
-    (report,) = check_file(path)
+    (effect,) = load_file(path)
+    report = check(effect)
     assert report.passed, report.failure
 
 
@@ -249,7 +255,7 @@ def test_a_plan_filled_in_is_a_table_of_readings(run: Callable[..., Done], tmp_p
     assert read_measurements(tmp_path / "measured.csv").hours.size == len(rows)
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", mostly_slow(COMMANDS, "compare", "refine", "plan"))
 def test_json_on_standard_output_is_alone_there(run: Callable[..., Done], tmp_path: Path, command: str) -> None:
     data = write("leak", tmp_path).name
     more = ("--add", "black-level") if command == "refine" else ()

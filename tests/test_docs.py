@@ -55,7 +55,7 @@ def of(page: Path) -> str:
 # What the pages say
 
 
-@pytest.mark.slow
+@pytest.mark.slow(every=True)
 @pytest.mark.parametrize("page", [page for page in PAGES if items(TEXTS[page])], ids=of)
 def test_a_page_says_what_its_commands_print_and_shows_what_they_draw(page: Path, tmp_path: Path) -> None:
     text = TEXTS[page]

@@ -15,7 +15,6 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from lutgen.cli import main
 from lutgen.cli.program import group
 from lutgen.display import default_display
 from lutgen.display.signature import CODES, Signature
@@ -25,6 +24,7 @@ from lutgen.effects.scene import LIFE_H
 from lutgen.report.aging_plot import PAGE
 from lutgen.report.drawing import DPI
 from lutgen.report.effect_plot import plot_effect
+from tests.command import in_process
 
 pytestmark = pytest.mark.numbers
 
@@ -167,11 +167,8 @@ def ended(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     """Runs the program in the folder; gives its exit code and all that it says."""
 
     def run_main(*arguments: str) -> tuple[int, str]:
-        monkeypatch.setattr(sys, "argv", ["lutgen", "effects", *arguments])
-        with pytest.raises(SystemExit) as caught:
-            main()
-        said = capsys.readouterr()
-        return int(caught.value.code or 0), said.out + said.err
+        done = in_process(monkeypatch, capsys, "effects")(*arguments)
+        return done.code, done.out + done.err
 
     return run_main
 

@@ -20,7 +20,7 @@ from lutgen.report import difference_map, sheets
 from lutgen.report.animation import LONGEST, SECONDS, animate, frame
 from lutgen.report.lifetimes import plot_lifetime
 from lutgen.report.sheets import COLUMNS, Layout, check_hours, draw_figure, longest
-from tests.command import Done, in_process
+from tests.command import Done, in_process, replaces_by_force_alone
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -316,9 +316,5 @@ def test_bad_input_is_named_and_nothing_is_written(
 def test_nothing_is_replaced_without_force(
     arguments: tuple[str, ...], run: Callable[..., Done], tmp_path: Path
 ) -> None:
-    (tmp_path / "x.png").write_text("mine")
-    done = run(*arguments, "-o", "x.png")
-    assert (done.code, (tmp_path / "x.png").read_text()) == (2, "mine")
-    assert "x.png: exists already. Add --force to replace it" in done.err
-    assert run(*arguments, "-o", "x.png", "--force").code == 0
+    replaces_by_force_alone(run, tmp_path / "x.png", *arguments, "-o", "x.png")
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")

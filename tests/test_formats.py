@@ -14,7 +14,7 @@ import subprocess
 import sys
 import sysconfig
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -24,7 +24,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from lutgen.bake.digits import rows_of_text
-from lutgen.bake.formats import Provenance, format_named, format_names
+from lutgen.bake.formats import Format, Provenance, format_named, format_names
 from lutgen.bake.lut import Lut, MatrixLut, Sampler, lattice
 from lutgen.bake.readback import apply_lut, table_kind
 from lutgen.bindings import ocio
@@ -34,8 +34,11 @@ from lutgen.errors import LutgenError
 from lutgen.lint import lint
 from lutgen.lint.finding import READS
 from lutgen.readings import Measurements, read_measurements
+from tests.quick import mostly_slow
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from lutgen.colorimetry import Array
 
 ROOT = Path(__file__).parents[1]
@@ -273,47 +276,44 @@ NASTY = Provenance(
 )
 
 
-def labelled(
-    name: str,
-    provenance: Provenance,
-    displays: dict[str, AgedDisplay],
-    sampler: Sampler,
-    *,
-    colours: Array,
-    folder: Path,
-) -> Path:
-    """A file with this provenance, which is read back as the same file with a plain one is."""
-    form = format_named(name)
+class Plain(NamedTuple):
+    """A table, and what its file shows with an ordinary provenance."""
+
+    form: Format
+    lut: Lut | MatrixLut
+    path: Path
+    shown: Array
+
+
+@pytest.fixture(params=format_names())
+def plain(
+    request: pytest.FixtureRequest, displays: dict[str, AgedDisplay], sampler: Sampler, colours: Array, tmp_path: Path
+) -> Plain:
+    form = format_named(request.param)
     (lut, *_) = form.bake(sampler, displays["nearest, chroma, 18000.0 h, relative"], 17)
-    path = folder / form.file
+    path = tmp_path / form.file
     path.write_bytes(form.write(lut, PROVENANCE))
-    expected = read_back(path, colours)
-    path.write_bytes(form.write(lut, provenance))
-    np.testing.assert_array_equal(read_back(path, colours), expected)
-    return path
+    return Plain(form, lut, path, read_back(path, colours))
 
 
-@pytest.mark.parametrize("name", format_names())
-def test_no_text_of_the_provenance_can_break_a_file(
-    name: str, displays: dict[str, AgedDisplay], sampler: Sampler, colours: Array, tmp_path: Path
-) -> None:
-    labelled(name, NASTY, displays, sampler, colours=colours, folder=tmp_path)
+def test_no_text_of_the_provenance_can_break_a_file(plain: Plain, colours: Array) -> None:
+    plain.path.write_bytes(plain.form.write(plain.lut, NASTY))
+    np.testing.assert_array_equal(read_back(plain.path, colours), plain.shown)
 
 
 #: Names of displays in scripts whose letters take two, three and four bytes; Í has a byte that Windows-1252 lacks.
 SCRIPTS = "Büro, Íslenska, Дисплей, 显示器, 𝒟"
 
 
-@pytest.mark.parametrize("name", format_names())
-def test_a_displays_name_in_any_script_survives_in_a_file(
-    name: str, displays: dict[str, AgedDisplay], sampler: Sampler, colours: Array, tmp_path: Path
-) -> None:
-    provenance = Provenance("Aged display", "lutgen", ("lutgen: words", f"display: {SCRIPTS}.csv"))
-    path = labelled(name, provenance, displays, sampler, colours=colours, folder=tmp_path)
+def test_a_displays_name_in_any_script_survives_in_a_file(plain: Plain, colours: Array) -> None:
+    words = Provenance("Aged display", "lutgen", ("lutgen: words", f"display: {SCRIPTS}.csv"))
+    data = plain.form.write(plain.lut, words)
     # The text of a profile is ASCII, where each letter stands as its number.
-    held = SCRIPTS.encode("ascii", "backslashreplace") if path.suffix == ".icc" else SCRIPTS.encode()
-    assert b"display: %s.csv" % held in path.read_bytes()
-    assert not any(trial.outcome != READS for trial in lint(path, ask_readers=True).trials if trial.version)
+    held = SCRIPTS.encode("ascii", "backslashreplace") if plain.form.suffix == ".icc" else SCRIPTS.encode()
+    assert b"display: %s.csv" % held in data
+    plain.path.write_bytes(data)
+    np.testing.assert_array_equal(read_back(plain.path, colours), plain.shown)
+    assert not any(trial.outcome != READS for trial in lint(plain.path, ask_readers=True).trials if trial.version)
 
 
 # .cube: the universal form of outputs.md
@@ -597,42 +597,53 @@ def other_binding(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     return {"PYTHONPATH": os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)}
 
 
-class BothBindings:
-    """The same small build made with this binding and with the other, and each read with each."""
+BINDINGS = ("this", "other")
 
-    def __init__(self, folder: Path, other: dict[str, str]) -> None:
-        self.folders = {"this": folder / "this", "other": folder / "other"}
-        environments: dict[str, dict[str, str]] = {"this": {}, "other": other}
-        for writer, environment in environments.items():
-            task = {"build": str(self.folders[writer]), "configs": [], "answer": str(folder / "built.json")}
-            run_worker(task, environment)
-        self.read: dict[tuple[str, str], dict[str, Any]] = {}
-        for writer in environments:
-            configs = sorted(str(path) for path in self.folders[writer].rglob("config.ocio"))
-            for reader, environment in environments.items():
-                task = {"build": "", "configs": configs, "answer": str(folder / "read.json")}
-                self.read[writer, reader] = run_worker(task, environment)
+
+class BothBindings:
+    """The same small build made with this binding and with the other, and each read with each: what is asked for."""
+
+    def __init__(self, folder: Path, environment: Callable[[str], dict[str, str]]) -> None:
+        self.folder, self.environment = folder, environment
+        self.answers: dict[tuple[str, str], dict[str, Any]] = {}
+
+    def built(self, writer: str) -> Path:
+        folder = self.folder / writer
+        if not folder.exists():
+            task = {"build": str(folder), "configs": [], "answer": str(self.folder / "built.json")}
+            run_worker(task, self.environment(writer))
+        return folder
+
+    def read(self, writer: str, reader: str) -> dict[str, Any]:
+        if (writer, reader) not in self.answers:
+            configs = sorted(str(path) for path in self.built(writer).rglob("config.ocio"))
+            task = {"build": "", "configs": configs, "answer": str(self.folder / "read.json")}
+            self.answers[writer, reader] = run_worker(task, self.environment(reader))
+        return self.answers[writer, reader]
 
     def shown(self, writer: str, reader: str) -> dict[str, Array]:
         """Pixels by config, display and view, the config's path relative to its build."""
-        root = str(self.folders[writer])
-        return {key.removeprefix(root): np.array(value) for key, value in self.read[writer, reader]["shown"].items()}
+        root = str(self.built(writer))
+        return {key.removeprefix(root): np.array(value) for key, value in self.read(writer, reader)["shown"].items()}
 
 
 @pytest.fixture(scope="module")
-def both(tmp_path_factory: pytest.TempPathFactory, other_binding: dict[str, str]) -> BothBindings:
-    return BothBindings(tmp_path_factory.mktemp("both"), other_binding)
+def both(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> BothBindings:
+    def environment(binding: str) -> dict[str, str]:
+        return {} if binding == "this" else request.getfixturevalue("other_binding")
+
+    return BothBindings(tmp_path_factory.mktemp("both"), environment)
 
 
 @pytest.mark.slow
 def test_the_two_bindings_are_two(both: BothBindings) -> None:
-    assert both.read["this", "this"]["version"] != both.read["this", "other"]["version"]
+    assert both.read("this", "this")["version"] != both.read("this", "other")["version"]
 
 
 @pytest.mark.slow
 def test_both_bindings_give_the_same_luts_byte_for_byte(both: BothBindings) -> None:
     found = []
-    for folder in both.folders.values():
+    for folder in map(both.built, BINDINGS):
         # A config's wording differs between versions, and an archive holds one.
         others = {"config.ocio", "manifest.json", "aged.ocioz"}
         luts = [path for path in sorted(folder.rglob("*")) if path.is_file() and path.name not in others]
@@ -642,17 +653,17 @@ def test_both_bindings_give_the_same_luts_byte_for_byte(both: BothBindings) -> N
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("writer", ["this", "other"])
-@pytest.mark.parametrize("reader", ["this", "other"])
+@pytest.mark.parametrize("writer", BINDINGS)
+@pytest.mark.parametrize("reader", BINDINGS)
 def test_configs_of_either_binding_load_in_both_without_a_warning(writer: str, reader: str, both: BothBindings) -> None:
-    answer = both.read[writer, reader]
+    answer = both.read(writer, reader)
     assert answer["logged"] == ""
     # Three builds, each nine displays and a common config of nine context values; three viewers, three views.
     assert len(answer["shown"]) == 3 * (9 + 9) * 3 * 3
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("reader", ["this", "other"])
+@pytest.mark.parametrize("reader", BINDINGS)
 def test_configs_of_either_binding_mean_the_same(reader: str, both: BothBindings) -> None:
     one, other = both.shown("this", reader), both.shown("other", reader)
     assert one.keys() == other.keys()
@@ -678,7 +689,7 @@ def test_both_bindings_show_a_config_alike(both: BothBindings) -> None:
         assert np.abs(pixels - unaged).max() > 0.02, key
 
 
-@pytest.mark.parametrize("binding", ["this", "other"])
+@pytest.mark.parametrize("binding", mostly_slow(BINDINGS, "this"))
 def test_the_views_of_a_config_show_what_their_names_say(binding: str, both: BothBindings) -> None:
     """On the sRGB viewer: the LUT, interpolated tetrahedrally; the source signal; and that again."""
     code = np.random.default_rng(17).random((500, 3)).astype(np.float32).astype(np.float64)
@@ -689,7 +700,7 @@ def test_the_views_of_a_config_show_what_their_names_say(binding: str, both: Bot
             np.testing.assert_allclose(pixels, code, rtol=0, atol=2e-6, err_msg=key)
         if view == "Aged" and display.endswith("sRGB"):
             mode, hours = display.split(" ")[:2] if " " in display else (None, None)
-            folder = both.folders[binding] / config.strip("/").removesuffix("config.ocio")
+            folder = both.built(binding) / config.strip("/").removesuffix("config.ocio")
             lut = folder / (f"{mode}/{hours}h" if mode else "") / f"aged{'.cube' if '/cube/' in config else '.clf'}"
             expected = through_ocio(lut, code, optimised=False)
             # Through the sRGB curve and back; a trilinear reading of these tables is off by 1e-3 and more.

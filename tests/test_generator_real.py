@@ -43,6 +43,13 @@ def change(kind: str, base: str | None, seed: int = 3) -> tuple[Truth, Floats]:
     return hidden, difference.max(axis=1)
 
 
+def assert_unchanged(truth: Truth, changed: Floats, nowhere: tuple[str, ...]) -> None:
+    for words in nowhere:
+        kept = select(truth, words)
+        assert kept.any(), words
+        assert changed[kept].max() < 1e-12, words
+
+
 # effect, readings that all change by at least so much, readings that stay.
 SIGNATURES = (
     ("eotf-drift", "last, grey, middle, rest", 0.01, ("first", "corner")),
@@ -75,10 +82,7 @@ def test_an_effect_changes_readings_where_its_signature_says_and_nowhere_else(
     assert touched.any()
     assert changed[touched].min() >= least
     assert changed[touched].max() > 0
-    for words in nowhere:
-        kept = select(truth, words)
-        assert kept.any(), words
-        assert changed[kept].max() < 1e-12, words
+    assert_unchanged(truth, changed, nowhere)
 
 
 # effect, readings of which at least half change by at least so much, readings that stay.
@@ -99,10 +103,7 @@ def test_an_irregular_effect_changes_most_readings_where_it_acts_and_none_elsewh
 ) -> None:
     truth, changed = change(kind, base)
     assert np.median(changed[select(truth, where)]) > least
-    for words in nowhere:
-        kept = select(truth, words)
-        assert kept.any(), words
-        assert changed[kept].max() < 1e-12, words
+    assert_unchanged(truth, changed, nowhere)
 
 
 ONE_CHANNEL = ("channel-gamma", "stuck-bit")

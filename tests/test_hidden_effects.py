@@ -6,7 +6,7 @@ import pytest
 
 from tests.virtual_display.__main__ import main
 
-pytestmark = [pytest.mark.numbers, pytest.mark.slow]
+pytestmark = [pytest.mark.numbers, pytest.mark.slow, pytest.mark.rare]
 
 
 def test_no_gate_is_clearly_missed_by_the_quick_part(capsys: pytest.CaptureFixture[str]) -> None:

@@ -20,6 +20,7 @@ from lutgen.criticism.separate import separation
 from lutgen.effects import catalogue
 from tests.campaigns import single, text_of
 from tests.command import Done, in_process
+from tests.quick import mostly_slow
 from tests.readings_text import read
 
 if TYPE_CHECKING:
@@ -135,7 +136,9 @@ def test_a_model_with_which_the_error_rises_is_not_written_unless_it_is_kept(
     assert 'kept = "by hand' in (tmp_path / "worse.toml").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize(("name", "says"), [("leak", ""), ("outside", ""), ("healthy", "nothing is left")])
+@pytest.mark.parametrize(
+    ("name", "says"), mostly_slow([("leak", ""), ("outside", ""), ("healthy", "nothing is left")], "leak", "healthy")
+)
 def test_a_sketch_that_was_asked_for_is_written_or_its_absence_explained(
     name: str, says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -17,7 +17,7 @@ from lutgen.display import default_display
 from lutgen.numerals import pixels_of_colours
 from lutgen.pictures.lifetime import TOLERANCES
 from lutgen.report.lifetimes import draw_curve, draw_lives, hours_or_never, lifetime_page, plot_lifetimes, title_of
-from tests.command import Done, in_process
+from tests.command import Done, in_process, replaces_by_force_alone, words
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -54,10 +54,6 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Lifetimes:
     imsave(file, np.asarray(immunohistochemistry())[::8, ::8], check_contrast=False)
     model = DisplayModel(read_measurements(default_display()))
     return lifetime([file], model, tolerances=(3, 5, 40), hours=range(0, 18_001, 3000))
-
-
-def words(text: str) -> str:
-    return " ".join(text.replace("\N{NO-BREAK SPACE}", " ").split())
 
 
 def written(folder: Path) -> set[str]:
@@ -148,13 +144,8 @@ def test_json_to_standard_output_is_alone(run: Callable[..., Done]) -> None:
 def test_nothing_is_replaced_without_force(option: str, run: Callable[..., Done], tmp_path: Path) -> None:
     (tmp_path / "p").mkdir()
     old = tmp_path / "p" / ("lifetime-a.png" if option == "--plots" else "l.out")
-    old.write_text("mine")
     where = "p" if option == "--plots" else str(old)
-    done = run("a.png", "--hours", "0,9000", option, where)
-    assert (done.code, old.read_text()) == (2, "mine")
-    assert "exists already. Add --force to replace it" in done.err
-    assert run("a.png", "--hours", "0,9000", option, where, "--force").code == 0
-    assert old.read_bytes() != b"mine"
+    replaces_by_force_alone(run, old, "a.png", "--hours", "0,9000", option, where)
 
 
 # Bad input ------------------------------------------------------------------------------------------------------------

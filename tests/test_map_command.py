@@ -15,7 +15,7 @@ from lutgen import DisplayModel, default_display, lifetime, read_measurements
 from lutgen.cli.commands import map as map_command
 from lutgen.pictures.lifetime import TABLE_1, TABLE_1_COLUMNS
 from lutgen.report.difference_map import RANGE
-from tests.command import Done, in_process
+from tests.command import Done, in_process, replaces_by_force_alone, words
 from tests.schemas import validator
 
 if TYPE_CHECKING:
@@ -34,10 +34,6 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
         imsave(tmp_path / name, tissue[corner : corner + 48, corner : corner + 48], check_contrast=False)
 
     return in_process(monkeypatch, capsys)
-
-
-def words(text: str) -> str:
-    return " ".join(text.replace("\N{NO-BREAK SPACE}", " ").split())
 
 
 def written(folder: Path) -> set[str]:
@@ -90,13 +86,10 @@ def test_conditions_are_said(run: Callable[..., Done]) -> None:
 
 @pytest.mark.parametrize("name", ["m.png", "m.exr", "m.json"])
 def test_nothing_is_replaced_without_force(name: str, run: Callable[..., Done], tmp_path: Path) -> None:
-    (tmp_path / name).write_text("mine")
     arguments = ("map", "a.png", *AGE, "-o", "m.png", "-o", "m.exr", "--json", "m.json")
-    done = run(*arguments)
-    assert (done.code, (tmp_path / name).read_text(), written(tmp_path)) == (2, "mine", {name})
-    assert f"{name}: exists already. Add --force to replace it" in done.err
-    assert run(*arguments, "--force").code == 0
-    assert (tmp_path / name).read_bytes() != b"mine"
+    (tmp_path / name).write_text("mine")
+    assert (run(*arguments).code, written(tmp_path)) == (2, {name})
+    replaces_by_force_alone(run, tmp_path / name, *arguments)
 
 
 @pytest.mark.parametrize(

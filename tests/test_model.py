@@ -222,6 +222,32 @@ def test_tips_that_add_up_make_all_four_matrices_equal(xyY: Array) -> None:
         np.testing.assert_allclose(matrices, expected, rtol=0, atol=1e-13 * np.abs(additive).max())
 
 
+@pytest.mark.parametrize(
+    ("name", "by", "stays"),
+    [
+        ("red", (0.02, 0.0), True),
+        ("red", (0.07, 0.0), False),  # sRGB's red, moved alike: x + y = 1.04
+        ("blue", (0.0, -0.05), True),
+        ("blue", (0.0, -0.07), False),  # sRGB's blue, moved alike: y = -0.01
+    ],
+)
+def test_a_primary_with_which_srgbs_would_leave_all_colours_is_refused(
+    name: str, by: tuple[float, float], stays: bool
+) -> None:
+    fresh = np.array([[0.31, 0.33, 100.0], [0.58, 0.34, 20.0], [0.30, 0.60, 70.0], [0.16, 0.12, 10.0]])
+    moved = fresh.copy()
+    moved[["white", "red", "green", "blue"].index(name), :2] += by
+    model = DisplayModel(measured([0.0, 1000.0], np.stack([fresh, moved])))
+    assert np.isfinite(
+        DisplayModel(model.measurements, reference="absolute").at("chroma", 1000.0).code_to_xyz(DRIVES)
+    ).all()
+    if stays:
+        assert np.isfinite(model.at("chroma", 1000.0).code_to_xyz(DRIVES)).all()
+    else:
+        with pytest.raises(LutgenError, match=f"by hour 1000 {name} has moved so far .*--reference absolute"):
+            model.at("chroma", 1000.0).code_to_xyz(DRIVES)
+
+
 def test_tips_that_do_not_add_up_make_four_different_matrices(readings: Measurements) -> None:
     """So that the property above is not met by matrices that are always equal."""
     for selection in SELECTIONS:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import pickle
 import shutil
-import sys
 import tempfile
 import tomllib
 from dataclasses import replace
@@ -22,7 +21,7 @@ from skimage.io import imread, imsave
 from lutgen.bake.build import Plan, build
 from lutgen.bake.check import check
 from lutgen.bake.manifest import MANIFEST, model_as_json, model_from_json
-from lutgen.cli import main, options
+from lutgen.cli import options
 from lutgen.colorimetry import xyY_to_xyz
 from lutgen.display import (
     MODES,
@@ -51,6 +50,7 @@ from lutgen.errors import LutgenError
 from lutgen.pictures.apply import apply_to_image
 from lutgen.readings import Measurements, read_measurements
 from lutgen.readings.conditions import COLUMNS
+from tests.command import exit_code
 from tests.quick import mostly_slow
 from tests.twin import PAPER_LAW, Twin, rows_of_csv
 
@@ -97,16 +97,6 @@ def named(name: str, values: Mapping[str, float] | None = None) -> AppliedEffect
 
 def a_model(readings: Measurements, *effects: AppliedEffect, **options: Any) -> DisplayModel:
     return DisplayModel(readings, effects=effects, **options)
-
-
-def lutgen(monkeypatch: pytest.MonkeyPatch, *arguments: str | Path) -> int:
-    """Run the command line here; exit code."""
-    monkeypatch.setattr(sys, "argv", ["lutgen", *map(str, arguments)])
-    try:
-        main()
-    except SystemExit as ended:
-        return int(ended.code or 0)
-    return 0
 
 
 # What a model with effects computes
@@ -583,7 +573,7 @@ def test_a_bad_model_file_is_one_sentence_and_exit_code_2(
 ) -> None:
     path = tmp_path / "bad.toml"
     path.write_text(text if text.startswith("schema") else f"schema = 1\n{text}\n", encoding="utf-8")
-    code = lutgen(monkeypatch, "build", "--model", path, "-o", tmp_path / "out", "--hours", "0")
+    code = exit_code(monkeypatch, "build", "--model", path, "-o", tmp_path / "out", "--hours", "0")
     said = capsys.readouterr()
     assert (code, said.out) == (2, "")
     assert said.err.startswith(f"lutgen: error: {path}: ")
@@ -638,7 +628,7 @@ def test_conditions_that_are_not_allowed_are_one_sentence(
 ) -> None:
     for command in (("build", "-o", tmp_path / "out"), ("show",), ("apply", "x.png", "-o", tmp_path / "y.png")):
         more = ("--mode", "chroma", "--hours", "1") if command[0] == "apply" else ()
-        assert lutgen(monkeypatch, *command, *more, "--at", text) == 2
+        assert exit_code(monkeypatch, *command, *more, "--at", text) == 2
         said = capsys.readouterr()
         assert says in said.err
         assert said.err.startswith("lutgen: error: ")
@@ -873,28 +863,29 @@ def test_the_commands_take_a_model_with_effects(
     imsave("in.png", np.full((8, 8, 3), 99, np.uint8), check_contrast=False)
     corner = ("--model", "my.toml", "--at", "u=0,v=0")
     options = ("--hours", "9000", "--mode", "chroma", "--jobs", "1")
-    assert lutgen(monkeypatch, "build", *corner, *options, "-o", "built") == 0
+    assert exit_code(monkeypatch, "build", *corner, *options, "-o", "built") == 0
     said = capsys.readouterr().out
     assert "Baked at: position u = 0, v = 0, room light 60 lx." in said
     assert "edge-falloff depends on position, which a LUT cannot carry." in said
     assert "meter-offset is left out" in said
-    assert lutgen(monkeypatch, "build", "--model", "my.toml", *options, "-o", "centre") == 0
+    assert exit_code(monkeypatch, "build", "--model", "my.toml", *options, "-o", "centre") == 0
     capsys.readouterr()
     for folder in ("built", "centre"):
-        assert lutgen(monkeypatch, "check", folder, "--jobs", "1") == 0
-        assert lutgen(monkeypatch, "check", folder, *corner[:2], "--jobs", "1") == 0
+        assert exit_code(monkeypatch, "check", folder, "--jobs", "1") == 0
+        assert exit_code(monkeypatch, "check", folder, *corner[:2], "--jobs", "1") == 0
         lut = f"{folder}/chroma/9000h/aged.clf"
-        assert lutgen(monkeypatch, "check", lut, *corner, "--mode", "chroma", "--hours", "9000") == (folder == "centre")
-    assert lutgen(monkeypatch, "check", "built", "--at", "u=0") == 2
+        code = exit_code(monkeypatch, "check", lut, *corner, "--mode", "chroma", "--hours", "9000")
+        assert code == (folder == "centre")
+    assert exit_code(monkeypatch, "check", "built", "--at", "u=0") == 2
     capsys.readouterr()
     apply = ("apply", "in.png", "--mode", "chroma", "--hours", "9000")
-    assert lutgen(monkeypatch, *apply, *corner, "-o", "corner.png", "--json") == 0
+    assert exit_code(monkeypatch, *apply, *corner, "-o", "corner.png", "--json") == 0
     remarks = json.loads(capsys.readouterr().out)["remarks"]
     assert remarks[0] == "Shown at: position u = 0, v = 0, room light 60 lx."
-    assert lutgen(monkeypatch, *apply, "--model", "my.toml", "-o", "centre.png") == 0
+    assert exit_code(monkeypatch, *apply, "--model", "my.toml", "-o", "centre.png") == 0
     assert imread("corner.png").mean() < imread("centre.png").mean() - 1
     assert "edge-falloff depends on position" in capsys.readouterr().out
-    assert lutgen(monkeypatch, *apply, "--build", "built", "--at", "u=0", "-o", "y.png") == 2
+    assert exit_code(monkeypatch, *apply, "--build", "built", "--at", "u=0", "-o", "y.png") == 2
 
 
 def test_show_tells_the_effects_and_their_errors(
@@ -902,13 +893,13 @@ def test_show_tells_the_effects_and_their_errors(
 ) -> None:
     model = refined(readings, named("meter-offset"), baseline="first-hour", latent=None)
     save_model(model, tmp_path / "my.toml")
-    assert lutgen(monkeypatch, "show", "--model", tmp_path / "my.toml", "--plot", tmp_path / "page.png") == 0
+    assert exit_code(monkeypatch, "show", "--model", tmp_path / "my.toml", "--plot", tmp_path / "page.png") == 0
     said = capsys.readouterr().out
     assert "The model's effects (named):" in said
     assert "black-level: grown 0.033333 ± 0.000010, tint_z 1.00 ± 0.25 (at its bound)" in said
     assert "meter-offset: offset 0.01 cd/m²" in said
     assert "meter-offset is left out" in said
-    assert lutgen(monkeypatch, "show", "--model", tmp_path / "my.toml", "--json") == 0
+    assert exit_code(monkeypatch, "show", "--model", tmp_path / "my.toml", "--json") == 0
     content = json.loads(capsys.readouterr().out)["model"]
     assert content["verdict"] == "named"
     assert content["effects"][0]["parameters"]["grown"] == {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -273,12 +274,20 @@ def test_only_the_baseline_native_takes_a_native_display() -> None:
         DisplayModel(readings, native=NativeDisplay.of(readings))
 
 
-@pytest.fixture
-def saved(tmp_path: Path) -> Path:
+@pytest.fixture(scope="module")
+def model_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A refined native model in a file."""
-    data = write(session(Panel(leaking=0.4, fading=0.0), EVERYTHING, (0.0, 6000.0, 18_000.0)), tmp_path / "panel.csv")
+    folder = tmp_path_factory.mktemp("model")
+    data = write(session(Panel(leaking=0.4, fading=0.0), EVERYTHING, (0.0, 6000.0, 18_000.0)), folder / "panel.csv")
     found = refine(read_measurements(data), ["black-level"], baseline="native", instrument="0.002,0.003")
-    save_model(found.model, tmp_path / "native.toml")
+    save_model(found.model, folder / "native.toml")
+    return folder
+
+
+@pytest.fixture
+def saved(model_folder: Path, tmp_path: Path) -> Path:
+    """A copy of that model, to be altered."""
+    shutil.copytree(model_folder, tmp_path, dirs_exist_ok=True)
     return tmp_path / "native.toml"
 
 

@@ -17,6 +17,7 @@ from lutgen.criticism.replicates import FLOOR_CD_M2, RELATIVE, replicate_groups
 from lutgen.errors import LutgenError
 from lutgen.readings import Measurements
 from tests.criticism_twin import FRESH, TIPS
+from tests.quick import mostly_slow
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -68,11 +69,11 @@ def sigma(noise: Noise, light: Array) -> float:
     return float(np.exp(np.log(np.diagonal(noise.covariance(light[np.newaxis])[0])).mean() / 2))
 
 
-@pytest.mark.parametrize(("relative", "floor", "correlation"), [
+@pytest.mark.parametrize(("relative", "floor", "correlation"), mostly_slow([
     (0.001, 0.0005, 0.6),
     (0.002, 0.003, 0.3),
     (0.005, 0.02, 0.8),
-])  # fmt: skip
+], 0.005))  # fmt: skip
 def test_noise_is_recovered_from_replicates(relative: float, floor: float, correlation: float) -> None:
     exact = readings()
     noisy = [with_noise(exact, seed, relative=relative, floor=floor, correlation=correlation) for seed in range(40)]
@@ -119,7 +120,7 @@ def test_the_floor_has_correlations_of_its_own() -> None:
     assert np.mean(np.square(white)) == pytest.approx(1.0, abs=0.1)
 
 
-@pytest.mark.parametrize("hours", [HOURS[:1], HOURS, tuple(1000.0 * k for k in range(10))])
+@pytest.mark.parametrize("hours", mostly_slow([(HOURS[:1],), (HOURS,), (tuple(1000.0 * k for k in range(10)),)], HOURS))
 def test_fresh_readings_scatter_as_the_noise_says_however_few_replicates_told_it(hours: tuple[float, ...]) -> None:
     exact, found = readings(hours=hours), []
     for seed in range(40):

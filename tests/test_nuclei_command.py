@@ -29,7 +29,7 @@ from lutgen.report.nuclei import (
     shown_hours,
 )
 from lutgen.report.parts import Headline
-from tests.command import Done, in_process
+from tests.command import Done, in_process, replaces_by_force_alone, words
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -55,10 +55,6 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Conspicuity:
     file = tmp_path_factory.mktemp("found") / "slide.png"
     imsave(file, np.asarray(immunohistochemistry())[100:400], check_contrast=False)
     return nuclei(file, DisplayModel(read_measurements(default_display())), hours=range(0, 18_001, 3000))
-
-
-def words(text: str) -> str:
-    return " ".join(text.replace("\N{NO-BREAK SPACE}", " ").split())
 
 
 def written(folder: Path) -> set[str]:
@@ -155,13 +151,8 @@ def test_json_to_standard_output_is_alone(run: Callable[..., Done]) -> None:
 def test_nothing_is_replaced_without_force(option: str, run: Callable[..., Done], tmp_path: Path) -> None:
     (tmp_path / "p").mkdir()
     old = tmp_path / "p" / ("nuclei-a-outlines.png" if option == "--plots" else "n.out")
-    old.write_text("mine")
     where = "p" if option == "--plots" else str(old)
-    done = run("a.png", "--hours", "0,9000", option, where)
-    assert (done.code, old.read_text()) == (2, "mine")
-    assert "exists already. Add --force to replace it" in done.err
-    assert run("a.png", "--hours", "0,9000", option, where, "--force").code == 0
-    assert old.read_bytes() != b"mine"
+    replaces_by_force_alone(run, old, "a.png", "--hours", "0,9000", option, where)
 
 
 # Bad input ------------------------------------------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -114,11 +115,19 @@ def test_a_refined_native_model_counts_the_first_sessions_leak_once(leaking: Ref
     assert hours == 0 or error(without, hours, leak=0.003, grown=0.006) > 0.4
 
 
-@pytest.fixture
-def saved(tmp_path: Path) -> Path:
+@pytest.fixture(scope="module")
+def model_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A native model in a file, with its own model beside it."""
-    data = write(campaign((0.0, LIFE)), tmp_path / "own.csv")
-    save_model(DisplayModel(read_measurements(data), baseline="native", reference="absolute"), tmp_path / "m.toml")
+    folder = tmp_path_factory.mktemp("model")
+    data = write(campaign((0.0, LIFE)), folder / "own.csv")
+    save_model(DisplayModel(read_measurements(data), baseline="native", reference="absolute"), folder / "m.toml")
+    return folder
+
+
+@pytest.fixture
+def saved(model_folder: Path, tmp_path: Path) -> Path:
+    """A copy of that model, to be altered."""
+    shutil.copytree(model_folder, tmp_path, dirs_exist_ok=True)
     return tmp_path / "m.toml"
 
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 import io
 import json
 import re
-import sys
 import zlib
 from base64 import b64decode, b64encode
 from hashlib import sha256
 from html.parser import HTMLParser
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -19,7 +18,7 @@ from PIL import Image
 from skimage.data import immunohistochemistry
 from skimage.io import imread, imsave
 
-from lutgen import DisplayModel, apply_to_image, cli, compare, lifetime, read_measurements
+from lutgen import DisplayModel, apply_to_image, compare, lifetime, read_measurements
 from lutgen.bake.lut import Lut
 from lutgen.bindings import oiio
 from lutgen.colorimetry import code_to_linear, linear_to_code
@@ -31,6 +30,7 @@ from lutgen.report.drawing import page_png
 from lutgen.report.page_scenes import MOST, SIZE, STEPS, hours_of, map_colours, reach_of
 from lutgen.report.page_template import environment, ticks
 from lutgen.report.parts import Table
+from tests.command import Done, in_process
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -43,12 +43,6 @@ HOSTILE = "<img src=x onerror=alert(1)>&\"'$title.png"
 
 #: Three hours: quick.
 HOURS = ("--hours", "0,10000,18000")
-
-
-class Done(NamedTuple):
-    code: int
-    out: str
-    err: str
 
 
 class Read(HTMLParser):
@@ -90,14 +84,8 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     monkeypatch.chdir(tmp_path)
     imsave(tmp_path / "a.png", tissue(), check_contrast=False)
 
-    def lutgen(*arguments: str, command: str = "report") -> Done:
-        monkeypatch.setattr(sys, "argv", ["lutgen", command, *arguments])
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
-        caught = capsys.readouterr()
-        return Done(int(ended.value.code or 0), caught.out, caught.err)
-
-    return lutgen
+    lutgen = in_process(monkeypatch, capsys)
+    return lambda *arguments, command="report": lutgen(command, *arguments)
 
 
 def delta_e(first: np.ndarray[Any, Any], second: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:

@@ -63,8 +63,9 @@ def test_the_next_run_clears_what_a_killed_one_left_and_nothing_else(
 
 @pytest.mark.parametrize("jobs", ["1", "2"])
 def test_sigterm_leaves_nothing_half_written(tmp_path: Path, jobs: str) -> None:
+    options = ["--hours", "0..18000", "--cubesize", "17", "--jobs", jobs, "-o", str(tmp_path / "built")]
     started = subprocess.Popen(
-        [sys.executable, "-m", "lutgen", "build", "--hours", "0..18000", "--jobs", jobs, "-o", str(tmp_path / "built")],
+        [sys.executable, "-m", "lutgen", "build", *options],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

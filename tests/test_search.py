@@ -32,6 +32,13 @@ def base_of(name: str) -> Fit:
 
 
 @cache
+def healthy(seed: int) -> Fit:
+    """A display of each class in turn, without an effect."""
+    text = csv_text(Campaign(display=list(CLASSES)[seed % 4], design="colours", hours=HOURS, seed=seed))
+    return fit(Problem.of(read(text, file="null.csv", sha256="")))
+
+
+@cache
 def campaign(design: str = "colours", seed: int = 3, **hidden: tuple[float, str]) -> Fit:
     effects = tuple((name.replace("_", "-"), size, form) for name, (size, form) in hidden.items())
     text = csv_text(Campaign(design=design, hours=HOURS, seed=seed, hidden=effects))
@@ -192,8 +199,7 @@ def test_an_effect_that_begins_beyond_a_threshold_is_found() -> None:
 def test_another_selection_costs_more_than_its_luck() -> None:
     penalty, gains = [], []
     for seed in range(60):
-        text = csv_text(Campaign(display=list(CLASSES)[seed % 4], design="colours", hours=HOURS, seed=seed))
-        base = fit(Problem.of(read(text, file="null.csv", sha256="")))
+        base = healthy(seed)
         found = family(base, catalogue()["matrix-switching"]).best
         assert (found.form, found.fit.parameters) == ((), 0)
         assert bic(found) == pytest.approx(found.fit.chi2 + switching_penalty(base.problem))
@@ -223,9 +229,8 @@ def test_without_replicates_the_chance_is_that_of_chi_square() -> None:
 def test_what_noise_leaves_of_healthy_displays_is_as_probable_as_it_should_be() -> None:
     chances = []
     for seed in range(60):
-        text = csv_text(Campaign(display=list(CLASSES)[seed % 4], design="colours", hours=HOURS, seed=seed))
-        problem = Problem.of(read(text, file="null.csv", sha256=""))
-        chances.append(PureError.of(problem).p_of_leftover(fit(problem)))
+        base = healthy(seed)
+        chances.append(PureError.of(base.problem).p_of_leftover(base))
     # What replicates leave open of the noise is added to it: a little more probable, never less.
     assert stats.kstest(chances, "uniform", alternative="greater").pvalue > 0.01
     assert stats.kstest(chances, "uniform").pvalue > 0.001

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from contextlib import chdir
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +21,8 @@ from lutgen.display.modes import luminance_law
 from lutgen.numerals import spaced
 from lutgen.report.aging_plot import PAGE, plot_display
 from lutgen.report.drawing import DPI
+from tests.command import here
+from tests.quick import mostly_slow
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -54,8 +57,8 @@ def moved(*, x: float = 0.0, y: float = 0.0, white: float = 1.0, blue: float = 1
 
 
 def lutgen(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-W", "error", "-m", "lutgen", "show", *arguments]
-    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, encoding="utf-8", check=False)
+    with chdir(cwd):
+        return here("show", *arguments)
 
 
 def test_chromaticities_and_luminances_are_the_readings(model: DisplayModel) -> None:
@@ -214,7 +217,7 @@ def test_the_plot_is_a_page_with_the_same_bytes_on_every_run_and_no_date(tmp_pat
         assert edge.min() == 255, "nothing is cut off"
 
 
-@pytest.mark.parametrize("law", ["paper", "measured", "table"])
+@pytest.mark.parametrize("law", mostly_slow(["paper", "measured", "table"], "table"))
 @pytest.mark.parametrize("tips", [TIPS, moved(x=-0.06, y=-0.05, white=0.3), moved(x=0.1)], ids=["still", "dim", "far"])
 def test_any_display_can_be_plotted(tmp_path: Path, law: str, tips: np.ndarray) -> None:
     (tmp_path / "law.csv").write_text("hour,factor\n0,1\n500,0.9\n40000,0.5\n")

@@ -10,6 +10,7 @@ import pytest
 from lutgen.criticism.diagnose import diagnose
 from tests.campaigns import text_of
 from tests.generators.rewritings import NOTHING_LOST, SOMETHING_LOST, CannotRewrite
+from tests.quick import mostly_slow
 from tests.readings_text import read
 
 if TYPE_CHECKING:
@@ -30,6 +31,22 @@ BASELINES = {
 
 #: Of these the verdict is clear: losing information may not change it.
 CLEAR = ("healthy", "leak", "curve", "filled", "edge")
+
+
+#: One of each sort: order, columns, names, units, the file.
+QUICK_NOTHING = (
+    "rows shuffled within each session",
+    "optional columns that never change absent",
+    "an hour since power-on in every row",
+    "sessions with other names",
+    "light as x,y,Y",
+    "semicolons between fields, with decimal points",
+)
+QUICK_SOMETHING = (
+    "a session split in two names an hour apart",
+    "four significant digits of X, Y, Z",
+    "metadata lines absent",
+)
 
 
 @cache
@@ -59,7 +76,7 @@ def diagnosis(campaign: str, baseline: str) -> Diagnosis:
     return diagnose(read(campaign.removeprefix("\ufeff"), file="campaign.csv", sha256=""), baseline=baseline)
 
 
-@pytest.mark.parametrize("name", NOTHING_LOST)
+@pytest.mark.parametrize("name", mostly_slow(NOTHING_LOST, *QUICK_NOTHING))
 def test_a_rewriting_that_loses_nothing_changes_nothing(name: str) -> None:
     campaign, rewritten = first_that_can(name, list(BASELINES))
     before, after = (diagnosis(each, BASELINES[campaign]) for each in (text(campaign), rewritten))
@@ -71,7 +88,7 @@ def test_a_rewriting_that_loses_nothing_changes_nothing(name: str) -> None:
     assert after.after.error.delta_e_mean == pytest.approx(before.after.error.delta_e_mean, rel=1e-4)
 
 
-@pytest.mark.parametrize("name", SOMETHING_LOST)
+@pytest.mark.parametrize("name", mostly_slow(SOMETHING_LOST, *QUICK_SOMETHING))
 def test_a_rewriting_that_loses_something_keeps_a_clear_verdict(name: str) -> None:
     campaign, rewritten = first_that_can(name, CLEAR)
     before, after = (diagnosis(each, "colour-points").verdict for each in (text(campaign), rewritten))
