@@ -15,12 +15,12 @@ from starlette.responses import FileResponse, JSONResponse, Response, StreamingR
 from starlette.routing import Route
 
 from lutgen.cells import number, number_list
-from lutgen.errors import LutgenError
-from lutgen.explore.commands import commands
+from lutgen.errors import LutgenError, pick_one
+from lutgen.explore.commands import KINDS, commands
 from lutgen.explore.drop import CODE, IMAGE, LIMITS, MOST_FILES, READINGS, kept
 from lutgen.explore.take import taken
 from lutgen.explore.window import Window
-from lutgen.server import HEADERS, KINDS, RefusedError, application, json_body, page_file
+from lutgen.server import HEADERS, RefusedError, application, json_body, page_file
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
@@ -213,7 +213,7 @@ async def _image(window: Window, request: Request) -> Response:
         return JSONResponse(await window.take_image(str(path)))
     if window.picture is None:
         raise RefusedError(404, "none", "There is no image yet.")
-    return FileResponse(window.picture, media_type=KINDS[window.picture.suffix])
+    return FileResponse(window.picture)
 
 
 def _seen(request: Request) -> dict[str, Any]:
@@ -224,13 +224,19 @@ def _seen(request: Request) -> dict[str, Any]:
     return {"mode": request.query_params.get("mode", "chroma"), "hours": hours}
 
 
+def _kind(request: Request) -> str:
+    kind = request.query_params.get("kind", "aged")
+    if kind not in KINDS:
+        raise pick_one("kind", kind, KINDS)
+    return kind
+
+
 async def _table(window: Window, request: Request) -> Response:
     size = request.query_params.get("size", "33")
-    kind = request.query_params.get("kind", "aged")
     table = await window.table(
+        _kind(request),
         **_seen(request),
         size=int(size) if size.isdecimal() and len(size) < 4 else 0,
-        kind=kind,
         differences=request.query_params.get("map") == "yes",
     )
     return Response(table, media_type="application/octet-stream", headers={"X-Lutgen-Size": size})
@@ -304,9 +310,8 @@ async def _events(window: Window, _request: Request) -> Response:
 
 
 async def _take(window: Window, request: Request) -> Response:
-    kind = request.query_params.get("kind", "aged")
     what = request.query_params.get("what", "")
-    name, data = await _while_wanted(request, taken(window, what, **_seen(request), kind=kind))
+    name, data = await _while_wanted(request, taken(window, what, **_seen(request), kind=_kind(request)))
     ascii_name = "".join(
         letter if letter.isascii() and letter.isprintable() and letter not in '"\\' else "_" for letter in name
     )
@@ -332,6 +337,5 @@ async def _while_wanted(request: Request, work: Coroutine[Any, Any, tuple[str, b
 
 async def _commands(window: Window, request: Request) -> Response:
     error = json.loads(window.news.get("error", b"{}"))
-    kind = request.query_params.get("kind", "aged")
-    last = window.overview["max_hours"]
-    return JSONResponse(commands(window.asked, last=last, keep=bool(error.get("keep")), **_seen(request), kind=kind))
+    last, keep = window.overview["max_hours"], bool(error.get("keep"))
+    return JSONResponse(commands(window.asked, last=last, keep=keep, **_seen(request), kind=_kind(request)))

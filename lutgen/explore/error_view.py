@@ -142,21 +142,17 @@ def _readings(comparison: Comparison) -> list[dict[str, Any]]:
     readings, rows = problem.readings, problem.rows
     delta_e, sigma = comparison.sizes
     measured, predicted = (_shown(problem, xyz) for xyz in (problem.xyz, comparison.predicted))
-    conditions = {name: np.round(values[rows], 4) for name, values in readings.conditions.items()}
-    return [
-        {
-            "row": place,
-            "line": int(readings.lines[row]),
-            "patch": readings.drive[row].tolist(),
-            "hours": float(readings.hours[row]),
-            "measured": measured[place].tolist(),
-            "predicted": predicted[place].tolist(),
-            "de2000": round(float(delta_e[place]), 4),
-            "sigma": round(float(sigma[place]), 3),
-            "conditions": {name: float(v[place]) if np.isfinite(v[place]) else None for name, v in conditions.items()},
-        }
-        for place, row in enumerate(rows)
-    ]
+    columns = {
+        "row": range(rows.size),
+        "line": readings.lines[rows].tolist(),
+        "patch": readings.drive[rows].tolist(),
+        "hours": readings.hours[rows].tolist(),
+        "measured": measured.tolist(),
+        "predicted": predicted.tolist(),
+        "de2000": np.round(delta_e, 4).tolist(),
+        "sigma": np.round(sigma, 3).tolist(),
+    }
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
 def _shown(problem: Problem, xyz: Array) -> Any:

@@ -246,9 +246,9 @@ class Window:
             await self._shows("colours", path=to)
             self.tell("measured", b"{}")
 
-    async def table(self, **asked: Any) -> bytes:
-        """Return a table of the model that is shown; errors as ``DisplayModel.at``."""
-        return await self._shows("table", **asked)
+    async def table(self, kind: str, **asked: Any) -> bytes:
+        """Return a table of the model that is shown; errors as ``DisplayModel.at``; ``kind`` is one of ``KINDS``."""
+        return await self._shows(kind, **asked)
 
     async def difference(self, **asked: Any) -> bytes:
         """Measure the image."""

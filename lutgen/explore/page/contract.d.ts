@@ -87,7 +87,6 @@ export interface Reading {
   predicted: [number, number, number];
   de2000: number;
   sigma: number;
-  conditions: Record<string, number | null>;
 }
 
 export interface Drift {
