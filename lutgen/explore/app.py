@@ -155,6 +155,7 @@ def explore_application(windows: Windows) -> ASGIApp:
             ask("difference", _difference, "GET"),
             ask("effects", _effects, "GET"),
             ask("switch", _switch, "POST"),
+            ask("baseline", _baseline, "POST"),
             ask("what-if", _what_if, "POST"),
             ask("own", _own, "POST"),
             ask("find", _find, "POST"),
@@ -252,12 +253,19 @@ async def _effects(window: Window, _request: Request) -> Response:
 
 async def _switch(window: Window, request: Request) -> Response:
     asked = await json_body(request)
-    names, baseline = asked.get("effects"), asked.get("baseline")
+    names = asked.get("effects")
     if not (isinstance(names, list) and all(isinstance(name, str) for name in names)):
         raise LutgenError('send {"effects": [names]}.')
-    if not (baseline is None or isinstance(baseline, str)):
-        raise LutgenError("baseline: give a name.")
-    return Response(await window.switch(names, baseline), media_type=JSON)
+    return Response(await window.switch(names), media_type=JSON)
+
+
+async def _baseline(window: Window, request: Request) -> Response:
+    """Compare with another model of the fresh display; effects are switched off."""
+    baseline = (await json_body(request)).get("baseline")
+    if not isinstance(baseline, str):
+        raise LutgenError('send {"baseline": name}.')
+    await window.open(replace(window.asked, baseline=baseline, on=()))
+    return _overview(window)
 
 
 async def _what_if(window: Window, request: Request) -> Response:
@@ -336,6 +344,6 @@ async def _while_wanted(request: Request, work: Coroutine[Any, Any, tuple[str, b
 
 
 async def _commands(window: Window, request: Request) -> Response:
-    error = json.loads(window.news.get("error", b"{}"))
-    last, keep = window.overview["max_hours"], bool(error.get("keep"))
+    support = json.loads(window.news.get("support", b"{}"))
+    last, keep = window.overview["max_hours"], bool(support.get("keep"))
     return JSONResponse(commands(window.asked, last=last, keep=keep, **_seen(request), kind=_kind(request)))

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 PATIENCE = 30.0
 
 #: News that a page which comes later must hear too.
-LASTING = ("error", "effects", "verdict", "image")
+LASTING = ("error", "support", "effects", "verdict", "image")
 
 #: The processes' objects.
 FITTING, SHOWING, IMAGING = (
@@ -201,7 +201,7 @@ class Window:
         overview = json.loads(await self._fits("open", **_readings(asked)))
         self.asked = replace(asked, data=overview.pop("data"), image=self.asked.image)
         self.overview, self._verdict = overview, {}
-        for each in ("error", "effects", "verdict"):
+        for each in LASTING[:-1]:
             self.news.pop(each, None)
 
     async def drop(self, hours: Sequence[float] | None) -> dict[str, Any]:
@@ -254,13 +254,12 @@ class Window:
         """Measure the image."""
         return await self._shows("difference", **asked)
 
-    async def switch(self, effects: Sequence[str], baseline: str | None = None) -> bytes:
+    async def switch(self, effects: Sequence[str]) -> bytes:
         """Switch effects on, and all others off; the fit follows as news."""
         await self.cancel()
-        if baseline and baseline != self.overview["baseline"]:
-            await self.open(replace(self.asked, baseline=baseline, on=()))
         error = await self._fits("switch", effects=list(effects))
         self.asked, self._unfinished = replace(self.asked, on=tuple(json.loads(error)["on"])), True
+        self.news.pop("support", None)
         return error
 
     async def what_if(self, **asked: Any) -> bytes:

@@ -236,7 +236,7 @@ export function driftChart(drift) {
   const options = {
     width: 100,
     height: 60,
-    padding: [6, 8, 0, 0],
+    padding: [6, 18, 0, 0],
     legend: { show: false },
     cursor: { show: false },
     scales: { x: { time: false, range: reach(0) }, y: { range: reach(1) } },

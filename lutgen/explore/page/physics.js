@@ -11,7 +11,8 @@ const STEPS = 1000;
 
 /**
  * @param {import("./server.js").Server} server
- * @param {{error: (error: ModelError) => void}} page is told of each new error
+ * @param {{error: (error: ModelError) => void, begin: (overview: import("./contract").Overview) => Promise<void>}} page
+ *   is told of each new error, and of readings that are compared anew
  */
 export function physicsOf(server, page) {
   /** @type {Effect[]} */
@@ -20,6 +21,8 @@ export function physicsOf(server, page) {
   let found = [];
   /** @type {string[]} */
   let rivals = [];
+  /** The baseline that is compared. */
+  let compared = "";
   /** The error of the model without effects, for the bars. */
   let start = 0;
   /** Effects that were switched on, until the server has taken them. @type {string[] | null} */
@@ -90,12 +93,12 @@ export function physicsOf(server, page) {
   };
 
   /** @param {Effect} effect */
-  const row = ({ name, sentence, sees_words: sees, own, given }) => {
+  const row = ({ name, sentence, sees_words: sees, sees_title: seesTitle, own, given }) => {
     const id = `effect-${name}`;
     const box = element("input", { type: "checkbox", role: "switch", id, "aria-describedby": `${id}-words` });
     box.disabled = given;
     box.addEventListener("change", () => turn(name, box.checked));
-    const seen = element("div", { class: "seen" }, sees);
+    const seen = element("div", { class: "seen", title: seesTitle }, sees);
     const words = element("div", { class: "words", id: `${id}-words` }, sentence.replaceAll("``", ""));
     const rival = element(
       "span",
@@ -200,6 +203,20 @@ export function physicsOf(server, page) {
     return line;
   };
 
+  /** Show which model of the fresh display is compared. @param {string} name */
+  const baseline = (name) => {
+    const choice = input("baseline");
+    choice.value = compared = name;
+    choice.title = `The model knows ${choice.querySelector(`[value="${name}"]`)?.getAttribute("title")}.`;
+  };
+  input("baseline").addEventListener("change", async () => {
+    const before = compared;
+    const taken = await trying(async () =>
+      page.begin(await server.post("baseline", { baseline: input("baseline").value })),
+    );
+    if (!taken) baseline(before);
+  });
+
   const ended = () => {
     byId("finding").hidden = true;
     input("find").disabled = false;
@@ -273,6 +290,11 @@ export function physicsOf(server, page) {
       whatIf.clear();
       byId("verdict").replaceChildren();
       input("find").disabled = !overview.can_diagnose;
+      const choices = Object.entries(overview.baselines).map(([name, words]) =>
+        element("option", { value: name, title: words }, name),
+      );
+      input("baseline").replaceChildren(...choices);
+      baseline(overview.baseline);
       tell("physics-trouble");
       await trying(async () => take(await server.get("effects")));
     },
@@ -292,24 +314,16 @@ export function physicsOf(server, page) {
       effects = effects.map((each) => ({ ...each, on: verdict.effects.includes(each.name) }));
       rows();
       const parts = [element("p", {}, element("b", {}, `${verdict.name}: `), verdict.sentence)];
-      if (verdict.next || verdict.has_patches) {
-        const next = element(
-          "p",
-          { class: "quiet" },
-          `What to measure next${verdict.next ? `: ${verdict.next}` : ""} `,
-        );
-        if (verdict.has_patches) {
-          const button = element("button", { type: "button", id: "patch-list" }, "Patch list");
-          button.addEventListener("click", () =>
-            trying(async () => {
-              const response = await server.fetch(server.address("take", { what: "patches" }));
-              save(await response.blob(), "patches.csv");
-            }),
-          );
-          next.append(button);
-        }
-        parts.push(next);
-      }
+      const button = element("button", { type: "button", id: "patch-list" }, "Patch list");
+      button.addEventListener("click", () =>
+        trying(async () => {
+          const response = await server.fetch(server.address("take", { what: "patches" }));
+          save(await response.blob(), "patches.csv");
+        }),
+      );
+      const next = `What to measure next${verdict.next ? `: ${verdict.next}` : ""} `;
+      parts.push(element("p", { class: "quiet" }, next, button));
+      if (verdict.remarks.length) parts.push(element("p", { class: "quiet" }, verdict.remarks.join(" ")));
       byId("verdict").replaceChildren(...parts);
     },
     ended,

@@ -10,6 +10,9 @@ const REACHES = [2, 3, 5, 8, 12, 15, 20, 25, 30, 40, 50, 100];
 /** Points along an edge of the tables. */
 const SIZE = 33;
 
+/** Milliseconds without a move after which the slider rests. */
+const REST = 80;
+
 /** Hours by which keys move the slider. */
 const STEPS = new Map([
   ["ArrowLeft", -100],
@@ -94,9 +97,12 @@ export function pictureOf(server) {
     if (viewer?.picture && viewer.aged.first.size === SIZE) document.body.dataset.picture = "drawn";
   };
 
+  /** A correction costs a search of many tables' time: it follows when the slider rests. */
+  let resting = 0;
   const draw = () => {
     if (viewer) void aged(null);
-    if (viewer && viewer.cuts[1] < 1) void compensated(null);
+    clearTimeout(resting);
+    if (viewer && viewer.cuts[1] < 1) resting = setTimeout(() => void compensated(null), REST);
   };
 
   const show = () => {
@@ -137,7 +143,6 @@ export function pictureOf(server) {
     viewer.zoomed = () => {
       byId("zoom").textContent = `${Math.round(100 * viewer.scale)} %`;
     };
-    new ResizeObserver(() => viewer.zoomed()).observe(byId("viewer"));
     byId("viewer").addEventListener("pointerup", draw);
   }
 
@@ -179,8 +184,11 @@ export function pictureOf(server) {
           return element("label", {}, radio, ` ${each}`);
         }),
       );
-      slider.max = String(overview.max_hours);
-      slider.value = slider.max;
+      // The same display under another model is seen at the same hour.
+      if (slider.max !== String(overview.max_hours)) {
+        slider.max = String(overview.max_hours);
+        slider.value = slider.max;
+      }
       reach = 0;
       const last = overview.max_hours || 1;
       // Hours that would stand in one another are left out; the first and the last stay.
@@ -194,6 +202,7 @@ export function pictureOf(server) {
         ...kept.map((hour) => {
           const tick = element("span", {}, spaced(hour));
           tick.style.left = `${(100 * hour) / last}%`;
+          if (hour === last) tick.classList.add("last");
           return tick;
         }),
       );

@@ -76,7 +76,7 @@ export class Server {
   async table(query) {
     const response = await this.fetch(this.address("table", query));
     const size = Number(response.headers.get("X-Lutgen-Size"));
-    return { size, values: new Uint16Array(await response.arrayBuffer()) };
+    return { size, values: new Uint16Array(await response.arrayBuffer()), differences: Boolean(query.map) };
   }
 
   /** Call back on the server's events, by their names. @param {Record<string, (content: any) => void>} listeners */
