@@ -496,18 +496,34 @@ def png_of(width: int, height: int) -> bytes:
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", rows) + chunk(b"IEND", b"")
 
 
+def begin(connection: HTTPConnection, page: Visitor, what: str, **headers: str) -> None:
+    """Say that something will be sent."""
+    connection.putrequest("POST", f"{page.path}api/{what}")
+    connection.putheader("Origin", f"http://{HOST}:{page.port}")
+    for name, value in headers.items():
+        connection.putheader(name.replace("_", "-"), value)
+    connection.endheaders()
+
+
 @pytest.mark.slow
 def test_hostile_input_is_refused_and_the_window_goes_on(address: str) -> None:
     page = Visitor(address)
     page.hears("error")
-    for what, name, most in (("drop", "a.csv", READINGS), ("image", "a.png", IMAGE)):
-        # 2 GB are announced; none of them need be sent to be refused.
+    # 2 GB are announced, or 10⁷ lines, however short; none of them need be sent to be refused.
+    for what, name, most, size in (
+        ("drop", "a.csv", READINGS, 2 * 10**9),
+        ("image", "a.png", IMAGE, 2 * 10**9),
+        ("drop", "a.csv", READINGS, 10**7),
+    ):
         with closing(HTTPConnection(HOST, page.port, timeout=10)) as connection:
-            connection.putrequest("POST", f"{page.path}api/{what}?window={page.window}&name={name}")
-            connection.putheader("Origin", f"http://{HOST}:{page.port}")
-            connection.putheader("Content-Length", str(2_000_000_000))
-            connection.endheaders()
+            begin(connection, page, f"{what}?window={page.window}&name={name}", Content_Length=str(size))
             assert f"larger than {most // 1_000_000} MB" in json.loads(connection.getresponse().read())["error"]
+    # What announces no size is counted while it comes.
+    with closing(HTTPConnection(HOST, page.port, timeout=60)) as connection:
+        begin(connection, page, f"drop?window={page.window}&name=a.csv", Transfer_Encoding="chunked")
+        for size in (READINGS, 1):
+            connection.send(b"%x\r\n%s\r\n" % (size, b"\n" * size))
+        assert connection.getresponse().status == 413
     assert "million pixels" in page.ask("image", png_of(60_000, 60_000), "&name=bomb.png", 400)["error"]
     assert "csv" in page.ask("drop", b"0,1,1,1,1,1,1\n" * 500_000, "&name=many.csv", 400)["error"]
     assert page.ask("drop", b"x", "&name=a.exe", 400)["error"]
@@ -519,6 +535,12 @@ def test_hostile_input_is_refused_and_the_window_goes_on(address: str) -> None:
     page.see("table", "&mode=chroma&hours=1&kind=new", 400)
     page.see("take", "&what=../../x", 400)
     assert page.request("GET", f"{page.path}api/overview?window=w999").status == 410
+    overview = f"api/overview?window={page.window}"
+    assert page.request("GET", page.path + overview, Host="evil.example:80").status == 421
+    assert page.request("GET", page.path + overview, Origin="http://evil.example").status == 403
+    assert page.request("POST", f"{page.path}api/window", b"{}").status == 403
+    for path in (f"/{overview}", f"/wrong/{overview}", f"{page.path}../{overview}", f"{page.path}vendor/../../app.py"):
+        assert page.request("GET", path).status == 404, path
 
     statuses: Queue[int] = Queue()
 

@@ -333,7 +333,7 @@ class Opened:
 
     def overview(self) -> dict[str, Any]:
         """Say what was opened."""
-        readings, hours = self.readings, [float(each) for each in self.fresh.tips.hours]
+        readings, hours = self.readings, sorted(set(map(float, self.readings.hours)))
         return {
             "name": Path(self.data).name,
             "data": self.data,
@@ -341,7 +341,7 @@ class Opened:
             "simulated": "simulated" in readings.provenance.lower(),
             "readings": int(readings.hours.size),
             "hours": hours,
-            "max_hours": hours[-1],
+            "max_hours": float(self.fresh.tips.hours[-1]),
             "modes": list(AGING_MODES),
             "baseline": self.baseline,
             "baselines": BASELINES,
