@@ -148,7 +148,7 @@ class Spent:
         """The 95th percentile of both against a limit."""
         clock, processor = np.quantile(self._spent, 0.95, axis=0).tolist()
         yield against_limit(f"{what} (95 % of {len(self._spent)})", [clock], limit, "s")
-        yield against_limit("… in processor time", [processor], limit, "s")
+        yield against_limit(f"{what}, processor time", [processor], limit, "s")
 
 
 def image_of(work: Work, folder: Path) -> bytes:

@@ -234,7 +234,7 @@ def _kind(request: Request) -> str:
 
 async def _table(window: Window, request: Request) -> Response:
     size = request.query_params.get("size", "33")
-    table = await window.table(
+    table = await window.shows(
         _kind(request),
         **_seen(request),
         size=int(size) if size.isdecimal() and len(size) < 4 else 0,
@@ -244,7 +244,7 @@ async def _table(window: Window, request: Request) -> Response:
 
 
 async def _difference(window: Window, request: Request) -> Response:
-    return Response(await window.difference(**_seen(request)), media_type=JSON)
+    return Response(await window.shows("difference", **_seen(request)), media_type=JSON)
 
 
 async def _effects(window: Window, _request: Request) -> Response:

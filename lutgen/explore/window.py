@@ -151,12 +151,14 @@ class Window:
 
     # Processes: asked for an answer soon, and started again where one ends or hangs.
 
-    async def _fits(self, method: str, **values: Any) -> bytes:
+    async def fits(self, method: str, **values: Any) -> bytes:
+        """Ask what fits (:class:`lutgen.explore.fitting.Fitting`)."""
         if self._mending:
             await self._mending
         return await self._soon(self._fitting, self._fitting.ask(method, **values))
 
-    async def _shows(self, method: str, **values: Any) -> bytes:
+    async def shows(self, method: str, **values: Any) -> bytes:
+        """Ask what shows pictures (:class:`lutgen.explore.showing.Showing`)."""
         if self._mending:
             await self._mending
         return await self._soon(self._showing, self._showing.ask(method, **values))
@@ -198,7 +200,7 @@ class Window:
     async def open(self, asked: Asked) -> None:
         """Open readings; where they are refused, those that are open stay."""
         await self.cancel()
-        overview = json.loads(await self._fits("open", **_readings(asked)))
+        overview = json.loads(await self.fits("open", **_readings(asked)))
         self.asked = replace(asked, data=overview.pop("data"), image=self.asked.image)
         self.overview, self._verdict = overview, {}
         for each in LASTING[:-1]:
@@ -211,7 +213,7 @@ class Window:
         if not paths:
             raise LutgenError("no file was dropped. Drop a table of readings (.csv), a campaign file or sessions.")
         try:
-            gathered = json.loads(await self._fits("gather", paths=paths, hours=hours))
+            gathered = json.loads(await self.fits("gather", paths=paths, hours=hours))
         except LutgenError:
             self.dropping.clear()
             raise
@@ -243,21 +245,13 @@ class Window:
             reading.end()
         if self.asked.image == path:
             self._colours = to
-            await self._shows("colours", path=to)
+            await self.shows("colours", path=to)
             self.tell("measured", b"{}")
-
-    async def table(self, kind: str, **asked: Any) -> bytes:
-        """Return a table of the model that is shown; errors as ``DisplayModel.at``; ``kind`` is one of ``KINDS``."""
-        return await self._shows(kind, **asked)
-
-    async def difference(self, **asked: Any) -> bytes:
-        """Measure the image."""
-        return await self._shows("difference", **asked)
 
     async def switch(self, effects: Sequence[str]) -> bytes:
         """Switch effects on, and all others off; the fit follows as news."""
         await self.cancel()
-        error = await self._fits("switch", effects=list(effects))
+        error = await self.fits("switch", effects=list(effects))
         self.asked, self._unfinished = replace(self.asked, on=tuple(json.loads(error)["on"])), True
         self.news.pop("support", None)
         return error
@@ -265,12 +259,12 @@ class Window:
     async def what_if(self, **asked: Any) -> bytes:
         """Set a parameter; nothing: the fit again."""
         await self.cancel()
-        return await self._fits("what_if", **asked)
+        return await self.fits("what_if", **asked)
 
     async def own(self, asked: Asked) -> bytes:
         """Take effects of the user's own; where one is refused, or loops for ever, those before stay."""
         await self.cancel()
-        effects = await self._fits("own", files=asked.files, expressions=asked.texts)
+        effects = await self.fits("own", files=asked.files, expressions=asked.texts)
         self.asked = replace(asked, on=())
         return effects
 
@@ -308,15 +302,7 @@ class Window:
     async def patches(self) -> bytes:
         """Return what to measure next: to tell rivals apart where there are any."""
         rivals = self._verdict.get("rivals", [])
-        return await self._fits("patches", between=rivals[0][:2] if rivals else [])
-
-    async def save_model(self, path: Path) -> None:
-        """Write the model of what is switched on, as seen from its own place."""
-        await self._fits("save", path=str(path))
-
-    async def model_text(self) -> bytes:
-        """Return the model file as it is where the readings lie beside it."""
-        return await self._fits("model_text")
+        return await self.fits("patches", between=rivals[0][:2] if rivals else [])
 
 
 def _readings(asked: Asked) -> dict[str, Any]:

@@ -1,10 +1,13 @@
 // The physics: the catalogue of effects with a switch each, their parameters, the search, and an effect of one's own.
 
-import { latest, Refusal } from "./server.js";
+import { latest, trying } from "./server.js";
 import { byId, element, input, ratio, readable, save, tell } from "./words.js";
 
 /** @typedef {import("./contract").Effect} Effect */
 /** @typedef {import("./contract").ModelError} ModelError */
+
+/** Where refusals are told. */
+const TROUBLE = "physics-trouble";
 
 /** Steps of a parameter's slider. */
 const STEPS = 1000;
@@ -30,23 +33,10 @@ export function physicsOf(server, page) {
   /** What-if values that are set: "effect parameter" → value. @type {Map<string, number>} */
   const whatIf = new Map();
 
-  /** Do what the server may refuse. @param {() => Promise<void>} task */
-  const trying = async (task) => {
-    tell("physics-trouble");
-    try {
-      await task();
-      return true;
-    } catch (error) {
-      if (!(error instanceof Refusal)) throw error;
-      tell("physics-trouble", error.message);
-      return false;
-    }
-  };
-
   const on = () => effects.filter((each) => each.on).map((each) => each.name);
 
   const switching = latest(async (/** @type {string[]} */ names) => {
-    const taken = await trying(async () => {
+    const taken = await trying(TROUBLE, async () => {
       whatIf.clear();
       page.error(await server.post("switch", { effects: names }));
     });
@@ -63,7 +53,7 @@ export function physicsOf(server, page) {
   };
 
   const supposing = latest(async (/** @type {{effect: string, parameter: string, value: number}} */ asked) => {
-    await trying(async () => page.error(await server.post("what-if", asked)));
+    await trying(TROUBLE, async () => page.error(await server.post("what-if", asked)));
   });
 
   /** The row of each effect, and what brings it up to date. @type {Map<string, {item: HTMLLIElement, update: (effect: Effect) => void}>} */
@@ -150,7 +140,7 @@ export function physicsOf(server, page) {
       if (fitted.parameters.length) {
         const reset = element("button", { type: "button" }, "Reset to the fit");
         reset.addEventListener("click", () =>
-          trying(async () => {
+          trying(TROUBLE, async () => {
             whatIf.clear();
             page.error(await server.post("what-if", {}));
           }),
@@ -211,7 +201,7 @@ export function physicsOf(server, page) {
   };
   input("baseline").addEventListener("change", async () => {
     const before = compared;
-    const taken = await trying(async () =>
+    const taken = await trying(TROUBLE, async () =>
       page.begin(await server.post("baseline", { baseline: input("baseline").value })),
     );
     if (!taken) baseline(before);
@@ -229,16 +219,16 @@ export function physicsOf(server, page) {
     /** @type {HTMLProgressElement} */ (byId("find-progress")).removeAttribute("value");
     byId("find-what").textContent = "";
     byId("cancel").focus();
-    if (!(await trying(async () => void (await server.post("find"))))) ended();
+    if (!(await trying(TROUBLE, () => server.post("find")))) ended();
   });
   byId("cancel").addEventListener("click", () => {
     byId("find-what").textContent = "stopping …";
-    void trying(async () => void (await server.post("cancel")));
+    void trying(TROUBLE, () => server.post("cancel"));
   });
 
   /** Add what the user wrote, and switch it on beside what is on. */
   const added = async (/** @type {unknown} */ body, /** @type {Record<string, unknown>} */ query = {}) =>
-    trying(async () => {
+    trying(TROUBLE, async () => {
       const before = on();
       const known = new Set(effects.map((each) => each.name));
       take(await server.post("own", body, query));
@@ -295,8 +285,8 @@ export function physicsOf(server, page) {
       );
       input("baseline").replaceChildren(...choices);
       baseline(overview.baseline);
-      tell("physics-trouble");
-      await trying(async () => take(await server.get("effects")));
+      tell(TROUBLE);
+      await trying(TROUBLE, async () => take(await server.get("effects")));
     },
     effects: take,
     parameters,
@@ -316,7 +306,7 @@ export function physicsOf(server, page) {
       const parts = [element("p", {}, element("b", {}, `${verdict.name}: `), verdict.sentence)];
       const button = element("button", { type: "button", id: "patch-list" }, "Patch list");
       button.addEventListener("click", () =>
-        trying(async () => {
+        trying(TROUBLE, async () => {
           const response = await server.fetch(server.address("take", { what: "patches" }));
           save(await response.blob(), "patches.csv");
         }),
@@ -330,7 +320,7 @@ export function physicsOf(server, page) {
     /** @param {string} sentence */
     failed(sentence) {
       ended();
-      tell("physics-trouble", sentence);
+      tell(TROUBLE, sentence);
     },
   };
 }

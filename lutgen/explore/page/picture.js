@@ -1,7 +1,7 @@
 // The picture: hours, modes, wiper, map and zoom around the viewer, and the numbers beside it.
 
-import { latest, Refusal } from "./server.js";
-import { MAP_COLOURS, Viewer } from "./viewer.js";
+import { latest, trying } from "./server.js";
+import { hourly, MAP_COLOURS, Viewer } from "./viewer.js";
 import { byId, element, input, spaced, tell } from "./words.js";
 
 /** ΔE2000 at which a map's colours may end. */
@@ -12,16 +12,6 @@ const SIZE = 33;
 
 /** Milliseconds without a move after which the slider rests. */
 const REST = 80;
-
-/** Hours by which keys move the slider. */
-const STEPS = new Map([
-  ["ArrowLeft", -100],
-  ["ArrowDown", -100],
-  ["ArrowRight", 100],
-  ["ArrowUp", 100],
-  ["PageDown", -1000],
-  ["PageUp", 1000],
-]);
 
 /** A viewer, or null and the reason on the page where the browser cannot draw. @param {HTMLElement} host */
 function viewerIn(host) {
@@ -46,15 +36,7 @@ export function pictureOf(server) {
 
   /** @param {"aged" | "compensated"} kind @param {(table: import("./viewer.js").Table) => void} hand */
   const fetching = (kind, hand) =>
-    latest(async () => {
-      try {
-        hand(await server.table(asked({ kind })));
-        tell("image-trouble");
-      } catch (error) {
-        if (error instanceof Refusal) tell("image-trouble", error.message);
-        else throw error;
-      }
-    });
+    latest(async () => void (await trying("image-trouble", async () => hand(await server.table(asked({ kind }))))));
   const aged = fetching("aged", (table) => {
     viewer?.age(table);
     drawn();
@@ -113,14 +95,7 @@ export function pictureOf(server) {
     void figures(null);
   };
 
-  slider.addEventListener("input", show);
-  slider.addEventListener("keydown", (event) => {
-    const step = STEPS.get(event.key);
-    if (!step) return;
-    event.preventDefault();
-    slider.value = String(hours() + step);
-    show();
-  });
+  hourly(slider, show);
   byId("modes").addEventListener("change", (event) => {
     mode = /** @type {HTMLInputElement} */ (event.target).value;
     show();
@@ -213,20 +188,17 @@ export function pictureOf(server) {
     },
     /** Take another image. @param {File} file */
     async take(file) {
-      tell("image-trouble");
+      const before = byId("image-note").textContent;
       byId("image-note").textContent = "Reading the image …";
-      try {
+      const taken = await trying("image-trouble", async () => {
         server.check([file], "image");
         const size = await server.post("image", file, { name: file.name });
         await load();
         note(size);
         reach = 0;
         show();
-      } catch (error) {
-        byId("image-note").textContent = "";
-        if (!(error instanceof Refusal)) throw error;
-        tell("image-trouble", error.message);
-      }
+      });
+      if (!taken) byId("image-note").textContent = before;
     },
   };
 }

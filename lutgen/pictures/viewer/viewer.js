@@ -94,6 +94,20 @@ void main() {
   shown = vec4(mix(surround, result.rgb, inside ? source.a : 0.0), 1.0);
 }`;
 
+/** Call back when a slider over hours moves, which keys move by round numbers of them. @param {HTMLInputElement} slider @param {() => void} moved */
+export function hourly(slider, moved) {
+  slider.addEventListener("input", moved);
+  slider.addEventListener("keydown", (event) => {
+    const step = { ArrowLeft: -100, ArrowDown: -100, ArrowRight: 100, ArrowUp: 100, PageDown: -1000, PageUp: 1000 }[
+      event.key
+    ];
+    if (!step) return;
+    event.preventDefault();
+    slider.value = String(Number(slider.value) + step);
+    moved();
+  });
+}
+
 /** The table that changes no colour. */
 export function unchanged() {
   const values = new Uint16Array(32);
