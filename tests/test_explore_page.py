@@ -150,7 +150,8 @@ def text(page: Page, selector: str) -> str:
 
 def hand_over(page: Page, way: str, width: int) -> None:
     """Drop or paste a picture that the page paints itself."""
-    event = {"drop": "DragEvent('drop', { dataTransfer:", "paste": "ClipboardEvent('paste', { clipboardData:"}[way]
+    # An event's own constructor takes no clipboard with files in Firefox.
+    carrier = {"drop": "dataTransfer", "paste": "clipboardData"}[way]
     page.ask(
         f"""(() => {{
             const canvas = new window.OffscreenCanvas({width}, 40);
@@ -158,7 +159,8 @@ def hand_over(page: Page, way: str, width: int) -> None:
             return canvas.convertToBlob().then((blob) => {{
                 const files = new window.DataTransfer();
                 files.items.add(new window.File([blob], "b.png", {{ type: "image/png" }}));
-                window.dispatchEvent(new window.{event} files, cancelable: true }}));
+                const event = new window.Event({json.dumps(way)}, {{ cancelable: true }});
+                window.dispatchEvent(Object.assign(event, {{ {carrier}: files }}));
             }});
         }})()"""
     )

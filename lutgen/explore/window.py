@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 #: Seconds that a table or a step may take before its process is taken for hung: a user's own effect may loop for ever.
 PATIENCE = 30.0
 
+#: Seconds that an image may take to be read: the largest that is taken has 150 million pixels.
+IMAGE_PATIENCE = 180.0
+
 #: News that a page which comes later must hear too.
 LASTING = ("error", "support", "effects", "verdict", "image")
 
@@ -163,13 +166,13 @@ class Window:
             await self._mending
         return await self._soon(self._showing, self._showing.ask(method, **values))
 
-    async def _soon(self, process: Process, asking: Coroutine[Any, Any, bytes]) -> bytes:
+    async def _soon(self, process: Process, asking: Coroutine[Any, Any, bytes], patience: float = PATIENCE) -> bytes:
         try:
-            async with asyncio.timeout(PATIENCE):
+            async with asyncio.timeout(patience):
                 return await asking
         except TimeoutError:
             process.kill()
-            raise LutgenError(f"this took longer than {PATIENCE:g} s and was ended.") from None
+            raise LutgenError(f"this took longer than {patience:g} s and was ended.") from None
 
     def _mend(self, work: Coroutine[Any, Any, None], why: bytes) -> None:
         async def mended() -> None:
@@ -229,7 +232,8 @@ class Window:
         folder, reading = self.new_folder(), await self._begun(IMAGING, lambda _what, _body: None)
         picture = folder / "shown.png"
         try:
-            image = json.loads(await self._soon(reading, reading.ask("read", path=path, to=str(picture))))
+            asking = reading.ask("read", path=path, to=str(picture))
+            image = json.loads(await self._soon(reading, asking, IMAGE_PATIENCE))
         except BaseException:
             reading.end()
             raise
