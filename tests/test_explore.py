@@ -320,7 +320,7 @@ def test_without_its_server_the_command_says_what_to_install(
 def test_files_that_cannot_be_shown_end_the_command_with_2_and_a_sentence(lutgen: Callable[..., Done]) -> None:
     for arguments, sentence in [
         (("nothing.csv",), "nothing.csv: cannot read the readings: no such file"),
-        (("README.md",), "names no format of measurements"),
+        (("README.md",), "no format of readings that is known"),
         ((EXAMPLE, "--image", "README.md"), "README.md: not an image"),
         (("--model", "README.md"), "README.md: not a model file"),
         ((EXAMPLE, "--port", "70000"), "--port 70000: give 1 to 65535"),
