@@ -55,7 +55,8 @@ class Page:
 
     def __init__(self, port: int) -> None:
         """Connect to a port of this computer, and begin a session."""
-        self.connection = socket.create_connection(("127.0.0.1", port), PATIENCE)
+        # Longer than a script may take; the first answer comes when Firefox has started altogether.
+        self.connection = socket.create_connection(("127.0.0.1", port), 3 * PATIENCE)
         self._waiting, self._last = b"", 0
         self._next()
         self.call("WebDriver:NewSession")

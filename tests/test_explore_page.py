@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shlex
 import signal
 import subprocess
@@ -12,13 +13,19 @@ import time
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
 
+from lutgen.colorimetry import D65, linear_to_code, xyz_to_linear
+from lutgen.names import BASELINES
+from lutgen.readings import read_measurements
+from lutgen.readings.rest import is_tip
 from tests.browser import CHROMIUM, PATIENCE, browser
 from tests.firefox import FIREFOX, firefox
 from tests.session_files import ti3
+from tests.test_own_effects import GOOD
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -42,6 +49,8 @@ LONG = 150.0
 
 READY = "document.body?.dataset.ready === 'yes' && document.getElementById('ratio-number').textContent.endsWith('×')"
 FINAL = "!document.getElementById('error-state').textContent"
+PATCHES = "[...document.querySelectorAll('#patches li span')].map((each) => each.textContent)"
+LABELS = "[...document.querySelectorAll('#patches li')].map((each) => each.getAttribute('aria-label'))"
 RATIO = "document.getElementById('ratio-number').textContent"
 
 
@@ -119,6 +128,11 @@ def opened(page: Page, address: str) -> None:
     page.wait(f"{READY} && document.querySelectorAll('#effects li').length > 10", LONG)
 
 
+def shown(ratio: float) -> str:
+    """An error as the page writes it."""
+    return f"{ratio:.0f} ×" if ratio >= 100 else f"{ratio:.1f} ×"
+
+
 def lutgen(*arguments: str, cwd: Path = ROOT) -> str:
     done = subprocess.run(
         [sys.executable, "-m", "lutgen", *arguments], cwd=cwd, check=False, capture_output=True, text=True
@@ -132,6 +146,41 @@ def click(page: Page, selector: str) -> None:
 
 def text(page: Page, selector: str) -> str:
     return str(page.ask(f"document.querySelector({json.dumps(selector)}).textContent"))
+
+
+def hand_over(page: Page, way: str, width: int) -> None:
+    """Drop or paste a picture that the page paints itself."""
+    # An event's own constructor takes no clipboard with files in Firefox.
+    carrier = {"drop": "dataTransfer", "paste": "clipboardData"}[way]
+    page.ask(
+        f"""(() => {{
+            const canvas = new window.OffscreenCanvas({width}, 40);
+            canvas.getContext("2d").fillRect(0, 0, {width}, 40);
+            return canvas.convertToBlob().then((blob) => {{
+                const files = new window.DataTransfer();
+                files.items.add(new window.File([blob], "b.png", {{ type: "image/png" }}));
+                const event = new window.Event({json.dumps(way)}, {{ cancelable: true }});
+                window.dispatchEvent(Object.assign(event, {{ {carrier}: files }}));
+            }});
+        }})()"""
+    )
+
+
+def taken(page: Page, downloads: Path, what: str, suffix: str) -> Path:
+    """Take a file away, and wait until the browser has saved it."""
+    click(page, f"#take-{what}")
+    page.wait("document.getElementById('take-state').textContent.endsWith('kB')", LONG)
+    until(lambda: any(each.stat().st_size for each in downloads.glob(f"*{suffix}")), f"no {suffix} was saved")
+    (file,) = downloads.glob(f"*{suffix}")
+    return file
+
+
+def commands_of(page: Page) -> list[list[str]]:
+    """The commands to copy, as a shell reads them."""
+    click(page, "#take-open")
+    page.wait("document.querySelectorAll('#commands code').length > 2")
+    listed = page.ask("[...document.querySelectorAll('#commands code')].map((each) => each.textContent)")
+    return [shlex.split(each) for each in listed]
 
 
 def drop(page: Page, *files: tuple[str, str]) -> None:
@@ -181,7 +230,7 @@ def test_the_whole_road_from_the_error_to_a_lut(either: tuple[Page, Path], tmp_p
         lutgen("compare", "examples/display-a.csv", "--json", str(tmp_path / "c.json"))
         found = json.loads((tmp_path / "c.json").read_text())
         before = found["error"]["rms_sigma"] / found["floor"]["rms_sigma"]
-        assert text(page, "#ratio-number") == f"{before:.1f} ×"
+        assert text(page, "#ratio-number") == shown(before)
         assert page.ask("document.querySelectorAll('.slice .point').length") > 30
         aged = shown_pixels(page)
         click(page, "#find")
@@ -192,26 +241,29 @@ def test_the_whole_road_from_the_error_to_a_lut(either: tuple[Page, Path], tmp_p
         page.wait("document.getElementById('error').classList.contains('good')")
         until(lambda: not np.array_equal(shown_pixels(page), aged), "the picture stays as it was")
         # What the page gives and what its commands print are the same.
-        click(page, "#take-open")
-        page.wait("document.querySelectorAll('#commands code').length > 2")
-        commands = page.ask("[...document.querySelectorAll('#commands code')].map((each) => each.textContent)")
-        (refine,) = (shlex.split(each) for each in commands if each.startswith("lutgen refine"))
+        commands = commands_of(page)
+        (refine,) = (each for each in commands if each[1] == "refine")
         (tmp_path / "examples").mkdir()
         (tmp_path / "examples/display-a.csv").write_bytes((ROOT / "examples/display-a.csv").read_bytes())
         printed = lutgen(*refine[1:], cwd=tmp_path)
         assert f"falls from {before:.2f}" in printed, printed
-        (build,) = (shlex.split(each) for each in commands if "--format cube" in each)
-        assert lutgen(*build[1:], cwd=tmp_path).startswith("1 LUT"), build
-        click(page, "#take-cube")
-        page.wait("document.getElementById('take-state').textContent.endsWith('kB')", LONG)
-        until(lambda: any(each.stat().st_size for each in downloads.glob("*.cube")), "the .cube was not saved")
-        taken = list(downloads.glob("*.cube"))
+        (build,) = (each for each in commands if "cube" in each)
+        assert "1 LUT" in lutgen(*build[1:], cwd=tmp_path), build
+        cube = taken(page, downloads, "cube", ".cube")
         (built,) = (tmp_path / build[-1]).rglob("*.cube")
-        numbers = [[line for line in path.read_text().splitlines() if line[:1].isdigit()] for path in (taken[0], built)]
+        numbers = [[line for line in path.read_text().splitlines() if line[:1].isdigit()] for path in (cube, built)]
         assert numbers[0] == numbers[1]
         assert len(numbers[0]) >= 17**3
         assert "all true to the model" in lutgen("check", build[-1], cwd=tmp_path)
-        taken[0].unlink()
+        cube.unlink()
+        archive = taken(page, downloads, "build", ".zip")
+        with ZipFile(archive) as packed:
+            assert any(name.endswith("config.ocio") for name in packed.namelist())
+            packed.extractall(tmp_path / "zip")
+        archive.unlink()
+        (whole,) = (tmp_path / "zip").iterdir()
+        model = ("--model", str(tmp_path / refine[-1]))
+        assert "all true to the model" in lutgen("check", str(whole), *model, cwd=tmp_path)
         page.open_address("about:blank")
 
 
@@ -252,26 +304,20 @@ def test_a_broken_file_is_refused_in_the_commands_own_sentence_and_what_was_ther
     assert (text(page, "#name"), text(page, "#ratio-number"), text(page, "#provenance")) == before
 
 
-def test_an_image_is_dropped_and_one_that_is_none_is_refused(page: Page) -> None:
+def test_an_image_is_dropped_or_pasted_and_one_that_is_none_is_refused(page_of_either: Page) -> None:
+    page = page_of_either
     picture = "[viewer.size, viewer.aged.first.size]".replace("viewer", "document.getElementById('viewer').viewer")
     before = page.ask(picture)
     drop(page, ("a.png", "no image"))
     page.wait("!document.getElementById('image-trouble').hidden")
     assert "a.png" in text(page, "#image-trouble")
     assert page.ask(picture) == before
-    page.ask(
-        """(() => {
-            const canvas = new OffscreenCanvas(60, 40);
-            canvas.getContext("2d").fillRect(0, 0, 60, 40);
-            return canvas.convertToBlob().then((blob) => {
-                const dataTransfer = new DataTransfer();
-                dataTransfer.items.add(new File([blob], "b.png"));
-                dispatchEvent(new DragEvent("drop", { dataTransfer, cancelable: true }));
-            });
-        })()"""
-    )
-    page.wait(picture.replace("[", "").split(",")[0] + "[0] === 60")
-    assert page.ask("document.getElementById('image-trouble').hidden")
+    for way, width in (("drop", 60), ("paste", 70)):
+        hand_over(page, way, width)
+        page.wait(f"{picture}[0][0] === {width}")
+        assert page.ask("document.getElementById('image-trouble').hidden")
+        # It is measured, too.
+        page.wait("/\\d/.test(document.getElementById('figure-mean').textContent)", LONG)
 
 
 # Effects ------------------------------------------------------------------------------------------------------------
@@ -290,14 +336,26 @@ def test_an_effect_of_ones_own_is_added_and_switched_on(page_of_either: Page) ->
     assert switched_on(page) == {"own-1"}
 
 
-def test_a_program_is_run_only_after_a_warning(page: Page, tmp_path: Path) -> None:
-    mark = tmp_path / "ran"
-    drop(page, ("e.py", f"open({str(mark)!r}, 'w').close()\n"))
+def test_a_program_is_run_only_after_a_warning(page_of_either: Page, tmp_path: Path) -> None:
+    page, mark = page_of_either, tmp_path / "ran"
+    source = f"open({str(mark)!r}, 'w').close()\n{GOOD}"
+    drop(page, ("e.py", source))
     page.wait("document.getElementById('trust').open")
     assert "e.py" in text(page, "#trust-name")
     click(page, "#trust button[value=no]")
     page.wait("!document.getElementById('trust').open")
     assert not mark.exists()
+    before = text(page, "#ratio-number")
+    drop(page, ("e.py", source))
+    page.wait("document.getElementById('trust').open")
+    click(page, "#trust button[value=yes]")
+    page.wait(
+        f"document.getElementById('effect-glue-glow')?.checked && {RATIO} !== {json.dumps(before)} && {FINAL}", LONG
+    )
+    assert mark.exists()
+    (refine,) = (each for each in commands_of(page) if each[1] == "refine")
+    assert refine[refine.index("--effects") + 1] == "e.py"
+    assert refine[refine.index("--add") + 1] == "glue-glow"
 
 
 def test_a_switch_gives_an_error_at_once_and_what_if_moves_it(page: Page) -> None:
@@ -317,9 +375,42 @@ def test_a_switch_gives_an_error_at_once_and_what_if_moves_it(page: Page) -> Non
     )
     page.wait("document.getElementById('error-state').textContent.startsWith('what if')", LONG)
     page.wait(f"{RATIO} !== {json.dumps(fitted)}")
-    assert page.ask("document.querySelector('.parameter').classList.contains('outside')")
+    assert page.ask("getComputedStyle(document.querySelector('.parameter')).filter") == "grayscale(1)"
+    assert [each for each in commands_of(page) if each[1] == "refine"]
+    assert "the fit's" in text(page, "#take-warning")
+    page.ask("document.getElementById('take').hidePopover()")
     page.ask("[...document.querySelectorAll('.parameters button')].at(-1).click()")
     page.wait(f"{RATIO} === {json.dumps(fitted)} && {FINAL}", LONG)
+    assert page.ask("getComputedStyle(document.querySelector('.parameter')).filter") == "none"
+
+
+def test_another_baseline_gives_the_error_and_the_commands_of_that_baseline(
+    page_of_either: Page, tmp_path: Path
+) -> None:
+    page = page_of_either
+    hours = page.ask("document.getElementById('hours').value = 9000")
+    assert page.ask("[...document.getElementById('baseline').options].map((each) => each.value)") == list(BASELINES)
+    for baseline in ("native", "first-hour"):
+        before = text(page, "#ratio-number")
+        page.ask(
+            f"""(() => {{
+                const choice = document.getElementById("baseline");
+                choice.value = {json.dumps(baseline)};
+                choice.dispatchEvent(new window.Event("change"));
+            }})()"""
+        )
+        page.wait(f"{READY} && {RATIO} !== {json.dumps(before)} && {FINAL}", LONG)
+        file = tmp_path / f"{baseline}.json"
+        lutgen("compare", "examples/display-a.csv", "--baseline", baseline, "--json", str(file))
+        found = json.loads(file.read_text())
+        assert text(page, "#ratio-number") == shown(found["error"]["rms_sigma"] / found["floor"]["rms_sigma"])
+    assert page.ask("document.getElementById('hours').valueAsNumber") == hours
+    click(page, "#effect-black-level")
+    page.wait(f"document.querySelector('.parameter') && {FINAL}", LONG)
+    commands = commands_of(page)
+    assert [each[each.index("--baseline") + 1] for each in commands[:2]] == ["first-hour", "first-hour"]
+    # What the model file says already is not said twice.
+    assert not any("--baseline" in each for each in commands[2:])
 
 
 def test_the_diagnosis_is_cancelled(page_of_either: Page) -> None:
@@ -331,6 +422,49 @@ def test_the_diagnosis_is_cancelled(page_of_either: Page) -> None:
     assert not page.ask("document.getElementById('find').disabled")
     assert text(page, "#verdict") == ""
     page.wait(READY, LONG)
+
+
+# Where the error sits -----------------------------------------------------------------------------------------------
+
+
+def test_a_slice_that_is_chosen_filters_the_patches_and_the_other_charts(page_of_either: Page) -> None:
+    page = page_of_either
+    read = read_measurements("examples/display-a.csv")
+    chart = "(() => document.querySelector('[data-slice={}] canvas').toDataURL())()"
+    everything = {name: page.ask(chart.format(name)) for name in ("hour", "level")}
+    worst = [float(each) for each in page.ask(PATCHES)]
+    assert worst == sorted(worst, reverse=True)
+    assert len(worst) == 200
+    point = "document.querySelector('[data-slice=hour] .points').firstElementChild"
+    # White and primaries at rest are what the model is anchored to: no slice has them.
+    anchors = read.at_rest() & is_tip(read.drive).any(axis=1)
+    of_hour_0 = int(((read.hours == 0) & ~anchors).sum())
+    assert page.ask(f"{point}.getAttribute('aria-label')").endswith(f"times the noise, {of_hour_0} readings")
+    page.ask(f"{point}.click()")
+    assert text(page, "#readings-title").startswith(f"{of_hour_0} readings at hour 0 h")
+    assert page.ask("document.querySelectorAll('#patches li').length") == of_hour_0
+    assert all(" at 0 h, " in each for each in page.ask(LABELS))
+    page.wait(f"{chart.format('level')} !== {json.dumps(everything['level'])}")
+    click(page, "#readings-title button")
+    page.wait(f"{chart.format('level')} === {json.dumps(everything['level'])}")
+    assert [float(each) for each in page.ask(PATCHES)] == worst
+
+
+def test_swatches_are_the_measured_and_the_predicted_colour(page: Page) -> None:
+    """The worst patch is dark and red; its halves are of the colours that the readings and the model give."""
+    label = page.ask(LABELS)[0]
+    image = page.ask("getComputedStyle(document.querySelector('#patches .swatch')).backgroundImage")
+    measured, predicted = (
+        [int(each) for each in found.split(",")[:3]] for found in re.findall(r"rgba?\(([^)]*)\) 50%", image)
+    )
+    read = read_measurements("examples/display-a.csv")
+    row = list(read.lines).index(int(label.split(":")[0].removeprefix("line ")))
+    white = read.xyz_cd_m2[(read.drive == 1).all(axis=1) & (read.hours == 0) & read.at_rest()].mean(axis=0)
+    wanted = 255 * linear_to_code(np.clip(xyz_to_linear(read.xyz_cd_m2[row] / white * D65), 0, 1))
+    assert np.abs(measured - wanted).max() < 1
+    assert measured != predicted
+    page.ask("document.querySelector('#patches li').dispatchEvent(new PointerEvent('pointerenter'))")
+    assert text(page, "#tip") == label
 
 
 # Windows, and the server --------------------------------------------------------------------------------------------

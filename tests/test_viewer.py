@@ -153,6 +153,9 @@ def test_two_tables_are_blended_and_the_map_has_the_colours_of_viridis(page: Pag
     # Each of the three is rounded once.
     assert np.abs(shown - (0.75 * ends[0] + 0.25 * ends[1])).max() <= 1.01
     colour = drawn(page, colours, f"viewer.age({both}, 0.25); viewer.map(40);", first, second)[50, 50]
+    # A table that knows no differences is no map: the picture is shown until one comes.
+    unknown = f"{{ size: {SIZE}, values: table0, differences: false }}"
+    assert (drawn(page, colours, f"viewer.age({unknown}); viewer.map(40);", first) == ends[0]).all()
     page.ask("viewer.map(0)")
     assert np.abs(colour - 255 * np.array(colormaps["viridis"](0.25))[:3]).max() <= 2
 

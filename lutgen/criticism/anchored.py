@@ -53,6 +53,12 @@ def noise_only(problem: Problem, predicted: Array, draws: int = DRAWS) -> Iterat
     root = np.linalg.cholesky(problem.covariance(predicted))
     anchor, before = problem.is_tip_anchor, problem.panel(())
     fresh = problem.foretells
+    drive = problem.readings.drive[problem.rows]
+    of_tip = [
+        (hour, tip, anchor & (problem.hour_of == hour) & (drive == TIP_DRIVES[tip]).all(axis=1))
+        for hour in np.flatnonzero(problem.is_knot)[: 1 if fresh else None]
+        for tip in range(4)
+    ]
     for draw in range(draws):
         noise = np.einsum("nij,nj->ni", root, rng.standard_normal(predicted.shape))
         gains = problem.noise.session * rng.standard_normal(max(int(problem.gains.max()) + 1, 1))
@@ -63,11 +69,8 @@ def noise_only(problem: Problem, predicted: Array, draws: int = DRAWS) -> Iterat
             shared[whole] = np.tensordot(rng.standard_normal(len(columns)), columns, axes=1)
         noise += np.linalg.solve(problem.whitener, shared[..., np.newaxis])[..., 0]
         shift = np.zeros((problem.hours.size, 4, 3))
-        drive = problem.readings.drive[problem.rows]
-        for hour in np.flatnonzero(problem.is_knot)[: 1 if fresh else None]:
-            for tip in range(4):
-                here = anchor & (problem.hour_of == hour) & (drive == TIP_DRIVES[tip]).all(axis=1)
-                shift[hour, tip] = noise[here].mean(axis=0)
+        for hour, tip, here in of_tip:
+            shift[hour, tip] = noise[here].mean(axis=0)
         shift = np.broadcast_to(shift[0], shift.shape) if fresh else problem.interpolated(shift)
         # Between sessions the tips are off by what a straight line misses as well.
         bend = np.where(np.isfinite(problem.slack), problem.slack, 0.0) * rng.standard_normal(shift.shape)

@@ -266,6 +266,7 @@ def _slices(
 ) -> list[Slice]:
     delta_e, sigma = found
     residual = problem.xyz - predicted
+    noise_de, noise_sigma = (np.array(each) for each in zip(*noise, strict=True))
     result = []
     for by, labels in slices(problem).items():
         named = labels[judged & (labels != "")]
@@ -280,8 +281,8 @@ def _slices(
                     float(delta_e[here].mean()),
                     float(np.sqrt((sigma[here] ** 2).mean())),
                     _triple(residual[here].mean(axis=0)),
-                    float(np.mean([each[0][here].mean() for each in noise])),
-                    float(np.sqrt(np.mean([(each[1][here] ** 2).mean() for each in noise]))),
+                    float(np.mean(noise_de.compress(here, axis=1).mean(axis=1))),
+                    float(np.sqrt(np.mean((noise_sigma.compress(here, axis=1) ** 2).mean(axis=(1, 2))))),
                 )
             )
     return result

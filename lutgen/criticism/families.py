@@ -78,18 +78,20 @@ def slices(problem: Problem) -> Mapping[str, NDArray[np.str_]]:
     band = np.clip(np.searchsorted(LEVELS, top, side="left"), 0, len(LEVELS) - 1)
     level = np.array(["0", *(f"{low:g}–{high:g}" for low, high in pairwise(LEVELS))])[band]
     labels: dict[str, NDArray[np.str_]] = {"hour": hours, "level": level, "family": family_of(problem)}
+    patch = np.unique(problem.readings.drive[problem.rows], axis=0, return_inverse=True)[1].reshape(-1)
     for condition in CONDITIONS:
         names = [column.name for column in condition.columns]
         if condition.heading and any(name in problem.readings.conditions for name in names):
-            alike = _alike(problem, condition)
-            values = [problem.readings.column(name)[problem.rows] for name in names]
-            said = np.array([condition.label(*row) for row in zip(*values, strict=True)])
+            alike = _alike(problem, condition, patch)
+            values = np.column_stack([problem.readings.column(name)[problem.rows] for name in names])
+            cells, cell = np.unique(values, axis=0, return_inverse=True)
+            said = np.array([condition.label(*each) for each in cells])[cell.reshape(-1)]
             labels[dimension(condition)] = np.where(alike, said, "")
     return {by: label for by, label in labels.items() if np.unique(label[label != ""]).size > 1}
 
 
-def _alike(problem: Problem, condition: Condition) -> NDArray[np.bool_]:
-    """Readings away from rest by this condition alone, and those at rest of the same patches, (n,).
+def _alike(problem: Problem, condition: Condition, patch: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Readings away from rest by this condition alone, and those at rest of the same patches, by number: (n,).
 
     Patches at rest that the prediction starts from cannot be compared; where others were read too, they are left out.
     """
@@ -97,8 +99,6 @@ def _alike(problem: Problem, condition: Condition) -> NDArray[np.bool_]:
     usual = ~np.any(others, axis=0) if others else np.ones(problem.rows.size, dtype=bool)
     usual &= ~is_capped(problem.readings)[problem.rows]
     away = problem.readings.rest.away[condition.cell][problem.rows]
-    _, patch = np.unique(problem.readings.drive[problem.rows], axis=0, return_inverse=True)
-    patch = patch.reshape(-1)
     read_away, read_at_rest = patch[usual & away], patch[usual & ~away & ~problem.is_anchor]
     both = np.intersect1d(read_away, read_at_rest)
     return np.asarray(usual & (np.isin(patch, both) if both.size else away))

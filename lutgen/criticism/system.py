@@ -142,7 +142,8 @@ class Block:
         here = whole if without is None else np.setdiff1d(whole, without)
         columns, gains = local_columns(problem, linear, whole, here)
         local = len(columns)
-        parts = np.concatenate([columns, linear.free[:, here], linear.residual[np.newaxis, here]])
+        at = readings_at(here)
+        parts = np.concatenate([columns, linear.free[:, at], linear.residual[np.newaxis, at]])
         rows = parts.reshape(len(parts), -1).T
         shared = len(problem.shared[int(whole[0])])
         prior, off = prior_rows(problem, state, hour, gains, shared)
@@ -169,9 +170,16 @@ def local_columns(
     """
     gains = tuple(int(gain) for gain in np.unique(problem.gains[whole]) if gain >= 0)
     tips = 0 if problem.foretells else 12
-    columns = linear.local[[*range(tips), *(tips + gain for gain in gains)]][:, here]
-    shared = problem.shared[int(whole[0])][:, np.searchsorted(whole, here)]
-    return np.concatenate([columns, shared]), gains
+    rows, of_gains = readings_at(here), linear.local[[tips + gain for gain in gains]]
+    shared = problem.shared[int(whole[0])]
+    shared = shared if here is whole else shared[:, np.searchsorted(whole, here)]
+    return np.concatenate([linear.local[:tips, rows], of_gains[:, rows], shared]), gains
+
+
+def readings_at(here: NDArray[np.intp]) -> NDArray[np.intp] | slice:
+    """Return a block's readings, in order, as a slice where no other stands between them: that costs no copy."""
+    follow = here.size and here[-1] - here[0] == here.size - 1
+    return slice(int(here[0]), int(here[-1]) + 1) if follow else here
 
 
 def prior_rows(problem: Problem, state: State, hour: int, gains: tuple[int, ...], shared: int) -> tuple[Array, Array]:

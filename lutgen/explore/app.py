@@ -15,12 +15,12 @@ from starlette.responses import FileResponse, JSONResponse, Response, StreamingR
 from starlette.routing import Route
 
 from lutgen.cells import number, number_list
-from lutgen.errors import LutgenError
-from lutgen.explore.commands import commands
+from lutgen.errors import LutgenError, pick_one
+from lutgen.explore.commands import KINDS, commands
 from lutgen.explore.drop import CODE, IMAGE, LIMITS, MOST_FILES, READINGS, kept
 from lutgen.explore.take import taken
 from lutgen.explore.window import Window
-from lutgen.server import HEADERS, KINDS, RefusedError, application, json_body, page_file
+from lutgen.server import HEADERS, RefusedError, application, json_body, page_file
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
@@ -155,6 +155,7 @@ def explore_application(windows: Windows) -> ASGIApp:
             ask("difference", _difference, "GET"),
             ask("effects", _effects, "GET"),
             ask("switch", _switch, "POST"),
+            ask("baseline", _baseline, "POST"),
             ask("what-if", _what_if, "POST"),
             ask("own", _own, "POST"),
             ask("find", _find, "POST"),
@@ -213,7 +214,7 @@ async def _image(window: Window, request: Request) -> Response:
         return JSONResponse(await window.take_image(str(path)))
     if window.picture is None:
         raise RefusedError(404, "none", "There is no image yet.")
-    return FileResponse(window.picture, media_type=KINDS[window.picture.suffix])
+    return FileResponse(window.picture)
 
 
 def _seen(request: Request) -> dict[str, Any]:
@@ -224,20 +225,26 @@ def _seen(request: Request) -> dict[str, Any]:
     return {"mode": request.query_params.get("mode", "chroma"), "hours": hours}
 
 
+def _kind(request: Request) -> str:
+    kind = request.query_params.get("kind", "aged")
+    if kind not in KINDS:
+        raise pick_one("kind", kind, KINDS)
+    return kind
+
+
 async def _table(window: Window, request: Request) -> Response:
     size = request.query_params.get("size", "33")
-    kind = request.query_params.get("kind", "aged")
-    table = await window.table(
+    table = await window.shows(
+        _kind(request),
         **_seen(request),
         size=int(size) if size.isdecimal() and len(size) < 4 else 0,
-        kind=kind,
         differences=request.query_params.get("map") == "yes",
     )
     return Response(table, media_type="application/octet-stream", headers={"X-Lutgen-Size": size})
 
 
 async def _difference(window: Window, request: Request) -> Response:
-    return Response(await window.difference(**_seen(request)), media_type=JSON)
+    return Response(await window.shows("difference", **_seen(request)), media_type=JSON)
 
 
 async def _effects(window: Window, _request: Request) -> Response:
@@ -246,12 +253,19 @@ async def _effects(window: Window, _request: Request) -> Response:
 
 async def _switch(window: Window, request: Request) -> Response:
     asked = await json_body(request)
-    names, baseline = asked.get("effects"), asked.get("baseline")
+    names = asked.get("effects")
     if not (isinstance(names, list) and all(isinstance(name, str) for name in names)):
         raise LutgenError('send {"effects": [names]}.')
-    if not (baseline is None or isinstance(baseline, str)):
-        raise LutgenError("baseline: give a name.")
-    return Response(await window.switch(names, baseline), media_type=JSON)
+    return Response(await window.switch(names), media_type=JSON)
+
+
+async def _baseline(window: Window, request: Request) -> Response:
+    """Compare with another model of the fresh display; effects are switched off."""
+    baseline = (await json_body(request)).get("baseline")
+    if not isinstance(baseline, str):
+        raise LutgenError('send {"baseline": name}.')
+    await window.open(replace(window.asked, baseline=baseline, on=()))
+    return _overview(window)
 
 
 async def _what_if(window: Window, request: Request) -> Response:
@@ -304,9 +318,8 @@ async def _events(window: Window, _request: Request) -> Response:
 
 
 async def _take(window: Window, request: Request) -> Response:
-    kind = request.query_params.get("kind", "aged")
     what = request.query_params.get("what", "")
-    name, data = await _while_wanted(request, taken(window, what, **_seen(request), kind=kind))
+    name, data = await _while_wanted(request, taken(window, what, **_seen(request), kind=_kind(request)))
     ascii_name = "".join(
         letter if letter.isascii() and letter.isprintable() and letter not in '"\\' else "_" for letter in name
     )
@@ -331,7 +344,6 @@ async def _while_wanted(request: Request, work: Coroutine[Any, Any, tuple[str, b
 
 
 async def _commands(window: Window, request: Request) -> Response:
-    error = json.loads(window.news.get("error", b"{}"))
-    kind = request.query_params.get("kind", "aged")
-    last = window.overview["max_hours"]
-    return JSONResponse(commands(window.asked, last=last, keep=bool(error.get("keep")), **_seen(request), kind=kind))
+    support = json.loads(window.news.get("support", b"{}"))
+    last, keep = window.overview["max_hours"], bool(support.get("keep"))
+    return JSONResponse(commands(window.asked, last=last, keep=keep, **_seen(request), kind=_kind(request)))

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 #: Name of the model file in the commands.
 MODEL = "my-display.toml"
 
+#: Kinds of LUTs and of tables that are shown.
+KINDS = ("aged", "compensated")
+
 
 @dataclass(frozen=True)
 class Asked:

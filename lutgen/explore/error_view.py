@@ -33,8 +33,8 @@ INTERVAL = 1.96
 def error_json(
     comparison: Comparison,
     opened: Opened,
-    *,
     refinement: Refinement | None = None,
+    *,
     provisional: bool = False,
     what_if: bool = False,
 ) -> dict[str, Any]:
@@ -45,9 +45,7 @@ def error_json(
         "noise_ratio": comparison.ratio,
         "mean_de2000": comparison.error.delta_e_mean,
         "noise_de2000": comparison.floor.delta_e_mean,
-        "sentence": refinement.sentence() if refinement and refinement.steps else comparison.sentence(),
         "agrees": comparison.agrees,
-        "keep": bool(refinement and not refinement.improves),
         "effects": _fitted(comparison, opened, refinement),
         "slices": _slices(comparison),
         "readings": _readings(comparison),
@@ -113,8 +111,6 @@ def _slices(comparison: Comparison) -> list[dict[str, Any]]:
                 "at": _place(problem, by, each.slice, rows := np.flatnonzero(judged & (of == each.slice))),
                 "label": each.slice,
                 "ratio": each.rms_sigma / each.floor_rms_sigma if each.floor_rms_sigma else 0.0,
-                "mean_de2000": each.delta_e_mean,
-                "noise_de2000": each.floor_delta_e_mean,
                 "rows": rows.tolist(),
             }
             for each in comparison.where
@@ -142,21 +138,17 @@ def _readings(comparison: Comparison) -> list[dict[str, Any]]:
     readings, rows = problem.readings, problem.rows
     delta_e, sigma = comparison.sizes
     measured, predicted = (_shown(problem, xyz) for xyz in (problem.xyz, comparison.predicted))
-    conditions = {name: np.round(values[rows], 4) for name, values in readings.conditions.items()}
-    return [
-        {
-            "row": place,
-            "line": int(readings.lines[row]),
-            "patch": readings.drive[row].tolist(),
-            "hours": float(readings.hours[row]),
-            "measured": measured[place].tolist(),
-            "predicted": predicted[place].tolist(),
-            "de2000": round(float(delta_e[place]), 4),
-            "sigma": round(float(sigma[place]), 3),
-            "conditions": {name: float(v[place]) if np.isfinite(v[place]) else None for name, v in conditions.items()},
-        }
-        for place, row in enumerate(rows)
-    ]
+    columns = {
+        "row": range(rows.size),
+        "line": readings.lines[rows].tolist(),
+        "patch": readings.drive[rows].tolist(),
+        "hours": readings.hours[rows].tolist(),
+        "measured": measured.tolist(),
+        "predicted": predicted.tolist(),
+        "de2000": np.round(delta_e, 4).tolist(),
+        "sigma": np.round(sigma, 3).tolist(),
+    }
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
 def _shown(problem: Problem, xyz: Array) -> Any:
@@ -192,14 +184,13 @@ def effects_json(opened: Opened, alone: Mapping[str, float | None], on: Sequence
     given = opened.given
     for name in (*given, *opened.choices):
         effect, each = opened.course.effects[name], seen.get(name)
-        size = each.smallest_detectable if each and each.visible else None
+        amplitude = effect.parameters.get(each.parameter) if each else None
         found.append(
             {
                 "name": name,
                 "sentence": effect.summary,
-                "stage": effect.stage,
-                "sees_from": size,
                 "sees_words": _sees(each) if each else "has it already",
+                "sees_title": amplitude.meaning if amplitude else "",
                 "visible": bool(each and each.visible) or name in given,
                 "alone_noise": alone.get(name),
                 "tried": name in alone or name in given,
@@ -229,8 +220,6 @@ def verdict_json(diagnosis: Diagnosis, opened: Opened) -> dict[str, Any]:
         "sentence": verdict.sentence,
         "effects": list(opened.in_order(verdict.effects)),
         "rivals": [list(each) for each in verdict.rivals],
-        "shares": dict(verdict.shares_delta_e),
         "remarks": list(verdict.remarks),
         "next": " ".join(f"To tell {' from '.join(each.separates)}: {each.name}." for each in diagnosis.measure_next),
-        "has_patches": True,
     }

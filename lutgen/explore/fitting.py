@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from lutgen.criticism.compare import Comparison
     from lutgen.criticism.diagnose import Diagnosis
     from lutgen.criticism.fit import Fit
-    from lutgen.criticism.refine import Course
+    from lutgen.criticism.refine import Course, Refinement
     from lutgen.criticism.visibility import Visibility
     from lutgen.display import DisplayModel
     from lutgen.effects import Effect
@@ -29,12 +29,12 @@ class Fitting:
     beside = frozenset[str]()
 
     def __init__(self, tell: Callable[..., None]) -> None:
-        """Take what tells the window news: ``error``, ``effects``, ``model``, ``progress``, ``failed``."""
+        """Take what tells the window news: of :meth:`idle`'s and :meth:`find`'s."""
         self._tell = tell
         self._opened: Opened | None = None
         self._on: tuple[str, ...] = ()
         self._fitted: tuple[str, ...] = ()
-        self._settled = True
+        self._settled = self._judged = True
         self._alone: dict[str, float | None] = {}
 
     def open(
@@ -71,13 +71,16 @@ class Fitting:
         return self._opened
 
     def idle(self) -> bool:
-        """Finish the fit that was asked for, then try the effects one by one, each alone."""
+        """Finish the fit that was asked for, say what it is worth, then try the effects one by one, each alone."""
         if self._opened is None:
             return False
         if not self._settled:
             self._settle()
-            return True
-        return self._try_one_alone()
+        elif not self._judged:
+            self._judge()
+        else:
+            return self._try_one_alone()
+        return True
 
     def _settle(self) -> None:
         """Fit what is switched on, as ``lutgen refine --add`` does, and tell the window.
@@ -86,17 +89,23 @@ class Fitting:
         """
         from lutgen.explore.error_view import error_json
 
-        self._settled = True
+        self._settled, self._judged = True, False
         try:
-            refinement = self._now.refinement(self._on)
+            refinement = self._now.fitted(self._on)
         except LutgenError as error:
             self._tell("failed", {"error": str(error), "on": self._fitted})
             self._on = self._fitted
-            refinement = self._now.refinement(self._on)
+            refinement = self._now.fitted(self._on)
         self._fitted = self._on
         self._tell("model", pickle.dumps(refinement.model if self._on else self._now.fresh))
-        self._tell("error", error_json(refinement.after, self._now, refinement=refinement))
+        self._tell("error", error_json(refinement.after, self._now, refinement))
         self._tell("effects", self.effects())
+
+    def _judge(self) -> None:
+        """Predict readings that are withheld from the fit: whether ``lutgen refine`` asks for ``--keep``."""
+        self._judged = True
+        refinement = self._now.refinement(self._on)
+        self._tell("support", {"keep": not refinement.improves, "sentence": refinement.sentence()})
 
     def _try_one_alone(self) -> bool:
         name = next((each for each in self._now.choices if each not in self._alone), None)
@@ -123,8 +132,7 @@ class Fitting:
         now, on = self._now, self._now.in_order(effects)
         now.course.check(on)
         if now.known(on):
-            refinement = now.refinement(on)
-            error = error_json(refinement.after, now, refinement=refinement)
+            error = error_json(now.fitted(on).after, now, now.fitted(on))
         else:
             wanted = [now.course.effects[name] for name in (*now.given, *on)]
             error = error_json(first_step(now.course.fit(self._fitted), wanted), now, provisional=True)
@@ -140,7 +148,7 @@ class Fitting:
         now = self._now
         if effect is None:
             self._settled = False
-            return error_json(now.refinement(self._on).after, now, refinement=now.refinement(self._on))
+            return error_json(now.fitted(self._on).after, now, now.fitted(self._on))
         comparison, model = now.supposed(self._on, effect, parameter, value)
         self._tell("model", pickle.dumps(model))
         return error_json(comparison, now, what_if=True)
@@ -184,8 +192,7 @@ class Fitting:
     def _to_save(self) -> DisplayModel:
         if not self._settled:
             self._settle()
-        model: DisplayModel = self._now.refinement(self._on).to_save if self._on else self._now.fresh
-        return model
+        return self._now.refinement(self._on).to_save if self._on else self._now.fresh
 
 
 class Opened:
@@ -219,7 +226,8 @@ class Opened:
         self.expressed = tuple(name for name, each in self.effects.items() if each.origin in expressions)
         self._course: Course | None = None
         self._seen: dict[str, Visibility] = {}
-        self._refined: dict[tuple[str, ...], Any] = {}
+        self._fitted: dict[tuple[str, ...], Refinement] = {}
+        self._refined: dict[tuple[str, ...], Refinement] = {}
 
     @property
     def selection(self) -> str:
@@ -273,9 +281,19 @@ class Opened:
 
     def known(self, names: tuple[str, ...]) -> bool:
         """Whether these effects were fitted already."""
-        return names in self._refined
+        return names in self._fitted
 
-    def refinement(self, names: tuple[str, ...]) -> Any:
+    def fitted(self, names: tuple[str, ...]) -> Refinement:
+        """What ``lutgen refine --add`` makes of these effects, but for the readings that it withholds."""
+        from lutgen.criticism.refine import Refinement, model_of
+
+        if names not in self._fitted:
+            found, steps, before = self.course.fit(names), self.course.steps(names), self.course.before
+            model = model_of(found, None, before, steps[-1].comparison if steps else before)
+            self._fitted[names] = Refinement(before, steps, found, model).of_saved(self.saved)
+        return self._fitted[names]
+
+    def refinement(self, names: tuple[str, ...]) -> Refinement:
         """What ``lutgen refine --add`` makes of these effects."""
         if names not in self._refined:
             self._refined[names] = self.course.refinement(names).of_saved(self.saved)
@@ -315,7 +333,7 @@ class Opened:
 
     def overview(self) -> dict[str, Any]:
         """Say what was opened."""
-        readings, hours = self.readings, [float(each) for each in self.fresh.tips.hours]
+        readings, hours = self.readings, sorted(set(map(float, self.readings.hours)))
         return {
             "name": Path(self.data).name,
             "data": self.data,
@@ -323,9 +341,9 @@ class Opened:
             "simulated": "simulated" in readings.provenance.lower(),
             "readings": int(readings.hours.size),
             "hours": hours,
-            "max_hours": hours[-1],
+            "max_hours": float(self.fresh.tips.hours[-1]),
             "modes": list(AGING_MODES),
             "baseline": self.baseline,
-            "baselines": list(BASELINES),
+            "baselines": BASELINES,
             "can_diagnose": bool(readings.hours.size > 4 * len(hours)),
         }

@@ -39,7 +39,7 @@ ENDED = "this was cancelled, or its process ended."
 class Held(Protocol):
     """What a process holds."""
 
-    #: Names of methods that run beside the others, one at a time, so that these do not wait.
+    #: Names of methods that run beside the others and one another, so that nothing waits for them.
     beside: frozenset[str]
 
     def idle(self) -> bool:
@@ -142,7 +142,7 @@ class _Child:
     def __init__(self, asking: BinaryIO, answering: BinaryIO) -> None:
         self._asking, self._answering, self._lock = asking, answering, Lock()
         self._calls: queue.Queue[tuple[dict[str, Any], bytes]] = queue.Queue()
-        self._beside = ThreadPoolExecutor(1)
+        self._beside = ThreadPoolExecutor(2)
 
     def tell(self, what: str, body: bytes | dict[str, Any] | list[Any], number: int = 0) -> None:
         data = body if isinstance(body, bytes) else json.dumps(body).encode()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from lutgen.bake.lut import SIZES, Sampler
 from lutgen.bake.plan import display_to_bake
 from lutgen.errors import LutgenError, pick_one
-from lutgen.names import AGING_MODES, DIRECTIONS
+from lutgen.names import AGING_MODES
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -19,20 +19,17 @@ if TYPE_CHECKING:
     from lutgen.pictures.difference import DifferenceCurve
     from lutgen.pictures.distinct import Colours
 
-#: Kind of a table → the direction of ``lutgen build``.
-KINDS = dict(zip(("aged", "compensated"), DIRECTIONS, strict=True))
-
 
 class Showing:
     """A model and colours, asked by the window (:mod:`lutgen.explore.process`)."""
 
-    #: Measuring an image takes a while: tables do not wait.
-    beside = frozenset({"difference"})
+    #: Measuring an image and searching for a correction take a while: tables do not wait.
+    beside = frozenset({"difference", "compensated"})
 
     def __init__(self, _tell: Callable[..., None]) -> None:
         """Begin with neither."""
         self._model: DisplayModel | None = None
-        self._sampler = Sampler()
+        self._sampler, self._corrections = Sampler(), Sampler()
         self._colours: Colours | None = None
         self._curves: dict[str, DifferenceCurve] = {}
 
@@ -42,7 +39,8 @@ class Showing:
 
     def show(self, body: bytes) -> dict[str, Any]:
         """Show another model."""
-        self._model, self._sampler, self._curves = pickle.loads(body), Sampler(), {}  # noqa: S301 - the other process's
+        self._model, self._curves = pickle.loads(body), {}  # noqa: S301 - the other process's
+        self._sampler, self._corrections = Sampler(), Sampler()
         return {}
 
     @property
@@ -51,30 +49,27 @@ class Showing:
             raise LutgenError("no readings are open. Drop a table of readings (.csv) first.")
         return self._model
 
-    def table(self, mode: str, hours: float, size: int, kind: str, *, differences: bool = False) -> bytes:
-        """Bake the table that ``lutgen build --format cube`` writes, in 16 bits (:mod:`lutgen.pictures.viewer`).
-
-        Of the kind ``compensated`` it is what the aged display shows of the corrected signal, which such a LUT holds.
-        """
+    def aged(self, mode: str, hours: float, size: int, *, differences: bool = False) -> bytes:
+        """Bake the table that ``lutgen build --format cube`` writes, in 16 bits (:mod:`lutgen.pictures.viewer`)."""
         from lutgen.pictures.viewer import viewer_table
 
-        if kind not in KINDS:
-            raise pick_one("kind", kind, KINDS)
-        if size not in SIZES:
-            raise pick_one("size", size, map(str, SIZES))
+        model, sampler = self._shown, self._sampler
+        display = model.at(mode, hours)
+        shown = _baked(sampler, display, size)
+        if not differences:
+            return viewer_table(shown, None).tobytes()
+        fresh = _baked(sampler, model.at("stable", hours), size, whole=True)
+        return viewer_table(shown, (fresh, _baked(sampler, display, size, whole=True))).tobytes()
 
-        def baked(display: AgedDisplay, *, whole: bool = False) -> Array:
-            return self._sampler.lut(display, size, "code", clip=True, whole=whole).table.reshape(-1, 3)
+    def compensated(self, mode: str, hours: float, size: int, *, differences: bool = False) -> bytes:
+        """As :meth:`aged` what the aged display shows of the signal that ``build --direction compensate`` corrects."""
+        from lutgen.pictures.viewer import viewer_table
 
-        display = display_to_bake(self._shown, mode, hours, direction=KINDS[kind])
-        shown = baked(display)
-        if kind == "compensated":
-            shown = self._shown.at(mode, hours).code_to_code(shown)
-        apart = None
-        if differences:
-            after = shown if kind == "compensated" else baked(display, whole=True)
-            apart = (baked(self._shown.at("stable", hours), whole=True), after)
-        return viewer_table(shown, apart).tobytes()
+        model, sampler = self._shown, self._corrections
+        drive = _baked(sampler, display_to_bake(model, mode, hours, direction="compensate"), size)
+        shown = model.at(mode, hours).code_to_code(drive)
+        fresh = _baked(sampler, model.at("stable", hours), size, whole=True) if differences else None
+        return viewer_table(shown, None if fresh is None else (fresh, shown)).tobytes()
 
     def colours(self, path: str) -> dict[str, Any]:
         """Measure other colours, as the imaging process has counted them."""
@@ -100,3 +95,10 @@ class Showing:
                 curves[mode] = curves_of(colours, model, [mode], measured)[mode]
         until = {f"hours_to_{each:g}": curves[mode].hours_until("mean", each) for each in TOLERANCES}
         return {"mean": float(now.mean[0]), "mean_2sd": float(now.max[0]), **until}
+
+
+def _baked(sampler: Sampler, display: AgedDisplay, size: int, *, whole: bool = False) -> Array:
+    """Bake a table of code values, (size³, 3)."""
+    if size not in SIZES:
+        raise pick_one("size", size, map(str, SIZES))
+    return sampler.lut(display, size, "code", clip=True, whole=whole).table.reshape(-1, 3)

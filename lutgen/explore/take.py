@@ -39,9 +39,9 @@ async def taken(window: Window, what: str, *, mode: str, hours: float, kind: str
     if what == "readings":
         return window.overview["name"], await asyncio.to_thread(Path(window.asked.data).read_bytes)
     model = place / MODEL
-    await window.save_model(model)
+    await window.fits("save", path=str(model))
     if what == "model":
-        return MODEL, await window.model_text()
+        return MODEL, await window.fits("model_text")
     asked, shown = replace(window.asked, dropped=frozenset()), ["--model", str(model)]
     if what in LUTS:
         await _run(

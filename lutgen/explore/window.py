@@ -20,8 +20,11 @@ if TYPE_CHECKING:
 #: Seconds that a table or a step may take before its process is taken for hung: a user's own effect may loop for ever.
 PATIENCE = 30.0
 
+#: Seconds that an image may take to be read: the largest that is taken has 150 million pixels.
+IMAGE_PATIENCE = 180.0
+
 #: News that a page which comes later must hear too.
-LASTING = ("error", "effects", "verdict", "image")
+LASTING = ("error", "support", "effects", "verdict", "image")
 
 #: The processes' objects.
 FITTING, SHOWING, IMAGING = (
@@ -151,23 +154,25 @@ class Window:
 
     # Processes: asked for an answer soon, and started again where one ends or hangs.
 
-    async def _fits(self, method: str, **values: Any) -> bytes:
+    async def fits(self, method: str, **values: Any) -> bytes:
+        """Ask what fits (:class:`lutgen.explore.fitting.Fitting`)."""
         if self._mending:
             await self._mending
         return await self._soon(self._fitting, self._fitting.ask(method, **values))
 
-    async def _shows(self, method: str, **values: Any) -> bytes:
+    async def shows(self, method: str, **values: Any) -> bytes:
+        """Ask what shows pictures (:class:`lutgen.explore.showing.Showing`)."""
         if self._mending:
             await self._mending
         return await self._soon(self._showing, self._showing.ask(method, **values))
 
-    async def _soon(self, process: Process, asking: Coroutine[Any, Any, bytes]) -> bytes:
+    async def _soon(self, process: Process, asking: Coroutine[Any, Any, bytes], patience: float = PATIENCE) -> bytes:
         try:
-            async with asyncio.timeout(PATIENCE):
+            async with asyncio.timeout(patience):
                 return await asking
         except TimeoutError:
             process.kill()
-            raise LutgenError(f"this took longer than {PATIENCE:g} s and was ended.") from None
+            raise LutgenError(f"this took longer than {patience:g} s and was ended.") from None
 
     def _mend(self, work: Coroutine[Any, Any, None], why: bytes) -> None:
         async def mended() -> None:
@@ -198,10 +203,10 @@ class Window:
     async def open(self, asked: Asked) -> None:
         """Open readings; where they are refused, those that are open stay."""
         await self.cancel()
-        overview = json.loads(await self._fits("open", **_readings(asked)))
+        overview = json.loads(await self.fits("open", **_readings(asked)))
         self.asked = replace(asked, data=overview.pop("data"), image=self.asked.image)
         self.overview, self._verdict = overview, {}
-        for each in ("error", "effects", "verdict"):
+        for each in LASTING[:-1]:
             self.news.pop(each, None)
 
     async def drop(self, hours: Sequence[float] | None) -> dict[str, Any]:
@@ -211,7 +216,7 @@ class Window:
         if not paths:
             raise LutgenError("no file was dropped. Drop a table of readings (.csv), a campaign file or sessions.")
         try:
-            gathered = json.loads(await self._fits("gather", paths=paths, hours=hours))
+            gathered = json.loads(await self.fits("gather", paths=paths, hours=hours))
         except LutgenError:
             self.dropping.clear()
             raise
@@ -227,7 +232,8 @@ class Window:
         folder, reading = self.new_folder(), await self._begun(IMAGING, lambda _what, _body: None)
         picture = folder / "shown.png"
         try:
-            image = json.loads(await self._soon(reading, reading.ask("read", path=path, to=str(picture))))
+            asking = reading.ask("read", path=path, to=str(picture))
+            image = json.loads(await self._soon(reading, asking, IMAGE_PATIENCE))
         except BaseException:
             reading.end()
             raise
@@ -243,35 +249,26 @@ class Window:
             reading.end()
         if self.asked.image == path:
             self._colours = to
-            await self._shows("colours", path=to)
+            await self.shows("colours", path=to)
             self.tell("measured", b"{}")
 
-    async def table(self, **asked: Any) -> bytes:
-        """Return a table of the model that is shown; errors as ``DisplayModel.at``."""
-        return await self._shows("table", **asked)
-
-    async def difference(self, **asked: Any) -> bytes:
-        """Measure the image."""
-        return await self._shows("difference", **asked)
-
-    async def switch(self, effects: Sequence[str], baseline: str | None = None) -> bytes:
+    async def switch(self, effects: Sequence[str]) -> bytes:
         """Switch effects on, and all others off; the fit follows as news."""
         await self.cancel()
-        if baseline and baseline != self.overview["baseline"]:
-            await self.open(replace(self.asked, baseline=baseline, on=()))
-        error = await self._fits("switch", effects=list(effects))
+        error = await self.fits("switch", effects=list(effects))
         self.asked, self._unfinished = replace(self.asked, on=tuple(json.loads(error)["on"])), True
+        self.news.pop("support", None)
         return error
 
     async def what_if(self, **asked: Any) -> bytes:
         """Set a parameter; nothing: the fit again."""
         await self.cancel()
-        return await self._fits("what_if", **asked)
+        return await self.fits("what_if", **asked)
 
     async def own(self, asked: Asked) -> bytes:
         """Take effects of the user's own; where one is refused, or loops for ever, those before stay."""
         await self.cancel()
-        effects = await self._fits("own", files=asked.files, expressions=asked.texts)
+        effects = await self.fits("own", files=asked.files, expressions=asked.texts)
         self.asked = replace(asked, on=())
         return effects
 
@@ -309,15 +306,7 @@ class Window:
     async def patches(self) -> bytes:
         """Return what to measure next: to tell rivals apart where there are any."""
         rivals = self._verdict.get("rivals", [])
-        return await self._fits("patches", between=rivals[0][:2] if rivals else [])
-
-    async def save_model(self, path: Path) -> None:
-        """Write the model of what is switched on, as seen from its own place."""
-        await self._fits("save", path=str(path))
-
-    async def model_text(self) -> bytes:
-        """Return the model file as it is where the readings lie beside it."""
-        return await self._fits("model_text")
+        return await self.fits("patches", between=rivals[0][:2] if rivals else [])
 
 
 def _readings(asked: Asked) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from lutgen.readings.conditions import COLUMNS, CONDITIONS
 from lutgen.readings.rest import Rest, is_tip, middle, rest_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     from numpy.typing import ArrayLike, NDArray
 
@@ -229,14 +229,20 @@ def _placed(values: Any, place: NDArray[np.intp]) -> Any:
 
 def is_capped(readings: Measurements) -> NDArray[np.bool_]:
     """Readings with the lens capped, which their note says: (n,)."""
-    notes = readings.note or ("",) * readings.hours.size
-    return np.array(["lens cap" in note.lower() or note.lower().strip() == "cap" for note in notes])
+    return _noted(readings, lambda note: "lens cap" in note or note.strip() == "cap")
 
 
 def is_shrouded(readings: Measurements) -> NDArray[np.bool_]:
     """Readings that a shroud kept from the room's light, which their note says: (n,)."""
-    notes = readings.note or ("",) * readings.hours.size
-    return np.array(["shroud" in note.lower() for note in notes])
+    return _noted(readings, lambda note: "shroud" in note)
+
+
+def _noted(readings: Measurements, says: Callable[[str], bool]) -> NDArray[np.bool_]:
+    """Readings whose note, in small letters, says something; few notes are many readings' own: (n,)."""
+    if not readings.note:
+        return np.zeros(readings.hours.size, dtype=bool)
+    known = {note: says(note.lower()) for note in set(readings.note)}
+    return np.array([known[note] for note in readings.note])
 
 
 def check_rows(readings: Measurements) -> None:

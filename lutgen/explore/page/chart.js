@@ -64,33 +64,15 @@ export function multiple(slice, { top, other, chosen, point, choose }) {
   const quiet = colour("--quiet");
   const accent = colour(slice.points.some((each) => each.ratio > CLEAR) ? "--error" : "--good");
   const ends = [slice.points[0], slice.points[slice.points.length - 1]].map((each) => each.label);
-  /** @type {uPlot.Options} */
+  /** @type {Partial<uPlot.Options>} */
   const options = {
-    width: 100,
-    height: 60,
-    padding: [6, 8, 0, 0],
-    legend: { show: false },
-    cursor: { show: false },
     scales: { x: { time: false, range: [first - room, last + room] }, y: { distr: 3, range: [0.6, top] } },
     axes: [
+      { ...axis(), size: 16, grid: { show: false }, splits: () => [], values: () => [] },
       {
-        show: true,
-        size: 16,
-        gap: 2,
-        font: FONT,
-        stroke: quiet,
-        grid: { show: false },
-        ticks: { show: false },
-        splits: () => [],
-        values: () => [],
-      },
-      {
+        ...axis(),
         size: 26,
         gap: 3,
-        font: FONT,
-        stroke: quiet,
-        grid: { stroke: colour("--line"), width: 1 },
-        ticks: { show: false },
         splits: () => LEVELS.filter((each) => each <= top),
         values: (_, splits) => splits.map(String),
         filter: (_, splits) => splits,
@@ -104,8 +86,6 @@ export function multiple(slice, { top, other, chosen, point, choose }) {
     hooks: {
       drawClear: [(plot) => band(plot), (plot) => named && stems(plot, data, other ? quiet : accent)],
       draw: [(plot) => ticks(plot, ends, quiet)],
-      ready: [(plot) => put(plot)],
-      setSize: [(plot) => put(plot)],
     },
   };
   /** @param {uPlot} plot */
@@ -114,25 +94,44 @@ export function multiple(slice, { top, other, chosen, point, choose }) {
       button.style.left = `${plot.valToPos(across[place], "x")}px`;
       button.style.top = `${plot.valToPos(Math.min(slice.points[place].ratio, top), "y")}px`;
     });
-  const plot = new uPlot(options, data, host);
-  plot.root.setAttribute("aria-hidden", "true");
   const layer = element(
     "div",
     { class: "points", role: "group", "aria-label": `${slice.label}: error over noise` },
     ...buttons,
   );
-  host.append(layer);
-  const fit = () => {
-    if (!host.clientWidth) return;
-    plot.setSize({ width: host.clientWidth, height: host.clientHeight });
+  drawIn(host, options, data, (plot) => {
     const { left, top: above } = plot.over.getBoundingClientRect();
     const from = host.getBoundingClientRect();
     layer.style.left = `${left - from.left}px`;
     layer.style.top = `${above - from.top}px`;
     put(plot);
-  };
-  new ResizeObserver(fit).observe(host);
+  });
+  host.append(layer);
   return box;
+}
+
+/** An axis as both charts have it. @returns {uPlot.Axis} */
+const axis = () => ({
+  gap: 2,
+  font: FONT,
+  stroke: colour("--quiet"),
+  grid: { stroke: colour("--line"), width: 1 },
+  ticks: { show: false },
+});
+
+/**
+ * Draw in an element, in its size whatever that becomes.
+ * @param {HTMLElement} host @param {Partial<uPlot.Options>} options @param {uPlot.AlignedData} data @param {(plot: uPlot) => void} [fitted]
+ */
+function drawIn(host, options, data, fitted = () => {}) {
+  const plain = { width: 100, height: 60, padding: [6, 8, 0, 0], legend: { show: false }, cursor: { show: false } };
+  const plot = new uPlot(/** @type {uPlot.Options} */ ({ ...plain, ...options }), data, host);
+  plot.root.setAttribute("aria-hidden", "true");
+  new ResizeObserver(() => {
+    if (!host.clientWidth) return;
+    plot.setSize({ width: host.clientWidth, height: host.clientHeight });
+    fitted(plot);
+  }).observe(host);
 }
 
 /** The noise: a band up to what is clear, and a line at 1. @param {uPlot} plot */
@@ -222,49 +221,24 @@ export function driftChart(drift) {
     const room = Math.max(Math.max(...values) - Math.min(...values), 0.002) * 0.12;
     return /** @type {[number, number]} */ ([Math.min(...values) - room, Math.max(...values) + room]);
   };
-  const quiet = colour("--quiet");
-  /** @type {uPlot.Axis} */
-  const axis = {
-    font: FONT,
-    stroke: quiet,
-    gap: 2,
-    ticks: { show: false },
-    grid: { stroke: colour("--line"), width: 1 },
-    values: (_, splits) => splits.map((each) => String(Number(each.toFixed(4)))),
-  };
-  /** @type {uPlot.Options} */
+  const values = (/** @type {uPlot} */ _, /** @type {number[]} */ splits) =>
+    splits.map((each) => String(Number(each.toFixed(4))));
+  const nothing = /** @type {uPlot.AlignedData} */ ([
+    [0, 1],
+    [0, 0],
+  ]);
+  /** @type {Partial<uPlot.Options>} */
   const options = {
-    width: 100,
-    height: 60,
-    padding: [6, 8, 0, 0],
-    legend: { show: false },
-    cursor: { show: false },
+    padding: [6, 18, 0, 0],
     scales: { x: { time: false, range: reach(0) }, y: { range: reach(1) } },
     axes: [
-      { ...axis, size: 16, space: 45 },
-      { ...axis, size: 36, space: 18 },
+      { ...axis(), values, size: 16, space: 45 },
+      { ...axis(), values, size: 36, space: 18 },
     ],
     series: [{}, { show: false }],
-    hooks: {
-      draw: [
-        (plot) => {
-          for (const trace of traces) draw(plot, trace);
-        },
-      ],
-    },
+    hooks: { draw: [(plot) => traces.forEach((trace) => void draw(plot, trace))] },
   };
-  const plot = new uPlot(
-    options,
-    [
-      [0, 1],
-      [0, 0],
-    ],
-    host,
-  );
-  plot.root.setAttribute("aria-hidden", "true");
-  new ResizeObserver(
-    () => host.clientWidth && plot.setSize({ width: host.clientWidth, height: host.clientHeight }),
-  ).observe(host);
+  drawIn(host, options, nothing);
   const legend = traces.map(({ name, stroke }) => {
     const word = element("b", {}, name);
     word.style.setProperty("--mark", stroke);

@@ -10,7 +10,8 @@ export interface Overview {
   max_hours: number;
   modes: string[];
   baseline: string;
-  baselines: string[];
+  /** Names, and what the model knows of the display by each. */
+  baselines: Record<string, string>;
   image: ImageSize | null;
   /** Null until the first comparison, which comes as an event. */
   error: ModelError | null;
@@ -87,7 +88,6 @@ export interface Reading {
   predicted: [number, number, number];
   de2000: number;
   sigma: number;
-  conditions: Record<string, number | null>;
 }
 
 export interface Drift {
@@ -99,8 +99,9 @@ export interface Drift {
 export interface Effect {
   name: string;
   sentence: string;
-  sees_from: number | null;
   sees_words: string;
+  /** What the parameter in those words is. */
+  sees_title: string;
   visible: boolean;
   /** The model came with it. */
   given: boolean;
@@ -116,8 +117,16 @@ export interface Verdict {
   name: string;
   effects: string[];
   rivals: string[][];
+  /** What else a reader must know. */
+  remarks: string[];
   next: string;
-  has_patches: boolean;
+}
+
+/** What readings that were withheld from the fit say of it. */
+export interface Support {
+  /** `lutgen refine` asks for `--keep`. */
+  keep: boolean;
+  sentence: string;
 }
 
 export interface Figures {

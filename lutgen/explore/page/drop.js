@@ -1,7 +1,7 @@
 // Files that come from outside: dropped anywhere, pasted, or chosen; readings, an image, or an effect.
 
-import { Refusal } from "./server.js";
-import { byId, element, input, tell } from "./words.js";
+import { trying } from "./server.js";
+import { byId, element, input } from "./words.js";
 
 const SESSIONS = /\.(csv|ti3|toml)$/i;
 const PROGRAM = /\.py$/i;
@@ -17,20 +17,15 @@ export function dropOf(server, page) {
   /** @param {File[]} files @param {string} hours */
   const open = async (files, hours = "") => {
     panel.showPopover();
-    tell("drop-trouble");
     byId("drop-state").textContent = `Reading ${files.map((each) => each.name).join(", ")} …`;
-    try {
+    await trying("drop-trouble", async () => {
       const answer = await sent(server, files, hours);
-      byId("drop-state").textContent = "";
       if ("needs_hours" in answer) return ask(files, answer.needs_hours);
       form.hidden = true;
       await page.begin(answer);
       panel.hidePopover();
-    } catch (error) {
-      byId("drop-state").textContent = "";
-      if (!(error instanceof Refusal)) throw error;
-      tell("drop-trouble", error.message);
-    }
+    });
+    byId("drop-state").textContent = "";
   };
 
   /** Ask for the hours of sessions. @param {File[]} files @param {import("./contract").NeededHours["needs_hours"]} needed */

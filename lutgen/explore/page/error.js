@@ -55,7 +55,7 @@ export function errorOf() {
     byId("error").classList.toggle("good", error.agrees);
     byId("error").classList.toggle("provisional", Boolean(provisional || whatIf));
     byId("error-mean").textContent =
-      `mean ΔE2000 ${error.mean_de2000.toFixed(2)}; noise alone ${error.noise_de2000.toFixed(2)}`;
+      `model's error: mean ΔE2000 ${error.mean_de2000.toFixed(2)}; noise alone ${error.noise_de2000.toFixed(2)}`;
     byId("error-state").textContent = whatIf
       ? "what if: not the fit"
       : provisional

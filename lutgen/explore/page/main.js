@@ -22,7 +22,7 @@ const show = (next) => {
   take.refresh();
 };
 
-const physics = physicsOf(server, { error: show });
+const physics = physicsOf(server, { error: show, begin });
 
 /** @type {ReturnType<typeof pictureOf>} */
 let picture;
@@ -54,6 +54,7 @@ try {
       physics.effects(list);
       if (error.now) physics.parameters(error.now);
     },
+    support: take.support,
     image: picture.note,
     measured: picture.measure,
     progress: physics.progress,

@@ -1,17 +1,21 @@
 // The physics: the catalogue of effects with a switch each, their parameters, the search, and an effect of one's own.
 
-import { latest, Refusal } from "./server.js";
+import { latest, trying } from "./server.js";
 import { byId, element, input, ratio, readable, save, tell } from "./words.js";
 
 /** @typedef {import("./contract").Effect} Effect */
 /** @typedef {import("./contract").ModelError} ModelError */
+
+/** Where refusals are told. */
+const TROUBLE = "physics-trouble";
 
 /** Steps of a parameter's slider. */
 const STEPS = 1000;
 
 /**
  * @param {import("./server.js").Server} server
- * @param {{error: (error: ModelError) => void}} page is told of each new error
+ * @param {{error: (error: ModelError) => void, begin: (overview: import("./contract").Overview) => Promise<void>}} page
+ *   is told of each new error, and of readings that are compared anew
  */
 export function physicsOf(server, page) {
   /** @type {Effect[]} */
@@ -20,6 +24,8 @@ export function physicsOf(server, page) {
   let found = [];
   /** @type {string[]} */
   let rivals = [];
+  /** The baseline that is compared. */
+  let compared = "";
   /** The error of the model without effects, for the bars. */
   let start = 0;
   /** Effects that were switched on, until the server has taken them. @type {string[] | null} */
@@ -27,23 +33,10 @@ export function physicsOf(server, page) {
   /** What-if values that are set: "effect parameter" → value. @type {Map<string, number>} */
   const whatIf = new Map();
 
-  /** Do what the server may refuse. @param {() => Promise<void>} task */
-  const trying = async (task) => {
-    tell("physics-trouble");
-    try {
-      await task();
-      return true;
-    } catch (error) {
-      if (!(error instanceof Refusal)) throw error;
-      tell("physics-trouble", error.message);
-      return false;
-    }
-  };
-
   const on = () => effects.filter((each) => each.on).map((each) => each.name);
 
   const switching = latest(async (/** @type {string[]} */ names) => {
-    const taken = await trying(async () => {
+    const taken = await trying(TROUBLE, async () => {
       whatIf.clear();
       page.error(await server.post("switch", { effects: names }));
     });
@@ -60,7 +53,7 @@ export function physicsOf(server, page) {
   };
 
   const supposing = latest(async (/** @type {{effect: string, parameter: string, value: number}} */ asked) => {
-    await trying(async () => page.error(await server.post("what-if", asked)));
+    await trying(TROUBLE, async () => page.error(await server.post("what-if", asked)));
   });
 
   /** The row of each effect, and what brings it up to date. @type {Map<string, {item: HTMLLIElement, update: (effect: Effect) => void}>} */
@@ -90,12 +83,12 @@ export function physicsOf(server, page) {
   };
 
   /** @param {Effect} effect */
-  const row = ({ name, sentence, sees_words: sees, own, given }) => {
+  const row = ({ name, sentence, sees_words: sees, sees_title: seesTitle, own, given }) => {
     const id = `effect-${name}`;
     const box = element("input", { type: "checkbox", role: "switch", id, "aria-describedby": `${id}-words` });
     box.disabled = given;
     box.addEventListener("change", () => turn(name, box.checked));
-    const seen = element("div", { class: "seen" }, sees);
+    const seen = element("div", { class: "seen", title: seesTitle }, sees);
     const words = element("div", { class: "words", id: `${id}-words` }, sentence.replaceAll("``", ""));
     const rival = element(
       "span",
@@ -147,7 +140,7 @@ export function physicsOf(server, page) {
       if (fitted.parameters.length) {
         const reset = element("button", { type: "button" }, "Reset to the fit");
         reset.addEventListener("click", () =>
-          trying(async () => {
+          trying(TROUBLE, async () => {
             whatIf.clear();
             page.error(await server.post("what-if", {}));
           }),
@@ -200,6 +193,20 @@ export function physicsOf(server, page) {
     return line;
   };
 
+  /** Show which model of the fresh display is compared. @param {string} name */
+  const baseline = (name) => {
+    const choice = input("baseline");
+    choice.value = compared = name;
+    choice.title = `The model knows ${choice.querySelector(`[value="${name}"]`)?.getAttribute("title")}.`;
+  };
+  input("baseline").addEventListener("change", async () => {
+    const before = compared;
+    const taken = await trying(TROUBLE, async () =>
+      page.begin(await server.post("baseline", { baseline: input("baseline").value })),
+    );
+    if (!taken) baseline(before);
+  });
+
   const ended = () => {
     byId("finding").hidden = true;
     input("find").disabled = false;
@@ -212,16 +219,16 @@ export function physicsOf(server, page) {
     /** @type {HTMLProgressElement} */ (byId("find-progress")).removeAttribute("value");
     byId("find-what").textContent = "";
     byId("cancel").focus();
-    if (!(await trying(async () => void (await server.post("find"))))) ended();
+    if (!(await trying(TROUBLE, () => server.post("find")))) ended();
   });
   byId("cancel").addEventListener("click", () => {
     byId("find-what").textContent = "stopping …";
-    void trying(async () => void (await server.post("cancel")));
+    void trying(TROUBLE, () => server.post("cancel"));
   });
 
   /** Add what the user wrote, and switch it on beside what is on. */
   const added = async (/** @type {unknown} */ body, /** @type {Record<string, unknown>} */ query = {}) =>
-    trying(async () => {
+    trying(TROUBLE, async () => {
       const before = on();
       const known = new Set(effects.map((each) => each.name));
       take(await server.post("own", body, query));
@@ -273,8 +280,13 @@ export function physicsOf(server, page) {
       whatIf.clear();
       byId("verdict").replaceChildren();
       input("find").disabled = !overview.can_diagnose;
-      tell("physics-trouble");
-      await trying(async () => take(await server.get("effects")));
+      const choices = Object.entries(overview.baselines).map(([name, words]) =>
+        element("option", { value: name, title: words }, name),
+      );
+      input("baseline").replaceChildren(...choices);
+      baseline(overview.baseline);
+      tell(TROUBLE);
+      await trying(TROUBLE, async () => take(await server.get("effects")));
     },
     effects: take,
     parameters,
@@ -292,31 +304,23 @@ export function physicsOf(server, page) {
       effects = effects.map((each) => ({ ...each, on: verdict.effects.includes(each.name) }));
       rows();
       const parts = [element("p", {}, element("b", {}, `${verdict.name}: `), verdict.sentence)];
-      if (verdict.next || verdict.has_patches) {
-        const next = element(
-          "p",
-          { class: "quiet" },
-          `What to measure next${verdict.next ? `: ${verdict.next}` : ""} `,
-        );
-        if (verdict.has_patches) {
-          const button = element("button", { type: "button", id: "patch-list" }, "Patch list");
-          button.addEventListener("click", () =>
-            trying(async () => {
-              const response = await server.fetch(server.address("take", { what: "patches" }));
-              save(await response.blob(), "patches.csv");
-            }),
-          );
-          next.append(button);
-        }
-        parts.push(next);
-      }
+      const button = element("button", { type: "button", id: "patch-list" }, "Patch list");
+      button.addEventListener("click", () =>
+        trying(TROUBLE, async () => {
+          const response = await server.fetch(server.address("take", { what: "patches" }));
+          save(await response.blob(), "patches.csv");
+        }),
+      );
+      const next = `What to measure next${verdict.next ? `: ${verdict.next}` : ""} `;
+      parts.push(element("p", { class: "quiet" }, next, button));
+      if (verdict.remarks.length) parts.push(element("p", { class: "quiet" }, verdict.remarks.join(" ")));
       byId("verdict").replaceChildren(...parts);
     },
     ended,
     /** @param {string} sentence */
     failed(sentence) {
       ended();
-      tell("physics-trouble", sentence);
+      tell(TROUBLE, sentence);
     },
   };
 }

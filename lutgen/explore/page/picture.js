@@ -1,7 +1,7 @@
 // The picture: hours, modes, wiper, map and zoom around the viewer, and the numbers beside it.
 
-import { latest, Refusal } from "./server.js";
-import { HOUR_STEPS, MAP_COLOURS, Viewer } from "./viewer.js";
+import { latest, trying } from "./server.js";
+import { hourly, MAP_COLOURS, Viewer } from "./viewer.js";
 import { byId, element, input, spaced, tell } from "./words.js";
 
 /** ΔE2000 at which a map's colours may end. */
@@ -9,6 +9,9 @@ const REACHES = [2, 3, 5, 8, 12, 15, 20, 25, 30, 40, 50, 100];
 
 /** Points along an edge of the tables. */
 const SIZE = 33;
+
+/** Milliseconds without a move after which the slider rests. */
+const REST = 80;
 
 /** A viewer, or null and the reason on the page where the browser cannot draw. @param {HTMLElement} host */
 function viewerIn(host) {
@@ -33,15 +36,7 @@ export function pictureOf(server) {
 
   /** @param {"aged" | "compensated"} kind @param {(table: import("./viewer.js").Table) => void} hand */
   const fetching = (kind, hand) =>
-    latest(async () => {
-      try {
-        hand(await server.table(asked({ kind })));
-        tell("image-trouble");
-      } catch (error) {
-        if (error instanceof Refusal) tell("image-trouble", error.message);
-        else throw error;
-      }
-    });
+    latest(async () => void (await trying("image-trouble", async () => hand(await server.table(asked({ kind }))))));
   const aged = fetching("aged", (table) => {
     viewer?.age(table);
     drawn();
@@ -84,9 +79,12 @@ export function pictureOf(server) {
     if (viewer?.picture && viewer.aged.first.size === SIZE) document.body.dataset.picture = "drawn";
   };
 
+  /** A correction costs a search of many tables' time: it follows when the slider rests. */
+  let resting = 0;
   const draw = () => {
     if (viewer) void aged(null);
-    if (viewer && viewer.cuts[1] < 1) void compensated(null);
+    clearTimeout(resting);
+    if (viewer && viewer.cuts[1] < 1) resting = setTimeout(() => void compensated(null), REST);
   };
 
   const show = () => {
@@ -97,14 +95,7 @@ export function pictureOf(server) {
     void figures(null);
   };
 
-  slider.addEventListener("input", show);
-  slider.addEventListener("keydown", (event) => {
-    const step = HOUR_STEPS.get(event.key);
-    if (!step) return;
-    event.preventDefault();
-    slider.value = String(hours() + step);
-    show();
-  });
+  hourly(slider, show);
   byId("modes").addEventListener("change", (event) => {
     mode = /** @type {HTMLInputElement} */ (event.target).value;
     show();
@@ -127,7 +118,6 @@ export function pictureOf(server) {
     viewer.zoomed = () => {
       byId("zoom").textContent = `${Math.round(100 * viewer.scale)} %`;
     };
-    new ResizeObserver(() => viewer.zoomed()).observe(byId("viewer"));
     byId("viewer").addEventListener("pointerup", draw);
   }
 
@@ -169,8 +159,11 @@ export function pictureOf(server) {
           return element("label", {}, radio, ` ${each}`);
         }),
       );
-      slider.max = String(overview.max_hours);
-      slider.value = slider.max;
+      // The same display under another model is seen at the same hour.
+      if (slider.max !== String(overview.max_hours)) {
+        slider.max = String(overview.max_hours);
+        slider.value = slider.max;
+      }
       reach = 0;
       const last = overview.max_hours || 1;
       // Hours that would stand in one another are left out; the first and the last stay.
@@ -184,6 +177,7 @@ export function pictureOf(server) {
         ...kept.map((hour) => {
           const tick = element("span", {}, spaced(hour));
           tick.style.left = `${(100 * hour) / last}%`;
+          if (hour === last) tick.classList.add("last");
           return tick;
         }),
       );
@@ -194,20 +188,17 @@ export function pictureOf(server) {
     },
     /** Take another image. @param {File} file */
     async take(file) {
-      tell("image-trouble");
+      const before = byId("image-note").textContent;
       byId("image-note").textContent = "Reading the image …";
-      try {
+      const taken = await trying("image-trouble", async () => {
         server.check([file], "image");
         const size = await server.post("image", file, { name: file.name });
         await load();
         note(size);
         reach = 0;
         show();
-      } catch (error) {
-        byId("image-note").textContent = "";
-        if (!(error instanceof Refusal)) throw error;
-        tell("image-trouble", error.message);
-      }
+      });
+      if (!taken) byId("image-note").textContent = before;
     },
   };
 }

@@ -1,10 +1,25 @@
 // The server behind the page: requests of this window, its events, and the word when it has gone.
 
+import { tell } from "./words.js";
+
 export const GONE =
   "The server has ended, so nothing here answers any more. Start lutgen explore again; it opens a new page.";
 
 /** A refusal in the server's own sentence. */
 export class Refusal extends Error {}
+
+/** Do what the server may refuse, in a sentence that an element then shows; whether it was done. @param {string} id @param {() => Promise<unknown>} task */
+export async function trying(id, task) {
+  tell(id);
+  try {
+    await task();
+    return true;
+  } catch (error) {
+    if (!(error instanceof Refusal)) throw error;
+    tell(id, error.message);
+    return false;
+  }
+}
 
 export class Server {
   constructor() {
@@ -76,7 +91,7 @@ export class Server {
   async table(query) {
     const response = await this.fetch(this.address("table", query));
     const size = Number(response.headers.get("X-Lutgen-Size"));
-    return { size, values: new Uint16Array(await response.arrayBuffer()) };
+    return { size, values: new Uint16Array(await response.arrayBuffer()), differences: Boolean(query.map) };
   }
 
   /** Call back on the server's events, by their names. @param {Record<string, (content: any) => void>} listeners */

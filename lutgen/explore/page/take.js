@@ -1,7 +1,7 @@
 // Take it away: files of what is shown, and the commands that make the same.
 
-import { Refusal } from "./server.js";
-import { byId, element, save, spaced, tell } from "./words.js";
+import { trying } from "./server.js";
+import { byId, element, input, save, spaced, tell } from "./words.js";
 
 /** What can be taken: the server's name → the button. */
 const FILES = {
@@ -18,27 +18,26 @@ const FILES = {
  * @param {{shown: () => {mode: string, hours: number}, error: () => import("./contract").ModelError | undefined}} page
  */
 export function takeOf(server, page) {
+  const kind = input("take-kind");
+  /** @type {import("./contract").Support | null} */
+  let support = null;
+
   /** @param {string} what @param {HTMLButtonElement} button */
   const take = async (what, button) => {
-    tell("take-trouble");
     const { mode, hours } = page.shown();
     byId("take-state").textContent = `Making it, ${mode} at ${spaced(hours)} h …`;
     button.disabled = true;
-    try {
-      const response = await server.fetch(server.address("take", { what, mode, hours }));
+    const taken = await trying("take-trouble", async () => {
+      const response = await server.fetch(server.address("take", { what, mode, hours, kind: kind.value }));
       const named = /filename="?([^";]+)/.exec(response.headers.get("Content-Disposition") ?? "");
       const name = named?.[1] ?? `lutgen.${what}`;
       const blob = await response.blob();
       save(blob, name);
       byId("take-state").textContent = `${name}, ${spaced(Math.max(blob.size / 1000, 1))} kB`;
-    } catch (error) {
-      byId("take-state").textContent = "";
-      if (!(error instanceof Refusal)) throw error;
-      tell("take-trouble", error.message);
-    } finally {
-      button.disabled = false;
-      button.focus();
-    }
+    });
+    if (!taken) byId("take-state").textContent = "";
+    button.disabled = false;
+    button.focus();
   };
 
   byId("take-files").append(
@@ -61,26 +60,36 @@ export function takeOf(server, page) {
 
   const commands = async () => {
     const doubtful = page.error()?.effects.filter((each) => !each.supported) ?? [];
-    tell("take-warning", doubtful.map((each) => each.said || `The readings do not support ${each.name}.`).join(" "));
-    try {
+    const said = doubtful.map((each) => each.said);
+    if (!said.length && support?.keep) said.push(support.sentence);
+    if (page.error()?.what_if) said.push("Values of “what if” are not taken away: files and commands are the fit's.");
+    tell("take-warning", said.join(" "));
+    await trying("take-trouble", async () => {
       /** @type {import("./contract").Command[]} */
-      const listed = await server.get("commands", page.shown());
+      const listed = await server.get("commands", { ...page.shown(), kind: kind.value });
       byId("commands").replaceChildren(...listed.map(line));
-    } catch (error) {
-      if (!(error instanceof Refusal)) throw error;
-      tell("take-trouble", error.message);
-    }
+    });
   };
 
   byId("take").addEventListener("beforetoggle", (event) => {
     if (/** @type {ToggleEvent} */ (event).newState !== "open") return;
-    tell("take-trouble");
     byId("take-state").textContent = "";
     void commands();
   });
 
+  const refresh = () => byId("take").matches(":popover-open") && void commands();
+  kind.addEventListener("change", refresh);
+
   return {
     /** The model has changed: its commands anew, where they are seen. */
-    refresh: () => byId("take").matches(":popover-open") && void commands(),
+    refresh() {
+      if (page.error()?.provisional) support = null;
+      refresh();
+    },
+    /** What withheld readings say of the fit is known. @param {import("./contract").Support} next */
+    support(next) {
+      support = next;
+      refresh();
+    },
   };
 }

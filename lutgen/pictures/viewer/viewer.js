@@ -5,7 +5,7 @@
 // tetrahedra. OpenColorIO's own GLSL ES 3.0 shader reads float textures instead, which WebGL2 filters on some
 // machines only, and would have to be written and compiled anew for each hour.
 
-/** @typedef {{size: number, values: Uint16Array<ArrayBuffer>}} Table size³ × 4 numbers, red fastest: code values, 65280 for 1, and ΔE2000 as 65535 for 100 */
+/** @typedef {{size: number, values: Uint16Array<ArrayBuffer>, differences?: boolean}} Table size³ × 4 numbers, red fastest: code values, 65280 for 1, and ΔE2000 as 65535 for 100, unless `differences` is false */
 /** @typedef {{first: Table, second: Table, share: number}} Blend both tables mixed: 0 is the first, 1 the second */
 
 /** Colours of a map from 0 to its end: viridis, whose steps are even to the eye. */
@@ -20,16 +20,6 @@ export const MAP_COLOURS = [
   "#addc30",
   "#fde725",
 ];
-
-/** Keys of a slider of hours, and by how many hours each moves it. */
-export const HOUR_STEPS = new Map([
-  ["ArrowLeft", -100],
-  ["ArrowDown", -100],
-  ["ArrowRight", 100],
-  ["ArrowUp", 100],
-  ["PageDown", -1000],
-  ["PageUp", 1000],
-]);
 
 /** ΔE2000 that the largest number of a table's fourth channel stands for. */
 const DIFFERENCE = 100;
@@ -56,7 +46,7 @@ uniform vec2 cuts;        // where the aged part begins and ends, in pixels of t
 uniform vec2 origin;      // of the picture, in pixels of the canvas from its upper left
 uniform float scale;      // pixels of the canvas for one of the picture
 uniform float height;     // of the canvas
-uniform float reach;      // ΔE2000 at the end of the map's colours; 0: the picture
+uniform vec2 reach;       // ΔE2000 at the end of the map's colours in the aged part and in the corrected; 0: the picture
 uniform vec3 surround;
 uniform vec3 colours[${MAP_COLOURS.length}];
 out vec4 shown;
@@ -78,8 +68,8 @@ vec4 through(usampler3D table, vec3 code) {
     + node(table, corner + 1 - least) * (middle - low) + node(table, corner + 1) * low;
 }
 
-vec3 colour(float difference) {
-  float place = clamp(difference / reach, 0.0, 1.0) * float(colours.length() - 1);
+vec3 colour(float share) {
+  float place = clamp(share, 0.0, 1.0) * float(colours.length() - 1);
   int below = min(int(place), colours.length() - 2);
   return mix(colours[below], colours[below + 1], place - float(below));
 }
@@ -97,11 +87,26 @@ void main() {
     if (canvas.x >= cuts.y) result = through(corrected, code);
     else if (share == 0.0) result = through(first, code);
     else result = mix(through(first, code), through(second, code), share);
-    if (reach > 0.0) result.rgb = colour(result.a * ${DIFFERENCE.toFixed(1)});
+    float end = canvas.x >= cuts.y ? reach.y : reach.x;
+    if (end > 0.0) result.rgb = colour(result.a * ${DIFFERENCE.toFixed(1)} / end);
   }
   bool inside = all(greaterThanEqual(at, vec2(0.0))) && all(lessThan(at, size));
   shown = vec4(mix(surround, result.rgb, inside ? source.a : 0.0), 1.0);
 }`;
+
+/** Call back when a slider over hours moves, which keys move by round numbers of them. @param {HTMLInputElement} slider @param {() => void} moved */
+export function hourly(slider, moved) {
+  slider.addEventListener("input", moved);
+  slider.addEventListener("keydown", (event) => {
+    const step = { ArrowLeft: -100, ArrowDown: -100, ArrowRight: 100, ArrowUp: 100, PageDown: -1000, PageUp: 1000 }[
+      event.key
+    ];
+    if (!step) return;
+    event.preventDefault();
+    slider.value = String(Number(slider.value) + step);
+    moved();
+  });
+}
 
 /** The table that changes no colour. */
 export function unchanged() {
@@ -111,7 +116,7 @@ export function unchanged() {
       [0, 1, 2].map((bit) => ((node >> bit) & 1) * WHITE),
       4 * node,
     );
-  return { size: 2, values };
+  return { size: 2, values, differences: false };
 }
 
 /** @param {string} hex */
@@ -142,6 +147,7 @@ export class Viewer {
     this.size = [1, 1];
     /** @type {Blend} */
     this.aged = { first: unchanged(), second: unchanged(), share: 0 };
+    /** @type {Table} */
     this.corrected = unchanged();
     /** ΔE2000 at the end of the map's colours; 0 shows the picture. */
     this.reach = 0;
@@ -150,7 +156,7 @@ export class Viewer {
     this.centre = [0.5, 0.5];
     this.cuts = names.length > 2 ? [0.34, 0.67] : [0.5, 1];
     this.frame = 0;
-    /** Called when the zoom has changed. */
+    /** Called when the zoom has changed, by itself or with the size of what is seen. */
     this.zoomed = () => {};
     this.bars = names.slice(1).map((name, place) => this.bar(place, names[place], name));
     this.tags = names.map((name) => this.tag(name));
@@ -319,7 +325,10 @@ export class Viewer {
     const [width, height] = [this.host.clientWidth, this.host.clientHeight].map((length) =>
       Math.max(Math.round(length * ratio), 1),
     );
-    if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+    if (canvas.width !== width || canvas.height !== height) {
+      Object.assign(canvas, { width, height });
+      this.zoomed();
+    }
     if (!this.picture) return;
     const [left, right] = this.span;
     const cuts = this.cuts.map((cut) => left + cut * (right - left));
@@ -338,7 +347,8 @@ export class Viewer {
     gl.uniform1f(this.place("share"), this.aged.share);
     gl.uniform1f(this.place("scale"), this.scale);
     gl.uniform1f(this.place("height"), height);
-    gl.uniform1f(this.place("reach"), this.reach);
+    const reaches = [this.aged.first, this.corrected].map((each) => (each.differences === false ? 0 : this.reach));
+    gl.uniform2f(this.place("reach"), reaches[0], reaches[1]);
     const grey = getComputedStyle(this.host).getPropertyValue("--surround").trim() || "#777777";
     gl.uniform3fv(this.place("surround"), rgb(grey));
     gl.drawArrays(gl.TRIANGLES, 0, 3);

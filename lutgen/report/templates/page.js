@@ -1,4 +1,4 @@
-import { HOUR_STEPS, Viewer } from "./viewer.js";
+import { hourly, Viewer } from "./viewer.js";
 
 /** @param {string} id */
 const byId = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
@@ -82,14 +82,7 @@ async function begin() {
       `translate(${(Number(left) + (Number(across) * hours) / Number(end)).toFixed(2)} 0)`,
     );
   };
-  slider.addEventListener("input", scene);
-  slider.addEventListener("keydown", (event) => {
-    const step = HOUR_STEPS.get(event.key);
-    if (!step) return;
-    event.preventDefault();
-    slider.value = String(Number(slider.value) + step);
-    scene();
-  });
+  hourly(slider, scene);
   for (const radio of document.querySelectorAll("input[name=mode]")) radio.addEventListener("change", scene);
   field("map").addEventListener("change", () => {
     viewer.map(field("map").checked ? data.map_reach : 0);
