@@ -45,6 +45,8 @@ def test_every_effect_says_what_0_and_1_mean_where_it_holds_and_what_it_rests_on
         assert any(line.startswith("Meaning of 0 and 1:") for line in lines), effect.name
         assert any(line.startswith("Valid ") for line in lines), effect.name
         assert any(line.startswith(("Source:", "Sources:", "Assumption:")) for line in lines), effect.name
+        assumed = any(line.startswith("Assumption:") for line in lines)
+        assert assumed or "assumption" not in effect.source, effect.name
         assert ".md" not in effect.text + effect.source, f"{effect.name} cites a page that the repository lacks"
 
 
