@@ -31,7 +31,8 @@ from examples.bench_criticism import Work, criticism
 from examples.racing import LUTGEN, Peer, Row, against_limit, peak_memory, program, race, run, seconds_of
 from lutgen import DisplayModel, apply_to_image, read_measurements
 from lutgen.bake.formats import Provenance, format_named
-from lutgen.bake.lut import Lut, Sampler, lattice
+from lutgen.bake.lut import Lut, Sampler
+from lutgen.bake.spaces import lattice
 from lutgen.bindings import ocio, oiio
 from lutgen.display import MODES, default_display
 from lutgen.files import write_atomically

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import re
 from contextlib import contextmanager
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -106,11 +107,20 @@ def lut_processor(path: Path) -> Any:
     # The name as it is given, not where a link leads: OpenColorIO chooses the reader by its suffix.
     file_transform = lib.FileTransform(src=str(path.absolute()), interpolation=lib.INTERP_TETRAHEDRAL)
     try:
-        return lib.Config.CreateRaw().getProcessor(file_transform)
+        return _raw_config().getProcessor(file_transform)
     except ocio_errors() as error:
         raise LutgenError(
             f"{path}: OpenColorIO {lib.__version__} cannot read it: {' '.join(str(error).split())}"
         ) from None
+
+
+@cache
+def _raw_config() -> Any:
+    lib = ocio()
+    config = lib.Config.CreateRaw()
+    # Its processors are kept by the name of the file, which may be written anew.
+    config.setProcessorCacheFlags(lib.PROCESSOR_CACHE_OFF)
+    return config
 
 
 def unclosed_metadata(path: Path) -> int:

@@ -19,9 +19,13 @@ doi:10.1002/col.20070 (CIEDE2000).
 from __future__ import annotations
 
 from math import factorial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 Array = NDArray[np.float64]
 
@@ -31,6 +35,24 @@ SRGB_XY = np.array([[0.3127, 0.3290], [0.64, 0.33], [0.30, 0.60], [0.15, 0.06]])
 #: Pixels in one step of a chunked routine. Its temporaries then stay in the cache, and below the 128 kB from which on
 #: glibc asks the kernel for each of them.
 CHUNK = 15_360
+
+
+def in_chunks(function: Callable[..., Array], *signals: NDArray[Any]) -> Array:
+    """Give what a function makes of signals (n, ...), so many rows at a time; its rows depend on theirs alone.
+
+    The result's columns are contiguous.
+    """
+    rows = len(signals[0])
+    if rows <= CHUNK:
+        return function(*signals)
+    result = np.empty(0)
+    for start in range(0, rows, CHUNK):
+        part = slice(start, start + CHUNK)
+        made = function(*(signal[part] for signal in signals))
+        if not start:
+            result = np.empty((rows, *made.shape[1:]), order="F")
+        result[part] = made
+    return result
 
 
 def xyY_to_xyz(xyY: ArrayLike) -> Array:  # noqa: N802 - the CIE's own spelling
@@ -65,7 +87,8 @@ def transform(matrix: Array, signal: ArrayLike) -> Array:
     same inputs are to give the same files. In chunks, so that each column is fetched from memory once. The result's
     columns are contiguous.
     """
-    columns = np.moveaxis(np.asarray(signal, dtype=np.float64), -1, 0)
+    signal = np.asarray(signal, dtype=np.float64)
+    columns = signal.T if signal.ndim == 2 else np.moveaxis(signal, -1, 0)
     flat = columns.reshape(len(columns), -1)
     result = np.empty((len(matrix), flat.shape[1]))
     for start in range(0, flat.shape[1], CHUNK):
@@ -75,7 +98,7 @@ def transform(matrix: Array, signal: ArrayLike) -> Array:
             np.multiply(here[0], factors[0], out=out)
             for column, factor in zip(here[1:], factors[1:], strict=True):
                 np.add(out, np.multiply(column, factor, out=product), out=out)
-    return np.moveaxis(result.reshape(len(matrix), *columns.shape[1:]), 0, -1)
+    return result.T if signal.ndim == 2 else np.moveaxis(result.reshape(len(matrix), *columns.shape[1:]), 0, -1)
 
 
 def inverse(matrix: Array) -> Array:
@@ -180,11 +203,7 @@ def delta_e_2000(lab_1: ArrayLike, lab_2: ArrayLike) -> Array:
     lab_1, lab_2 = np.broadcast_arrays(np.asarray(lab_1, dtype=np.float64), np.asarray(lab_2, dtype=np.float64))
     shape = lab_1.shape[:-1]
     flat_1, flat_2 = lab_1.reshape(-1, 3), lab_2.reshape(-1, 3)
-    result = np.empty(flat_1.shape[0])
-    for start in range(0, result.size, CHUNK):
-        part = slice(start, start + CHUNK)
-        result[part] = _delta_e_2000_chunk(flat_1[part], flat_2[part])
-    return result.reshape(shape)
+    return in_chunks(_delta_e_2000_chunk, flat_1, flat_2).reshape(shape)
 
 
 def _delta_e_2000_chunk(lab_1: Array, lab_2: Array) -> Array:

@@ -12,6 +12,8 @@ import subprocess
 import sys
 import tempfile
 import time
+from functools import cache
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as ET
@@ -20,7 +22,7 @@ import numpy as np
 import pytest
 
 from lutgen.bake.build import Built, Plan, build
-from lutgen.bake.fidelity import PAIRS, certificate_colours
+from lutgen.bake.fidelity import CERTIFIED, certificate_colours
 from lutgen.bindings import ocio
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
@@ -31,7 +33,7 @@ from tests.disk import mounted
 from tests.twin import Twin, nearest_points, rows_of_csv, to_linear
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
 ROOT = Path(__file__).parents[1]
 SMALL = Plan((0.0, 10_000.0), modes=("chroma", "chroma-luma"), cubesize=17)
@@ -353,19 +355,38 @@ def groups(code: Any, twin: Twin, *, linear_index: bool) -> Any:
                 return True
         return False
 
+    beside_jump = beside_the_jump(lambda node: at(node)[0])
     result = []
     for place, (red, green, blue) in enumerate(code.tolist()):
         linear = (to_linear(red), to_linear(green), to_linear(blue))
         own = region_of(linear)
         nodes = [node for node, share in mixed(linear if linear_index else (red, green, blue)) if share > 1e-6]
         met = [at(node) for node in nodes]
-        if place >= len(code) - 2 * PAIRS or any(region != own for region, _ in met):
+        jumps = any(region != own for region, _ in met) or any(map(beside_jump, nodes))
+        if place >= len(code) - 2 * CERTIFIED.pairs or jumps:
             result.append("border")
         elif not linear_index and (len({side for _, side in met}) > 1 or any(map(before_clip, nodes))):
             result.append("gamut")
         else:
             result.append("smooth")
     return np.array(result)
+
+
+def beside_the_jump(region: Callable[[tuple[int, int, int]], str]) -> Callable[[tuple[int, int, int]], bool]:
+    """Which points are fitted: those of a cell of a 33³ table with corners on different sides of white's border."""
+    ends = list(product((0, 1), repeat=3))
+
+    @cache
+    def jumps_in(cell: tuple[int, int, int]) -> bool:
+        red, green, blue = cell
+        return len({region((red + x, green + y, blue + z)) for x, y, z in ends}) > 1
+
+    @cache
+    def beside(node: tuple[int, int, int]) -> bool:
+        cells = [(node[0] - x, node[1] - y, node[2] - z) for x, y, z in ends]
+        return any(jumps_in(cell) for cell in cells if min(cell) >= 0 and max(cell) < 32)
+
+    return beside
 
 
 def code_of(linear: tuple[float, float, float]) -> tuple[float, float, float]:

@@ -13,7 +13,7 @@ import pytest
 from lutgen.bake.build import Plan, build
 from lutgen.bake.check import check
 from lutgen.bake.config import CORRECTION
-from lutgen.bake.fidelity import PAIRS, Judge, certificate_colours
+from lutgen.bake.fidelity import Counts, Judge, certificate_colours
 from lutgen.bake.formats import format_named, format_names
 from lutgen.bake.lut import Sampler
 from lutgen.bake.manifest import sha256
@@ -66,7 +66,7 @@ def manifest_of(folder: Path) -> dict[str, Any]:
 
 def away_from_the_jump(one_in: int) -> Array:
     """The certificate's colours without the pairs that hug the border of ``nearest``, where no table follows."""
-    return certificate_colours(one_in)[: -2 * (PAIRS // one_in)]
+    return certificate_colours(Counts(50_000 // one_in, 4_096 // one_in, 32_000 // one_in, 0))
 
 
 @pytest.mark.slow
@@ -159,7 +159,7 @@ def test_a_cube_keeps_to_0_and_1_and_a_clf_does_not(clipped: Path) -> None:
 
 def test_stable_displays_need_no_correction(model: DisplayModel, tmp_path: Path) -> None:
     build(model, Plan((10_000.0,), modes=("stable",), direction="compensate"), tmp_path / "out", jobs=1)
-    code = certificate_colours(one_in=100)
+    code = certificate_colours(Counts(500, 40, 320, 163))
     np.testing.assert_allclose(apply_lut(tmp_path / "out/stable/10000h/compensate.clf", code), code, atol=2e-5)
     assert manifest_of(tmp_path / "out")["files"][1]["certificate"]["clipped_share"] == 0.0
 

@@ -24,9 +24,11 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from lutgen.bake.digits import rows_of_text
+from lutgen.bake.fitted_nodes import ramps_at_white
 from lutgen.bake.formats import Format, Provenance, format_named, format_names
-from lutgen.bake.lut import Lut, MatrixLut, Sampler, lattice
+from lutgen.bake.lut import Lut, MatrixLut, Sampler
 from lutgen.bake.readback import apply_lut, table_kind
+from lutgen.bake.spaces import lattice
 from lutgen.bindings import ocio
 from lutgen.colorimetry import code_to_linear, linear_to_code, xyY_to_xyz
 from lutgen.display import SELECTIONS, AgedDisplay, DisplayModel, default_display
@@ -369,7 +371,8 @@ def test_a_cube_holds_the_model_at_its_lattice_points(displays: dict[str, AgedDi
     rows = np.array(form.write(lut, PROVENANCE).split(b"LUT_3D_SIZE 33\n")[1].split(), dtype=float).reshape(-1, 3)
     grid = [(r / 32, g / 32, b / 32) for b in range(33) for g in range(33) for r in range(33)]
     away = np.abs(np.minimum(rows, 1) - aged.code_to_code(np.array(grid)))
-    assert (away > 5.1e-8).mean() < 0.02  # the nodes that are fitted beside the clip
+    jump, _ = ramps_at_white("code", 33)
+    assert (np.delete(away, jump, axis=0) > 5.1e-8).mean() < 0.02  # the nodes that are fitted beside the clip
     assert away.max() < 1.5 / 255
 
 

@@ -17,9 +17,9 @@ from lutgen.bake.build import Plan, build
 from lutgen.bake.check import Budget, check, check_lut
 from lutgen.bake.fidelity import Judge
 from lutgen.bake.formats import Provenance, format_named, format_names, lut_suffixes
-from lutgen.bake.lut import Lut, Sampler, lattice
+from lutgen.bake.lut import Lut, Sampler
 from lutgen.bake.readback import TableKind, apply_lut, table_kind
-from lutgen.bake.spaces import SPACES
+from lutgen.bake.spaces import SPACES, lattice
 from lutgen.bake.table_picture import read_table
 from lutgen.bindings import LARGEST_LUT, ocio
 from lutgen.display import AppliedEffect, DisplayModel, default_display

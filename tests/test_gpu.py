@@ -15,8 +15,9 @@ from lutgen.bake.build import Plan, build
 from lutgen.bake.check import check
 from lutgen.bake.check_config import viewer_values
 from lutgen.bake.config import VIEWERS
-from lutgen.bake.fidelity import certificate_colours
-from lutgen.bake.lut import Sampler, lattice
+from lutgen.bake.fidelity import Counts, certificate_colours
+from lutgen.bake.lut import Sampler
+from lutgen.bake.spaces import lattice
 from lutgen.bindings import ocio
 from lutgen.colorimetry import code_to_linear
 from lutgen.display import DisplayModel, default_display
@@ -64,7 +65,7 @@ def built(request: pytest.FixtureRequest, model: DisplayModel, tmp_path_factory:
 
 @pytest.fixture(scope="module")
 def colours() -> Array:
-    return np.concatenate([certificate_colours(one_in=4), lattice(2, "code")])
+    return np.concatenate([certificate_colours(Counts(12_500, 1_024, 8_000, 4_096)), lattice(2, "code")])
 
 
 @pytest.fixture

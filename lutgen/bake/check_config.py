@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import copy
 import re
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -41,8 +42,9 @@ def check_config(path: Path, root: Path, record: FileRecord, manifest: Manifest,
     """Return what is wrong with a config of ``manifest``, whose files lie under ``root``.
 
     The whole config is compared with ``written``, which the code writes. A display's own config is run with the LUT
-    beside it, the common one with every mode and hour; of those that are as written only the last hour of each mode,
-    and what has no LUT.
+    beside it, the common one with every mode and hour. Of those that are as written only the last hour of each mode is
+    run, and what has no LUT: the last mode through all parts of its config, the others, and the common one, through the
+    look.
     """
     lib = ocio()
     sampled = record.mode is None or record.hours == max(
@@ -76,20 +78,20 @@ def check_config(path: Path, root: Path, record: FileRecord, manifest: Manifest,
     expected = {
         key: lut for key, lut in every.items() if differs or key[1] == last[key[0]] or not (root / lut.path).is_file()
     }
+    parts = None if differs or [record.mode] == list(last)[-1:] else 1
     if record.mode is None:
-        problems += [
+        return problems + [
             f"AGING_MODE={mode}, AGING_HOURS={hour_name(hours)[:-1]}: {problem}"
             for (mode, hours), lut in expected.items()
-            for problem in _Run(lib, config, root, lut, words, context=(mode, hour_name(hours)[:-1])).problems()
+            for problem in _Run(lib, config, root, lut, words, context=(mode, hour_name(hours)[:-1])).problems(parts)
         ]
-        return problems
     key = str(record.mode), float(record.hours or 0.0)
     if key not in every:
         return [*problems, "the manifest names no LUT for it"]
     lut = expected.get(key)
     if lut is None:
         return problems
-    return [*problems, *_Run(lib, config, root, lut, words, context=None).problems()]
+    return [*problems, *_Run(lib, config, root, lut, words, context=None).problems(parts)]
 
 
 def _luts_of_configs(luts: list[FileRecord]) -> dict[tuple[str, float], FileRecord]:
@@ -113,14 +115,14 @@ class _Run:
             self.context["AGING_MODE"], self.context["AGING_HOURS"] = context
         self.code = np.random.default_rng(7).random((COLOURS, 3)).astype(np.float32).astype(np.float64)
 
-    def problems(self) -> list[str]:
-        """Say each thing that is wrong once, and in which parts of the config."""
+    def problems(self, parts: int | None = None) -> list[str]:
+        """Say each thing that is wrong once, and in which parts of the config, or in the first so many parts."""
         try:
             aged = apply_lut(self.lut, self.code)
         except LutgenError as error:
             return [str(error)]
         found: dict[str, list[str]] = {}
-        for what, part, expected in self._parts(aged):
+        for what, part, expected in islice(self._parts(aged), parts):
             for problem in self._one(part, expected):
                 found.setdefault(problem, []).append(what)
         return [f"{problem} ({'; '.join(places)})" for problem, places in found.items()]
@@ -128,6 +130,7 @@ class _Run:
     def _parts(self, aged: Array) -> Iterator[tuple[str, Any, Array]]:
         """Name each part of the config, how to get its processor, and the code values it should give."""
         lib, config, words = self.lib, self.config, self.words
+        yield f"look {words.look}", lib.LookTransform(src=SOURCE, dst=SOURCE, looks=words.look), aged
         if set(words.viewers) - set(config.getDisplays()):
             yield f"display {min(set(words.viewers) - set(config.getDisplays()))}", None, aged
         for viewer in config.getDisplays():
@@ -138,7 +141,6 @@ class _Run:
                 light = {words.view: code_to_linear(aged), words.plain_view: code_to_linear(self.code)}.get(view)
                 expected = self.code if light is None else viewer_values(light, viewer)
                 yield f"display {viewer}, view {view}", lib.DisplayViewTransform(SOURCE, viewer, view), expected
-        yield f"look {words.look}", lib.LookTransform(src=SOURCE, dst=SOURCE, looks=words.look), aged
         named = config.getNamedTransform(words.named_transform)
         forward = named.getTransform(lib.TRANSFORM_DIR_FORWARD) if named else None
         yield f"named transform {words.named_transform}", forward, aged

@@ -40,26 +40,28 @@ def rows_of_text(values: Array) -> memoryview:
         A number is NaN, infinite or too large: a fault of the caller, never of a user's input.
 
     """
-    flat = np.asarray(values, dtype=np.float64).reshape(-1)
-    smallest, largest = flat.min(), flat.max()
+    values = np.asarray(values, dtype=np.float64)
+    smallest, largest = values.min(), values.max()
     # NaN is both, and fails the comparison too.
     if not (smallest > 1 / _SCALE - 10 and largest < 10 - 1 / _SCALE):
         message = "a table holds NaN, infinity or a number of 10 or more"
         raise ValueError(message)
     signed = int(smallest < -0.5 / _SCALE)
     width = DECIMALS + 3 + signed
-    text = np.empty((flat.size, width), dtype=np.uint8)
+    text = np.empty((values.size, width), dtype=np.uint8)
     raw = text.reshape(-1)
-    head = np.ndarray(flat.shape, np.uint32, raw, signed, (width,))
-    middle = np.ndarray(flat.shape, np.uint32, raw, signed + 4, (width,))
-    last = np.ndarray(flat.shape, np.uint16, raw, signed + 8, (width,))
+    head = np.ndarray(values.size, np.uint32, raw, signed, (width,))
+    middle = np.ndarray(values.size, np.uint32, raw, signed + 4, (width,))
+    last = np.ndarray(values.size, np.uint16, raw, signed + 8, (width,))
     heads, middles, lasts = _pieces()
-    for start in range(0, flat.size, CHUNK):
-        part = slice(start, start + CHUNK)
-        scaled = np.rint(flat[part] * _SCALE)
+    rows, columns = values.shape
+    for start in range(0, rows, CHUNK // columns):
+        scaled = values[start : start + CHUNK // columns].reshape(-1) * _SCALE
+        np.rint(scaled, out=scaled)
+        part = slice(start * columns, start * columns + scaled.size)
         if signed:
             text[part, 0] = np.where(scaled < 0, ord("-"), ord(" "))
-            scaled = np.abs(scaled)
+            np.abs(scaled, out=scaled)
         # Of whole numbers below 2^27 half a unit keeps the product off the next whole number; processors multiply
         # several doubles at once, and divide integers one by one.
         high = ((scaled + 0.5) * 1e-5).astype(np.int32)

@@ -14,8 +14,8 @@ import numpy as np
 
 from lutgen.bake.config import config_text
 from lutgen.bake.formats.ocioz import TABLE, files_of
-from lutgen.bake.lut import Lut, lattice
 from lutgen.bake.readback import apply_lut
+from lutgen.bake.spaces import lattice
 from lutgen.bindings import is_utf8, ocio, ocio_errors
 from lutgen.cells import NUMBER
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lutgen.bake.config import AgedConfig
-    from lutgen.bake.lut import MatrixLut
+    from lutgen.bake.lut import Lut, MatrixLut
 
 #: Numbers of a text may differ by this, relative to the larger of 1 and themselves: a last digit, rounded otherwise.
 LAST_DIGIT = 2e-6

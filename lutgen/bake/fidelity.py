@@ -5,8 +5,9 @@ hug the border at which the paper's ``nearest`` selection jumps: white's (see ``
 table can follow the model where it jumps, and none that is clipped where it bends at the viewer's gamut; figures are
 therefore given apart:
 
-``border``  the pairs, and colours for which the interpolation mixes lattice points from both sides of the border; all
-            colours where an effect makes stairs of the curves, finer than any table
+``border``  the pairs, and colours for which the interpolation mixes lattice points from both sides of the border, or
+            points that are fitted beside it; all colours where an effect makes stairs of the curves, finer than any
+            table
 ``gamut``   other colours for which it mixes lattice points that the table clips with others that it does not, or points
             right before the clip, where nodes are fitted
 ``smooth``  all the rest
@@ -20,17 +21,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from lutgen.bake.beside_clip import before_clip
 from lutgen.bake.figures import Figures, figures, rounded
-from lutgen.bake.lut import Lut, Sampler, lattice, tetrahedra
+from lutgen.bake.fitted_nodes import before_clip, ramps_at_white
+from lutgen.bake.lut import Lut, Sampler
 from lutgen.bake.readback import TableKind
 from lutgen.bake.round_trip import RoundTrip, Without, round_trip
 from lutgen.bake.source_profile import SourceProfile, source_profile_in
-from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_code, linear_to_lab, transform
+from lutgen.bake.spaces import lattice, tetrahedra
+from lutgen.colorimetry import code_to_linear, delta_e_2000, in_chunks, linear_to_code, linear_to_lab, transform
 from lutgen.display.chain import outside_gamut
 from lutgen.display.effect_chain import jumps, without_steps
 from lutgen.display.inverse import compensation_of
-from lutgen.display.paper import Selection, nearest_weights
+from lutgen.display.paper import Selection, nearest_weights, selects_nearest
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -40,16 +42,9 @@ if TYPE_CHECKING:
     from lutgen.display import AgedDisplay
 
 SEED = 20150319
-UNIFORM, GREY, TISSUE, PAIRS = 50_000, 4_096, 32_000, 16_384
 
 #: Points along an edge of the lattice whose share out of reach is told.
 _REACH = 33
-
-#: Where tissue lies among the colours.
-_TISSUE = slice(UNIFORM + GREY, UNIFORM + GREY + TISSUE)
-
-#: A table by itself is judged on so many times fewer colours.
-EVERY = 32
 
 #: Optical density of the stains per unit of R, G, B absorption: haematoxylin, eosin, DAB
 #: (Ruifrok & Johnston, Anal. Quant. Cytol. Histol. 23, 291-299, 2001).
@@ -58,6 +53,22 @@ STAINS = np.array([[0.65, 0.70, 0.29], [0.07, 0.99, 0.11], [0.27, 0.57, 0.78]])
 
 #: A lattice point with a smaller share than this has no influence: float32 rounds it away.
 INFLUENCE = 1e-6
+
+
+class Counts(NamedTuple):
+    """How many colours of each kind: uniform in code values, greys, tissue, and pairs on both sides of the border."""
+
+    uniform: int
+    grey: int
+    tissue: int
+    pairs: int
+
+
+#: A certificate's colours, and those on which a table by itself is judged when candidates are chosen.
+CERTIFIED, JUDGED = Counts(50_000, 4_096, 32_000, 16_384), Counts(1_562, 128, 1_000, 512)
+
+#: Where tissue lies among a certificate's.
+_TISSUE = slice(CERTIFIED.uniform + CERTIFIED.grey, CERTIFIED.uniform + CERTIFIED.grey + CERTIFIED.tissue)
 
 
 class TableError(NamedTuple):
@@ -94,11 +105,13 @@ class Certificate:
 class Mixing(NamedTuple):
     """The lattice points that tetrahedral interpolation mixes for each colour.
 
-    ``nodes``: flat indices, red fastest, shape (n, 4); a point without influence is replaced by the first.
+    ``nodes``: flat indices, red fastest, shape (n, 4); a point without influence is replaced by the first. ``crosses``:
+    whether they lie on both sides of white's border; ``beside``: whether one of them is fitted beside it.
     """
 
     nodes: NDArray[np.intp]
     crosses: NDArray[np.bool_]
+    beside: NDArray[np.bool_]
 
 
 @dataclass
@@ -118,7 +131,7 @@ class Judge:
     @cached_property
     def few(self) -> Array:
         """A smaller set of the same mix."""
-        return certificate_colours(one_in=EVERY)
+        return certificate_colours(JUDGED)
 
     def prepare(self, aged: AgedDisplay, *, certify: bool) -> None:
         """Compute what every display with this head shares, before workers are forked, which then inherit it."""
@@ -134,9 +147,8 @@ class Judge:
         """Compare the code values that a file gave for ``self.code`` with the model's."""
         model = self._model(aged, self.code)
         clipped = outside_gamut(model).mean()
-        shown = code_to_linear(np.clip(code, 0.0, 1.0))
-        error = delta_e_2000(linear_to_lab(np.clip(model, 0.0, 1.0)), linear_to_lab(shown))
-        border = np.arange(len(error)) >= len(error) - 2 * PAIRS
+        error = in_chunks(_seen_apart, model, code)
+        border = np.arange(len(error)) >= len(error) - 2 * CERTIFIED.pairs
         gamut = np.zeros_like(border)
         if table.size:
             border |= self._crosses(aged, table, self.code)
@@ -161,7 +173,7 @@ class Judge:
     def table_error(self, lut: Lut | MatrixLut, aged: AgedDisplay) -> TableError:
         """ΔE2000 of a table by itself, in double precision on some colours: the same on every binding."""
         error = self._table_errors(lut, aged)
-        smooth = np.arange(len(error)) < len(error) - 2 * (PAIRS // EVERY)
+        smooth = np.arange(len(error)) < len(error) - 2 * JUDGED.pairs
         if lut.size:
             smooth &= ~self._crosses(aged, TableKind(lut.space, lut.size, clipped=False), self.few)
         return TableError(figures(error), figures(error[smooth]))
@@ -169,8 +181,7 @@ class Judge:
     def _table_errors(self, lut: Lut | MatrixLut, aged: AgedDisplay) -> Array:
         code, model = self.few, self._model(aged, self.few)
         shown = lut.mix(*self._tetrahedra_of(lut, code)) if isinstance(lut, Lut) else lut.apply(code)
-        shown = code_to_linear(np.clip(shown, 0.0, 1.0))
-        return delta_e_2000(linear_to_lab(np.clip(model, 0.0, 1.0)), linear_to_lab(shown))
+        return in_chunks(_seen_apart, model, shown)
 
     def _tetrahedra_of(self, lut: Lut, code: Array) -> tuple[NDArray[np.intp], Array]:
         key = (lut.space, lut.size, len(code))
@@ -196,7 +207,10 @@ class Judge:
             drives = self.sampler.linear(aged, table.size, table.space)
             own = link.side(self._model(aged, code))
             return _differ(np.column_stack([own, link.side(drives)[self._mixing_in(table, code).nodes]]))
-        return self._mixing_in(table, code, source_profile_in(aged)).crosses & _jumps(aged)
+        mixing = self._mixing_in(table, code, source_profile_in(aged))
+        if selects_nearest(aged):
+            return mixing.crosses | mixing.beside
+        return mixing.crosses & _jumps(aged)
 
     def _mixes_clipped(self, aged: AgedDisplay, table: TableKind) -> NDArray[np.bool_]:
         """Whether a colour's lattice points lie on both sides of the gamut's boundary, for a clipped table.
@@ -213,15 +227,18 @@ class Judge:
         return _differ(side.astype(np.uint8)[nodes]) | before[nodes].any(axis=1)
 
 
-def certificate_colours(one_in: int = 1) -> Array:
-    """Return the certificate's colours, shape (n, 3): uniform, greys, tissue, then 2 × ``PAIRS`` border colours.
+def _seen_apart(linear: Array, code: Array) -> Array:
+    """ΔE2000 between linear light and code values, each clipped to what a viewer shows, (n, 3) → (n,)."""
+    shown = code_to_linear(np.clip(code, 0.0, 1.0))
+    return delta_e_2000(linear_to_lab(np.clip(linear, 0.0, 1.0)), linear_to_lab(shown))
 
-    ``one_in``: so many times fewer of each kind.
-    """
+
+def certificate_colours(counts: Counts = CERTIFIED) -> Array:
+    """Return the certificate's colours, shape (n, 3): uniform, greys, tissue, then both colours of each border pair."""
     random = np.random.default_rng(SEED)
-    uniform = random.random((UNIFORM // one_in, 3))
-    grey = np.repeat(np.linspace(0.0, 1.0, GREY // one_in)[:, np.newaxis], 3, axis=1)
-    tissue, pairs = tissue_colours(random, TISSUE // one_in), border_pairs(random, PAIRS // one_in)
+    uniform = random.random((counts.uniform, 3))
+    grey = np.repeat(np.linspace(0.0, 1.0, counts.grey)[:, np.newaxis], 3, axis=1)
+    tissue, pairs = tissue_colours(random, counts.tissue), border_pairs(random, counts.pairs)
     code = np.concatenate([uniform, grey, tissue, pairs])
     return code.astype(np.float32).astype(np.float64)
 
@@ -262,7 +279,9 @@ def mixing_of(code: Array, space: str, size: int, source: SourceProfile | None =
     nodes = np.where(weight > INFLUENCE, nodes, nodes[np.arange(len(code)), first][:, np.newaxis])
     region = _region(nearest_weights(code_to_linear(sent(lattice(size, space)))))
     own = _region(nearest_weights(code_to_linear(sent(code))))
-    return Mixing(nodes, _differ(np.column_stack([own, region[nodes]])))
+    fitted = np.zeros(size**3, dtype=bool)
+    fitted[ramps_at_white(space, size)[0]] = True
+    return Mixing(nodes, _differ(np.column_stack([own, region[nodes]])), np.asarray(fitted[nodes].any(axis=1)))
 
 
 def _before_clip(linear: Array) -> NDArray[np.bool_]:
@@ -270,7 +289,7 @@ def _before_clip(linear: Array) -> NDArray[np.bool_]:
     nodes = np.zeros(linear.shape[:3], dtype=bool)
     for channel in range(3):
         own = 2 - channel
-        np.moveaxis(nodes, own, -1)[..., :-1] |= before_clip(np.moveaxis(linear[..., channel], own, -1))
+        np.moveaxis(nodes, own, -1)[before_clip(np.moveaxis(linear[..., channel], own, -1))] = True
     return nodes.reshape(-1)
 
 

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.bake.beside_clip import fitted_beside_clip
-from lutgen.bake.spaces import SPACES
-from lutgen.colorimetry import CHUNK, XYZ_TO_LINEAR, code_to_linear, linear_to_code, transform, xyz_to_linear
+from lutgen.bake.fitted_nodes import HEADROOM, MOST_MOVED, fit_beside_clip, ramps_at_white
+from lutgen.bake.spaces import SPACES, lattice, tetrahedra
+from lutgen.colorimetry import XYZ_TO_LINEAR, code_to_linear, in_chunks, linear_to_code, transform, xyz_to_linear
 from lutgen.display.effect_chain import without_steps
 from lutgen.display.inverse import compensation_of
-from lutgen.display.paper import paper_links
+from lutgen.display.paper import on_both_sides, paper_links, selects_nearest
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
@@ -76,14 +76,17 @@ class Lut:
 
     def mix_in_space(self, nodes: NDArray[np.intp], weights: Array) -> Array:
         """As :meth:`mix`, in the table's own space."""
-        # Channel by channel in chunks: what is looked up then stays near the processor.
-        planes, values = np.ascontiguousarray(self.table.reshape(-1, 3).T), np.zeros((3, len(nodes)))
-        for start in range(0, len(nodes), CHUNK):
-            part = slice(start, start + CHUNK)
-            for plane, out in zip(planes, values[:, part], strict=True):
-                for node, weight in zip(nodes[part].T, weights[part].T, strict=True):
+        planes = np.ascontiguousarray(self.table.reshape(-1, 3).T)
+
+        def mixed(nodes: NDArray[np.intp], weights: Array) -> Array:
+            values = np.zeros((3, len(nodes)))
+            for plane, out in zip(planes, values, strict=True):
+                for node, weight in zip(nodes.T, weights.T, strict=True):
                     np.add(out, plane.take(node) * weight, out=out)
-        return values.T
+            return values.T
+
+        # Channel by channel in chunks: what is looked up then stays near the processor.
+        return in_chunks(mixed, nodes, weights)
 
 
 @dataclass(frozen=True)
@@ -116,24 +119,6 @@ def shaper(lut: Lut | MatrixLut, points: int) -> tuple[Array, Array]:
     return code, SPACES[lut.space].index(code)
 
 
-def tetrahedra(code: Array, space: str, size: int) -> tuple[NDArray[np.intp], Array]:
-    """Return the four points of a lattice in ``space`` that tetrahedral interpolation mixes, and their weights.
-
-    Code values (n, 3) → flat indices, red fastest, (n, 4), and weights that sum to 1, (n, 4): from the cell's lower
-    corner along the axis of the largest share first.
-    """
-    place = SPACES[space].index(code) * (size - 1)
-    corner = np.clip(np.floor(place), 0, size - 2).astype(np.intp)
-    share = place - corner
-    order = np.argsort(-share, axis=1)
-    ordered = np.take_along_axis(share, order, axis=1)
-    ends = np.ones((len(place), 1)), np.zeros((len(place), 1))
-    weights = -np.diff(np.hstack([ends[0], ordered, ends[1]]), axis=1)
-    stride = np.array([1, size, size * size])
-    nodes = np.cumsum(np.column_stack([corner @ stride, stride[order]]), axis=1)
-    return np.asfortranarray(nodes), np.asfortranarray(weights)
-
-
 @dataclass
 class Sampler:
     """Evaluates aged displays on lattices, computing what does not age once for all hours and modes.
@@ -153,36 +138,51 @@ class Sampler:
         """Aged linear light, unclipped, of the code values that go by a name, both (n, 3)."""
         correction = compensation_of(aged)
         if correction is None:
-            return self._linear(aged, name, code)
+            return _linear(aged, self._signal(aged, name, code))
         if correction != self._correction:
             self._drives, self._correction = {}, correction
         if name not in self._drives:
-            self._drives[name] = self._linear(aged, name, code)
+            # Whole: the search takes the slow ones of all colours together.
+            self._drives[name] = xyz_to_linear(aged.xyz(self._signal(aged, name, code)))
         return self._drives[name]
 
-    def _linear(self, aged: AgedDisplay, name: object, code: Callable[[], Array]) -> Array:
+    def _signal(self, aged: AgedDisplay, name: object, code: Callable[[], Array]) -> Array:
         key = (name, aged.head)
         if key not in self._signals:
             self._signals[key] = aged.head_signal(code())
-        return xyz_to_linear(aged.xyz(self._signals[key]))
+        return self._signals[key]
 
     def lut(self, aged: AgedDisplay, size: int, space: str, *, clip: bool, whole: bool = False) -> Lut:
         """Bake a table; ``clip`` to the viewer's sRGB gamut, or leave aged colours outside it as they are.
 
         Beside the clip nodes are fitted; not where the file holds ``whole`` numbers, which cannot exceed white, and not
-        in a correction, whose numbers are a display's drive.
+        in a correction, whose numbers are a display's drive. Nodes beside the jump of the paper's display are fitted.
         """
-        values = SPACES[space].held(self.linear(aged, size, space)).reshape(size, size, size, 3)
-        if clip:
-            plain = whole or compensation_of(aged) is not None
-            return Lut(space, np.clip(values, 0.0, 1.0) if plain else fitted_beside_clip(values))
-        if np.abs(values).max() > BRIGHTEST:
+        held, correction = SPACES[space].held, compensation_of(aged)
+        signal = None if correction else self._signal(aged, (size, space), lambda: lattice(size, space))
+        if signal is None:
+            values = held(self.linear(aged, size, space)).copy()
+        else:
+            values = in_chunks(lambda part: held(_linear(aged, part)), signal)
+        table = values.reshape(size, size, size, 3)
+        top = 1.0 if whole or correction else HEADROOM
+        if clip and top > 1.0:
+            fit_beside_clip(table)
+        elif clip:
+            np.clip(table, 0.0, top, out=table)
+        if signal is not None and selects_nearest(aged):
+            nodes, shares = ramps_at_white(space, size)
+            sides = self._signal(aged, (size, space, "sides"), lambda: lattice(size, space)[nodes])
+            jump = held(_linear(aged, on_both_sides(sides))).reshape(2, -1, 3)
+            moved = values[nodes] + np.clip(shares[:, np.newaxis] * (jump[0] - jump[1]), -MOST_MOVED, MOST_MOVED)
+            values[nodes] = np.clip(moved, 0.0, top) if clip else moved
+        if not clip and np.abs(values).max() > BRIGHTEST:
             message = (
                 f"{aged.mode} at {aged.hours:g} h: colours reach {np.abs(values).max():.3g} times what a viewer shows, "
                 f"more than a table holds. Check the model's effects and the conditions (--at)."
             )
             raise LutgenError(message)
-        return Lut(space, values)
+        return Lut(space, table)
 
     def candidates(
         self, aged: AgedDisplay, size: int, *spaces: str, clip: bool, largest: int | None = None
@@ -199,11 +199,9 @@ class Sampler:
         return [lut.in_steps(largest) if largest else lut for lut in luts]
 
 
-def lattice(size: int, space: str) -> Array:
-    """Code values of a lattice uniform in ``space``: shape (size³, 3), red fastest."""
-    axis = SPACES[space].code(np.linspace(0.0, 1.0, size))
-    blue, green, red = np.meshgrid(axis, axis, axis, indexing="ij")
-    return np.stack([red, green, blue], axis=-1).reshape(-1, 3)
+def _linear(aged: AgedDisplay, signal: Array) -> Array:
+    """Signal behind the head (n, k) → linear light, unclipped, (n, 3)."""
+    return in_chunks(lambda part: xyz_to_linear(aged.xyz(part)), signal)
 
 
 def as_matrix(aged: AgedDisplay) -> MatrixLut | None:

@@ -92,8 +92,10 @@ class Manifest:
         return {**self.recipe, "files": [record.as_json() for record in self.files]}
 
     def as_bytes(self) -> bytes:
-        """Return the file's bytes."""
-        return (json.dumps(self.as_json(), indent=1, ensure_ascii=False) + "\n").encode()
+        """Return the file's bytes: a line for each file."""
+        recipe = json.dumps(self.recipe, indent=1, ensure_ascii=False).removesuffix("\n}")
+        files = ",\n  ".join(json.dumps(record.as_json(), ensure_ascii=False) for record in self.files)
+        return f'{recipe},\n "files": [\n  {files}\n ]\n}}\n'.encode()
 
 
 def sha256(data: bytes) -> str:

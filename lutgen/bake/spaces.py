@@ -30,6 +30,8 @@ from lutgen.colorimetry import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numpy.typing import NDArray
+
 #: How much closer: the shaper's slope falls from 1.44 at black to 0.72 at white. Where black leaks that
 #: nearly halves the largest error; steeper, and light colours lose more than dark ones gain.
 _STRETCH = 1.0
@@ -129,3 +131,28 @@ SPACES = {
     "lab": Space(_same, _same, _lab_held_to_code, linear_to_lab_held),
     "lab-v2": Space(_same, _same, partial(_lab_held_to_code, version=2), partial(linear_to_lab_held, version=2)),
 }
+
+
+def lattice(size: int, space: str) -> Array:
+    """Code values of a lattice uniform in ``space``: shape (size³, 3), red fastest."""
+    axis = SPACES[space].code(np.linspace(0.0, 1.0, size))
+    blue, green, red = np.meshgrid(axis, axis, axis, indexing="ij")
+    return np.stack([red, green, blue], axis=-1).reshape(-1, 3)
+
+
+def tetrahedra(code: Array, space: str, size: int) -> tuple[NDArray[np.intp], Array]:
+    """Return the four points of a lattice in ``space`` that tetrahedral interpolation mixes, and their weights.
+
+    Code values (n, 3) → flat indices, red fastest, (n, 4), and weights that sum to 1, (n, 4): from the cell's lower
+    corner along the axis of the largest share first.
+    """
+    place = SPACES[space].index(code) * (size - 1)
+    corner = np.clip(np.floor(place), 0, size - 2).astype(np.intp)
+    share = place - corner
+    order = np.argsort(-share, axis=1)
+    ordered = np.take_along_axis(share, order, axis=1)
+    ends = np.ones((len(place), 1)), np.zeros((len(place), 1))
+    weights = -np.diff(np.hstack([ends[0], ordered, ends[1]]), axis=1)
+    stride = np.array([1, size, size * size])
+    nodes = np.cumsum(np.column_stack([corner @ stride, stride[order]]), axis=1)
+    return np.asfortranarray(nodes), np.asfortranarray(weights)

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from lutgen import effects
-from lutgen.colorimetry import CHUNK, code_to_linear, linear_to_code, xyz_to_linear
+from lutgen.colorimetry import code_to_linear, in_chunks, linear_to_code, xyz_to_linear
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -85,18 +85,18 @@ class AgedDisplay:
 
     def code_to_xyz(self, code: Array) -> Array:
         """Code values (..., 3) → XYZ of the aged display (..., 3), in chunks, in double precision."""
-        return _in_chunks(lambda part: self.xyz(self.head_signal(part)), code)
+        return _of_triplets(lambda part: self.xyz(self.head_signal(part)), code)
 
     def code_to_linear(self, code: Array) -> Array:
         """Code values (..., 3) → linear sRGB of the aged colour (..., 3), not clipped to the viewer's gamut."""
-        return _in_chunks(lambda part: xyz_to_linear(self.xyz(self.head_signal(part))), code)
+        return _of_triplets(lambda part: xyz_to_linear(self.xyz(self.head_signal(part))), code)
 
     def code_to_code(self, code: Array) -> Array:
         """Code values (..., 3) → code values with which an un-aged sRGB viewer shows the aged colour.
 
         Step 6 of the paper: XYZ → linear sRGB → clip to 0..1 → OETF.
         """
-        return _in_chunks(lambda part: viewer_code(xyz_to_linear(self.xyz(self.head_signal(part)))), code)
+        return _of_triplets(lambda part: viewer_code(xyz_to_linear(self.xyz(self.head_signal(part)))), code)
 
     def clipped_share(self, code: Array) -> float:
         """Share of ``code`` (..., 3) whose aged colour lies outside the viewer's gamut by more than 1e-6 of white."""
@@ -118,10 +118,6 @@ def _pass(links: tuple[Link, ...], signal: Array) -> Array:
     return reduce(lambda passing, link: link(passing), links, signal)
 
 
-def _in_chunks(function: Callable[[Array], Array], code: Array) -> Array:
+def _of_triplets(function: Callable[[Array], Array], code: Array) -> Array:
     code = np.asarray(code, dtype=np.float64)
-    flat = code.reshape(-1, 3)
-    result = np.empty_like(flat)
-    for start in range(0, len(flat), CHUNK):
-        result[start : start + CHUNK] = function(flat[start : start + CHUNK])
-    return result.reshape(code.shape)
+    return in_chunks(function, code.reshape(-1, 3)).reshape(code.shape)

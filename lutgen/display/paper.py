@@ -93,6 +93,13 @@ class Selection:
         return np.stack([*signal.T, np.asarray(used)]).T
 
 
+def on_both_sides(signal: Array) -> Array:
+    """Coordinates (n, 4) of ``Selection`` as white's matrix has them, then as the nearest primary's: (2 n, 4)."""
+    channels = signal[:, :3]
+    used = np.concatenate([np.zeros(len(signal)), channels.max(axis=1)])
+    return np.stack([*np.tile(channels.T, 2), used]).T
+
+
 @dataclass(frozen=True)
 class Matrices:
     """The aged emission of one mode and hour: (n, 4) coordinates of ``Selection`` → XYZ (n, 3).
@@ -129,3 +136,9 @@ def paper_links(aged: AgedDisplay) -> tuple[Selection, Matrices] | None:
         case (SrgbTransfer(), Selection() as selection), (Matrices() as emission,):
             return selection, emission
     return None
+
+
+def selects_nearest(aged: AgedDisplay) -> bool:
+    """Whether the chain is the paper's and nothing else, and jumps at white's border."""
+    paper = paper_links(aged)
+    return paper is not None and paper[0].name == "nearest"

@@ -99,13 +99,13 @@ class _Problem:
 
     def slopes(self, drive: Array, shown: Array) -> Array:
         """Derivatives, (light, channel, n), into the cube."""
-        columns = []
+        step = np.where(drive > 0.5, -_STEP, _STEP)
+        # The three moves together: for few colours a call costs more than what it computes.
+        moved = np.tile(drive, (3, 1))
         for channel in range(3):
-            step = np.where(drive[:, channel] > 0.5, -_STEP, _STEP)
-            moved = drive.copy()
-            moved[:, channel] += step
-            columns.append((self.shown(moved) - shown).T / step)
-        return np.stack(columns, axis=1)
+            moved[channel * len(drive) : (channel + 1) * len(drive), channel] += step[:, channel]
+        rises = self.shown(moved).T.reshape(3, 3, len(drive)) - shown.T[:, np.newaxis]
+        return np.asarray(rises / step.T)
 
 
 def _search_stuck_again(problem: _Problem, wanted: Array, drive: Array, missing: Array) -> None:

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.bake.lut import Lut, Sampler, tetrahedra
+from lutgen.bake.lut import Lut, Sampler
+from lutgen.bake.spaces import tetrahedra
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab, xyz_to_xyY
 from lutgen.display.hours import parse_hours
 from lutgen.errors import LutgenError

@@ -24,8 +24,8 @@ import numpy as np
 from lutgen.bake import icc_profile as icc
 from lutgen.bake.formats import Format, Provenance, Reader
 from lutgen.bake.littlecms import table_of_profile, through_profile
-from lutgen.bake.lut import Lut, MatrixLut, Sampler, lattice, table_of
-from lutgen.bake.spaces import lab_held_to_xyz_d50, linear_to_xyz_d50, xyz_d50_to_linear
+from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of
+from lutgen.bake.spaces import lab_held_to_xyz_d50, lattice, linear_to_xyz_d50, xyz_d50_to_linear
 from lutgen.colorimetry import code_to_linear
 
 if TYPE_CHECKING:

@@ -17,8 +17,8 @@ import numpy as np
 from lutgen.bake import icc_profile as icc
 from lutgen.bake.formats import Format, Provenance, Reader
 from lutgen.bake.littlecms import table_of_profile, through_profile
-from lutgen.bake.lut import Lut, MatrixLut, Sampler, as_matrix, lattice
-from lutgen.bake.spaces import linear_to_xyz_d50, xyz_d50_to_linear
+from lutgen.bake.lut import Lut, MatrixLut, Sampler, as_matrix
+from lutgen.bake.spaces import lattice, linear_to_xyz_d50, xyz_d50_to_linear
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab, transform
 
 if TYPE_CHECKING:

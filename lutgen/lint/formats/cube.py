@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.bake.beside_clip import HEADROOM
+from lutgen.bake.fitted_nodes import HEADROOM
 from lutgen.lint.cube_scan import CubeScan, Entry, scan_cube
 from lutgen.lint.finding import COLOUR, FFMPEG, OCIO, OCIO_21, OCIO_26, PILLOW, Fate, Finding, Linted, refused, wrong
 from lutgen.lint.formats import FileKind, findings
