@@ -240,6 +240,18 @@ def _needed(
     return tuple(kept)
 
 
+def _is_at_its_limit(step: Step) -> bool:
+    """Whether a size of an effect lies at a bound of what is physical, other than where the effect does nothing."""
+    term = step.chosen.term
+    for name in set(term.free) & set(step.effect.neutral):
+        low, high = step.effect.parameters[name].bounds
+        reach = 1e-9 * (high - low)
+        value = term.values[name]
+        if min(value - low, high - value) <= reach < abs(value - step.effect.neutral[name]):
+            return True
+    return False
+
+
 def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...]) -> Verdict:
     """Compare, by BIC, the named effects, a free term that no formula describes, and both together."""
     steps, base, final = explanation.steps, explanation.base, explanation.final
@@ -258,8 +270,9 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
     gain = base.chi2 - final.chi2
     explained = gain / (gain + probed.gain) if probed.names else gain / excess
     # One family may leave what its formula misses; several that leave a misfit are what greedy search makes of another.
-    enough = explained > MOST_OF_IT if len(kept) == 1 else is_within_scatter(error, final)
-    if not kept or base.bic - nothing.evidence < both - STRONG or not (clean or enough):
+    enough = explained > MOST_OF_IT and (len(kept) == 1 or is_within_scatter(error, final))
+    physical = not any(_is_at_its_limit(step) for step in kept)
+    if not kept or base.bic - nothing.evidence < both - STRONG or not (clean or enough) or not physical:
         return _unexplained(explanation, remarks, probed if probed.names else nothing)
     if shadows := [step.name for step in steps if step not in kept]:
         remarks = (*remarks, f"Fitted beside, for what the formula leaves, no fault of its own: {', '.join(shadows)}.")
