@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
+from lutgen.cli.number_types import NumberFrom
 from lutgen.cli.outputs import Outputs
 from lutgen.cli.picture_options import hours_option, json_option, source_option, tolerance_option
 from lutgen.cli.shared import model_from, model_options, numbers, progress_bar
@@ -17,6 +18,12 @@ from lutgen.cli.shared import model_from, model_options, numbers, progress_bar
 @tolerance_option
 @hours_option
 @click.option("--tissue", is_flag=True, help="Leave out bare glass, by a threshold on L* that the report gives.")
+@click.option(
+    "--hours-per-day",
+    type=NumberFrom(0, 24, min_open=True),
+    metavar="H",
+    help="Give lifetimes in months of use too: how long the display is on each day.",
+)
 @source_option
 @json_option
 @click.option("--csv", "csv_to", metavar="FILE", help="Write the lifetimes, a line for each image and mode.")
@@ -29,6 +36,7 @@ def command(
     tolerance: str,
     hours: str | None,
     tissue: bool,
+    hours_per_day: float | None,
     source: str,
     json_to: str | None,
     csv_to: str | None,
@@ -62,7 +70,7 @@ def command(
             images, model, tolerances=tolerances, hours=chosen, tissue=tissue, source=source, progress=progress
         )
     outputs.write(
-        lifetime_page(lifetimes),
+        lifetime_page(lifetimes, hours_per_day),
         lifetimes.as_json,
         as_csv=lifetimes.as_csv,
         plot=lambda folder: plot_lifetimes(lifetimes, folder, force=force),
