@@ -237,3 +237,15 @@ def test_the_title_is_the_finding_and_the_page_names_what_is_never_reached(found
 def test_one_pixel_is_counted_in_the_singular() -> None:
     assert pixels_of_colours(1, 1) == "1 pixel of 1 colour"
     assert pixels_of_colours(255_792, 1).replace("\xa0", " ") == "255 792 pixels of 1 colour"
+
+
+def test_hours_a_day_give_months_of_use(run: Callable[..., Done]) -> None:
+    plain, daily = run("a.png"), run("a.png", "--hours-per-day", "10")
+    table = run("a.png", "--json", "-", "--hours-per-day", "10")
+    lives = json.loads(table.out)["images"][0]["modes"]["chroma-luma"]["lifetimes"][f"{min(TOLERANCES):g}"]
+    assert f"{lives['mean'] / (10 * 365.25 / 12):.1f} months" in daily.out
+    assert "Months: of 30.4 days with 10 h each." in daily.out
+    assert "months" not in plain.out
+    refused = run("a.png", "--hours-per-day", "25")
+    assert refused.code == 2
+    assert "0<x<=24" in refused.err

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import json
 import shutil
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -9,22 +11,27 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from lutgen.bake.manifest import model_as_json, model_from_json
 from lutgen.colorimetry import delta_e_2000, xyz_to_lab
+from lutgen.criticism.anchored import anchored
 from lutgen.criticism.compare import compare
 from lutgen.criticism.discrepancy import Discrepancy, discrepancy_of
 from lutgen.criticism.noise import estimate_noise
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.refine import Refinement, refine
 from lutgen.display import DisplayModel, load_model, save_model
+from lutgen.display.loaded import LoadedCalibrations
 from lutgen.display.modes import luminance_law
 from lutgen.display.native import NativeDisplay
 from lutgen.display.own_model.ladder import mixtures_error
+from lutgen.effects import Scene
 from lutgen.errors import LutgenError
 from lutgen.readings import Measurements, read_measurements
 from tests.native_displays import write
 from tests.test_own_model import WHITE, chart, coupled
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
     from lutgen.colorimetry import Array
@@ -210,3 +217,91 @@ def test_one_session_is_refined() -> None:
     found = refine(campaign((0.0,)), ["crosstalk"], baseline="native")
     assert found.model.reference == "absolute"
     assert found.after.error.delta_e_mean == pytest.approx(found.before.error.delta_e_mean, rel=0.05)
+
+
+INPUT = np.linspace(0.0, 1.0, 256)
+
+#: What the graphics card was loaded with: a lowered blue on the first day, raised and with another curve later.
+LOADED = {
+    0.0: np.column_stack([INPUT, INPUT, 0.98 * INPUT, 0.92 * INPUT]),
+    LIFE: np.column_stack([INPUT, 0.99 * INPUT**1.15, 0.98 * INPUT**1.15, 0.935 * INPUT**1.15]),
+}
+
+
+def sent(code: Array, hours: float) -> Array:
+    curves = LOADED[0.0 if hours < LIFE else LIFE]
+    return np.stack([np.interp(code[:, k], curves[:, 0], curves[:, 1 + k]) for k in range(3)], axis=1)
+
+
+def recalibrated(calibrations: Mapping[float, Array] = LOADED) -> Measurements:
+    """The campaign of a display that was calibrated again before its last session."""
+    readings = campaign()
+    rng = np.random.default_rng(5)
+    xyz = np.vstack([shown(sent(chart(), hour), hour) for hour in np.unique(readings.hours)])
+    xyz *= 1.0 + NOISE * rng.standard_normal((len(xyz), 1))
+    return replace(readings, xyz_cd_m2=xyz, calibrations=calibrations)
+
+
+def test_a_calibration_that_the_files_hold_is_no_aging() -> None:
+    known, unknown = (compare(recalibrated(calibrations=each), baseline="native") for each in (LOADED, {}))
+    assert known.error.delta_e_mean < 0.2
+    assert unknown.error.delta_e_mean > 3 * known.error.delta_e_mean
+
+
+def test_beside_a_known_calibration_the_first_day_foretells_all_but_the_fading() -> None:
+    def share(calibrations: Mapping[float, Array]) -> Array:
+        problem = Problem.of(recalibrated(calibrations=calibrations), baseline="native-first-hour")
+        last = (problem.hour_of == 2) & (problem.xyz[:, 1] > 0.02 * WHITE[1])
+        return np.asarray(problem.xyz[last, 1] / anchored(problem, ())[last, 1])
+
+    known, unknown = share(LOADED), share({})
+    assert known == pytest.approx(0.75, rel=0.02)
+    assert unknown.std() > 0.03
+
+
+@pytest.mark.parametrize("baseline", ["native", "native-first-hour"])
+def test_a_model_shows_the_calibration_of_its_hour(baseline: str) -> None:
+    model = replace(absolute(recalibrated(), baseline), held=False)
+    code = np.random.default_rng(77).uniform(0.05, 1.0, (100, 3))
+    for hours in (0.0, 6000.0, LIFE):
+        truth = shown(sent(code, hours), hours if baseline == "native" else 0.0)
+        seen = model.at("chroma-luma", hours).code_to_xyz(code) * model.tips_before_effects.xyY[0, 0, 2]
+        white = shown(sent(np.ones((1, 3)), 0.0), 0.0)[0]
+        assert delta_e_2000(xyz_to_lab(seen, white), xyz_to_lab(truth, white)).mean() < 0.2, hours
+
+
+def test_a_manifest_keeps_the_calibrations_that_a_model_goes_by(tmp_path: Path) -> None:
+    model = absolute(recalibrated(), "native")
+    record = json.loads(json.dumps(model_as_json(model, tmp_path)))
+    again = model_from_json(record, where=str(tmp_path / "manifest.json"))
+    assert again.known == model.known
+    code = chart()
+    assert again.at("chroma", LIFE).code_to_xyz(code) == pytest.approx(model.at("chroma", LIFE).code_to_xyz(code))
+
+
+def test_a_change_of_the_calibration_goes_to_other_processes() -> None:
+    (known,) = absolute(recalibrated(), "native").known
+    assert known.effect.stage == "drive"
+    assert copy.copy(known) == known
+
+
+def test_the_same_calibration_at_all_sessions_changes_nothing() -> None:
+    same = dict.fromkeys((0.0, LIFE), LOADED[0.0])
+    assert LoadedCalibrations.of(recalibrated(calibrations=same), told=True) is None
+    assert LoadedCalibrations.of(recalibrated(calibrations={LIFE: LOADED[LIFE]}), told=True) is None
+    assert DisplayModel(recalibrated()).known == ()
+
+
+def test_a_change_of_the_calibration_is_said_with_its_ends() -> None:
+    (known,) = absolute(recalibrated(), "native").known
+    (said,) = known.sentences()
+    assert "By hour 18000 another calibration was loaded: red lowered from 1.000 to 0.990" in said
+    assert "blue raised from 0.920 to 0.935" in said
+
+
+def test_a_code_value_beyond_the_first_days_full_drive_goes_on() -> None:
+    known = LoadedCalibrations.of(recalibrated(), told=False)
+    assert known is not None
+    scene = Scene(np.full((1, 1), LIFE), np.ones((1, 3)), np.ones((1, 3)), np.ones((1, 3)))
+    found = known.effect.function(np.ones((1, 3)), scene)
+    assert found == pytest.approx(np.array([[0.99, 1.0, 0.935 / 0.92]]), abs=1e-6)

@@ -119,12 +119,19 @@ def model_as_json(model: DisplayModel, output: Path) -> dict[str, Any]:
             "metadata": dict(readings.metadata),
             "hours": model.tips.hours.tolist(),
             "xyY": model.tips.xyY.tolist(),
+            **_calibrations_as_json(model),
         },
         "reference": model.reference,
         "selection": model.selection,
         "luminance": {"law": model.luminance.name, "table": [list(row) for row in model.luminance.table]},
         **_refinements_as_json(model, output),
     }
+
+
+def _calibrations_as_json(model: DisplayModel) -> dict[str, Any]:
+    """The calibrations that the sessions' files hold, where the model goes by them."""
+    known = model.measurements.calibrations if model.known else {}
+    return {"calibrations": [[hour, curves.tolist()] for hour, curves in known.items()]} if known else {}
 
 
 def _refinements_as_json(model: DisplayModel, output: Path) -> dict[str, Any]:
@@ -196,6 +203,7 @@ def model_from_json(content: Mapping[str, Any], *, where: str) -> DisplayModel:
             xyz_cd_m2=xyY_to_xyz(tips).reshape(-1, 3),
             lines=np.arange(hours.size * 4, dtype=np.float64),
             metadata=display["metadata"],
+            calibrations={float(hour): np.array(curves) for hour, curves in display.get("calibrations", [])},
             file=display["file"],
             sha256=display["sha256"],
         )

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from lutgen.bake.lut import Lut, MatrixLut
     from lutgen.bake.plan import Plan
     from lutgen.display import AgedDisplay, Compensation, DisplayModel
+    from lutgen.display.trace import Applied
 
 _SENDS = "what to send an aged display, for it to show what it showed when it was new"
 
@@ -54,7 +55,8 @@ def _refinements(model: DisplayModel) -> list[str]:
         "native": ["baseline: native, the display's own model of the first session"],
         "native-first-hour": ["baseline: the display's own model of the first session alone, the effects do the aging"],
     }[model.baseline]
-    for each in model.baked:
+    acting: tuple[Applied, ...] = (*model.known, *model.baked)
+    for each in acting:
         values = ", ".join(f"{name} {value:.6g}" for name, value in each.values.items())
         lines.append(f"effect: {each.effect.name}{f' ({values})' if values else ''}")
     stated = ", ".join(f"{name} = {value:g}" for name, value in model.conditions.stated().items())

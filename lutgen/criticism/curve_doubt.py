@@ -55,7 +55,7 @@ def curve_doubt(problem: Problem) -> Array:
     scene, here = problem.scene(tips), tips[problem.hour_of]
 
     def predicted(native: NativeDisplay | None) -> Array:
-        return panel((), scene, problem.selection, native=native).emit(here)
+        return panel(problem.known, scene, problem.selection, native=native).emit(here)
 
     usual = predicted(problem.native)
     return np.array([predicted(each) - usual for each in problem.drawn]).reshape(-1, *usual.shape)

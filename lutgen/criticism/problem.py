@@ -26,6 +26,7 @@ from lutgen.criticism.first_day import FirstDay, is_held
 from lutgen.criticism.noise import estimate_noise
 from lutgen.criticism.replicates import replicate_groups
 from lutgen.criticism.shared_columns import shared_columns
+from lutgen.display.loaded import LoadedCalibrations
 from lutgen.display.native import NativeDisplay
 from lutgen.display.paper import nearest_weights
 from lutgen.display.trace import Panel, emitted, panel, reported
@@ -328,6 +329,12 @@ class Problem:
         return FirstDay(self)
 
     @cached_property
+    def known(self) -> tuple[LoadedCalibrations, ...]:
+        """What changed and is no finding: calibrations that later sessions' files hold, beside an own first session."""
+        loaded = LoadedCalibrations.of(self.readings, told=not self.foretells) if self.native else None
+        return (loaded,) if loaded else ()
+
+    @cached_property
     def light(self) -> SpectralDisplay:
         """Spectral estimate of the display's class with the tips of hour 0."""
         return SpectralDisplay.of(class_of(self.readings.metadata.get("display", "")), self.measured_tips[0])
@@ -357,7 +364,7 @@ class Problem:
 
     def panel(self, applied: Sequence[Applied]) -> Panel:
         """Send the readings' code values through drive, transfer and mixing."""
-        gain = self.first_day.own_gain
+        gain, applied = self.first_day.own_gain, (*self.known, *applied)
         before = panel(applied, self._plain_scene, self.selection, self._weights, native=self.native, gain=gain)
         return before.times(self.first_day.held_out_gain)
 
@@ -391,6 +398,6 @@ class Problem:
             fresh_white=tips[..., :1, 0, :],
             light=self.light,
         )
-        before = panel(applied, scene, self.selection, native=self.native)
+        before = panel((*self.known, *applied), scene, self.selection, native=self.native)
         white = emitted(applied, before, tips, scene)[..., 1]
         return np.asarray(white[..., :1] / white)

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.display.conditions import Conditions
-    from lutgen.display.fitted import AppliedEffect
     from lutgen.display.native import NativeDisplay
+    from lutgen.display.trace import Applied
 
 #: Stages whose effects act before the tips come in.
 PANEL_STAGES = ("drive", "transfer", "mixing")
@@ -112,7 +112,7 @@ class PanelLink:
     fresh display; None: the paper's. The gain of its own model follows in three more columns where it has one.
     """
 
-    applied: tuple[AppliedEffect, ...]
+    applied: tuple[Applied, ...]
     selection: str
     surroundings: Surroundings | None = None
     native: NativeDisplay | None = None
@@ -150,7 +150,7 @@ class Fresh:
     native: NativeDisplay | None = None
     told: bool = False
 
-    def panel(self, signal: Array, applied: tuple[AppliedEffect, ...], surroundings: Surroundings) -> trace.Panel:
+    def panel(self, signal: Array, applied: tuple[Applied, ...], surroundings: Surroundings) -> trace.Panel:
         """What of the light each tip has behind a :class:`PanelLink`, whose signal is (n, 7 or 10)."""
         gain = signal[:, 7:] if signal.shape[1] > 7 else None
         black = self.native.black if self.native else None
@@ -170,7 +170,7 @@ class LightLink:
     ``scale`` takes cd/m² to what is relative to the un-aged white; ``fresh`` is the display that effects act on.
     """
 
-    applied: tuple[AppliedEffect, ...]
+    applied: tuple[Applied, ...]
     surroundings: Surroundings
     scale: float
     fresh: Fresh
@@ -185,7 +185,7 @@ class LightLink:
         return _finite(np.broadcast_to(xyz, (len(signal), 3)) * self.scale, self.applied)
 
 
-def _finite(signal: Array, applied: tuple[AppliedEffect, ...]) -> Array:
+def _finite(signal: Array, applied: tuple[Applied, ...]) -> Array:
     if not np.isfinite(signal).all():
         names = ", ".join(each.effect.name for each in applied)
         message = f"the display gives NaN or infinity for some colours, with these effects and values: {names}."
@@ -194,7 +194,7 @@ def _finite(signal: Array, applied: tuple[AppliedEffect, ...]) -> Array:
 
 
 @cache
-def makes_steps(each: AppliedEffect, surroundings: Surroundings) -> bool:
+def makes_steps(each: Applied, surroundings: Surroundings) -> bool:
     """Whether an effect turns a ramp into stairs: most of its rises stand alone between repeated values."""
     if each.effect.stage not in PANEL_STAGES:
         return False
@@ -232,7 +232,7 @@ def without_steps(aged: AgedDisplay) -> AgedDisplay | None:
 class EffectChain:
     """A display's effects, without an hour: what :class:`~lutgen.display.model.DisplayModel` makes displays of."""
 
-    applied: tuple[AppliedEffect, ...]
+    applied: tuple[Applied, ...]
     conditions: Conditions
     fresh: Fresh
 

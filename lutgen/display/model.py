@@ -13,6 +13,7 @@ from lutgen.display.chain import AgedDisplay, SrgbTransfer
 from lutgen.display.conditions import REFERENCE, Conditions
 from lutgen.display.effect_chain import EffectChain, Fresh, Surroundings, four_tips, makes_steps
 from lutgen.display.fitted import AppliedEffect, LatentTips, constant_tips
+from lutgen.display.loaded import LoadedCalibrations
 from lutgen.display.modes import UNSAID, LuminanceLaw, law_of, luminance_law, scale_luminance
 from lutgen.display.native import NativeDisplay
 from lutgen.display.paper import Matrices, Selection, matrices_of
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.display.chain import Link
+    from lutgen.display.trace import Applied
     from lutgen.readings import Measurements
 
 #: The display that is used when none is given: reconstructed, see its first line.
@@ -103,6 +105,9 @@ class DisplayModel:
         object.__setattr__(self, "effects", effects)
         if self.baseline in NATIVE_BASELINES and self.native is None:
             object.__setattr__(self, "native", NativeDisplay.of(self.measurements))
+        told, readings = self.baseline not in FORETELLING_BASELINES, self.measurements
+        known = LoadedCalibrations.of(readings, told=told) if self.baseline in NATIVE_BASELINES else None
+        object.__setattr__(self, "_known", (known,) if known else ())
         object.__setattr__(self, "_tips", self._measured_tips())
         object.__setattr__(self, "_before", self._tips_before_effects())
 
@@ -117,6 +122,12 @@ class DisplayModel:
         """White and primaries over time of the display before its effects, as fitted, or as measured."""
         tips: Tips = self.__dict__["_before"]
         return tips
+
+    @property
+    def known(self) -> tuple[LoadedCalibrations, ...]:
+        """Calibrations that files of later sessions hold, for native baselines: a change that is no finding."""
+        known: tuple[LoadedCalibrations, ...] = self.__dict__["_known"]
+        return known
 
     @property
     def baked(self) -> tuple[AppliedEffect, ...]:
@@ -197,14 +208,15 @@ class DisplayModel:
         return EffectChain(self._acting, self.conditions, fresh)
 
     @property
-    def _acting(self) -> tuple[AppliedEffect, ...]:
+    def _acting(self) -> tuple[Applied, ...]:
         """The effects on the light; one that only asks for another selection is none of them."""
-        return tuple(each for each in self.baked if each.effect.stage != SELECTION_STAGE or is_soft(each))
+        chosen = (each for each in self.baked if each.effect.stage != SELECTION_STAGE or is_soft(each))
+        return (*self.known, *chosen)
 
     @property
     def _chosen(self) -> str:
-        selects = any(each.effect.stage == SELECTION_STAGE for each in self.baked)
-        return "continuous" if selects else self.selection
+        asked = any(each.effect.stage == SELECTION_STAGE for each in self.baked)
+        return "continuous" if asked else self.selection
 
     def _law(self, mode: str, hours: float) -> Callable[[float], float]:
         """White's luminance in a mode, relative to hour 0, from that by the effects alone."""

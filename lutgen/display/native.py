@@ -62,6 +62,9 @@ LEAST_SHARE = 1e-6
 #: An own model is brighter than its curves by a factor within these bounds: beyond lies no display.
 GAINS = (0.2, 5.0)
 
+#: Sets of code values whose gains are kept.
+KEPT = 8
+
 #: Black lighter than this share of white is no black.
 DARKEST = 0.2
 
@@ -200,14 +203,26 @@ class NativeDisplay:
         """
         if self.own is None:
             return None
+        code = np.clip(code, 0.0, 1.0)
         if share is None:
-            share = self.own.near(code.reshape(-1, 3)).reshape(code.shape)
+            # The same code values are asked for many times.
+            key = code.shape, code.tobytes()
+            if key not in self._gains:
+                if len(self._gains) >= KEPT:
+                    self._gains.clear()
+                near = self.own.near(code.reshape(-1, 3)).reshape(code.shape)
+                self._gains[key] = np.asarray(self.own_gain(code, near))
+            return self._gains[key]
         lit = tip_shares(self.linear(code), code, "continuous")
         dark = 1.0 - lit.sum(axis=-1, keepdims=True)
         ends = self._ends
         plain = lit @ self.own.tips + dark * np.array(self.black)
         off = share - plain - lit @ (ends[1:] - self.own.tips) - dark * (ends[0] - np.array(self.black))
         return np.asarray(np.clip(1.0 + off / np.maximum(plain, LEAST_SHARE), *GAINS))
+
+    @cached_property
+    def _gains(self) -> dict[Any, Array]:
+        return {}
 
     @cached_property
     def _ends(self) -> Array:

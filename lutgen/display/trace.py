@@ -37,6 +37,10 @@ class Applied(Protocol):
         """Every parameter's value."""
         ...
 
+    def __hash__(self) -> int:
+        """Allow what is computed of an effect to be kept."""
+        ...
+
 
 #: Effects behind the panel let through more than this share of the light; less light of white than that has no factor.
 LEAST_RISE, LEAST_LIGHT = 0.05, 1e-9

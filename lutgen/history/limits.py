@@ -45,7 +45,9 @@ class Limit:
     above
         Whether the figure must stay at or above ``value``; else at or below.
     verified
-        Whether the number was read in its source, or in one that quotes it; else it is from memory of it.
+        Whether somebody compared the number with its source, or read it where the source is quoted; else it is from
+        memory. The reports of AAPM and ACR themselves were not at hand when this table was written: look there before
+        a limit decides anything.
 
     """
 

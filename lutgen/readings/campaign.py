@@ -137,7 +137,7 @@ class Campaign:
             file=self.file,
             files=tuple(session.file for session in sessions for _ in session.drive),
             sha256=self.sha256,
-            calibration=sessions[0].calibration,
+            calibrations=_calibrations(hours[places], sessions),
         )
 
     def _source(self) -> str:
@@ -228,6 +228,15 @@ def check_once(entries: Sequence[CampaignEntry]) -> None:
         if first is not entry:
             message = f"{entry.where}: the session holds the same bytes as the session of {first.where}."
             raise LutgenError(f"{message} Delete one of them.")
+
+
+def _calibrations(hours: Array, sessions: Sequence[Session]) -> dict[float, Array]:
+    """Curves that were loaded at each hour, of its first session that holds any."""
+    found: dict[float, Array] = {}
+    for hour, session in zip(hours.tolist(), sessions, strict=True):
+        if session.calibration is not None:
+            found.setdefault(hour, session.calibration)
+    return found
 
 
 def _common(sessions: Sequence[Session]) -> dict[str, str]:

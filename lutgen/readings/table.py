@@ -56,8 +56,8 @@ class Measurements:
         The optional columns (position ``u``, ``v``, ``ambient_lx``, …) with more than one value, each of shape (n,).
     constants
         Optional columns with the same value in every row: column → value.
-    calibration
-        The curves in the graphics card at hour 0, (k, 4): input, red, green, blue; None: not known.
+    calibrations
+        Hour → the curves that were loaded in the graphics card, (k, 4): input, red, green, blue; where they are known.
     session, note
         One text a reading; empty where the file has none.
     order
@@ -87,7 +87,7 @@ class Measurements:
     sha256: str = ""
     order: Array | None = None
     constants: Mapping[str, float] = field(default_factory=dict)
-    calibration: Array | None = None
+    calibrations: Mapping[float, Array] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
     files: tuple[str, ...] = ()
 
@@ -109,6 +109,11 @@ class Measurements:
         constants = {name: value for name, value in self.constants.items() if name not in self.conditions}
         object.__setattr__(self, "conditions", varying)
         object.__setattr__(self, "constants", constants | known)
+
+    @property
+    def calibration(self) -> Array | None:
+        """The curves that were loaded at hour 0, (k, 4); None: not known."""
+        return self.calibrations.get(0.0)
 
     def file_of(self, row: int) -> str:
         """Name the file that a reading came from."""

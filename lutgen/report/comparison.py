@@ -73,6 +73,8 @@ def fresh_lines(comparison: Comparison) -> Iterator[str]:
             yield from (f"  {rung}" for rung in first.rungs)
     if native:
         yield from native.remarks
+    for known in comparison.problem.known:
+        yield from known.sentences()
     if comparison.problem.discrepancy:
         yield comparison.problem.discrepancy.sentence()
 

@@ -28,12 +28,16 @@ if TYPE_CHECKING:
 COLUMNS = {"max": "Max", "mean": "Avg"}
 
 
-def lifetime_page(lifetimes: Lifetimes) -> Iterator[Part]:
-    """Yield what ``lutgen lifetime`` prints."""
+#: Days of a mean month.
+MONTH = 365.25 / 12.0
+
+
+def lifetime_page(lifetimes: Lifetimes, hours_per_day: float | None = None) -> Iterator[Part]:
+    """Yield what ``lutgen lifetime`` prints; with the hours that a display is on each day, months of use too."""
     yield lifetimes.model.luminance.sentence()
     for image in lifetimes.images:
         yield Headline(counted(image))
-        yield life_table(lifetimes, image)
+        yield life_table(lifetimes, image, hours_per_day)
         yield ""
     never = f" –: not within the {spaced(lifetimes.last)} h looked at." if _any_never(lifetimes) else ""
     known = lifetimes.images[0].intervals is not None
@@ -42,6 +46,8 @@ def lifetime_page(lifetimes: Lifetimes) -> Iterator[Part]:
         "Hours until the ΔE2000 between the un-aged and the aged display reaches a tolerance. Avg: mean over all "
         f"pixels; Max: mean + 2 SD, as in the paper.{never}{within}"
     )
+    if hours_per_day:
+        yield f"Months: of {MONTH:.1f} days with {hours_per_day:g} h each."
     yield lifetimes.model.measurements.provenance
     yield from lifetimes.remarks()
 
@@ -59,15 +65,18 @@ def counted(image: ImageLifetime) -> str:
     return f"{sentence}; {share:.1%} left out as bare glass, L* of {threshold:.1f} and more."
 
 
-def life_table(lifetimes: Lifetimes, image: ImageLifetime) -> Table:
-    """Table 1: rows are modes, columns the hours until Max and Avg reach each tolerance."""
+def life_table(lifetimes: Lifetimes, image: ImageLifetime, hours_per_day: float | None = None) -> Table:
+    """Table 1: rows are modes, columns the hours, and months of use, until Max and Avg reach each tolerance."""
     columns = [(tolerance, statistic) for tolerance in lifetimes.tolerances for statistic in COLUMNS]
     heads = (f"{COLUMNS[statistic]} ΔE2000 {tolerance:g}" for tolerance, statistic in columns)
     rows = []
     for mode, curve in image.curves.items():
         cells = []
         for tolerance, statistic in columns:
-            cell = hours_or_never(curve.hours_until(statistic, tolerance))
+            life = curve.hours_until(statistic, tolerance)
+            cell = hours_or_never(life)
+            if hours_per_day and life is not None:
+                cell += f"\n{life / (hours_per_day * MONTH):.1f} months"
             if image.intervals:
                 low, high = map(hours_or_never, image.intervals[mode][tolerance][statistic])
                 cell += f"\n{low} to {high}" if (low, high) != ("–", "–") else ""

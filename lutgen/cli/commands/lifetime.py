@@ -8,6 +8,7 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import (
+    NumberFrom,
     hours_option,
     json_option,
     model_from,
@@ -25,6 +26,12 @@ from lutgen.cli.terminal import progress_bar
 @tolerance_option
 @hours_option
 @click.option("--tissue", is_flag=True, help="Leave out bare glass, by a threshold on L* that the report gives.")
+@click.option(
+    "--hours-per-day",
+    type=NumberFrom(0, 24, min_open=True),
+    metavar="H",
+    help="Give lifetimes in months of use too: how long the display is on each day.",
+)
 @source_option
 @json_option
 @click.option("--csv", "csv_to", metavar="FILE", help="Write the lifetimes, a line for each image and mode.")
@@ -37,6 +44,7 @@ def command(
     tolerance: str,
     hours: str | None,
     tissue: bool,
+    hours_per_day: float | None,
     source: str,
     json_to: str | None,
     csv_to: str | None,
@@ -70,7 +78,7 @@ def command(
             images, model, tolerances=tolerances, hours=chosen, tissue=tissue, source=source, progress=progress
         )
     outputs.write(
-        lifetime_page(lifetimes),
+        lifetime_page(lifetimes, hours_per_day),
         lifetimes.as_json,
         as_csv=lifetimes.as_csv,
         plot=lambda folder: plot_lifetimes(lifetimes, folder, force=force),
