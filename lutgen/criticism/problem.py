@@ -24,7 +24,7 @@ from lutgen.criticism.curve_doubt import curve_doubt, drawn_displays, mode_weigh
 from lutgen.criticism.discrepancy import NONE, Discrepancy, discrepancy_of_own
 from lutgen.criticism.first_day import FirstDay, is_held
 from lutgen.criticism.noise import estimate_noise
-from lutgen.criticism.replicates import replicate_groups
+from lutgen.criticism.replicates import group_means, replicate_groups
 from lutgen.criticism.shared_columns import shared_columns
 from lutgen.display.loaded import LoadedCalibrations
 from lutgen.display.native import NativeDisplay
@@ -112,7 +112,6 @@ class Problem:
         baseline: str = "colour-points",
         selection: str = "nearest",
         instrument: str | None = None,
-        leave_out: Sequence[int] = (),
     ) -> Problem:
         """Pose the problem of ``readings``.
 
@@ -122,8 +121,6 @@ class Problem:
             The data, one of ``BASELINES``, one of ``SELECTIONS``.
         instrument
             Stated noise, ``relative,floor``; None: replicates tell.
-        leave_out
-            Indices of readings that are not to count.
 
         Raises
         ------
@@ -134,7 +131,7 @@ class Problem:
         if baseline not in BASELINES:
             raise pick_one("baseline", baseline, BASELINES)
         noise = estimate_noise(readings, instrument)
-        out = [*noise.slips, *leave_out]
+        out = list(noise.slips)
         rows = np.setdiff1d(np.arange(readings.hours.size), out)
         native = NativeDisplay.of(readings, out) if baseline in NATIVE_BASELINES else None
         drawn = drawn_displays(readings, noise, out, native.source) if native and not native.own else ()
@@ -253,9 +250,8 @@ class Problem:
     @cached_property
     def whitener(self) -> Array:
         """Matrices (n, 3, 3) that make residuals independent with variance 1; noise goes by the replicates' mean."""
-        count = np.bincount(self.groups)
-        mean = np.stack([np.bincount(self.groups, self.xyz[:, k]) for k in range(3)], axis=1)[self.groups]
-        whitener = np.linalg.inv(np.linalg.cholesky(self.covariance(mean / count[self.groups][:, np.newaxis])))
+        mean = group_means(self.xyz, self.groups)
+        whitener = np.linalg.inv(np.linalg.cholesky(self.covariance(mean)))
         if self.weights is None:
             return whitener
         return np.asarray(whitener * np.sqrt(self.weights[self.rows])[:, np.newaxis, np.newaxis])
