@@ -33,7 +33,7 @@ def main() -> None:
         page.ask("new Promise((done) => setTimeout(done, 3000))")
         shot = page.picture()
     with Image.open(io.BytesIO(shot)) as image:
-        image.convert("RGB").save(PICTURE, quality=70, optimize=True, progressive=True)
+        image.convert("RGB").save(PICTURE, quality=66, optimize=True, progressive=True)
     print(PICTURE.relative_to(ROOT))
 
 

@@ -20,6 +20,7 @@ import pytest
 
 from lutgen.colorimetry import D65, linear_to_code, xyz_to_linear
 from lutgen.names import BASELINES
+from lutgen.numerals import times
 from lutgen.readings import read_measurements
 from lutgen.readings.rest import is_tip
 from tests.browser import CHROMIUM, PATIENCE, browser
@@ -246,7 +247,7 @@ def test_the_whole_road_from_the_error_to_a_lut(either: tuple[Page, Path], tmp_p
         (tmp_path / "examples").mkdir()
         (tmp_path / "examples/display-a.csv").write_bytes((ROOT / "examples/display-a.csv").read_bytes())
         printed = lutgen(*refine[1:], cwd=tmp_path)
-        assert f"falls from {before:.2f}" in printed, printed
+        assert f"falls from {times(before)}" in printed, printed
         (build,) = (each for each in commands if "cube" in each)
         assert "1 LUT" in lutgen(*build[1:], cwd=tmp_path), build
         cube = taken(page, downloads, "cube", ".cube")
