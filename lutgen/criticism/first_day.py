@@ -31,22 +31,12 @@ class FirstDay:
     problem: Problem
 
     @cached_property
-    def own_gain(self) -> Array | None:
-        """Gain of the display's own model at each reading, (n, 3); None without one."""
-        gain = self._of_codes
-        return None if gain is None else gain[self._codes[1]]
-
-    @cached_property
-    def _of_codes(self) -> Array | None:
-        return self.problem.native.own_gain(self._codes[0]) if self.problem.native else None
-
-    @cached_property
     def held_out_gain(self) -> Array | None:
         """Factor (n, 3) that takes the own model from a reading of the first session; None without one."""
-        native, gain = self.problem.native, self.own_gain
+        native, drive = self.problem.native, self.problem.readings.drive[self.problem.rows]
+        gain, first = native.own_gain(drive) if native else None, self.problem.hour_of == 0
         if native is None or native.ladder is None or gain is None:
             return None
-        drive, first = self.problem.readings.drive[self.problem.rows], self.problem.hour_of == 0
         share = native.ladder.held_out_of(drive)
         seen = first & np.isfinite(share).all(axis=1)
         factor = np.ones_like(gain)
@@ -62,8 +52,8 @@ class FirstDay:
         if key not in self._factors:
             self._factors.clear()
             first, tips = self._first_scene, self.problem.measured_tips[:1]
-            asked: dict[str, Any] = {"native": self.problem.native, "gain": self._of_codes}
-            plain, changed = (panel(each, first, self.problem.selection, **asked) for each in ((), applied))
+            selection, native = self.problem.selection, self.problem.native
+            plain, changed = (panel(each, first, selection, native=native) for each in ((), applied))
             factor, offset = since_first_session(applied, changed, plain, tips, first)
             self._factors[key] = factor[self._codes[1]], offset[self._codes[1]]
         return before.begun(*self._factors[key])

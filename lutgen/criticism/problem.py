@@ -326,9 +326,8 @@ class Problem:
 
     @cached_property
     def known(self) -> tuple[LoadedCalibrations, ...]:
-        """What changed and is no finding: calibrations that later sessions' files hold, beside an own first session."""
-        loaded = LoadedCalibrations.of(self.readings, told=not self.foretells) if self.native else None
-        return (loaded,) if loaded else ()
+        """What changed and is no finding: calibrations that files of later sessions hold."""
+        return LoadedCalibrations.of(self.readings, told=not self.foretells) if self.native else ()
 
     @cached_property
     def light(self) -> SpectralDisplay:
@@ -360,8 +359,7 @@ class Problem:
 
     def panel(self, applied: Sequence[Applied]) -> Panel:
         """Send the readings' code values through drive, transfer and mixing."""
-        gain, applied = self.first_day.own_gain, (*self.known, *applied)
-        before = panel(applied, self._plain_scene, self.selection, self._weights, native=self.native, gain=gain)
+        before = panel((*self.known, *applied), self._plain_scene, self.selection, self._weights, native=self.native)
         return before.times(self.first_day.held_out_gain)
 
     @cached_property

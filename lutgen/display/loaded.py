@@ -54,23 +54,23 @@ class LoadedCalibrations:
     asked: tuple[tuple[tuple[float, ...], ...], ...]
 
     @classmethod
-    def of(cls, readings: Measurements, *, told: bool) -> LoadedCalibrations | None:
-        """Take them from the readings; None where fewer than two sessions hold one, or all are the same.
+    def of(cls, readings: Measurements, *, told: bool) -> tuple[LoadedCalibrations, ...]:
+        """Take them from the readings, as one effect; none where fewer than two sessions hold one, or all are the same.
 
         ``told``: white and primaries are measured at every session, so that full code stays at full code.
         """
         known = readings.calibrations
         first = known.get(0.0)
         if first is None or len(known) < 2:
-            return None
+            return ()
         hours, asked = tuple(sorted(known)), []
         for hour in hours:
             codes = np.array([_asked(first, known[hour], 1 + channel) for channel in range(len(CHANNELS))])
             asked.append(codes / codes[:, -1:] if told else codes)
         if all(np.abs(each - CODES).max() < NOTHING for each in asked):
-            return None
+            return ()
         ends = tuple(tuple(known[hour][-1, 1:].tolist()) for hour in hours)
-        return cls(hours, ends, tuple(tuple(tuple(row) for row in each.tolist()) for each in asked))
+        return (cls(hours, ends, tuple(tuple(tuple(row) for row in each.tolist()) for each in asked)),)
 
     @property
     def values(self) -> Mapping[str, float]:

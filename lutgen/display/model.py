@@ -106,8 +106,8 @@ class DisplayModel:
         if self.baseline in NATIVE_BASELINES and self.native is None:
             object.__setattr__(self, "native", NativeDisplay.of(self.measurements))
         told, readings = self.baseline not in FORETELLING_BASELINES, self.measurements
-        known = LoadedCalibrations.of(readings, told=told) if self.baseline in NATIVE_BASELINES else None
-        object.__setattr__(self, "_known", (known,) if known else ())
+        known = LoadedCalibrations.of(readings, told=told) if self.baseline in NATIVE_BASELINES else ()
+        object.__setattr__(self, "_known", known)
         object.__setattr__(self, "_tips", self._measured_tips())
         object.__setattr__(self, "_before", self._tips_before_effects())
 

@@ -207,12 +207,13 @@ class NativeDisplay:
         if share is None:
             # The same code values are asked for many times.
             key = code.shape, code.tobytes()
-            if key not in self._gains:
-                if len(self._gains) >= KEPT:
-                    self._gains.clear()
-                near = self.own.near(code.reshape(-1, 3)).reshape(code.shape)
-                self._gains[key] = np.asarray(self.own_gain(code, near))
-            return self._gains[key]
+            gain = self._gains.pop(key, None)
+            if gain is None:
+                gain = self.own_gain(code, self.own.near(code.reshape(-1, 3)).reshape(code.shape))
+            self._gains[key] = gain
+            if len(self._gains) > KEPT:
+                del self._gains[next(iter(self._gains))]
+            return gain
         lit = tip_shares(self.linear(code), code, "continuous")
         dark = 1.0 - lit.sum(axis=-1, keepdims=True)
         ends = self._ends
@@ -221,7 +222,7 @@ class NativeDisplay:
         return np.asarray(np.clip(1.0 + off / np.maximum(plain, LEAST_SHARE), *GAINS))
 
     @cached_property
-    def _gains(self) -> dict[Any, Array]:
+    def _gains(self) -> dict[Any, Array | None]:
         return {}
 
     @cached_property

@@ -156,12 +156,10 @@ def panel(
     weights: Array | None = None,
     *,
     native: NativeDisplay | None = None,
-    gain: Array | None = None,
 ) -> Panel:
     """Follow the code values through drive, transfer and mixing: what does not depend on the tips.
 
-    The fresh display is ``native``, or where that is None the paper's: sRGB's curve, black without light. ``gain`` is
-    that of its own model, (n, 3), where it is known already for the code values that were asked for. An own model
+    The fresh display is ``native``, or where that is None the paper's: sRGB's curve, black without light. An own model
     makes up for whichever matrix is taken: its display takes the continuous ones, which jump nowhere.
     """
     if native and native.own:
@@ -175,11 +173,10 @@ def panel(
         asked = fresh if drive is scene.code and not native else code_to_linear(scene.code)
         weights = nearest_weights(asked)
     linear = through(applied, ("transfer", "mixing"), fresh, scene)
-    if native and (gain is None or not (drive is scene.code or np.array_equal(drive, scene.code))):
-        gain = native.own_gain(drive)
     soft = [each for each in applied if is_soft(each)]
     grey = through(soft, (SELECTION_STAGE,), linear, scene)[..., 0] if soft else None
-    return Panel(tip_shares(linear, scene.code, selection, weights, grey), native.black if native else None, gain)
+    shares = tip_shares(linear, scene.code, selection, weights, grey)
+    return Panel(shares, native.black, native.own_gain(drive)) if native else Panel(shares)
 
 
 def since_first_session(
