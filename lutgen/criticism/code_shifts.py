@@ -99,7 +99,9 @@ class CodeShifts:
         everything, rank = _gain(self.information, self.pull)
         curve, terms = _gain(smooth.T @ self.information @ smooth, smooth.T @ self.pull)
         freedom = rank - terms
-        return bool((everything - curve) / self.scatter > freedom + BEYOND_CHANCE * np.sqrt(2.0 * freedom))
+        return freedom > 0 and bool(
+            (everything - curve) / self.scatter > freedom + BEYOND_CHANCE * np.sqrt(2.0 * freedom)
+        )
 
     def agreement(self, shifts: Array) -> Array:
         """Gain in χ² of shifts (k, m), each scaled at will, by what each code value says alone: (k,)."""

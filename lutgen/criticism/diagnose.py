@@ -218,7 +218,7 @@ def candidates(effects: Mapping[str, Effect] | None, baseline: str, without: Seq
 
 def _suspicion(base: Fit, error: PureError, rows: Sequence[int]) -> Suspicion:
     problem = base.problem
-    scale = error.squares / error.freedom if error.measured else 1.0
+    scale = error.variance
     wrong = tuple(sorted({*problem.noise.slips, *rows}))
     return Suspicion(wrong, wrong_sessions(base, scale), suspicious_noise(problem))
 
@@ -226,7 +226,7 @@ def _suspicion(base: Fit, error: PureError, rows: Sequence[int]) -> Suspicion:
 def _ranking(explanation: Explanation, seen: Sequence[Visibility], error: PureError) -> list[Ranked]:
     base = explanation.base
     absorbed = {each.effect: each.absorbed for each in seen}
-    noise = error.squares / error.freedom if error.measured else 1.0
+    noise = error.variance
     excess = max(base.chi2 - base.freedom * noise, 1e-9)
     rows = []
     for place, family in enumerate(explanation.first):

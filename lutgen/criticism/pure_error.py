@@ -58,9 +58,14 @@ class PureError:
         return self.freedom >= 18
 
     @property
+    def variance(self) -> float:
+        """Variance of what replicates scatter in units of the noise model's; 1 where there are too few."""
+        return self.squares / self.freedom if self.measured else 1.0
+
+    @property
     def scale(self) -> float:
-        """Variance of what replicates scatter, at least that of the noise model; where nobody measured it, allowed."""
-        return max(self.squares / self.freedom, 1.0) if self.measured else self.allowance
+        """The same, 1 at least; where nobody measured the noise, what is allowed."""
+        return max(self.variance, 1.0) if self.measured else self.allowance
 
     def p_of_gain(self, gain: float, parameters: int) -> float:
         """Probability that an effect that is not there lowers χ² by so much (F test)."""
@@ -68,7 +73,7 @@ class PureError:
             return 1.0
         if not self.measured:
             return float(stats.chi2.sf(gain / self.allowance, parameters))
-        return float(stats.f.sf(gain / parameters / (self.squares / self.freedom), parameters, self.freedom))
+        return float(stats.f.sf(gain / parameters / self.variance, parameters, self.freedom))
 
     def p_of_leftover(self, found: Fit) -> float:
         """Probability that noise alone leaves so much (F test for lack of fit)."""
@@ -78,4 +83,4 @@ class PureError:
         squares, freedom = found.chi2 - inside, found.freedom - self.freedom
         if freedom < 1 or squares <= 0:
             return 1.0
-        return float(stats.f.sf(squares / freedom / (self.squares / self.freedom), freedom, self.freedom))
+        return float(stats.f.sf(squares / freedom / self.variance, freedom, self.freedom))

@@ -86,8 +86,6 @@ class Explanation:
         The admitted effects in the order of their admission.
     trail
         The fits from base to final, one effect more each.
-    bare
-        The fit without the effects that the model had already.
 
     """
 
@@ -96,7 +94,6 @@ class Explanation:
     first: tuple[Family, ...]
     steps: tuple[Step, ...]
     trail: tuple[Fit, ...]
-    bare: Fit
 
 
 def explain(
@@ -126,8 +123,7 @@ def explain(
     steps = tuple(
         Step(each, tuple(other for other in chosen if other is not each), tuple(effects), base) for each in chosen
     )
-    bare = fit(base.problem) if base.terms else base
-    return Explanation(base, final, tuple(first), steps, tuple(trail), bare)
+    return Explanation(base, final, tuple(first), steps, tuple(trail))
 
 
 def _hopeless(base: Fit, current: Fit, count: int) -> bool:
@@ -230,8 +226,6 @@ def _rivals(each: Candidate, beside: Sequence[Candidate], effects: Sequence[Effe
     alone = _together(base, beside)
     mine = family(alone, each.effect).best
     penalty = float(np.log(alone.readings))
-    kin = {effect.name for effect in effects if each.effect.name in effect.confused_with}
-    kin |= set(each.effect.confused_with)
     limit = bic(mine) + max(2 * STRONG, EQUAL + penalty)
     others = [effect for effect in effects if effect.name not in names]
     near = contenders(alone, others, limit)
@@ -239,11 +233,12 @@ def _rivals(each: Candidate, beside: Sequence[Candidate], effects: Sequence[Effe
     for effect in others:
         if effect.name in each.effect.confused_with and (problem := base.problem.unlogged(effect.needs)):
             near += contenders(fit(problem, alone.terms, State((), alone.tips, alone.gains)), [effect], limit)
+
     # From hour 0 on, a few sessions carry all that tells one decay from another: more is asked to tell kin apart.
-    strong = {name: 2 * STRONG if base.problem.foretells and name in kin else STRONG for name in kin}
-    return tuple(
-        rival for rival in near if bic(rival.best) < bic(mine) + strong.get(rival.name, STRONG) or _as_good(rival, mine)
-    )
+    def odds(rival: Family) -> float:
+        return 2 * STRONG if base.problem.foretells and each.effect.is_kin(rival.effect) else STRONG
+
+    return tuple(rival for rival in near if bic(rival.best) < bic(mine) + odds(rival) or _as_good(rival, mine))
 
 
 def _as_good(rival: Family, mine: Candidate) -> bool:

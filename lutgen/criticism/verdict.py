@@ -168,7 +168,7 @@ def _nothing_named(
 
 def _too_much_scatter(explanation: Explanation, error: PureError, remarks: tuple[str, ...]) -> Verdict:
     base = explanation.base
-    usual = error.squares / error.freedom if error.measured else 1.0
+    usual = error.variance
     ratio = float(np.sqrt(base.chi2 / max(base.freedom, 1) / usual))
     sentence = (
         f"The readings scatter more than the noise model knows, {ratio:.2g} times as much as "
@@ -220,21 +220,21 @@ def strongest(explanation: Explanation) -> tuple[str, str]:
 
 
 def _needed(
-    explanation: Explanation, error: PureError, shares: Mapping[str, float], beside_all: float
+    explanation: Explanation, error: PureError, shares: Mapping[str, float], nothing: Probed, beside_all: float
 ) -> tuple[Step, ...]:
     """Admitted effects without which the readings are clearly less likely, whatever a free term takes over.
 
     A formula that does not quite fit leaves something that looks like the effects that its own is confused with. Beside
     a free term such shadows are superfluous, and a fault of its own is not; where the effect is strong, its shadows are
-    too, in proportion to it. ``beside_all``: BIC with all of them and a free term.
+    too, in proportion to it. ``nothing`` is the free term beside the base alone; ``beside_all`` is BIC with all effects
+    and a free term.
     """
     kept = []
     for step in explanation.steps:
-        beside = [*(term.effect for term in step.without.terms)]
-        kin = {each.name for each in beside if each.name in step.effect.confused_with}
-        kin |= {each.name for each in beside if step.name in each.confused_with}
-        largest = max((shares[name] for name in kin & shares.keys()), default=0.0)
-        free = step.without.bic - probe(step.without, error).evidence
+        kin = [term.effect.name for term in step.without.terms if step.effect.is_kin(term.effect)]
+        largest = max((shares[name] for name in kin if name in shares), default=0.0)
+        probed = nothing if step.without is explanation.base else probe(step.without, error)
+        free = step.without.bic - probed.evidence
         if free > beside_all + STRONG and shares[step.name] > (1.0 - MOST_OF_IT) * largest:
             kept.append(step)
     return tuple(kept)
@@ -261,7 +261,7 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
         shares[step.name], before = max(before - found.chi2, 0.0) / excess, found.chi2
     nothing, probed = probe(base, error), probe(final, error)
     both = final.bic - probed.evidence
-    kept = _needed(explanation, error, shares, both)
+    kept = _needed(explanation, error, shares, nothing, both)
     clean = is_noise(final, error) and not probed.names
     if not kept and clean and is_within_scatter(error, base) and not nothing.names:
         traces = ", ".join(step.name for step in steps)

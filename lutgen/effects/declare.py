@@ -201,6 +201,10 @@ class Effect:
             "text": self.text,
         }
 
+    def is_kin(self, other: Effect) -> bool:
+        """Whether either effect says that it may be confused with the other."""
+        return other.name in self.confused_with or self.name in other.confused_with
+
     def rest(self) -> dict[str, float]:
         """Return the parameters at which the effect does nothing: amplitudes neutral, the others typical."""
         return {name: self.neutral.get(name, parameter.value) for name, parameter in self.parameters.items()}

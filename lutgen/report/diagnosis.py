@@ -175,7 +175,7 @@ def _sigma(value: float) -> str:
 def noise_rms(diagnosis: Diagnosis) -> float:
     """Root mean square in σ that a fit leaves of noise alone; below 1, since the free parameters follow the noise."""
     base, error = diagnosis.explanation.base, diagnosis.error
-    scatter = error.squares / error.freedom if error.measured else 1.0
+    scatter = error.variance
     return float((base.freedom * scatter / base.readings) ** 0.5)
 
 

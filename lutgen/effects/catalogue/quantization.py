@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import code_to_linear, linear_to_code
-from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.declare import PROPOSED, Parameter, effect
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -81,11 +81,8 @@ def _looked_at(  # noqa: PLR0917 - a judge of code values, and a box of settings
     return found
 
 
-def _bent(
-    code: Array, *, table_gamma: float = 1.0, panel_gamma: float = 0.0, added: float = 0.5
-) -> tuple[Array, Array]:
-    """What is rounded, and its derivative by the code value, (m,) each; ``added`` changes neither."""
-    del added
+def _bent(code: Array, *, table_gamma: float = 1.0, panel_gamma: float = 0.0) -> tuple[Array, Array]:
+    """What is rounded, and its derivative by the code value, (m,) each."""
     if not panel_gamma:
         return code**table_gamma, table_gamma * code ** (table_gamma - 1.0)
     native, further = (np.maximum(code_to_linear(each), 0.0) ** (1.0 / panel_gamma) for each in (code, code + STEP))
@@ -110,9 +107,9 @@ def _bent(
         "depth to which code values are rounded, log2 of their number; 0: not at all",
         (4, 5, 6, 7, 8, 9, 10, 11, 12),
     ),
-    table_gamma=Parameter(1.0, (0.4, 2.5), "1", "power by which a table bends code values before", "proposed"),
-    panel_gamma=Parameter(0.0, (0.0, 2.6), "1", "gamma of the panel whose code is rounded; 0: none", "proposed"),
-    added=Parameter(0.5, (0.0, 0.5), "1", "part of a step added before truncation; ½ rounds", "proposed"),
+    table_gamma=Parameter(1.0, (0.4, 2.5), "1", "power by which a table bends code values before", PROPOSED),
+    panel_gamma=Parameter(0.0, (0.0, 2.6), "1", "gamma of the panel whose code is rounded; 0: none", PROPOSED),
+    added=Parameter(0.5, (0.0, 0.5), "1", "part of a step added before truncation; ½ rounds", PROPOSED),
 )
 def quantization(
     code: Array,
