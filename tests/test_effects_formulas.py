@@ -296,10 +296,10 @@ def test_a_primary_shifts_with_its_own_level_only() -> None:
     np.testing.assert_allclose(found[0, 0], TIPS[0] + shifts.sum(axis=0), rtol=1e-12)
 
 
-def test_a_primary_may_gain_luminance_by_the_light_of_its_drive() -> None:
+def test_a_primary_may_shift_by_the_light_of_its_drive() -> None:
     """(1 − d^b)^e at d = ½, b = 2, e = 1, and half of the shift at hour 0."""
-    found = one("primary-shift", TIPS[None], at(HALF, code=(0.5, 1, 1)), red_y=0.04, bend=2.0, onset=0.5, power=2.0)
-    shift = 0.75 * (0.5 + 0.5 / 4) * 0.04 * TIPS[1].sum() * np.array([0.0, 1.0, 0.0])
+    found = one("primary-shift", TIPS[None], at(HALF, code=(0.5, 1, 1)), red_x=0.04, bend=2.0, onset=0.5, power=2.0)
+    shift = 0.75 * (0.5 + 0.5 / 4) * 0.04 * TIPS[1].sum() * np.array([1.0, 0.0, 0.0])
     np.testing.assert_allclose(found[0], np.add(TIPS, [shift, shift, [0.0] * 3, [0.0] * 3]), rtol=1e-12)
 
 

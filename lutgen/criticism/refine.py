@@ -271,11 +271,11 @@ def _trail(diagnosis: Diagnosis) -> list[tuple[Any, Fit]]:
 def _joined(current: Fit, effect: Effect) -> Fit:
     """Add an effect in its best form, and choose the forms of all effects anew."""
     _check_enough(current, effect)
-    found = family(current, effect).best.fit
+    found = family(current, effect, freely=True).best.fit
     for name in [term.effect.name for term in found.terms if term.free][:-1]:
         term = next(each for each in found.terms if each.effect.name == name)
         rest = fit(found.problem, tuple(each for each in found.terms if each is not term))
-        again = family(rest, term.effect).best.fit
+        again = family(rest, term.effect, freely=True).best.fit
         found = again if again.bic < found.bic else found
     return found
 

@@ -64,7 +64,7 @@ class Step:
     @cached_property
     def without(self) -> Fit:
         """The fit of the others alone, in their final forms."""
-        return _together(self.base, self.beside)
+        return together(self.base, self.beside)
 
     @cached_property
     def rivals(self) -> tuple[Family, ...]:
@@ -112,14 +112,14 @@ def explain(
             break
         chosen = _refined([*chosen, best.best], base)
         chosen = _exchanged(chosen, effects, base)
-        current = _together(base, chosen)
+        current = together(base, chosen)
         if len(chosen) == MOST or _hopeless(base, current, len(chosen)):
             break
         names = {each.effect.name for each in chosen}
         ranked = _ranked(current, [each for each in effects if each.name not in names], progress)
     chosen = _clean(_pruned(chosen, base), base, error)
-    final = _together(base, chosen)
-    trail = [_together(base, chosen[: count + 1]) for count in range(len(chosen))]
+    final = together(base, chosen)
+    trail = [together(base, chosen[: count + 1]) for count in range(len(chosen))]
     steps = tuple(
         Step(each, tuple(other for other in chosen if other is not each), tuple(effects), base) for each in chosen
     )
@@ -165,7 +165,8 @@ def _others(base: Fit, terms: Sequence[Term]) -> Fit:
     return fit(base.problem, (*base.terms, *terms), State((), base.tips, base.gains))
 
 
-def _together(base: Fit, chosen: Sequence[Candidate]) -> Fit:
+def together(base: Fit, chosen: Sequence[Candidate]) -> Fit:
+    """Fit candidates beside the base's own terms."""
     return _others(base, [each.term for each in chosen]) if chosen else base
 
 
@@ -175,7 +176,7 @@ def _refined(chosen: list[Candidate], base: Fit, *, alone: bool = False) -> list
         return chosen
     for index, each in enumerate(chosen):
         beside = [*chosen[:index], *chosen[index + 1 :]]
-        again = family(_together(base, beside), each.effect).best
+        again = family(together(base, beside), each.effect).best
         chosen = [*chosen[:index], again, *chosen[index + 1 :]]
     return chosen
 
@@ -184,11 +185,11 @@ def _exchanged(chosen: list[Candidate], effects: Sequence[Effect], base: Fit) ->
     """Replace an admitted effect where, beside the others, another family explains clearly more."""
     if len(chosen) < 2:
         return chosen
-    limit = _together(base, chosen).bic - STRONG
+    limit = together(base, chosen).bic - STRONG
     for each in chosen:
         beside = [other for other in chosen if other is not each]
         names = {other.effect.name for other in chosen}
-        better = contenders(_together(base, beside), [new for new in effects if new.name not in names], limit)
+        better = contenders(together(base, beside), [new for new in effects if new.name not in names], limit)
         if better:
             return _refined([*beside, better[0].best], base)
     return chosen
@@ -198,10 +199,10 @@ def _pruned(chosen: list[Candidate], base: Fit) -> list[Candidate]:
     """Drop what the later arrivals have made superfluous, once their forms are chosen without it."""
     if len(chosen) < 2:
         return chosen
-    limit = _together(base, chosen).bic + STRONG
+    limit = together(base, chosen).bic + STRONG
     for each in chosen:
         rest = _refined([other for other in chosen if other is not each], base, alone=True)
-        if _together(base, rest).bic < limit:
+        if together(base, rest).bic < limit:
             return _pruned(rest, base)
     return chosen
 
@@ -223,7 +224,7 @@ EQUAL = 2.0
 def _rivals(each: Candidate, beside: Sequence[Candidate], effects: Sequence[Effect], base: Fit) -> tuple[Family, ...]:
     """Families that would do as well in the place of an admitted effect."""
     names = {each.effect.name, *(other.effect.name for other in beside)}
-    alone = _together(base, beside)
+    alone = together(base, beside)
     mine = family(alone, each.effect).best
     penalty = float(np.log(alone.readings))
     limit = bic(mine) + max(2 * STRONG, EQUAL + penalty)

@@ -11,8 +11,9 @@ from lutgen.criticism.families import condition_of, family_of
 from lutgen.criticism.leftover import is_even, is_noise, is_within_scatter
 from lutgen.criticism.probes import Probed, probe
 from lutgen.criticism.pure_error import PureError
-from lutgen.criticism.search import STRONG
+from lutgen.criticism.search import FAMILY_LIKENESS, STRONG
 from lutgen.criticism.shares import shares_of_delta_e
+from lutgen.criticism.stepwise import together
 from lutgen.criticism.tails import SLIP
 from lutgen.numerals import percent
 
@@ -240,6 +241,23 @@ def _needed(
     return tuple(kept)
 
 
+def _stand_apart(kept: Sequence[Step], explanation: Explanation) -> bool:
+    """Whether each of several effects does more than half of what it does alone that no other of them does.
+
+    Two effects that each explain nearly all, and need one another for the rest, are how a third one is mimicked.
+    """
+    if len(kept) < 2:
+        return True
+    base, chosen = explanation.base, [step.chosen for step in kept]
+    alone = {each.name: each.best.gain for each in explanation.first}
+    all_of_them = together(base, chosen).chi2
+    for each in chosen:
+        own = together(base, [other for other in chosen if other is not each]).chi2 - all_of_them
+        if own <= FAMILY_LIKENESS * alone[each.effect.name]:
+            return False
+    return True
+
+
 def _is_at_its_limit(step: Step) -> bool:
     """Whether a size of an effect lies at a bound of what is physical, other than where the effect does nothing."""
     term = step.chosen.term
@@ -272,7 +290,8 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
     # One family may leave what its formula misses; several that leave a misfit are what greedy search makes of another.
     enough = explained > MOST_OF_IT and (len(kept) == 1 or is_within_scatter(error, final))
     physical = not any(_is_at_its_limit(step) for step in kept)
-    if not kept or base.bic - nothing.evidence < both - STRONG or not (clean or enough) or not physical:
+    sound = (clean or enough) and physical and _stand_apart(kept, explanation)
+    if not kept or base.bic - nothing.evidence < both - STRONG or not sound:
         return _unexplained(explanation, remarks, probed if probed.names else nothing)
     if shadows := [step.name for step in steps if step not in kept]:
         remarks = (*remarks, f"Fitted beside, for what the formula leaves, no fault of its own: {', '.join(shadows)}.")

@@ -1,7 +1,7 @@
 """A primary changes colour as it darkens: dark greys of TN and IPS panels are bluish.
 
 P_c(d) = P_c(1) + (1 − d_c^b)^e · k_c, where k_c adds X and Z in units of the primary's X + Y + Z and leaves Y alone: a
-shift of chromaticity at constant luminance; the freest forms let Y move too, and b and e from 1. The retardation of a
+shift of chromaticity at constant luminance; the freest forms let b and e move from 1. The retardation of a
 liquid-crystal cell depends on wavelength, so its transmittance changes spectrally with voltage. White moves by the sum
 of its primaries' shifts.
 
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from lutgen.effects.scene import Scene
 
 SHIFTS = ("red_x", "red_z", "green_x", "green_z", "blue_x", "blue_z")
-LUMINANCES = ("red_y", "green_y", "blue_y")
 
 
 def _shift(primary: str, axis: str) -> Parameter:
@@ -37,15 +36,9 @@ def _shift(primary: str, axis: str) -> Parameter:
     )
 
 
-def _luminance(primary: str) -> Parameter:
-    return Parameter(
-        0.0, (-0.25, 0.25), "1", f"luminance that {primary} gains towards black, per its X + Y + Z, at 18 000 h"
-    )
-
-
 @effect(
     stage="emission",
-    neutral=dict.fromkeys((*SHIFTS, *LUMINANCES), 0.0),
+    neutral=dict.fromkeys(SHIFTS, 0.0),
     forms=(
         ("blue_x", "blue_z"),
         ("green_x", "green_z"),
@@ -56,7 +49,6 @@ def _luminance(primary: str) -> Parameter:
         ("red_x", "red_z", "onset", "level", "bend"),
         (*SHIFTS, "level", "bend"),
         (*SHIFTS, "onset", "power", "level", "bend"),
-        (*SHIFTS, *LUMINANCES, "onset", "level", "bend"),
     ),
     refined=4,
     confused_with={
@@ -66,13 +58,10 @@ def _luminance(primary: str) -> Parameter:
     },
     source="Feng & Yoshida 2008, doi:10.2352/CGIV.2008.4.1.art00071 (effect); size: an assumption",
     red_x=_shift("red", "X"),
-    red_y=_luminance("red"),
     red_z=_shift("red", "Z"),
     green_x=_shift("green", "X"),
-    green_y=_luminance("green"),
     green_z=_shift("green", "Z"),
     blue_x=_shift("blue", "X"),
-    blue_y=_luminance("blue"),
     blue_z=_shift("blue", "Z"),
     level=Parameter(1.0, (0.3, 6.0), "1", "power of 1 − d with which the shift grows towards black"),
     bend=Parameter(1.0, (0.3, 4.0), "1", "power of d before it is taken from 1; 2.2 for the light"),
@@ -84,13 +73,10 @@ def primary_shift(
     scene: Scene,
     *,
     red_x: float,
-    red_y: float,
     red_z: float,
     green_x: float,
-    green_y: float,
     green_z: float,
     blue_x: float,
-    blue_y: float,
     blue_z: float,
     level: float,
     bend: float,
@@ -103,7 +89,7 @@ def primary_shift(
     if level != 1.0:
         away **= level
     size = share_of_final(scene.tau, onset=onset, power=power) * away
-    direction = np.array([[red_x, red_y, red_z], [green_x, green_y, green_z], [blue_x, blue_y, blue_z]])
+    direction = np.array([[red_x, 0.0, red_z], [green_x, 0.0, green_z], [blue_x, 0.0, blue_z]])
     primaries = tips[..., 1:, :]
     shift = (size[..., np.newaxis] * primaries.sum(axis=-1, keepdims=True)) * direction
     whole = shift[..., 0, :] + shift[..., 1, :] + shift[..., 2, :]
