@@ -384,7 +384,7 @@ class Problem:
         return self.foretells and self.held
 
     def _held_gain(self, applied: Sequence[Applied], tips: Array) -> Array:
-        """Gain by which a sensor holds the white of every hour at that of hour 0, (..., H)."""
+        """Gain by which a sensor holds the white of every hour at that of hour 0 as long as it can, (..., H)."""
         scene = Scene(
             hours=self.hours[:, np.newaxis],
             code=np.ones((self.hours.size, 3)),
@@ -392,6 +392,7 @@ class Problem:
             fresh_white=tips[..., :1, 0, :],
             light=self.light,
         )
+        applied = [each for each in applied if each.effect.compensated]
         before = panel((*self.known, *applied), scene, self.selection, native=self.native)
         white = emitted(applied, before, tips, scene)[..., 1]
         return np.asarray(white[..., :1] / white)

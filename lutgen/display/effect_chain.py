@@ -254,9 +254,7 @@ class EffectChain:
             White's luminance cannot be brought there, or the effects give NaN or infinity.
 
         """
-        fresh = replace(now, hours=0.0, tips=now.fresh)
-        new = self._white(fresh, 1.0)
-        aged = self._white(now, 1.0)
+        new, aged = self._whites(now)
         wanted = luminance(aged / new) * new
         lit = _scaled(now, self._gain(now, aged, wanted))
         panel = self._panel(replace(now, conditions=self.conditions))
@@ -264,6 +262,15 @@ class EffectChain:
         if panel.surroundings is None:
             return AgedDisplay(mode, hours, (panel,), (light,))
         return AgedDisplay(mode, hours, (), (panel, light))
+
+    def dimming(self, now: Surroundings) -> float:
+        """White's emitted luminance relative to hour 0, under the reference conditions."""
+        new, aged = self._whites(now)
+        return aged / new
+
+    def _whites(self, now: Surroundings) -> tuple[float, float]:
+        """Luminance of white in cd/m² at hour 0 and now."""
+        return self._white(replace(now, hours=0.0, tips=now.fresh), 1.0), self._white(now, 1.0)
 
     def tips(self, now: Surroundings) -> Array:
         """XYZ in cd/m² of white, red, green and blue as they leave the display and are seen, shape (4, 3)."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -55,7 +55,8 @@ class DisplayModel:
     baseline
         One of ``BASELINES``.
     held
-        For baselines that foretell: whether a sensor holds white's luminance, so that by the law ``measured`` it stays.
+        For baselines that foretell: whether a sensor holds white's luminance, so that by the law ``measured`` it stays as long
+        as the sensor has a reserve.
     native
         For native baselines: the fresh display; None: as the readings of hour 0 have it.
     conditions
@@ -154,7 +155,7 @@ class DisplayModel:
         when = 0.0 if mode == "stable" else float(hours)
         if self._acting or self._shown_native:
             chain, now = self._chain(self._shown_native), self._surroundings(when, self.reference)
-            return chain.at(mode, float(hours), now, self._law(mode, hours))
+            return chain.at(mode, float(hours), now, self._law(mode, hours, now))
         tips = self.tips_before_effects
         factor = self.luminance.factor(hours, tips) if mode == "chroma-luma" else 1.0
         emission = matrices_of(scale_luminance(tips.referenced(when, self.reference), factor), self._chosen)
@@ -218,14 +219,18 @@ class DisplayModel:
         asked = any(each.effect.stage == SELECTION_STAGE for each in self.baked)
         return "continuous" if asked else self.selection
 
-    def _law(self, mode: str, hours: float) -> Callable[[float], float]:
+    def _law(self, mode: str, hours: float, now: Surroundings) -> Callable[[float], float]:
         """White's luminance in a mode, relative to hour 0, from that by the effects alone."""
         if mode != "chroma-luma":
             return lambda _measured: 1.0
         if self.luminance.table:
             factor = self.luminance.factor(hours, self.tips)
             return lambda _measured: factor
-        return lambda measured: 1.0 if self.held and self.baseline in FORETELLING_BASELINES else measured
+        if self.held and self.baseline in FORETELLING_BASELINES:
+            beyond = tuple(each for each in self._acting if not each.effect.compensated)
+            held = replace(self._chain(self._shown_native), applied=beyond).dimming(now) if beyond else 1.0
+            return lambda _measured: held
+        return lambda measured: measured
 
     def _surroundings(self, hours: float, reference: str) -> Surroundings:
         tips = self.tips_before_effects

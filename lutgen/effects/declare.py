@@ -124,6 +124,9 @@ class Effect:
     baseline
         ``colour-points``: visible although white and primaries are measured again at every hour; ``first-hour``:
         visible only to a model that knows hour 0 alone.
+    compensated
+        Whether a sensor that holds white's luminance takes the effect out of it; False for what leaves the sensor no
+        reserve.
     confused_with
         Name of another effect → what would separate the two, one sentence.
     says
@@ -148,6 +151,7 @@ class Effect:
     refined: int = 1
     needs: tuple[str, ...] = ()
     baseline: str = "colour-points"
+    compensated: bool = True
     confused_with: Mapping[str, str] = field(default_factory=dict)
     says: str = ""
     source: str = ""
@@ -247,6 +251,7 @@ def effect(
     refined: int = 1,
     needs: tuple[str, ...] = (),
     baseline: str = "colour-points",
+    compensated: bool = True,
     confused_with: Mapping[str, str] | None = None,
     says: str = "",
     source: str = "",
@@ -275,6 +280,7 @@ def effect(
             refined=refined,
             needs=needs,
             baseline=baseline,
+            compensated=compensated,
             confused_with=confused_with or {},
             says=says,
             source=source,

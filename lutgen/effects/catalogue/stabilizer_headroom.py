@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     neutral={"loss": 0.0},
     forms=(("headroom", "loss"), ("headroom", "loss", "beta"), ("headroom", "loss", "beta", "knee")),
     baseline="first-hour",
+    compensated=False,
     confused_with={
         "backlight-decay": "hours around the knee: held first, or falling from the start",
         "recalibration": "a column or note of events; both change suddenly",
