@@ -14,7 +14,7 @@ ALONE := OPENBLAS_NUM_THREADS=1
 # A process that has nothing left to do takes tests from another.
 PYTEST := $(PYTHON) -m pytest --numprocesses auto --dist worksteal
 
-.PHONY: help setup programs demo test test-quick test-all test-slow test-other lint lint-page vendor explore-picture bench consumers fuzz hidden sessions reference docs figures configs check-configs display table1 dist clean
+.PHONY: help setup programs demo test test-quick test-all test-slow test-other lint lint-page vendor explore-picture bench consumers fuzz hidden sessions study-level reference docs figures configs check-configs display table1 dist clean
 
 help: ## say what can be made (this)
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -85,6 +85,9 @@ sessions: setup ## score the verdicts on simulated sessions: ARGS="--seed 1"
 
 trend-coverage: setup ## score the intervals of lutgen trend on known decays: ARGS="--seed 1"
 	@$(ALONE) $(PYTHON) -m tests.trend_coverage $(ARGS)
+
+study-level: setup ## score the mixed model of lutgen study where nothing is to be found: ARGS="--seed 1"
+	@$(ALONE) $(PYTHON) -m tests.study_level $(ARGS)
 
 reference: setup ## docs/reference anew: commands, Python API, effects, JSON
 	@$(ALONE) $(PYTHON) -m docs.generate

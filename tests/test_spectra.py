@@ -11,16 +11,8 @@ import pytest
 from lutgen import default_display, read_measurements
 from lutgen.colorimetry import D65, LINEAR_TO_XYZ, rgb_to_xyz_matrix, xy_to_uv, xyY_to_xyz, xyz_to_xyY
 from lutgen.effects import Scene, catalogue
-from lutgen.effects.spectra import (
-    CMFS,
-    DEFAULT_CLASS,
-    WAVELENGTHS,
-    SpectralDisplay,
-    class_of,
-    mapped,
-    of_scene,
-    stated_class,
-)
+from lutgen.effects.lights import BROAD, DEFAULT_CLASS, UNSTATED, WAVELENGTHS, class_of, light_of, stated_class
+from lutgen.effects.spectra import CMFS, SpectralDisplay, mapped, of_scene
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
@@ -103,6 +95,14 @@ class TestEstimate:
         ("RGB LED backlight", "rgb-led"),
         ("RGB-LED", "rgb-led"),
         ("a QD-OLED", "oled"),
+        ("LG WOLED television", "wrgb-oled"),
+        ("WRGB OLED", "wrgb-oled"),
+        ("quantum dot LCD", "quantum-dot"),
+        ("QLED, edge lit", "quantum-dot"),
+        ("PFS phosphor LED", "pfs-led"),
+        ("white LED with KSF phosphor", "pfs-led"),
+        ("RG phosphor LED", "green-red-phosphor-led"),
+        ("LED with green and red phosphors", "green-red-phosphor-led"),
         ("AMOLED phone", "oled"),
         ("the monitor in room 3", None),
         ("", None),
@@ -110,12 +110,43 @@ class TestEstimate:
 )
 def test_the_class_is_read_from_what_is_said(text: str, name: str | None) -> None:
     assert stated_class(text) == name
-    assert class_of(text) == (name or DEFAULT_CLASS)
-    assert class_of(text) in CLASSES
+    assert class_of(text) == (name or UNSTATED)
 
 
 def test_a_class_is_found_by_its_own_name() -> None:
     assert [stated_class(name) for name in CLASSES] == list(CLASSES)
+
+
+def test_where_no_class_is_stated_primaries_name_a_narrow_light_and_leave_a_broad_one_to_the_usual() -> None:
+    for name in CLASSES:
+        primaries = light_of(name).primaries @ CMFS
+        found = SpectralDisplay.of(UNSTATED, np.vstack([primaries.sum(axis=0), primaries])).display_class
+        assert found == (DEFAULT_CLASS if name in BROAD else name)
+    assert SpectralDisplay.of(UNSTATED, TIPS).display_class == DEFAULT_CLASS
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_typical_light_behind_typical_filters_is_white(name: str) -> None:
+    white = (light_of(name).primaries @ CMFS).sum(axis=0)
+    assert np.hypot(*(uv(white) - uv(D65))) < 0.012
+
+
+@pytest.mark.parametrize(
+    ("name", "part", "peak", "width"),
+    [
+        ("pfs-led", "green phosphor (β-SiAlON)", 535.0, 54.0),
+        ("pfs-led", "red phosphor (PFS)", 630.0, 12.0),
+        ("green-red-phosphor-led", "red phosphor (CaAlSiN₃)", 650.0, 90.0),
+        ("quantum-dot", "green dots", 530.0, 24.0),
+        ("quantum-dot", "blue chip", 450.0, 20.0),
+    ],
+)
+def test_emitters_peak_where_their_sources_say(name: str, part: str, peak: float, width: float) -> None:
+    """On the grid of 5 nm."""
+    light = light_of(name).parts[part]
+    assert WAVELENGTHS[light.argmax()] == peak
+    fine = np.interp(np.arange(380.0, 780.0, 0.1), WAVELENGTHS, light)
+    assert 0.1 * (fine > fine.max() / 2.0).sum() == pytest.approx(width, abs=3.0)
 
 
 def test_impossible_primaries_are_come_near_to_and_said() -> None:

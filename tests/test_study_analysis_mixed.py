@@ -7,12 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from lutgen.study import analysis, mixed
 from lutgen.study.analysis import analyse_answers
-from lutgen.study.mixed import MixedModel, fit_crossed, mixed_models
+from lutgen.study.mixed import MixedModel, mixed_models
+from lutgen.study.reml import fit_crossed
 from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, paper_trials, simulate
 from lutgen.study.statistics import condition_order, pairs
+from tests import study_level
 
 if TYPE_CHECKING:
     from lutgen.study.answers import Answer
@@ -179,3 +182,50 @@ def test_without_statsmodels_the_rest_is_found_and_what_is_missing_is_said(monke
     assert found.mixed == ()
     assert found.remarks == ("Mixed models are left out: statsmodels is not installed. Install lutgen[study].",)
     assert (found.table2, found.kappas, found.holm) == (whole.table2, whole.kappas, whole.holm)
+
+
+# Degrees of freedom ---------------------------------------------------------------------------------------------------
+
+
+def test_batches_leave_as_many_degrees_of_freedom_as_there_are_batches_less_one() -> None:
+    """Balanced: the mean's variance is one mean square, and Satterthwaite is exact."""
+    values = np.array(DYESTUFF, np.float64).ravel()
+    fit = fit_crossed(values, np.ones((30, 1)), {"batch": [f"b{place // 5}" for place in range(30)]})
+    assert fit.freedom == pytest.approx([5.0], rel=1e-3)
+
+
+def test_readers_under_conditions_leave_those_of_their_interaction() -> None:
+    """R readers, C conditions, n images each: the t-test on the readers' own differences has (R − 1)(C − 1)."""
+    random = np.random.default_rng(11)
+    readers, conditions, images = 4, 3, 10
+    ways = random.normal(0.0, 1.0, (readers, conditions, 1))
+    table = random.normal(0.0, 2.0, (readers, 1, 1)) + ways + random.normal(0.0, 0.5, (readers, conditions, images))
+    reader, condition, _ = (each.ravel() for each in np.indices(table.shape))
+    fixed = np.column_stack([np.ones(table.size), condition == 1, condition == 2]).astype(np.float64)
+    groups = {"readers": [f"r{each}" for each in reader],
+              "own": [f"{one} {other}" for one, other in zip(reader, condition, strict=True)]}  # fmt: skip
+    fit = fit_crossed(table.ravel(), fixed, groups)
+    assert fit.freedom[1:] == pytest.approx([6.0, 6.0], rel=1e-3)
+    means = table.mean(axis=2)
+    left = means - means.mean(axis=1, keepdims=True) - means.mean(axis=0) + means.mean()
+    error = (2.0 * (left**2).sum() / 6.0 / readers) ** 0.5
+    assert fit.errors[1:] == pytest.approx([error, error], rel=1e-3)
+
+
+def test_readers_who_react_in_ways_of_their_own_make_intervals_wide() -> None:
+    given = study_level.study(3, 4, 0.3, 10)
+    model = models(given)["time"]
+    assert model.sd["readers_by_condition"] == pytest.approx(0.3, rel=0.6)
+    alike = models(study_level.study(3, 4, 0.0, 10))["time"]
+    assert alike.sd["readers_by_condition"] < 0.1
+    widths = [np.log(each.effects[0].ci95[1] / each.effects[0].ci95[0]) for each in (model, alike)]
+    assert widths[0] > 2.0 * widths[1]
+
+
+@pytest.mark.slow
+def test_conditions_that_readers_take_each_in_their_own_way_are_no_finding() -> None:
+    """A model that knows no readers under a condition finds one in many such studies."""
+    found = np.array([study_level.ways_apart(study_level.study(seed, 5, 0.3, 8)) for seed in range(30)]) < 0.05
+    by_model, by_plain = found.sum(axis=0)
+    assert by_model <= binom.ppf(0.99, 30, 0.05)
+    assert by_plain > binom.ppf(0.9999, 30, 0.05)

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.display.conditions import REFERENCE, in_words
+from lutgen.display.on_screen import PLACE
 from lutgen.effects.probe import reacts_to
 from lutgen.readings.conditions import CONDITIONS
 
 if TYPE_CHECKING:
     from lutgen.display.model import DisplayModel
+    from lutgen.display.on_screen import OnScreen
 
 #: Column → what an effect depends on that needs it.
 _DEPENDS = {column.name: condition.depends for condition in CONDITIONS for column in condition.columns}
@@ -28,23 +30,30 @@ def what_luts_carry(model: DisplayModel) -> list[str]:
     return _fixed(model, "Baked at", "which a LUT cannot carry") + steps
 
 
-def what_pictures_carry(model: DisplayModel) -> list[str]:
-    """Say by name what is fixed when ``model`` is applied to a picture: sentences, none where there is nothing."""
-    return _fixed(model, "Shown at", "which is taken as the same in all of the picture")
+def what_pictures_carry(model: DisplayModel, on_screen: OnScreen | None = None) -> list[str]:
+    """Say by name what is fixed when ``model`` is applied to a picture: sentences, none where there is nothing.
+
+    ``on_screen``: where each pixel of the picture has its own place.
+    """
+    fixed = _fixed(model, "Shown at", "which is taken as the same in all of the picture", PLACE if on_screen else ())
+    return [*on_screen.sentences(), *fixed] if on_screen else fixed
 
 
-def seen_on(model: DisplayModel) -> dict[str, Any]:
-    """Return what the JSON of every command on pictures says of the display: display, model, remarks."""
+def seen_on(model: DisplayModel, on_screen: OnScreen | None = None) -> dict[str, Any]:
+    """Return what the JSON of every command on pictures says of the display: display, model, remarks, place."""
     return {
         "display": {"file": model.measurements.file, "sha256": model.measurements.sha256},
         "model": model.file or None,
-        "remarks": what_pictures_carry(model),
+        "remarks": what_pictures_carry(model, on_screen),
+        **({"on_screen": on_screen.as_json()} if on_screen else {}),
     }
 
 
-def _fixed(model: DisplayModel, verb: str, but: str) -> list[str]:
+def _fixed(model: DisplayModel, verb: str, but: str, free: tuple[str, ...] = ()) -> list[str]:
     stated = model.conditions.stated()
-    asks = {each.effect.name: reacts_to(each.effect) for each in model.baked}
+    asks = {
+        each.effect.name: tuple(name for name in reacts_to(each.effect) if name not in free) for each in model.baked
+    }
     needs = {name for names in asks.values() for name in names} | set(stated)
     lines = [f"{verb}: {in_words(model.conditions, needs)}."] if needs else []
     for each in model.baked:

@@ -157,7 +157,8 @@ class Fresh:
         before = trace.Panel(signal[:, :4], black, gain)
         if not (self.told and applied):
             return before
-        now = replace(surroundings, hours=0.0, tips=surroundings.fresh, conditions=REFERENCE)
+        fresh = surroundings.fresh
+        now = Surroundings(0.0, fresh, fresh, surroundings.display_class)
         first = now.scene(signal[:, 4:7])
         plain, changed = (trace.panel(each, first, self.selection, native=self.native) for each in ((), applied))
         return before.begun(*trace.since_first_session(applied, changed, plain, np.array([now.tips]), first))

@@ -6,30 +6,27 @@ nearest to S₀ in relative entropy: S(λ) = S₀(λ)·exp(θ·c(λ)), with c th
 equations. The factor is smooth and positive. Newton's method finds θ, because the dual problem is convex (Boyd &
 Vandenberghe, Convex Optimization, 2004, §5.2.4 and §9.5).
 
-*Assumption:* the widths and strengths in the class spectra. Line positions: Hg from the NIST Atomic Spectra Database;
-Tb³⁺, Eu³⁺ and BaMgAl₁₀O₁₇:Eu²⁺ (BAM) rounded from Blasse & Grabmaier, Luminescent Materials (1994). Lines are drawn
-wider than they are, for the 5 nm grid. Mercury's lines do not wear.
+The classes, and where their spectra come from: :mod:`lutgen.effects.lights`.
 """
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
-from functools import cache, cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lutgen.colorimetry import inverse
-from lutgen.errors import LutgenError, pick_one
+from lutgen.effects.lights import BROAD, DEFAULT_CLASS, WAVELENGTHS, class_of, light_of, lights, stated_class
+from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from lutgen.colorimetry import Array
 
-#: nm, (81,).
-WAVELENGTHS = np.arange(380.0, 781.0, 5.0)
+__all__ = ["CMFS", "DEFAULT_CLASS", "WAVELENGTHS", "SpectralDisplay", "class_of", "mapped", "of_scene", "stated_class"]
 
 # x̄, ȳ, z̄ at each wavelength.
 _TABLE = """
@@ -120,119 +117,8 @@ _TABLE = """
 CMFS = np.array([float(number) for number in _TABLE.split()]).reshape(WAVELENGTHS.size, 3)
 
 
-#: The class of a display whose readings state none: most desktop displays belong to it.
-DEFAULT_CLASS = "white-led"
-
-#: Class → pattern of the words that name it, the first that fits.
-_WORDS = {
-    "ccfl": r"ccfl|cold.?cathode|fluorescent",
-    "oled": r"oled",
-    "rgb-led": r"rgb.{0,3}led|tri.?colou?r.{0,3}led",
-    "white-led": r"w.?led|white.{0,3}led|led|edge.?lit",
-}
-
 #: Smallest share of a primary's X + Y + Z that each of X, Y and Z is given: no real light has less.
 _LEAST = 1e-5
-
-#: Pass bands of the colour filters: lower edge, upper edge, width of the edges (nm), floor.
-_FILTERS = ((590.0, 900.0, 6.0, 0.008), (488.0, 592.0, 9.0, 0.018), (300.0, 486.0, 7.0, 0.003))
-
-
-class _ClassLight(NamedTuple):
-    """Typical spectra of a class: the wearing parts, fastest first; the stable part; and the filters (3, 81).
-
-    Without filters each part is a primary's emitter, in the order of ``emitters``.
-    """
-
-    parts: Mapping[str, Array]
-    steady: Array
-    emitters: tuple[str, str, str] | None = None
-
-    @property
-    def primaries(self) -> Array:
-        if self.emitters:
-            return np.array([self.parts[name] for name in self.emitters]) + self.steady
-        return _filters() * self.total
-
-    @property
-    def total(self) -> Array:
-        return np.asarray(sum(self.parts.values()) + self.steady)
-
-
-def _bell(peak: float, below: float, above: float | None = None, area: float = 1.0) -> Array:
-    """Spectrum with Gaussian flanks of full widths ``below`` and ``above`` (nm, half maximum); ``area`` is its sum."""
-    width = np.where(peak > WAVELENGTHS, below, above or below)
-    bell = np.exp(-4.0 * np.log(2.0) * ((WAVELENGTHS - peak) / width) ** 2)
-    return np.asarray(area * bell / bell.sum())
-
-
-def _lines(width: float, *lines: tuple[float, float]) -> Array:
-    return np.asarray(sum(_bell(at, width, area=area) for at, area in lines))
-
-
-def _filters() -> Array:
-    low, high, width, floor = np.array(_FILTERS).T[:, :, np.newaxis]
-    band = 1.0 / ((1.0 + np.exp((low - WAVELENGTHS) / width)) * (1.0 + np.exp((WAVELENGTHS - high) / width)))
-    return np.asarray(floor + (1.0 - floor) * band)
-
-
-def _lights() -> dict[str, _ClassLight]:
-    """Typical spectra; the areas give white near D65 behind the filters."""
-    floor = np.full(WAVELENGTHS.size, 1e-5)  # light at every wavelength, so that any correction finds some
-    return {
-        "ccfl": _ClassLight(
-            {
-                "blue phosphor (BAM)": _bell(450.0, 40.0, 64.0, 1.0),
-                "green phosphor (Tb)": _lines(10.0, (490.0, 0.18), (544.0, 0.80), (585.0, 0.16), (620.0, 0.06)),
-                "red phosphor (Eu)": _lines(
-                    8.0, (594.0, 0.1), (611.0, 0.38), (630.0, 0.06), (650.0, 0.02), (707.0, 0.04)
-                ),
-            },
-            floor + _lines(8.0, (404.7, 0.02), (435.8, 0.06), (546.1, 0.05), (578.0, 0.015)),
-        ),
-        "white-led": _ClassLight(
-            {
-                "yellow phosphor (YAG)": _bell(545.0, 70.0, 130.0, 2.6),
-                "blue chip": _bell(450.0, 18.0, 24.0, 1.0),
-            },
-            floor,
-        ),
-        "rgb-led": _ClassLight(
-            {
-                "blue chip": _bell(458.0, 20.0, 26.0, 1.0),
-                "green chip": _bell(527.0, 32.0, 40.0, 1.4),
-                "red chip": _bell(632.0, 20.0, 16.0, 1.4),
-            },
-            floor,
-        ),
-        "oled": _ClassLight(
-            {
-                "blue emitter": _bell(461.0, 20.0, 36.0, 1.0),
-                "green emitter": _bell(528.0, 30.0, 46.0, 1.0),
-                "red emitter": _bell(620.0, 30.0, 50.0, 1.1),
-            },
-            floor,
-            ("red emitter", "green emitter", "blue emitter"),
-        ),
-    }
-
-
-@cache
-def _light_of(display_class: str) -> _ClassLight:
-    lights = _lights()
-    if display_class not in lights:
-        raise pick_one("display class", display_class, lights)
-    return lights[display_class]
-
-
-def stated_class(text: str) -> str | None:
-    """Display class that a text such as "simulated CCFL-lit medical LCD" names, or None."""
-    return next((name for name, words in _WORDS.items() if re.search(words, text, re.IGNORECASE)), None)
-
-
-def class_of(text: str) -> str:
-    """Display class that a text names; ``DEFAULT_CLASS`` where :func:`stated_class` finds none."""
-    return stated_class(text) or DEFAULT_CLASS
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,16 +146,19 @@ class SpectralDisplay:
     @staticmethod
     def classes() -> tuple[str, ...]:
         """Names of the display classes."""
-        return tuple(_lights())
+        return tuple(lights())
 
     @classmethod
     def of(cls, display_class: str, xyz_tips: Array) -> SpectralDisplay:
         """Estimate the spectra of a display.
 
+        Where no class is stated, it is the one whose typical spectra need the least correction, in relative entropy; of
+        the broad lights, which primaries do not tell apart, always ``DEFAULT_CLASS``.
+
         Parameters
         ----------
         display_class
-            One of :meth:`classes`.
+            One of :meth:`classes`, or ``UNSTATED``.
         xyz_tips
             XYZ of white, red, green, blue in cd/m², (4, 3). White itself is not asked for.
 
@@ -279,14 +168,15 @@ class SpectralDisplay:
             Unknown class, or a primary without luminance.
 
         """
-        light = _light_of(display_class)
         primaries = np.asarray(xyz_tips, dtype=np.float64)[1:]
         if not (np.isfinite(primaries).all() and (primaries[:, 1] > 0).all()):
             raise LutgenError(
                 f"the primaries' luminances are {', '.join(f'{value:g}' for value in primaries[:, 1])} cd/m². "
                 f"Spectra are estimated from primaries that give light: give positive, finite tips."
             )
-        spectra = np.array([_nearest(base, xyz) for base, xyz in zip(light.primaries, primaries, strict=True)])
+        display_class = display_class or _guessed(primaries)
+        light = light_of(display_class)
+        spectra = _corrected(light.primaries, primaries)
         parts = {name: part / light.total for name, part in light.parts.items()}
         misfit = np.abs(_xyz_of(spectra) - primaries).max(axis=1) / primaries.sum(axis=1)
         return cls(display_class, spectra, parts, float(misfit.max()))
@@ -329,6 +219,24 @@ def of_scene(light: SpectralDisplay | None, who: str) -> SpectralDisplay:
 def _xyz_of(spectra: Array) -> Array:
     """XYZ (..., 3) of spectra (..., 81)."""
     return np.asarray((spectra[..., np.newaxis] * CMFS).sum(axis=-2))
+
+
+def _guessed(primaries: Array) -> str:
+    """Return the class whose typical spectra are nearest to spectra with these XYZ (3, 3)."""
+    costs = {name: _cost(light.primaries, primaries) for name, light in lights().items()}
+    nearest = min(costs, key=lambda name: costs[name])
+    return DEFAULT_CLASS if nearest in BROAD else nearest
+
+
+def _cost(bases: Array, primaries: Array) -> float:
+    """Relative entropy of the corrected spectra to the typical ones, each scaled to a sum of 1, over the primaries."""
+    typical, found = (each / each.sum(axis=1, keepdims=True) for each in (bases, _corrected(bases, primaries)))
+    return float((found * np.log(found / typical)).sum())
+
+
+def _corrected(bases: Array, primaries: Array) -> Array:
+    """Spectra (3, 81) nearest to typical ones (3, 81), with the XYZ of the primaries (3, 3)."""
+    return np.array([_nearest(base, xyz) for base, xyz in zip(bases, primaries, strict=True)])
 
 
 def _nearest(base: Array, xyz: Array) -> Array:

@@ -24,7 +24,7 @@ from lutgen.files import check_name, free_bytes, replacing
 from lutgen.names import SOURCES
 from lutgen.pictures.blocks import threads
 from lutgen.pictures.encoding import NotFiniteError, Storage
-from lutgen.pictures.engines import Shader, TableShader, Unaged, engine_for, shader_for
+from lutgen.pictures.engines import PlacedEngine, Shader, TableShader, Unaged, engine_for, shader_for
 from lutgen.pictures.images import DTYPES, TIFF, format_of_suffix, is_whole, open_source
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Future
 
     from lutgen.display import AgedDisplay
+    from lutgen.display.on_screen import OnScreen
     from lutgen.pictures.encoding import Stored
     from lutgen.pictures.engines import Engine
     from lutgen.pictures.images import ImageFormat, ImageSource
@@ -82,6 +83,7 @@ def apply_to_image(
     aging: AgedDisplay | str | Path,
     *,
     side_by_side: bool = False,
+    on_screen: OnScreen | None = None,
     source: str = "auto",
     force: bool = False,
 ) -> AppliedImage:
@@ -98,6 +100,8 @@ def apply_to_image(
         OpenColorIO reads, such as a .cube or .clf.
     side_by_side
         Write the un-aged picture on the left and the aged one on the right.
+    on_screen
+        Where on the screen of ``aging``, a display, the picture lies; None: every pixel is seen at one place.
     source
         One of ``SOURCES``: what the numbers in the file are.
     force
@@ -111,7 +115,12 @@ def apply_to_image(
     """
     outputs = outputs_for([Path(image)], output)
     (applied,) = apply_to_images(
-        [(Path(image), outputs[0])], aging, side_by_side=side_by_side, source=source, force=force
+        [(Path(image), outputs[0])],
+        aging,
+        side_by_side=side_by_side,
+        on_screen=on_screen,
+        source=source,
+        force=force,
     )
     return applied
 
@@ -136,6 +145,7 @@ def apply_to_images(
     aging: AgedDisplay | str | Path,
     *,
     side_by_side: bool = False,
+    on_screen: OnScreen | None = None,
     source: str = "auto",
     force: bool = False,
     progress: Callable[[int, int], None] = lambda _done, _total: None,
@@ -162,16 +172,26 @@ def apply_to_images(
             with open_source(image, source) as opened:
                 target = Target(opened, format_of_suffix(output), wide=side_by_side)
                 with target.open(partial):
-                    work = _ImageWork(opened, target, engine, side_by_side=side_by_side)
+                    way = _placed(aging, on_screen, opened) if on_screen else engine
+                    work = _ImageWork(opened, target, way, side_by_side=side_by_side)
                     work.run(lambda row, before=before: progress(before + row, sum(rows)))  # type: ignore[misc]
                 done.append(work.applied(output))
     return done
 
 
+def _placed(aging: AgedDisplay | str | Path, on_screen: OnScreen, source: ImageSource) -> PlacedEngine:
+    if isinstance(aging, (str, Path)):
+        raise LutgenError(f"{aging}: a LUT does not know where on the screen a pixel lies. Give a display instead.")
+    turned = int(source.spec.get_int_attribute("Orientation", 1))
+    return PlacedEngine(aging, on_screen, (source.height, source.width), turned)
+
+
 class _ImageWork:
     """Reads one image band by band, ages it and writes it."""
 
-    def __init__(self, source: ImageSource, target: Target, engine: Engine, *, side_by_side: bool) -> None:
+    def __init__(
+        self, source: ImageSource, target: Target, engine: Engine | PlacedEngine, *, side_by_side: bool
+    ) -> None:
         self._source, self._target = source, target
         self._shader = shader_for(source.storage, target.storage, engine)
         self._unaged = Shader(source.storage, target.storage, Unaged(target.storage.encoding)) if side_by_side else None
@@ -232,7 +252,7 @@ class _ImageWork:
         def part(start: int) -> Any:
             stop = start + shader.chunk
             try:
-                return shader(flat[start:stop], out[start:stop])
+                return shader(flat[start:stop], out[start:stop], first_row * self._source.width + start)
             except NotFiniteError as error:
                 row, column = divmod(start + error.index, self._source.width)
                 raise LutgenError(

@@ -27,6 +27,7 @@ import numpy as np
 
 from lutgen.colorimetry import CHUNK, delta_e_2000, linear_to_lab, xyY_to_xyz, xyz_to_linear
 from lutgen.display import REFERENCE, LatentTips
+from lutgen.display.on_screen import seen_at
 from lutgen.pictures.blocks import threads
 from lutgen.pictures.distinct import Colours
 from lutgen.readings.rest import TIP_DRIVES
@@ -47,6 +48,8 @@ def differences(
     unaged: AgedDisplay,
     aged: Sequence[AgedDisplay],
     progress: Callable[[int, int], None] = lambda _done, _total: None,
+    *,
+    places: Callable[[slice], Array] | None = None,
 ) -> Array:
     """ΔE2000 of ``size`` colours on each aged display, against the un-aged one: shape (len(aged), size).
 
@@ -60,13 +63,16 @@ def differences(
         The displays. What their chains have in common is computed once.
     progress
         Called with the colours done and the colours in all.
+    places
+        Slice of 0..size → where on the screen these colours lie, (n, 2); None: all at one place.
 
     """
     result = np.empty((len(aged), size))
 
     def fill(start: int) -> int:
         part = slice(start, min(start + CHUNK, size))
-        _fill(result[:, part], code(part), unaged, aged)
+        here = [seen_at(each, places(part)) for each in (unaged, *aged)] if places else [unaged, *aged]
+        _fill(result[:, part], code(part), here[0], here[1:])
         return part.stop
 
     with ThreadPoolExecutor(threads()) as workers:

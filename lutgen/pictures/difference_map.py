@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from lutgen.bindings import oiio
 from lutgen.display import seen_on, what_pictures_carry
+from lutgen.display.on_screen import OnScreen
 from lutgen.errors import LutgenError, pick_one
 from lutgen.files import check_name, replacing
 from lutgen.names import AGING_MODES, MAP_SUFFIXES, SIGNAL, SOURCES
@@ -43,6 +44,9 @@ LONGEST = 1000
 
 #: Width of the histogram's bins in ΔE2000.
 BIN = 0.1
+
+#: Pixels of a picture on a screen, at most: those of 8K.
+MOST_PLACED = 7680 * 4320
 
 Singles = NDArray[np.float32]
 
@@ -69,7 +73,9 @@ class DifferenceMap:
     factor
         1 for images of up to ``LONGEST`` pixels a side.
     values, counts
-        ΔE2000 of the distinct colours, and pixels of each: (n,) both.
+        ΔE2000 of the distinct colours, and pixels of each: (n,) both; where ``on_screen``, of all pixels that count.
+    on_screen
+        Where on the screen the image lies; None: every pixel is seen at one place.
 
     """
 
@@ -89,6 +95,7 @@ class DifferenceMap:
     factor: int
     values: Array = field(repr=False)
     counts: Counts = field(repr=False)
+    on_screen: OnScreen | None = None
 
     def share(self, above: float) -> float:
         """Share of the pixels whose ΔE2000 is larger than ``above``."""
@@ -101,13 +108,13 @@ class DifferenceMap:
 
     def remarks(self) -> list[str]:
         """Say under which conditions the display was seen: sentences, none where nothing depends on them."""
-        return what_pictures_carry(self.model)
+        return what_pictures_carry(self.model, self.on_screen)
 
     def as_json(self) -> dict[str, Any]:
         """Return what ``--json`` writes: see ``lutgen/pictures/schema/map.json``."""
         return {
             "schema": 1,
-            **seen_on(self.model),
+            **seen_on(self.model, self.on_screen),
             "file": self.file,
             "mode": self.mode,
             "hours": self.hours,
@@ -133,6 +140,7 @@ def difference_map(
     hours: float,
     *,
     floats: Sequence[str | Path] = (),
+    on_screen: OnScreen | None = None,
     source: str = "auto",
     force: bool = False,
     progress: Callable[[int, int], None] = lambda _done, _total: None,
@@ -149,6 +157,8 @@ def difference_map(
         One of the modes that age, and the operating hours.
     floats
         Write the map in numbers here too: .exr, .tif.
+    on_screen
+        Where on the screen the image lies: every pixel is then computed at its own place, up to ``MOST_PLACED``.
     source
         What the numbers of the image are: ``auto``, ``signal`` or ``linear``, as for ``apply``.
     force
@@ -159,8 +169,9 @@ def difference_map(
     Raises
     ------
     LutgenError
-        An image that cannot be read, a mode that does not age, an unknown source, an hour outside the measured span or
-        the luminance law's, or a file that cannot be written; nothing is written then.
+        An image that cannot be read, or is larger than a screen where ``on_screen``, a mode that does not age, an
+        unknown source, an hour outside the measured span or the luminance law's, or a file that cannot be written;
+        nothing is written then.
 
     """
     path = Path(image)
@@ -171,22 +182,32 @@ def difference_map(
     model.at(mode, hours)
     files = [_check_floats(Path(file), path, force=force) for file in floats]
     colours = count_colours(path, source, lambda done, total: progress(500 * done // total, 1000))
-    unaged, aged = model.at("stable", 0.0), model.at(mode, hours)
-    (values,) = differences(colours.code, len(colours), unaged, [aged])
+    unaged, aged = (on_screen or OnScreen).unaged(model), model.at(mode, hours)
+    values, counts = np.zeros(0), colours.counts
+    if not on_screen:
+        (values,) = differences(colours.code, len(colours), unaged, [aged])
+    each_pixel: list[Singles] = []
     with open_blocks(path, source) as blocks:
-        find: Callable[[Stored], Singles] = partial(_computed, unaged, aged, blocks.storage)
-        if blocks.storage.dtype == np.uint8 and not blocks.storage.associated:
+        if on_screen:
+            check_placed(str(image), blocks.height, blocks.width)
+        find: Callable[[Stored, Array | None], Singles] = partial(_computed, unaged, aged, blocks.storage)
+        if not on_screen and blocks.storage.dtype == np.uint8 and not blocks.storage.associated:
             find = partial(_looked_up, _table_of(colours, values))
         factor = whole_factor(blocks.height, blocks.width, LONGEST)
         means = AreaMeans(Grid.squares(blocks.height, blocks.width, factor), 1)
         with ExitStack() as stack:
             writers = [stack.enter_context(_floats(file, blocks)) for file in files]
             for place, stored in blocks.read(lambda done, total: progress(500 + 500 * done // total, 1000)):
-                block = _of_block(find, stored, blocks.storage)
+                block = _of_block(find, stored, blocks.storage, _places(on_screen, blocks, place))
+                if on_screen:
+                    each_pixel.append(block[np.isfinite(block)])
                 means.add(place, block[..., np.newaxis].astype(np.float64), np.isfinite(block).astype(np.float64))
                 for write in writers:
                     write(place, block)
-    mean, sd, p95, p99, largest = statistics(values, colours.counts)
+    if on_screen:
+        values = np.concatenate(each_pixel).astype(np.float64)
+        counts = np.ones(len(values), colours.counts.dtype)
+    mean, sd, p95, p99, largest = statistics(values, counts)
     return DifferenceMap(
         file=str(image),
         mode=mode,
@@ -194,7 +215,7 @@ def difference_map(
         model=model,
         pixels=colours.pixels,
         colours=len(colours),
-        binning_error=binning_error(colours, model, [mode], [float(hours)]),
+        binning_error=0.0 if on_screen else binning_error(colours, model, [mode], [float(hours)]),
         mean=mean,
         sd=sd,
         p95=p95,
@@ -203,15 +224,40 @@ def difference_map(
         shown=means.means()[..., 0],
         factor=factor,
         values=values,
-        counts=colours.counts,
+        counts=counts,
+        on_screen=on_screen,
     )
 
 
-def _computed(unaged: AgedDisplay, aged: AgedDisplay, storage: Storage, stored: Stored) -> Singles:
+def check_placed(file: str, rows: int, columns: int) -> None:
+    """Raise LutgenError for a picture of more than ``MOST_PLACED`` pixels."""
+    if rows * columns > MOST_PLACED:
+        raise LutgenError(
+            f"{file}: {columns} × {rows} pixels are more than the {MOST_PLACED:,} of the largest screens. Crop what "
+            f"the screen shows, or make it smaller first."
+        )
+
+
+def _places(on_screen: OnScreen | None, blocks: Blocks, block: Place) -> Array | None:
+    """Where on the screen the pixels of a block lie, (n, 2); None: all at one place."""
+    if on_screen is None:
+        return None
+    shape = blocks.height, blocks.width
+    rows = [
+        on_screen.places(row * blocks.width + block.left, block.right - block.left, shape, blocks.orientation)
+        for row in range(block.top, block.bottom)
+    ]
+    return np.concatenate(rows)
+
+
+def _computed(
+    unaged: AgedDisplay, aged: AgedDisplay, storage: Storage, stored: Stored, places: Array | None
+) -> Singles:
     """ΔE2000 of pixels, (n, channels) → (n,), each for itself."""
     planes, _ = Decoder(storage, SIGNAL)(stored)
     code = planes.T
-    (values,) = differences(code.__getitem__, len(code), unaged, [aged])
+    where = None if places is None else places.__getitem__
+    (values,) = differences(code.__getitem__, len(code), unaged, [aged], places=where)
     return np.asarray(values, np.float32)
 
 
@@ -222,21 +268,23 @@ def _table_of(colours: Colours, values: Array) -> Singles:
     return table
 
 
-def _looked_up(table: Singles, stored: Stored) -> Singles:
+def _looked_up(table: Singles, stored: Stored, _places: None) -> Singles:
     """ΔE2000 of 8-bit pixels, (n, channels) → (n,)."""
     red, green, blue = (stored[:, channel].astype(np.uint32) for channel in range(3))
     return np.asarray(table.take(red << np.uint32(16) | green << np.uint32(8) | blue))
 
 
-def _of_block(find: Callable[[Stored], Singles], stored: Stored, storage: Storage) -> Singles:
+def _of_block(
+    find: Callable[[Stored, Array | None], Singles], stored: Stored, storage: Storage, places: Array | None
+) -> Singles:
     """ΔE2000 of a block, (rows, columns); NaN where alpha is 0."""
     flat = stored.reshape(-1, storage.channels)
     if not storage.alpha or (flat[:, 3] != 0).all():
-        return find(flat).reshape(stored.shape[:2])
+        return find(flat, places).reshape(stored.shape[:2])
     seen = flat[:, 3] != 0
     values = np.full(len(flat), np.nan, np.float32)
     if seen.any():
-        values[seen] = find(flat[seen])
+        values[seen] = find(flat[seen], None if places is None else places[seen])
     return values.reshape(stored.shape[:2])
 
 

@@ -18,6 +18,7 @@ from lutgen.bake.formats import lut_suffixes
 from lutgen.bindings import lut_processor
 from lutgen.colorimetry import XYZ_TO_LINEAR, linear_to_code, transform
 from lutgen.display.chain import outside_gamut
+from lutgen.display.on_screen import linear_at
 from lutgen.display.paper import TIE, Matrices, Selection, paper_links
 from lutgen.errors import LutgenError, pick_one
 from lutgen.files import is_file
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay
+    from lutgen.display.on_screen import OnScreen
     from lutgen.pictures.encoding import Storage, Stored
 
 #: Which pixels' aged colours lie outside the viewer's gamut, shape (n,); None where the engine cannot know.
@@ -78,6 +80,26 @@ class ChainEngine:
     def __call__(self, planes: Array) -> tuple[Array, Clipped]:
         """Age code values (3, n)."""
         linear = self.aged.code_to_linear(planes.T)
+        return linear_to_code(np.clip(linear, 0.0, 1.0)).T, outside_gamut(linear)
+
+
+@dataclass(frozen=True)
+class PlacedEngine:
+    """A display on whose screen a picture lies: each pixel is aged at its own place.
+
+    ``shape`` and ``orientation`` are those of the picture as stored.
+    """
+
+    aged: AgedDisplay
+    on_screen: OnScreen
+    shape: tuple[int, int]
+    orientation: int
+    works_in: str = SIGNAL
+
+    def __call__(self, planes: Array, first: int = 0) -> tuple[Array, Clipped]:
+        """Age code values (3, n) of the pixels from the ``first`` on, row by row."""
+        place = self.on_screen.places(first, planes.shape[1], self.shape, self.orientation)
+        linear = linear_at(self.aged, planes.T, place)
         return linear_to_code(np.clip(linear, 0.0, 1.0)).T, outside_gamut(linear)
 
 
@@ -186,11 +208,11 @@ class PixelCounts(NamedTuple):
     source_clipped: int
 
 
-def shader_for(source: Storage, target: Storage, engine: Engine) -> Shader | TableShader:
-    """Return the fastest way: 8-bit pixels whose colour does not depend on alpha are looked up."""
+def shader_for(source: Storage, target: Storage, engine: Engine | PlacedEngine) -> Shader | TableShader:
+    """Return the fastest way: 8-bit pixels whose colour does not depend on alpha or on the place are looked up."""
     shader = Shader(source, target, engine)
     eight_bits = source.dtype == target.dtype == np.uint8
-    if eight_bits and not source.associated and not target.associated:
+    if eight_bits and not source.associated and not target.associated and not isinstance(engine, PlacedEngine):
         return TableShader(shader)
     return shader
 
@@ -201,7 +223,7 @@ class Shader:
 
     source: Storage
     target: Storage
-    engine: Engine
+    engine: Engine | PlacedEngine
     chunk: int = BLOCK
 
     @cached_property
@@ -217,15 +239,16 @@ class Shader:
         """Whether source and target store differently."""
         return self.source != self.target
 
-    def __call__(self, stored: Stored, out: Stored) -> PixelCounts:
-        """Age ``stored`` (n, channels) into ``out`` (n, channels)."""
-        clipped, source_clipped = self.shade(stored, out)
+    def __call__(self, stored: Stored, out: Stored, first: int = 0) -> PixelCounts:
+        """Age ``stored`` (n, channels) into ``out`` (n, channels); ``first`` is the picture's pixel in row 0."""
+        clipped, source_clipped = self.shade(stored, out, first)
         return PixelCounts(None if clipped is None else int(np.count_nonzero(clipped)), source_clipped)
 
-    def shade(self, stored: Stored, out: Stored) -> tuple[Clipped, int]:
+    def shade(self, stored: Stored, out: Stored, first: int = 0) -> tuple[Clipped, int]:
         """As a call, but also return which pixels the viewer's gamut clips."""
         planes, source_clipped = self._decode(stored)
-        aged, clipped = self.engine(planes)
+        engine = self.engine
+        aged, clipped = engine(planes, first) if isinstance(engine, PlacedEngine) else engine(planes)
         self._encode(aged, stored, self.source.white, out)
         return clipped, source_clipped
 
@@ -246,7 +269,7 @@ class TableShader:
     chunk: int = 8 * BLOCK
     _table: NDArray[np.uint32] = field(default_factory=lambda: np.zeros(1 << 24, "<u4"), repr=False, compare=False)
 
-    def __call__(self, stored: Stored, out: Stored) -> PixelCounts:
+    def __call__(self, stored: Stored, out: Stored, _first: int = 0) -> PixelCounts:
         """Age ``stored`` (n, channels) into ``out`` (n, channels)."""
         colours = _packed(stored)
         shown = self._table.take(colours)

@@ -23,12 +23,14 @@ from lutgen.pictures.blocks import open_blocks
 from lutgen.pictures.difference import DifferenceCurve, curves_of, differences
 from lutgen.pictures.distinct import count_colours
 from lutgen.pictures.encoding import Decoder
+from lutgen.pictures.placed import placed_curves, placed_picture
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay, DisplayModel
+    from lutgen.display.on_screen import OnScreen
     from lutgen.pictures.blocks import Blocks, Place
     from lutgen.pictures.encoding import Storage, Stored
 
@@ -252,6 +254,8 @@ class AgedSeries:
         How many pixels count for ΔE2000, and of how many distinct colours.
     curves
         Mode → ΔE2000 at hour 0 and the hours asked for.
+    on_screen
+        Where on the screen the picture lies; None: every pixel is seen at one place.
 
     """
 
@@ -262,6 +266,7 @@ class AgedSeries:
     pixels: int
     colours: int
     curves: dict[str, DifferenceCurve]
+    on_screen: OnScreen | None = None
 
     @property
     def hours(self) -> list[float]:
@@ -270,6 +275,10 @@ class AgedSeries:
 
     def seen(self, mode: str, hours: float) -> Pixels:
         """Show the image as an un-aged sRGB viewer shows what the display makes of it, uint8 of shape (h, w, 3)."""
+        if self.on_screen:
+            stable = mode == "stable"
+            display = self.on_screen.unaged(self.model) if stable else self.model.at(mode, hours)
+            return placed_picture(self.source, display, self.on_screen)
         flat = self.source.reshape(-1, 3).astype(np.uint32)
         colours, which = np.unique(flat[:, 0] << 16 | flat[:, 1] << 8 | flat[:, 2], return_inverse=True)
         code = np.stack([colours >> 16, colours >> 8 & 255, colours & 255], axis=1) / 255.0
@@ -290,6 +299,7 @@ def aged_series(
     hours: Sequence[float],
     *,
     longest: int = LONGEST,
+    on_screen: OnScreen | None = None,
     source: str = "auto",
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> AgedSeries:
@@ -305,6 +315,8 @@ def aged_series(
         Modes that age, and operating hours; hour 0 is added.
     longest
         Pixels of the longest side; a larger image is made smaller by a whole factor.
+    on_screen
+        Where on the screen the image lies; ΔE2000 are then those of the smaller picture's pixels.
     source
         What the numbers of the image are: ``auto``, ``signal`` or ``linear``, as for ``apply``.
     progress
@@ -333,11 +345,16 @@ def aged_series(
         factor = whole_factor(blocks.height, blocks.width, longest)
         grid = Grid.squares(blocks.height, blocks.width, factor)
         light = light_means(blocks, grid, lambda done, total: progress(400 + 400 * done // total, 1000))
-    code = np.where(np.isfinite(light), linear_to_code(np.nan_to_num(light)), GREY / 255.0)
+    seen = np.isfinite(light)
+    code = np.rint(255.0 * np.where(seen, linear_to_code(np.nan_to_num(light)), GREY / 255.0)).astype(np.uint8)
+    if on_screen:
+        curves = placed_curves(code, seen[..., 0], model, on_screen, modes=modes, hours=chosen)
+        pixels = int(seen[..., 0].sum())
+        return AgedSeries(str(image), model, code, factor, pixels, len(colours), curves, on_screen)
     return AgedSeries(
         file=str(image),
         model=model,
-        source=np.rint(255.0 * code).astype(np.uint8),
+        source=code,
         factor=factor,
         pixels=colours.pixels,
         colours=len(colours),

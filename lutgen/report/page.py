@@ -24,6 +24,7 @@ from lutgen.report.criticism_plots import FIT, RESIDUALS, STEPS, VISIBILITY, plo
 from lutgen.report.diagnosis import diagnose_page, refine_page
 from lutgen.report.drawing import data_address
 from lutgen.report.lifetimes import lifetime_page
+from lutgen.report.on_screen import on_screen_section
 from lutgen.report.page_scenes import (
     MODES_IN_WORDS,
     TILES,
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from lutgen.display import DisplayModel
     from lutgen.effects import Effect
     from lutgen.pictures.lifetime import Lifetimes
+    from lutgen.report.on_screen import PlacedStills
     from lutgen.report.page_scenes import PageScene, Scenes
     from lutgen.report.parts import Page, Part
 
@@ -334,6 +336,8 @@ class Run:
         A folder of LUTs, or None.
     evidence
         Readings compared with the model, or None.
+    placed
+        The image as it lies on the screen, or None.
 
     """
 
@@ -341,6 +345,7 @@ class Run:
     scenes: Scenes
     built: BuildFolder | None = None
     evidence: Evidence | None = None
+    placed: PlacedStills | None = None
 
 
 def write_report(run: Run, path: str | Path) -> None:
@@ -371,6 +376,8 @@ def _sections(run: Run) -> Iterator[PageSection]:
     yield viewer_section(run.scenes)
     yield lifetimes_section(run.lifetimes, run.scenes)
     yield frames_section(run.scenes)
+    if run.placed:
+        yield on_screen_section(run.placed)
     if run.evidence:
         yield evidence_section(run.evidence)
     if model.effects:

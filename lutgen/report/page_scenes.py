@@ -195,7 +195,7 @@ def scenes_of(
         modes[mode] = tuple(scenes)
     lasts = {mode: model.at(mode, hours[-1]) for mode in modes}
     stills = {mode: _still(frame, unaged, aged, reach) for mode, aged in lasts.items()}
-    seen, source = (_picture(frame, shown) for shown in (frame.shown(unaged), frame.colours[frame.places]))
+    seen, source = (picture_address(frame, shown) for shown in (frame.shown(unaged), frame.colours[frame.places]))
     return Scenes(frame, seen, source, tuple(hours), modes, stills, reach, _blending(frame, model, modes))
 
 
@@ -234,17 +234,19 @@ def _drawn(scenes: Sequence[PageScene]) -> Iterator[tuple[float, Array]]:
 
 def _still(frame: Frame, unaged: AgedDisplay, aged: AgedDisplay, reach: float) -> Still:
     (difference,) = frame.differences(unaged, [aged])
-    return Still(_picture(frame, frame.shown(aged)), _map(frame, difference, reach))
+    return Still(picture_address(frame, frame.shown(aged)), map_address(frame, difference, reach))
 
 
-def _picture(frame: Frame, shown: NDArray[np.uint8]) -> str:
+def picture_address(frame: Frame, shown: NDArray[np.uint8]) -> str:
+    """Return the data address of a picture, transparent where the frame is."""
     if frame.visible.all():
         return data_address(page_png(shown))
     alpha = np.where(frame.visible, 255, 0).astype(np.uint8)
     return data_address(page_png(np.dstack([shown, alpha])))
 
 
-def _map(frame: Frame, difference: NDArray[np.float64], reach: float) -> str:
+def map_address(frame: Frame, difference: NDArray[np.float64], reach: float) -> str:
+    """Return the data address of a map of ΔE2000 (h, w) whose colours end at ``reach``."""
     level = np.minimum(difference / reach * STEPS, STEPS - 1).astype(np.uint8)
     # The last colour of the palette is for transparent pixels.
     level[~frame.visible] = STEPS

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from lutgen.display import DisplayModel
+    from lutgen.display.on_screen import OnScreen
     from lutgen.pictures.difference_map import DifferenceMap
     from lutgen.pictures.frame import AgedSeries
 
@@ -179,6 +180,8 @@ def footer(series: AgedSeries) -> str:
     """Explain the pictures and the numbers, and name model and readings."""
     model = series.model
     smaller = f" Each pixel is the mean light of {series.factor} × {series.factor}." if series.factor > 1 else ""
+    if series.on_screen:
+        smaller = f"{smaller} {' '.join(series.on_screen.sentences())}"
     return (
         f"As an un-aged sRGB viewer shows it.{smaller} ΔE2000 against the un-aged display, over all "
         f"{spaced(series.pixels)} pixels. Model: Avanaki et al. 2015{' with effects' if model.effects else ''}, "
@@ -258,6 +261,7 @@ def draw_figure(
     model: DisplayModel,
     path: str | Path,
     *,
+    on_screen: OnScreen | None = None,
     source: str = "auto",
     force: bool = False,
     progress: Callable[[int, int], None] = lambda _done, _total: None,
@@ -274,6 +278,8 @@ def draw_figure(
         The display. Its measured span must hold the figure's hours.
     path
         A .png file.
+    on_screen
+        Where on the screen the image lies; not for Figure 5, whose curves know no places.
     source
         What the numbers of the image are: ``auto``, ``signal`` or ``linear``, as for ``apply``.
     force
@@ -289,6 +295,11 @@ def draw_figure(
     """
     if number not in FIGURES:
         raise pick_one("figure", number, FIGURES)
+    if number == "5" and on_screen:
+        raise LutgenError(
+            "Figure 5 counts colours wherever on the screen they lie. Leave --on-screen out, or take Figure 6, or "
+            "lutgen sheet --on-screen with several hours."
+        )
     if number == "5":
         lifetimes = lifetime([image], model, source=source, progress=progress)
         plot_lifetime(lifetimes, lifetimes.images[0], Path(path), force=force)
@@ -299,10 +310,10 @@ def draw_figure(
             def share(done: int, total: int, before: int = len(maps)) -> None:
                 progress(before * total + done, len(MAPS) * total)
 
-            maps.append(difference_map(image, model, mode, hour, source=source, progress=share))
+            maps.append(difference_map(image, model, mode, hour, on_screen=on_screen, source=source, progress=share))
         plot_figure_6(maps, path, force=force)
     else:
-        _ages(number, image, model, Path(path), source=source, force=force, progress=progress)
+        _ages(number, image, model, Path(path), on_screen=on_screen, source=source, force=force, progress=progress)
     return Path(path)
 
 
@@ -312,12 +323,13 @@ def _ages(
     model: DisplayModel,
     path: Path,
     *,
+    on_screen: OnScreen | None,
     source: str,
     force: bool,
     progress: Callable[[int, int], None],
 ) -> None:
     modes, hours = list(dict.fromkeys(mode for mode, _ in AGES)), sorted({hour for _, hour in AGES})
-    series = aged_series(image, model, modes, hours, source=source, progress=progress)
+    series = aged_series(image, model, modes, hours, on_screen=on_screen, source=source, progress=progress)
     pictures = {"un-aged": series.seen("stable", 0.0)}
     pictures |= {_caption(series, mode, hour): series.seen(mode, hour) for mode, hour in AGES}
     mode, hour = AGES[-1]

@@ -207,7 +207,7 @@ def _mixed_table(analysis: Analysis) -> Table:
         if not model.effects:
             rows.append((model.measure, "–", model.effect, "not fitted", "–", ""))
     return Table(
-        ("", "condition", "effect", "estimate [95 %]", "p", "SD: readers, images, rest"),
+        ("", "condition", "effect", "estimate [95 %]", "p", "SD: readers, under a condition, images, rest"),
         rows,
         words=range(3),
         notes=[f"{model.measure}: {'; '.join(model.notes)}." for model in analysis.mixed if model.notes],
@@ -217,7 +217,8 @@ def _mixed_table(analysis: Analysis) -> Table:
 def _spreads(model: MixedModel) -> str:
     if not model.sd:
         return ""
-    return ", ".join(f"{model.sd[name]:.2f}" if name in model.sd else "–" for name in ("readers", "images", "rest"))
+    names = ("readers", "readers_by_condition", "images", "rest")
+    return ", ".join(f"{model.sd[name]:.2f}" if name in model.sd else "–" for name in names)
 
 
 def p_value(p: float) -> str:

@@ -1,15 +1,18 @@
 """Mixed models: what the condition does when differences between images, readers and sessions are taken out.
 
-Time (its logarithm) and ease: a fixed effect a condition and a session, random effects of readers and of images,
-crossed, by restricted maximum likelihood over *all* answers, also those of un-aged sessions: there an image's
-difficulty shows, which the paper's own tests leave in the noise.
+Time (its logarithm) and ease: a fixed effect a condition and a session, random effects of readers, of each reader under
+each condition, and of images, crossed, by restricted maximum likelihood over *all* answers, also those of un-aged
+sessions: there an image's difficulty shows, which the paper's own tests leave in the noise. Readers who react to a
+condition each in a way of their own are as few as they are, however many images they read: tests and intervals are
+those of Student's t with Satterthwaite's degrees of freedom.
 
 Agreement: logistic regression on the condition with readers as fixed effects, by generalized estimating equations with
 readings of the same image in a cluster (Liang & Zeger 1986, doi:10.1093/biomet/73.1.13): what several readers do with
 one image is not independent.
 
 What cannot be told apart is left out and said: one reader has no differences between readers, images that were read
-once none between images and answers. statsmodels does the fitting (``lutgen[study]``).
+once none between images and answers. :mod:`lutgen.study.reml` fits time and ease, statsmodels agreement
+(``lutgen[study]``).
 """
 
 from __future__ import annotations
@@ -23,7 +26,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.study.statistics import UNAGED, Interval, Z
+from lutgen.study.reml import NOTHING, MixedFit, fit_crossed
+from lutgen.study.statistics import UNAGED, Interval
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -37,6 +41,9 @@ MISSING = "Mixed models are left out: statsmodels is not installed. Install lutg
 
 #: From this share of answers at the highest ease on, a note says that errors cannot be normal.
 CROWDED = 0.25
+
+#: The grouping of readers under each condition.
+BY_CONDITION = "readers_by_condition"
 
 #: Measure → what an effect is.
 EFFECTS = {"time": "ratio of times", "ease": "difference", "agreement": "odds ratio"}
@@ -67,7 +74,8 @@ class MixedModel:
     effects
         Of each other condition; none where the model could not be fitted.
     sd
-        Standard deviations of readers, images and what is left, where they are in the model; of log seconds or ease.
+        Standard deviations of readers, readers under a condition, images and what is left, where they are in the model;
+        of log seconds or ease.
     notes
         What was left out, and what went wrong.
 
@@ -80,16 +88,6 @@ class MixedModel:
     effects: tuple[ConditionEffect, ...]
     sd: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class MixedFit:
-    """Coefficients with standard errors, (k,), variances of each grouping and of what is left, and complaints."""
-
-    coefficients: Array
-    errors: Array
-    variances: dict[str, float]
-    complaints: tuple[str, ...]
 
 
 def available() -> bool:
@@ -137,8 +135,14 @@ def _of_answers(
     if measure == "ease":
         notes += _at_the_end(values)
     sd = {name: variance**0.5 for name, variance in fit.variances.items()}
-    effects = _effects(shown, fit.coefficients, fit.errors, change)
-    return MixedModel(measure, blank.effect, shown[0], len(answers), effects, sd, (*notes, *fit.complaints))
+    effects = _effects(shown, fit, change)
+    # Readers who react alike are the usual case: their variance of 0 stands in the table, and needs no note.
+    alike = [
+        f"no differences between {name} found: their variance is on its boundary, 0"
+        for name in groups
+        if name != BY_CONDITION and fit.variances[name] < NOTHING * fit.variances["rest"]
+    ]
+    return MixedModel(measure, blank.effect, shown[0], len(answers), effects, sd, (*notes, *alike, *fit.complaints))
 
 
 def _at_the_end(values: Array) -> list[str]:
@@ -161,53 +165,16 @@ def _groupings(answers: Sequence[Answer]) -> tuple[dict[str, list[str]], list[st
         groups["readers"] = readers
     else:
         notes.append("one reader: no differences between readers in the model")
+    by_condition = [f"{answer.reader}\n{answer.condition}" for answer in answers]
+    cells, conditions = len(set(by_condition)), len({answer.condition for answer in answers})
+    # Without more cells than readers and conditions tell already, or more answers than cells, it is no grouping.
+    if len(set(readers)) > 1 and len(set(readers)) + conditions - 1 < cells < len(answers):
+        groups[BY_CONDITION] = by_condition
     if len(set(images)) < len(images) and len(set(images)) > 1:
         groups["images"] = images
     else:
         notes.append("each image was read once: no differences between images in the model")
     return groups, notes
-
-
-def fit_crossed(values: Array, fixed: Array, groups: Mapping[str, Sequence[str]]) -> MixedFit:
-    """Fit values = fixed·β + a random effect a grouping + noise, by restricted maximum likelihood.
-
-    Parameters
-    ----------
-    values
-        Shape (n,).
-    fixed
-        Columns of the fixed effects, (n, k).
-    groups
-        Name → which group each value belongs to, n labels; groupings may cross. None: ordinary least squares.
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError, ValueError
-        The fit is impossible.
-
-    """
-    if not groups:
-        least = _statsmodels("regression.linear_model").OLS(values, fixed).fit()
-        return MixedFit(np.asarray(least.params), np.asarray(least.bse), {"rest": float(least.scale)}, ())
-    columns = {name: _membership(labels) for name, labels in groups.items()}
-    names = list(columns)
-    # One block that holds everything lets groupings cross; each grouping is a variance component in it.
-    linear = _statsmodels("regression.mixed_linear_model")
-    spec = linear.VCSpec(
-        names,
-        [[[f"{name} {place}" for place in range(each.shape[1])]] for name, each in columns.items()],
-        [[each] for each in columns.values()],
-    )
-    # Powell's method needs no gradient, which fails where a variance is 0, as that between alike readers is.
-    model = linear.MixedLM(values, fixed, np.zeros(len(values)), exog_vc=spec)
-    result, errors, complaints = _fitted(lambda: model.fit(reml=True, method="powell", ftol=1e-12), "bse_fe")
-    variances = dict(zip(names, map(float, result.vcomp), strict=True)) | {"rest": float(result.scale)}
-    return MixedFit(np.asarray(result.fe_params), errors, variances, complaints)
-
-
-def _membership(labels: Sequence[str]) -> Array:
-    levels, place = np.unique(np.array(labels), return_inverse=True)
-    return np.eye(len(levels))[place]
 
 
 def _of_agreement(conditions: Sequence[str], reading_pairs: Sequence[ReadingPair]) -> MixedModel:
@@ -233,7 +200,7 @@ def _of_agreement(conditions: Sequence[str], reading_pairs: Sequence[ReadingPair
     except (np.linalg.LinAlgError, ValueError) as error:
         return _without(blank, f"the fit failed ({error})")
     notes = ["one reader: nothing about others"] if len(levels) == 1 else ["readers are fixed: it is about these alone"]
-    effects = _effects(shown, fit.coefficients, fit.errors, _ratio)
+    effects = _effects(shown, fit, _ratio)
     return MixedModel("agreement", blank.effect, shown[0], len(reading_pairs), effects, {}, (*notes, *fit.complaints))
 
 
@@ -245,7 +212,7 @@ def _fit_logistic(agreed: Array, fixed: Array, clusters: Any) -> MixedFit:
     equations = _statsmodels("genmod.generalized_estimating_equations")
     model = equations.GEE(agreed, fixed, groups=clusters, family=family, cov_struct=structure)
     result, errors, complaints = _fitted(model.fit, "bse")
-    return MixedFit(np.asarray(result.params), errors, {}, complaints)
+    return MixedFit(np.asarray(result.params), errors, np.full(len(errors), inf), {}, complaints)
 
 
 def _fitted(fit: Callable[[], Any], errors: str) -> tuple[Any, Array, tuple[str, ...]]:
@@ -266,16 +233,16 @@ def _fitted(fit: Callable[[], Any], errors: str) -> tuple[Any, Array, tuple[str,
     return result, standard, tuple(complaints)
 
 
-def _effects(
-    shown: Sequence[str], coefficients: Array, errors: Array, change: Callable[[float], float]
-) -> tuple[ConditionEffect, ...]:
-    from scipy.special import ndtr
+def _effects(shown: Sequence[str], fit: MixedFit, change: Callable[[float], float]) -> tuple[ConditionEffect, ...]:
+    from scipy.stats import t
 
     effects = []
     for place, condition in enumerate(shown[1:], start=1):
-        value, error = float(coefficients[place]), float(errors[place])
-        ends = change(value - Z * error), change(value + Z * error)
-        effects.append(ConditionEffect(condition, change(value), ends, 2 * float(ndtr(-abs(value / error)))))
+        value, error = float(fit.coefficients[place]), float(fit.errors[place])
+        student = t(fit.freedom[place])
+        reach = float(student.ppf(0.975)) * error
+        p = 2 * float(student.sf(abs(value / error)))
+        effects.append(ConditionEffect(condition, change(value), (change(value - reach), change(value + reach)), p))
     return tuple(effects)
 
 

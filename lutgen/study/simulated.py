@@ -30,7 +30,8 @@ one half, chance, when aging hides everything.
     SD of ease             0.6, 1.6, 1.3        0.6, 1.2, 1.3
     =====================  ===================  ==================
 
-How much of the spread is the images' cannot be known from the paper: the shares below are assumptions.
+How much of the spread is the images' cannot be known from the paper: the shares below are assumptions. So are the
+18 000 h, which are lutgen's: the paper does not say how old the display of its study was.
 """
 
 from __future__ import annotations

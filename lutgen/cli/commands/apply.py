@@ -10,6 +10,7 @@ import click
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import NUMBER, model_from, model_options
 from lutgen.cli.outputs import print_json
+from lutgen.cli.screen_options import screen_from, screen_options
 from lutgen.cli.terminal import progress_bar, say
 from lutgen.names import MODES, SOURCES
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lutgen.display import AgedDisplay
+    from lutgen.display.on_screen import OnScreen
     from lutgen.pictures.apply import AppliedImage
 
 
@@ -41,6 +43,7 @@ if TYPE_CHECKING:
 @click.option("--force", is_flag=True, help="Replace an existing output; never the image itself.")
 @click.option("--json", "as_json", is_flag=True, help="Print a record of each image as JSON.")
 @click.option("-o", "--output", required=True, metavar="PATH", help="File to write; for several images a folder.")
+@screen_options
 @model_options
 def command(
     *,
@@ -54,6 +57,9 @@ def command(
     force: bool,
     as_json: bool,
     output: str,
+    on_screen: bool,
+    place: str | None,
+    uniformity: str | None,
     **options: Any,
 ) -> None:
     """Write the appearance of images on an aged display.
@@ -62,7 +68,7 @@ def command(
     chooses the format: .png, .jpg (quality 95, colour at full resolution), .tif, .exr. lutgen keeps depth, alpha,
     metadata and ICC profile, and does not apply the profile: the numbers are those that are sent to the display. An EXR
     file holds linear light; values outside 0..1, which no display can show, are clipped. Of a file with several images
-    lutgen takes the first.
+    lutgen takes the first. With --on-screen each pixel is aged at its own place on the screen, which no LUT can do.
 
     \b
     Example:
@@ -73,15 +79,25 @@ def command(
 
     from lutgen.pictures.apply import apply_to_images, outputs_for
 
-    aging, remarks = _aging(mode, hours, lut, build, options)
+    where = {"on_screen": on_screen, "place": place, "uniformity": uniformity}
+    aging, screen, remarks = _aging(mode, hours, lut, build, options=options, where=where)
     paths = [Path(image) for image in images]
     pairs = list(zip(paths, outputs_for(paths, output), strict=True))
     with progress_bar("applying", quiet=as_json) as progress:
-        done = apply_to_images(pairs, aging, side_by_side=side_by_side, source=source, force=force, progress=progress)
+        done = apply_to_images(
+            pairs,
+            aging,
+            side_by_side=side_by_side,
+            on_screen=screen,
+            source=source,
+            force=force,
+            progress=progress,
+        )
     if as_json:
         from dataclasses import asdict
 
-        notes = {"remarks": remarks} if remarks else {}
+        notes: dict[str, Any] = {"remarks": remarks} if remarks else {}
+        notes |= {"on_screen": screen.as_json()} if screen else {}
         print_json({"schema": 1, "images": [asdict(applied) for applied in done], **notes})
     else:
         for sentence in (*map(_sentence, done), *remarks):
@@ -89,27 +105,38 @@ def command(
 
 
 def _aging(
-    mode: str | None, hours: float | None, lut: str | None, build: str | None, options: dict[str, Any]
-) -> tuple[AgedDisplay | Path, list[str]]:
-    """What to apply, and what is to be said of a model's conditions."""
+    mode: str | None,
+    hours: float | None,
+    lut: str | None,
+    build: str | None,
+    *,
+    options: dict[str, Any],
+    where: dict[str, Any],
+) -> tuple[AgedDisplay | Path, OnScreen | None, list[str]]:
+    """What to apply, where on the screen, and what is to be said of a model's conditions."""
     from pathlib import Path
 
     from lutgen.display import what_pictures_carry
     from lutgen.errors import LutgenError
 
     model_given = any(options.values())
+    if any(where.values()) and (lut or build):
+        raise LutgenError(
+            "a LUT does not know where on the screen a pixel lies: with --on-screen, --place or --uniformity leave "
+            "--lut and --build out, and give --mode and --hours."
+        )
     if lut and (build or mode or hours is not None or model_given):
         raise LutgenError("--lut needs no model: leave --build, --mode, --hours and the options of the model out.")
     if lut:
-        return Path(lut), []
+        return Path(lut), None, []
     if mode is None or hours is None:
         raise LutgenError("which display? Give --mode and --hours, such as --mode chroma --hours 10000, or --lut FILE.")
     if not build:
-        model = model_from(**options)
-        return model.at(mode, hours), what_pictures_carry(model)
+        model, screen = screen_from(model_from(**options), **where)
+        return model.at(mode, hours), screen, what_pictures_carry(model, screen)
     if model_given:
         raise LutgenError("--build holds the whole model: leave the options of the model out.")
-    return _built_lut(Path(build), mode, hours), []
+    return _built_lut(Path(build), mode, hours), None, []
 
 
 def _built_lut(folder: Path, mode: str, hours: float) -> Path:

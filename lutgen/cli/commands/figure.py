@@ -8,6 +8,7 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import check_output, force_option, image_argument, model_from, model_options, source_option
+from lutgen.cli.screen_options import screen_from, screen_options
 from lutgen.cli.terminal import progress_bar, say
 from lutgen.names import FIGURES
 
@@ -18,8 +19,20 @@ from lutgen.names import FIGURES
 @click.option("-o", "--output", required=True, metavar="FILE.png", help="Picture to write.")
 @source_option
 @force_option
+@screen_options
 @model_options
-def command(*, number: str, image: str, output: str, source: str, force: bool, **options: Any) -> None:
+def command(
+    *,
+    number: str,
+    image: str,
+    output: str,
+    source: str,
+    force: bool,
+    on_screen: bool,
+    place: str | None,
+    uniformity: str | None,
+    **options: Any,
+) -> None:
     """Redraw a figure of the paper from your own image; the images of the paper were never published.
 
     \b
@@ -36,7 +49,9 @@ def command(*, number: str, image: str, output: str, source: str, force: bool, *
     from lutgen.report.sheets import draw_figure
 
     path = check_output(output, image, force=force)
-    model = model_from(**options)
+    model, screen = screen_from(model_from(**options), on_screen=on_screen, place=place, uniformity=uniformity)
     with progress_bar("drawing") as progress:
-        draw_figure(number, image, model, path, source=source, force=force, progress=progress)
+        draw_figure(number, image, model, path, on_screen=screen, source=source, force=force, progress=progress)
+    for sentence in screen.sentences() if screen else ():
+        say(sentence)
     say(output)

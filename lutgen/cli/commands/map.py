@@ -17,6 +17,7 @@ from lutgen.cli.options import (
     source_option,
 )
 from lutgen.cli.outputs import Outputs
+from lutgen.cli.screen_options import screen_from, screen_options
 from lutgen.cli.terminal import progress_bar
 from lutgen.names import AGING_MODES, MAP_SUFFIXES
 
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
 @click.option("--json", "json_to", metavar="FILE|-", help="Write statistics and histogram; - prints them alone.")
 @source_option
 @force_option
+@screen_options
 @model_options
 def command(
     *,
@@ -52,6 +54,9 @@ def command(
     json_to: str | None,
     source: str,
     force: bool,
+    on_screen: bool,
+    place: str | None,
+    uniformity: str | None,
     **options: Any,
 ) -> None:
     """Map how much aging changes each pixel of an image: ΔE2000, as in the paper's Figure 6.
@@ -74,10 +79,18 @@ def command(
     paths = [check_output(output, image, force=force, suffixes=(".png", *MAP_SUFFIXES)) for output in outputs]
     _check_different(outputs)
     floats = [path for path in paths if path.suffix.lower() in MAP_SUFFIXES]
-    model = model_from(**options)
+    model, screen = screen_from(model_from(**options), on_screen=on_screen, place=place, uniformity=uniformity)
     with progress_bar("comparing pixels", quiet=statistics.alone) as progress:
         difference = difference_map(
-            image, model, mode, hours, floats=floats, source=source, force=force, progress=progress
+            image,
+            model,
+            mode,
+            hours,
+            floats=floats,
+            on_screen=screen,
+            source=source,
+            force=force,
+            progress=progress,
         )
     for path in paths:
         if path not in floats:

@@ -9,6 +9,7 @@ import click
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import model_from, model_options, numbers, source_option, tolerance_option
 from lutgen.cli.outputs import check_new_file
+from lutgen.cli.screen_options import screen_from, screen_options
 from lutgen.cli.terminal import progress_bar, say
 from lutgen.names import INSTRUMENTS
 
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 )
 @click.option("--force", is_flag=True, help="Replace the page if it exists.")
 @click.option("-o", "--output", required=True, metavar="PAGE.html", help="The page to write.")
+@screen_options
 @model_options
 def command(
     *,
@@ -49,13 +51,17 @@ def command(
     instrument: str | None,
     force: bool,
     output: str,
+    on_screen: bool,
+    place: str | None,
+    uniformity: str | None,
     **options: Any,
 ) -> None:
     """Write one page for a browser: pictures, lifetimes, diagnosis, certificates.
 
     The page shows IMAGE as the display ages, with a slider over all hours and a wiper between un-aged and aged; the map
     of ΔE2000; curves; the paper's Table 1; and the source of everything. --data adds what readings say about the model;
-    without --display or --model the pictures are then those of the display that was read. The page is one HTML file
+    without --display or --model the pictures are then those of the display that was read. --on-screen adds the picture
+    as it lies on the screen at the last hour: the slider's tables, as LUTs, know no places. The page is one HTML file
     that fetches nothing, so that you can mail and print it. The numbers are those of lutgen lifetime: of all pixels,
     also where a large image is shown smaller.
 
@@ -68,6 +74,7 @@ def command(
 
     from lutgen.pictures.frame import read_frame
     from lutgen.pictures.lifetime import check_tolerances, lifetime
+    from lutgen.report.on_screen import placed_stills
     from lutgen.report.page import Run, read_build, write_report
     from lutgen.report.page_scenes import PIXELS, WIDTH, hours_of, scenes_of
 
@@ -77,6 +84,7 @@ def command(
         raise click.UsageError("--instrument tells the noise of --data: give READINGS too, or leave it out.")
     own = any(options[name] for name in ("display", "model"))
     model = model_from(**({**options, "display": data} if data and not own else options))
+    uneven, screen = screen_from(model, on_screen=on_screen, place=place, uniformity=uniformity)
     built = read_build(build) if build else None
     frames, curve = hours_of(hours, model)
     with progress_bar("aging colours") as progress:
@@ -86,7 +94,8 @@ def command(
     with progress_bar("aging the picture") as progress:
         scenes = scenes_of(frame, model, lifetimes, frames, progress)
     evidence = _evidence(data, model, options, instrument) if data else None
-    write_report(Run(lifetimes, scenes, built, evidence), output)
+    placed = placed_stills(scenes, uneven, screen) if screen else None
+    write_report(Run(lifetimes, scenes, built, evidence, placed), output)
     say(f"{output}: {Path(output).stat().st_size / 1e6:.1f} MB, {len(frames)} hours. Open it in a browser.")
 
 

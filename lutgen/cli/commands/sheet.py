@@ -8,6 +8,7 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import check_output, force_option, image_argument, model_from, model_options, source_option
+from lutgen.cli.screen_options import screen_from, screen_options
 from lutgen.cli.terminal import progress_bar, say
 from lutgen.names import AGING_MODES
 
@@ -31,9 +32,20 @@ from lutgen.names import AGING_MODES
 @click.option("-o", "--output", required=True, metavar="FILE.png", help="Picture to write.")
 @source_option
 @force_option
+@screen_options
 @model_options
 def command(
-    *, image: str, hours: str, modes: tuple[str, ...], output: str, source: str, force: bool, **options: Any
+    *,
+    image: str,
+    hours: str,
+    modes: tuple[str, ...],
+    output: str,
+    source: str,
+    force: bool,
+    on_screen: bool,
+    place: str | None,
+    uniformity: str | None,
+    **options: Any,
 ) -> None:
     """Lay out an image as it ages: a row for each mode, a column for each hour, on neutral grey.
 
@@ -51,7 +63,7 @@ def command(
     from lutgen.report.sheets import age_sheet, check_hours, longest
 
     path = check_output(output, image, force=force)
-    model = model_from(**options)
+    model, screen = screen_from(model_from(**options), on_screen=on_screen, place=place, uniformity=uniformity)
     chosen = check_hours(parse_hours(hours, model.tips))
     with progress_bar("aging") as progress:
         series = aged_series(
@@ -60,9 +72,12 @@ def command(
             tuple(dict.fromkeys(modes)) or AGING_MODES,
             chosen,
             longest=longest(len(chosen)),
+            on_screen=screen,
             source=source,
             progress=progress,
         )
     age_sheet(series, chosen, path, force=force)
     say(model.luminance.sentence())
+    for sentence in screen.sentences() if screen else ():
+        say(sentence)
     say(output)

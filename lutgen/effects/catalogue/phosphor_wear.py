@@ -1,8 +1,10 @@
 """One part of the light source wears faster than the rest, and white drifts away from its colour.
 
 The part's share of the spectrum is multiplied by exp(−w·g(τ)), g a power of time: in a CCFL the blue phosphor (BAM),
-then the green one; in a white LED the yellow phosphor (YAG), then the chip; of RGB LEDs and OLEDs the blue emitter,
-then the green one. Acts on the display's spectra, measured or estimated from its class.
+then the green one; in a white LED the yellow phosphor (YAG), then the chip; in LEDs with a green and a red phosphor
+(PFS or CaAlSiN₃) the red one, then the green one; of quantum dots the green ones, then the red ones; of RGB LEDs, OLEDs
+and the layers of a WRGB OLED the blue emitter, then the green one. Acts on the display's spectra, estimated from its
+class: the words of ``# display:``, or where these name none the kind of light whose spectra the primaries change least.
 
 Meaning of 0 and 1: ``wear`` 0 keeps the spectrum; 1 leaves 1/e, 37 %, of that part at 18 000 h.
 Valid as far as the spectra are: with an estimated spectrum the size is an estimate too. The LUT is correct all the

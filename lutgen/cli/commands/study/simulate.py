@@ -37,9 +37,9 @@ def command(*, study: str, seed: int, given: tuple[str, ...], output: str, force
 
     Readers slow down, find reading harder and change their diagnosis with what aging does to the colours of nuclei:
     ΔE2000 measured at the nuclei of every image (with lutgen[nuclei]), or given for every aged condition. Their
-    defaults have effects of the size of the paper's Tables 2 and 3. The table says in its first line that it is
-    simulated; the study's own answers are not touched. --difference chroma@18000=0 shows what is found where there is
-    nothing.
+    defaults have effects of the size of the paper's Tables 2 and 3, at 18 000 h; these hours are lutgen's assumption,
+    the paper states none. The table says in its first line that it is simulated; the study's own answers are not
+    touched. --difference chroma@18000=0 shows what is found where there is nothing.
 
     \b
     Example:

@@ -1,0 +1,62 @@
+"""``--on-screen``, ``--place`` and ``--uniformity``: a picture as it lies on the screen, in commands that draw one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lutgen.display import DisplayModel
+    from lutgen.display.on_screen import OnScreen
+
+
+def screen_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the three options."""
+    for option in reversed(
+        (
+            click.option(
+                "--on-screen",
+                is_flag=True,
+                help="Age each pixel at its own place on the screen: by the model's effects that know places, such as "
+                "edge-falloff, or by --uniformity.",
+            ),
+            click.option(
+                "--place",
+                metavar="LEFT,TOP,WIDTH,HEIGHT",
+                help="Where on the screen the picture lies, in shares of the screen; implies --on-screen "
+                "[default: 0,0,1,1, the whole screen].",
+            ),
+            click.option(
+                "--uniformity",
+                metavar="FILE",
+                help="Measured uniformity of the screen: white or a grey at 5 places or more; implies --on-screen.",
+            ),
+        )
+    ):
+        command = option(command)
+    return command
+
+
+def screen_from(
+    model: DisplayModel, *, on_screen: bool, place: str | None, uniformity: str | None
+) -> tuple[DisplayModel, OnScreen | None]:
+    """Return the model, with its screen's measured uniformity, and where the picture lies; None: at one place.
+
+    Raises
+    ------
+    LutgenError
+        A place that is none, a table that cannot be read, or a model in which nothing depends on the place.
+
+    """
+    if not (on_screen or place or uniformity):
+        return model, None
+    from lutgen.display.on_screen import OnScreen
+    from lutgen.display.uniformity import MeasuredUniformity
+    from lutgen.readings import read_session
+
+    table = MeasuredUniformity.of(read_session(uniformity)) if uniformity else None
+    screen = OnScreen.parse(place, table) if place else OnScreen(uniformity=table)
+    return screen.aged(model), screen

@@ -1,0 +1,172 @@
+"""A display seen place by place: where on the screen a picture lies, and what the display shows there.
+
+Effects know the place of a reading by the conditions u and v. A picture that lies on the screen has another place in
+every pixel, which no LUT can carry.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.cells import number_list
+from lutgen.colorimetry import in_chunks, xyz_to_linear
+from lutgen.display.effect_chain import LightLink, PanelLink, Surroundings
+from lutgen.display.uniformity import NAME, MeasuredUniformity
+from lutgen.effects.probe import reacts_to
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.display.chain import AgedDisplay, Link
+    from lutgen.display.model import DisplayModel
+    from lutgen.effects import Scene
+
+#: The conditions that say where on the screen something is.
+PLACE = ("u", "v")
+
+
+@dataclass(frozen=True)
+class OnScreen:
+    """Where on the screen a picture lies, and what was measured of the screen's uniformity.
+
+    Attributes
+    ----------
+    left, top, width, height
+        Of the picture, as shares of the screen's width and height.
+    uniformity
+        A measured table; None: the model's effects alone know places.
+
+    """
+
+    left: float = 0.0
+    top: float = 0.0
+    width: float = 1.0
+    height: float = 1.0
+    uniformity: MeasuredUniformity | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what does not lie on the screen."""
+        sides = ((self.left, self.width), (self.top, self.height))
+        if not all(start >= 0.0 and size > 0.0 and start + size <= 1.0 + 1e-9 for start, size in sides):
+            raise LutgenError(
+                f"a picture at {self.left:g},{self.top:g} of size {self.width:g},{self.height:g} does not lie on the "
+                f"screen. Left, top, width and height are shares of the screen, such as 0.25,0.25,0.5,0.5."
+            )
+
+    @classmethod
+    def parse(cls, text: str, uniformity: MeasuredUniformity | None = None) -> OnScreen:
+        """Read LEFT,TOP,WIDTH,HEIGHT. Raises LutgenError for another form, or what does not lie on the screen."""
+        shares = number_list(text)
+        if shares is None or len(shares) != 4:
+            raise LutgenError(
+                f"--place {text}: give left, top, width and height as shares of the screen, such as 0.25,0.25,0.5,0.5."
+            )
+        return cls(*shares, uniformity)
+
+    def aged(self, model: DisplayModel) -> DisplayModel:
+        """Return the model with the measured uniformity.
+
+        Raises
+        ------
+        LutgenError
+            Nothing in the model depends on the place, the place counts twice, or the model is seen at a stated one.
+
+        """
+        stated = [name for name in model.conditions.stated() if name in PLACE]
+        if stated:
+            raise LutgenError(f"--at {stated[0]} states one place of the screen. Leave it out: a picture has many.")
+        knowing = [each.effect.name for each in model.baked if set(PLACE) & set(reacts_to(each.effect))]
+        if self.uniformity is None:
+            if not knowing:
+                raise LutgenError(
+                    "nothing in this model depends on the place on the screen. Give a uniformity table (--uniformity), "
+                    "or a --model with an effect that knows places, such as edge-falloff."
+                )
+            return model
+        if knowing:
+            raise LutgenError(
+                f"{knowing[0]} of the model and the uniformity table both say how the screen darkens, and would count "
+                f"twice. Leave one of them out."
+            )
+        return replace(model, effects=(*model.effects, self.uniformity.applied))
+
+    @staticmethod
+    def unaged(model: DisplayModel) -> AgedDisplay:
+        """Return what aged displays are compared with: mode ``stable``, even where the unevenness is a table's."""
+        even = tuple(each for each in model.effects if each.effect.name != NAME)
+        return replace(model, effects=even).at("stable", 0.0)
+
+    def places(self, first: int, count: int, shape: tuple[int, int], orientation: int = 1) -> Array:
+        """Return u and v, (count, 2), of pixels from the ``first`` on, row by row, of a picture of ``shape`` as stored.
+
+        ``orientation`` is the file's wish to be turned, 1 to 8, as TIFF has it: the turned picture lies on the screen.
+        """
+        down, across = np.divmod(np.arange(first, first + count), shape[1])
+        down, across = (down + 0.5) / shape[0], (across + 0.5) / shape[1]
+        if orientation in (5, 6, 7, 8):
+            down, across = across, down
+        if orientation in (3, 4, 7, 8):
+            down = 1.0 - down
+        if orientation in (2, 3, 6, 7):
+            across = 1.0 - across
+        return np.stack([self.left + self.width * across, self.top + self.height * down], axis=1)
+
+    def sentences(self) -> list[str]:
+        """Say where the picture lies, and what the table of uniformity holds."""
+        where = "fills the screen"
+        if (self.left, self.top, self.width, self.height) != (0.0, 0.0, 1.0, 1.0):
+            right, bottom = self.left + self.width, self.top + self.height
+            where = (
+                f"lies from {self.left:.0%} to {right:.0%} of the screen's width and from {self.top:.0%} to "
+                f"{bottom:.0%} of its height"
+            )
+        table = [self.uniformity.sentence()] if self.uniformity else []
+        return [f"The picture {where}. No LUT carries what depends on the place.", *table]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what JSON says of it."""
+        table = self.uniformity
+        return {
+            "left": self.left,
+            "top": self.top,
+            "width": self.width,
+            "height": self.height,
+            "uniformity": {"file": table.file, "sha256": table.sha256} if table else None,
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class _Placed(Surroundings):
+    """Surroundings in which every row of the signal has its own place: u and v, (n, 2)."""
+
+    place: Array = field(default_factory=lambda: np.full((1, 2), 0.5))
+
+    def scene(self, code: Array) -> Scene:
+        """Return what surrounds the code values (n, 3)."""
+        where: dict[str, Any] = {"u": self.place[:, :1], "v": self.place[:, 1:]}
+        return replace(super().scene(code), **where)
+
+
+def seen_at(aged: AgedDisplay, place: Array) -> AgedDisplay:
+    """Return the display as it shows each of n colours at a place of its own: u and v, (n, 2)."""
+    return replace(aged, tail=tuple(_placed(link, place) for link in aged.tail))
+
+
+def linear_at(aged: AgedDisplay, code: Array, place: Array) -> Array:
+    """Code values (n, 3) at places (n, 2) → linear sRGB of the aged colours (n, 3), not clipped; in chunks."""
+
+    def seen(some: Array, at: Array) -> Array:
+        here = seen_at(aged, at)
+        return xyz_to_linear(here.xyz(here.head_signal(some)))
+
+    return in_chunks(seen, code, place)
+
+
+def _placed(link: Link, place: Array) -> Link:
+    if not isinstance(link, PanelLink | LightLink) or link.surroundings is None:
+        return link
+    now = link.surroundings
+    return replace(link, surroundings=_Placed(now.hours, now.tips, now.fresh, now.display_class, now.conditions, place))
