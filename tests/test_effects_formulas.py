@@ -317,10 +317,10 @@ def test_yellowing_absorbs_by_wavelength() -> None:
 def test_worn_phosphors_keep_a_share_of_their_light() -> None:
     scene = at(HALF)
     assert scene.light is not None
-    first, second, _ = scene.light.parts.values()
-    left = 1 - first * (1 - np.exp(-0.8 * 0.25)) - second * (1 - np.exp(-0.4 * 0.25))
+    first, second, third = scene.light.parts.values()
+    left = 1 - first * (1 - np.exp(-0.8 * 0.25)) - second * (1 - np.exp(-0.4 * 0.25)) - third * (1 - np.exp(-0.05))
     wanted = scene.light.spectra * left @ CMFS
-    found = one("phosphor-wear", TIPS[None], scene, wear=0.8, second=0.4, power=2.0)
+    found = one("phosphor-wear", TIPS[None], scene, wear=0.8, second=0.4, third=0.2, power=2.0)
     np.testing.assert_allclose(found[0, 1:], wanted, rtol=1e-9)
 
 

@@ -30,9 +30,9 @@ STRONG = 6.0
 #: By how much a full fit may beat the promise of its first step, which is linear and has few starts.
 OPTIMISM = 1.6
 
-#: A refined form is still the effect of its family where a simple formula explains more than this share of what the
-#: refined form does: more than the refinement adds.
-FAMILY_LIKENESS = 0.5
+#: A formula of so many numbers says what an effect is. A longer form is still that effect where a formula explains more
+#: than half of what the longer form does.
+FORMULA, HALF = 3, 0.5
 
 #: A grid of several parameters with more settings than this is walked only where its first parameter alone promises.
 MANY = 20
@@ -91,7 +91,7 @@ def families(base: Fit, effects: Iterable[Effect], *, within: float = np.inf) ->
         if not tried:
             continue
         refined = _attempts(base, effect, score, range(effect.refined, len(effect.forms)), limit=best + within)
-        both = _of_the_family([*tried, *refined])
+        both = _of_the_family(base, score, [*tried, *refined])
         best = min(best, *map(bic, both))
         yield Family(effect, min(both, key=bic), tried[0], len(both))
 
@@ -102,8 +102,7 @@ def contenders(base: Fit, effects: Iterable[Effect], limit: float) -> list[Famil
     for effect in effects:
         tried = _attempts(base, effect, score, range(max(len(effect.forms), 1)), limit=limit, spare=True)
         if tried and min(map(bic, tried)) < limit:
-            simple = _attempts(base, effect, score, range(effect.refined))
-            tried = _of_the_family([*simple, *(each for each in tried if each.refined)])
+            tried = _of_the_family(base, score, tried)
             found.append(Family(effect, min(tried, key=bic), tried[0], len(tried)))
     return sorted((each for each in found if bic(each.best) < limit), key=lambda each: bic(each.best))
 
@@ -111,18 +110,29 @@ def contenders(base: Fit, effects: Iterable[Effect], limit: float) -> list[Famil
 def family(base: Fit, effect: Effect, *, freely: bool = False) -> Family:
     """Fit all forms of an effect beside what ``base`` has already, and choose the best by BIC.
 
-    ``freely``: also a form of which the simple formulas explain little, since somebody knows that the effect is there.
+    ``freely``: also a long form of which no formula explains half, since somebody knows that the effect is there.
     """
-    tried = _attempts(base, effect, Score(base), range(max(len(effect.forms), 1)))
+    score = Score(base)
+    tried = _attempts(base, effect, score, range(max(len(effect.forms), 1)))
     if not tried:
         raise _one_session(base, effect)
-    return Family(effect, min(tried if freely else _of_the_family(tried), key=bic), tried[0], len(tried))
+    allowed = tried if freely else _of_the_family(base, score, tried)
+    return Family(effect, min(allowed, key=bic), tried[0], len(tried))
 
 
-def _of_the_family(tried: list[Candidate]) -> list[Candidate]:
-    """Leave out refined forms that do more on their own than the simple formulas do: any effect can be mimicked so."""
-    plain = max((each.gain for each in tried if not each.refined), default=0.0)
-    return [each for each in tried if not each.refined or plain > FAMILY_LIKENESS * each.gain]
+def _of_the_family(base: Fit, score: Score, tried: list[Candidate]) -> list[Candidate]:
+    """Leave out long forms that do more by their freedom than any formula of the effect does: so, all can be mimicked.
+
+    Formulas that a search could spare itself are fitted for the comparison.
+    """
+    effect, fitted = tried[0].effect, {each.form for each in tried}
+    longest = max(FORMULA, len(effect.forms[0]) if effect.forms else 0)
+    if all(len(each.form) <= longest for each in tried):
+        return tried
+    spared = [index for index, form in enumerate(effect.forms) if len(form) <= longest and form not in fitted]
+    tried = [*tried, *_attempts(base, effect, score, spared)]
+    formula = max((each.gain for each in tried if len(each.form) <= longest), default=0.0)
+    return [each for each in tried if len(each.form) <= longest or formula > HALF * each.gain]
 
 
 def promising(base: Fit, effect: Effect) -> Term:
@@ -147,7 +157,9 @@ def _one_session(base: Fit, effect: Effect) -> LutgenError:
 
 def forms_of(base: Fit, effect: Effect) -> list[Candidate]:
     """Fit all forms of an effect beside what ``base`` has already: best by BIC first."""
-    return sorted(_of_the_family(_attempts(base, effect, Score(base), range(max(len(effect.forms), 1)))), key=bic)
+    score = Score(base)
+    tried = _attempts(base, effect, score, range(max(len(effect.forms), 1)))
+    return sorted(_of_the_family(base, score, tried) if tried else [], key=bic)
 
 
 def _attempts(

@@ -11,7 +11,7 @@ from lutgen.criticism.families import condition_of, family_of
 from lutgen.criticism.leftover import is_even, is_noise, is_within_scatter
 from lutgen.criticism.probes import Probed, probe
 from lutgen.criticism.pure_error import PureError
-from lutgen.criticism.search import FAMILY_LIKENESS, STRONG
+from lutgen.criticism.search import HALF, STRONG
 from lutgen.criticism.shares import shares_of_delta_e
 from lutgen.criticism.stepwise import together
 from lutgen.criticism.tails import SLIP
@@ -253,7 +253,7 @@ def _stand_apart(kept: Sequence[Step], explanation: Explanation) -> bool:
     all_of_them = together(base, chosen).chi2
     for each in chosen:
         own = together(base, [other for other in chosen if other is not each]).chi2 - all_of_them
-        if own <= FAMILY_LIKENESS * alone[each.effect.name]:
+        if own <= HALF * alone[each.effect.name]:
             return False
     return True
 

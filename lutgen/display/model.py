@@ -55,8 +55,8 @@ class DisplayModel:
     baseline
         One of ``BASELINES``.
     held
-        For baselines that foretell: whether a sensor holds white's luminance, so that by the law ``measured`` it stays as long
-        as the sensor has a reserve.
+        For baselines that foretell: whether a sensor holds white's luminance, so that by the law ``measured`` it stays
+        as long as the sensor has a reserve.
     native
         For native baselines: the fresh display; None: as the readings of hour 0 have it.
     conditions

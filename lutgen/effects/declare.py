@@ -115,8 +115,8 @@ class Effect:
         Amplitude → the value at which the effect does nothing, whatever the other parameters are.
     forms
         Sets of parameters that a fit frees, simplest first. The other parameters keep their neutral value, else their
-        typical value. Forms from ``refined`` on are refinements: the same physics with a freer formula. A refinement
-        counts only where the forms before it explain more than half of what it does.
+        typical value. Forms from ``refined`` on are refinements: the same physics with a freer formula. One of more
+        than three parameters counts only where a shorter form explains more than half of what it does.
     refined
         Index of the first refinement in ``forms``.
     needs

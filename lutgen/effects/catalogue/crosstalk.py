@@ -1,8 +1,8 @@
 """A lit neighbour takes light from a subpixel: bright mixtures are darker than the sum of their channels.
 
 l_c → l_c·(1 − χ(τ)·Σ_{j≠c} l_j). The cause is electrical coupling between the columns of a panel. A ramp of one channel
-shows none of it. Another power of the neighbour's light may stand in the product, as for its drive. The refined forms
-give each pair of channels its own χ, or add a loss where both neighbours are lit.
+shows none of it. The refined forms take another power of the neighbour's light, as for its drive, give each pair of
+channels its own χ, or add a loss where both neighbours are lit.
 
 Meaning of 0 and 1: χ 0 is an additive display; χ 1 would put a channel out where one neighbour is full. A negative χ
 makes mixtures brighter than their sum.
@@ -41,7 +41,6 @@ def _pair(victim: str, neighbour: str) -> Parameter:
         ("grown",),
         ("new", "grown"),
         ("new", "grown", "exponent"),
-        ("new", "grown", "power", "saturation"),
         ("new", "grown", "power", "saturation", "exponent"),
         ("both", "onset"),
         ("new", "grown", "both", "onset"),
@@ -49,7 +48,7 @@ def _pair(victim: str, neighbour: str) -> Parameter:
         (*PAIRS, "onset", "power", "exponent"),
         (*PAIRS, "both", "onset", "power", "exponent"),
     ),
-    refined=4,
+    refined=3,
     confused_with={
         "loading": "the same colour in a 10 % window, or random mixtures",
         "matrix-switching": "pairs of patches across a border between two colour points",

@@ -1,7 +1,7 @@
 """The transfer curve drifts: mid-tones of all channels brighten or darken, black and white stay.
 
-l → l^(1 + Γ), Γ = ``new`` + ``grown``·τ^p. Γ may vary linearly with the code value (an S-curve); in the refined forms
-Γ is free at five levels. Liquid-crystal cells change their voltage curve with age, and the table that linearises them
+l → l^(1 + Γ), Γ = ``new`` + ``grown``·τ^p. In the refined forms Γ varies linearly with the code value (an S-curve), or
+is free at five levels. Liquid-crystal cells change their voltage curve with age, and the table that linearises them
 does not follow.
 
 Meaning of 0 and 1: Γ 0 keeps the curve; Γ 1 squares the light (a gamma of 2.2 becomes 4.4).
@@ -35,16 +35,15 @@ def _level(code: str) -> Parameter:
         ("grown",),
         ("new",),
         ("new", "grown"),
+        ("new", "grown", "power"),
         ("new", "slope_new"),
         ("grown", "slope_grown"),
-        ("new", "grown", "power"),
-        ("new", "grown", "power", "saturation"),
         ("new", "grown", "slope_new", "slope_grown", "power"),
         (*LEVELS, "power"),
         (*LEVELS, "onset", "power"),
         (*LEVELS, "onset", "power", "saturation"),
     ),
-    refined=5,
+    refined=3,
     confused_with={
         "primary-shift": "neutral and single-channel ramps of at least five levels: a gamma keeps the chromaticity",
         "recalibration": "neutral ramps at more dates: a step or a slow growth",

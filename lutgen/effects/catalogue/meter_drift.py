@@ -29,11 +29,10 @@ if TYPE_CHECKING:
     neutral={"drift": 0.0, "drift_x": 0.0, "drift_z": 0.0},
     forms=(
         ("drift",),
-        ("drift", "drift_x", "drift_z"),
         ("drift", "power"),
+        ("drift", "drift_x", "drift_z"),
         ("drift", "drift_x", "drift_z", "power"),
     ),
-    refined=2,
     baseline="first-hour",
     confused_with={
         "backlight-decay": "a second meter or a check source",

@@ -93,7 +93,6 @@ def _bent(code: Array, *, table_gamma: float = 1.0, panel_gamma: float = 0.0) ->
     stage="drive",
     neutral={"bits": 0.0},
     forms=(("bits",), ("bits", "table_gamma"), ("bits", "panel_gamma", "added")),
-    refined=3,
     propose=_proposed,
     confused_with={
         "eotf-drift": "neighbouring code values: a drift is smooth, steps are not",

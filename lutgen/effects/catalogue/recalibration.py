@@ -39,7 +39,7 @@ def _level(code: str) -> Parameter:
         ("hour", "red", "green", "blue"),
         ("hour", *LEVELS),
     ),
-    refined=2,
+    refined=1,
     confused_with={
         "stabilizer-headroom": "a column or note of events; both change suddenly",
         "eotf-drift": "readings at more dates: a step or a slow growth",
