@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from examples.bench_criticism import HIDDEN, SESSIONS
-from examples.racing import LUTGEN, Peer, against_limit, memory, processor_time, race
+from examples.racing import ENVIRONMENT, LUTGEN, Peer, against_limit, memory, processor_time, race
 from tests.browser import CHROMIUM, browser
 from tests.virtual_display.campaign import Campaign, csv_text
 
@@ -169,7 +169,7 @@ def image_of(work: Work, folder: Path) -> bytes:
 def served(*arguments: str) -> Iterator[tuple[str, int]]:
     """Run `lutgen explore` and give its address and process."""
     command = [*LUTGEN, "explore", "--no-browser", *arguments]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.PIPE, text=True) as process:
         try:
             lines = iter(process.stdout or ())
             yield next(line for line in lines if "http://" in line).split()[-1], process.pid

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 LUTGEN = (sys.executable, "-m", "lutgen")
 
 #: Programs run as they are installed: Python keeps what it has compiled, whatever the caller's shell says.
-_ENVIRONMENT = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+ENVIRONMENT = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def program(name: str) -> str | None:
 
 def run(command: list[str]) -> None:
     """Run a program to its end; what it says is only shown when it fails."""
-    done = subprocess.run(command, env=_ENVIRONMENT, capture_output=True, text=True, check=False, timeout=600)
+    done = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True, check=False, timeout=600)
     if done.returncode:
         raise SystemExit(f"bench: {' '.join(command)} failed:\n{done.stderr}")
 
@@ -124,7 +124,7 @@ def peak_memory(command: list[str], folder: Path) -> float:
     peak = 0.0
     with (
         (folder / "out.txt").open("w") as out,
-        subprocess.Popen(command, env=_ENVIRONMENT, stdout=out, stderr=out) as program,
+        subprocess.Popen(command, env=ENVIRONMENT, stdout=out, stderr=out) as program,
     ):
         while program.poll() is None:
             peak = max(peak, memory(program.pid))

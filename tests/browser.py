@@ -170,7 +170,7 @@ def browser(profile: Path) -> Iterator[Page]:
     theirs, writing = os.pipe()
     reading, ours = os.pipe()
     become = [sys.executable, "-c", _BECOME, str(theirs), str(ours)]
-    command = [*become, CHROMIUM, *_OPTIONS, f"--user-data-dir={profile}"]
+    command = [*become, CHROMIUM, *_OPTIONS, f"--user-data-dir={profile}", "about:blank"]
     with subprocess.Popen(
         command, pass_fds=(theirs, ours), start_new_session=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     ) as process:
