@@ -10,16 +10,17 @@ import shutil
 import subprocess
 import sys
 import time
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
+from threading import Event, Thread
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
 LUTGEN = (sys.executable, "-m", "lutgen")
 
@@ -130,6 +131,24 @@ def peak_memory(command: list[str], folder: Path) -> float:
             peak = max(peak, memory(program.pid))
             time.sleep(0.01)
     return peak
+
+
+@contextmanager
+def watched(pid: int) -> Iterator[list[float]]:
+    """Give a list whose only number, at the end of the block, is the peak of :func:`memory` inside it."""
+    peak, done = [0.0], Event()
+
+    def watch() -> None:
+        while not done.wait(0.01):
+            peak[0] = max(peak[0], memory(pid))
+
+    watching = Thread(target=watch, daemon=True)
+    watching.start()
+    try:
+        yield peak
+    finally:
+        done.set()
+        watching.join()
 
 
 def memory(pid: int) -> float:
