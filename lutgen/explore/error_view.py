@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from lutgen.criticism.diagnose import Diagnosis
     from lutgen.criticism.problem import Problem
     from lutgen.criticism.refine import Refinement
-    from lutgen.explore.fitting import Opened
+    from lutgen.explore.opened import Opened
 
 #: Standard errors to either side of a parameter: its 95 % interval.
 INTERVAL = 1.96

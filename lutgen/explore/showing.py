@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from lutgen.bake.lut import SIZES, Sampler
 from lutgen.bake.plan import display_to_bake
 from lutgen.errors import LutgenError, pick_one
+from lutgen.explore.opened import Opened
 from lutgen.names import AGING_MODES
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Showing:
-    """A model and colours, asked by the window (:mod:`lutgen.explore.process`)."""
+    """A model and colours, asked by the window (:mod:`lutgen.explore.held`)."""
 
     #: Measuring an image and searching for a correction take a while: tables do not wait.
     beside = frozenset({"difference", "compensated"})
@@ -32,16 +33,31 @@ class Showing:
         self._sampler, self._corrections = Sampler(), Sampler()
         self._colours: Colours | None = None
         self._curves: dict[str, DifferenceCurve] = {}
+        self._first: dict[str, Any] = {}
 
     def idle(self) -> bool:
-        """Nothing is done unasked."""
+        """Bake the table that the page asks for first, while the browser starts: what is kept of it makes it soon."""
+        first, self._first = self._first, {}
+        if first:
+            self.aged(**first)
         return False
+
+    def open(self, *, data: str, baseline: str | None, model: str | None) -> dict[str, Any]:
+        """Show readings, or a saved model, as they are before anything is fitted."""
+        opened = Opened(data, baseline, model)
+        self._take(opened.fresh)
+        overview = opened.overview()
+        self._first = overview["first"]
+        return overview
 
     def show(self, body: bytes) -> dict[str, Any]:
         """Show another model."""
-        self._model, self._curves = pickle.loads(body), {}  # noqa: S301 - the other process's
-        self._sampler, self._corrections = Sampler(), Sampler()
+        self._take(pickle.loads(body))  # noqa: S301 - the other process's
         return {}
+
+    def _take(self, model: DisplayModel) -> None:
+        self._model, self._curves = model, {}
+        self._sampler, self._corrections = Sampler(), Sampler()
 
     @property
     def _shown(self) -> DisplayModel:

@@ -8,6 +8,8 @@ export interface Overview {
   readings: number;
   hours: number[];
   max_hours: number;
+  /** What is shown first: its table is on its way with the page. */
+  first: { mode: string; hours: number; size: number };
   modes: string[];
   baseline: string;
   /** Names, and what the model knows of the display by each. */

@@ -7,9 +7,6 @@ import { byId, element, input, spaced, tell } from "./words.js";
 /** ΔE2000 at which a map's colours may end. */
 const REACHES = [2, 3, 5, 8, 12, 15, 20, 25, 30, 40, 50, 100];
 
-/** Points along an edge of the tables. */
-const SIZE = 33;
-
 /** Milliseconds without a move after which the slider rests. */
 const REST = 80;
 
@@ -26,21 +23,20 @@ function viewerIn(host) {
 /** @param {import("./server.js").Server} server */
 export function pictureOf(server) {
   const slider = input("hours");
-  const viewer = viewerIn(byId("viewer"));
-  byId("frame").hidden = !viewer;
+  /** @type {Viewer | null | undefined} */
+  let viewer;
   let reach = 0;
   let mode = "";
+  /** Points along an edge of the tables. */
+  let size = 0;
 
   const hours = () => Number(slider.value);
-  const asked = (more = {}) => ({ mode, hours: hours(), size: SIZE, map: input("map").checked ? "yes" : "", ...more });
+  const asked = (more = {}) => ({ mode, hours: hours(), size, map: input("map").checked ? "yes" : "", ...more });
 
   /** @param {"aged" | "compensated"} kind @param {(table: import("./viewer.js").Table) => void} hand */
   const fetching = (kind, hand) =>
     latest(async () => void (await trying("image-trouble", async () => hand(await server.table(asked({ kind }))))));
-  const aged = fetching("aged", (table) => {
-    viewer?.age(table);
-    drawn();
-  });
+  const aged = fetching("aged", (table) => viewer?.age(table));
   const compensated = fetching("compensated", (table) => viewer?.correct(table));
 
   const figures = latest(async () => {
@@ -74,23 +70,24 @@ export function pictureOf(server) {
     if (input("map").checked) viewer?.map(reach);
   };
 
-  /** Mark that picture and table are drawn, for whoever measures how soon. */
-  const drawn = () => {
-    if (viewer?.picture && viewer.aged.first.size === SIZE) document.body.dataset.picture = "drawn";
-  };
-
   /** A correction costs a search of many tables' time: it follows when the slider rests. */
   let resting = 0;
-  const draw = () => {
-    if (viewer) void aged(null);
+  const correct = () => {
     clearTimeout(resting);
     if (viewer && viewer.cuts[1] < 1) resting = setTimeout(() => void compensated(null), REST);
   };
+  const draw = () => {
+    if (viewer) void aged(null);
+    correct();
+  };
 
-  const show = () => {
+  const said = () => {
     const text = `${spaced(hours())} h`;
     byId("hours-now").textContent = text;
     slider.setAttribute("aria-valuetext", text);
+  };
+  const show = () => {
+    said();
     draw();
     void figures(null);
   };
@@ -107,19 +104,20 @@ export function pictureOf(server) {
     viewer?.map(input("map").checked ? reach : 0);
     show();
   });
-  if (viewer) {
-    const zooms = {
-      fit: () => 0,
-      pixels: () => 1,
-      nearer: () => viewer.scale * 1.5,
-      farther: () => viewer.scale / 1.5,
-    };
-    for (const [id, zoom] of Object.entries(zooms)) byId(id).addEventListener("click", () => viewer.zoomTo(zoom()));
-    viewer.zoomed = () => {
-      byId("zoom").textContent = `${Math.round(100 * viewer.scale)} %`;
+  /** Make the viewer, which waits for the graphics: what it draws is on its way then. */
+  const begun = () => {
+    if (viewer !== undefined) return;
+    const made = viewerIn(byId("viewer"));
+    viewer = made;
+    byId("frame").hidden = !made;
+    if (!made) return;
+    const zooms = { fit: () => 0, pixels: () => 1, nearer: () => made.scale * 1.5, farther: () => made.scale / 1.5 };
+    for (const [id, zoom] of Object.entries(zooms)) byId(id).addEventListener("click", () => made.zoomTo(zoom()));
+    made.zoomed = () => {
+      byId("zoom").textContent = `${Math.round(100 * made.scale)} %`;
     };
     byId("viewer").addEventListener("pointerup", draw);
-  }
+  };
 
   /** Say that a large image is shown smaller. @param {import("./contract").ImageSize | null} image */
   const note = (image) => {
@@ -130,11 +128,11 @@ export function pictureOf(server) {
   };
 
   const load = async () => {
-    if (!viewer) return;
     const response = await server.fetch(server.address("image"));
     const options = /** @type {ImageBitmapOptions} */ ({ colorSpaceConversion: "none", premultiplyAlpha: "none" });
-    viewer.show(await createImageBitmap(await response.blob(), options));
-    viewer.zoomed();
+    const image = await createImageBitmap(await response.blob(), options);
+    viewer?.show(image);
+    viewer?.zoomed();
   };
 
   return {
@@ -148,9 +146,8 @@ export function pictureOf(server) {
     /** Begin with a session. @param {import("./contract").Overview} overview */
     async begin(overview) {
       const modes = byId("modes");
-      mode = overview.modes.includes(mode)
-        ? mode
-        : (overview.modes.find((each) => each === "chroma-luma") ?? overview.modes[0]);
+      mode ||= overview.first.mode;
+      size = overview.first.size;
       modes.replaceChildren(
         modes.firstElementChild ?? "",
         ...overview.modes.map((each) => {
@@ -182,9 +179,17 @@ export function pictureOf(server) {
         }),
       );
       note(overview.image);
-      show();
-      await load();
-      drawn();
+      said();
+      const coming = Promise.all([aged(null), load()]);
+      begun();
+      await coming;
+      // The picture comes before anything else is asked: its corrected part, and its numbers.
+      if (viewer) {
+        viewer.draw();
+        document.body.dataset.picture = "drawn";
+      }
+      correct();
+      void figures(null);
     },
     /** Take another image. @param {File} file */
     async take(file) {
