@@ -301,4 +301,5 @@ async def _while_wanted(request: Request, work: Coroutine[Any, Any, tuple[str, b
 async def _commands(window: Window, request: Request) -> Response:
     support = json.loads(window.news.get("support", b"{}"))
     last, keep = window.overview["max_hours"], bool(support.get("keep"))
-    return JSONResponse(commands(window.asked, last=last, keep=keep, **_seen(request), kind=_kind(request)))
+    shown = {**_seen(request), "kind": _kind(request), "between": window.between}
+    return JSONResponse(commands(window.asked, last=last, keep=keep, **shown))

@@ -166,7 +166,8 @@ class Fitting:
 
         now = self._now
         pair = (between[0], between[1]) if len(between) > 1 else None
-        return plan(now.readings, between=pair, baseline=now.baseline, effects=now.effects).as_csv().encode()
+        planned = plan(now.readings, between=pair, baseline=now.baseline, selection=now.selection, effects=now.effects)
+        return planned.as_csv().encode()
 
     def save(self, path: str) -> dict[str, Any]:
         """Write the model of what is switched on, as ``lutgen refine -o`` does."""

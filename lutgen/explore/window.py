@@ -326,10 +326,15 @@ class Window:
             await self._restart_fitting(())
         await self.cancel()
 
+    @property
+    def between(self) -> list[str]:
+        """The two effects that the next readings should tell apart, where the diagnosis named rivals."""
+        rivals: list[list[str]] = self._verdict.get("rivals", [])
+        return rivals[0][:2] if rivals else []
+
     async def patches(self) -> bytes:
-        """Return what to measure next: to tell rivals apart where there are any."""
-        rivals = self._verdict.get("rivals", [])
-        return await self.fits("patches", between=rivals[0][:2] if rivals else [])
+        """Return what to measure next."""
+        return await self.fits("patches", between=self.between)
 
 
 def _failure(sentence: str) -> bytes:

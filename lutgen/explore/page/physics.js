@@ -9,6 +9,9 @@ import { byId, element, input, ratio, readable, save, tell } from "./words.js";
 /** Where refusals are told. */
 const TROUBLE = "physics-trouble";
 
+/** Milliseconds after which a fit is worth a button that stops it. */
+const SLOW = 1500;
+
 /** Steps of a parameter's slider. */
 const STEPS = 1000;
 
@@ -32,6 +35,9 @@ export function physicsOf(server, page) {
   let pending = null;
   /** What-if values that are set: "effect parameter" → value. @type {Map<string, number>} */
   const whatIf = new Map();
+
+  let slow = 0;
+  byId("stop").addEventListener("click", () => trying(TROUBLE, () => server.post("cancel")));
 
   const on = () => effects.filter((each) => each.on).map((each) => each.name);
 
@@ -59,27 +65,34 @@ export function physicsOf(server, page) {
   /** The row of each effect, and what brings it up to date. @type {Map<string, {item: HTMLLIElement, update: (effect: Effect) => void}>} */
   let lines = new Map();
 
-  const rows = () => {
+  const rows = (anew = false) => {
     const old = lines;
     lines = new Map(effects.map((each) => [each.name, old.get(each.name) ?? row(each)]));
     for (const each of effects) lines.get(each.name)?.update(each);
     const list = byId("effects");
-    const items = order().map((each) => /** @type {{item: HTMLLIElement}} */ (lines.get(each.name)).item);
+    const items = order(anew).map((each) => /** @type {{item: HTMLLIElement}} */ (lines.get(each.name)).item);
     if (items.length === list.children.length && items.every((item, place) => item === list.children[place])) return;
     const focused = document.activeElement;
     list.replaceChildren(...items);
     if (focused instanceof HTMLElement && list.contains(focused)) focused.focus({ preventScroll: true });
   };
 
+  /** Whether rows keep their places: none moves under the hand that switches it. */
+  let kept = false;
+
   /** What was found stands first, then what takes the error down furthest; what cannot be seen, last. */
-  const order = () => {
+  const order = (anew = false) => {
+    const places = [...byId("effects").children].map((each) => each.id);
+    const tried = effects.every((each) => each.tried || each.given);
+    kept ||= effects.some((each) => each.on && !each.given);
+    if (!anew && places.length === effects.length && (kept || !tried)) {
+      const place = (/** @type {Effect} */ each) => places.indexOf(`row-${each.name}`);
+      return [...effects].sort((a, b) => place(a) - place(b));
+    }
+    kept ||= tried;
     const rank = (/** @type {Effect} */ each) =>
       found.includes(each.name) ? -1 : each.visible ? (each.alone_noise ?? 1e9) : 1e12;
-    // Rows do not move while one effect after the other is tried.
-    const tried = effects.every((each) => each.tried || each.given);
-    if (tried || found.length || !lines.size) return [...effects].sort((a, b) => rank(a) - rank(b));
-    const places = [...byId("effects").children].map((each) => each.id);
-    return [...effects].sort((a, b) => places.indexOf(`row-${a.name}`) - places.indexOf(`row-${b.name}`));
+    return [...effects].sort((a, b) => rank(a) - rank(b));
   };
 
   /** @param {Effect} effect */
@@ -129,6 +142,9 @@ export function physicsOf(server, page) {
   /** @param {ModelError} error */
   const parameters = (error) => {
     start ||= error.noise_ratio;
+    clearTimeout(slow);
+    byId("stop").hidden = true;
+    if (error.provisional) slow = setTimeout(() => tell("stop", "Stop the fit"), SLOW);
     // The sliders stay in the hand, beside the intervals of the fit.
     if (error.what_if) return;
     for (const place of document.querySelectorAll(".parameters")) place.replaceChildren();
@@ -273,6 +289,7 @@ export function physicsOf(server, page) {
     /** Another session has begun. */
     async begin(/** @type {import("./contract").Overview} */ overview) {
       start = 0;
+      kept = false;
       lines.clear();
       byId("effects").replaceChildren();
       rivals = [];
@@ -302,7 +319,8 @@ export function physicsOf(server, page) {
       rivals = verdict.rivals.flat().filter((each) => !verdict.effects.includes(each));
       found = verdict.effects;
       effects = effects.map((each) => ({ ...each, on: verdict.effects.includes(each.name) }));
-      rows();
+      rows(true);
+      byId("catalogue").scrollTop = 0;
       const parts = [element("p", {}, element("b", {}, `${verdict.name}: `), verdict.sentence)];
       const button = element("button", { type: "button", id: "patch-list" }, "Patch list");
       button.addEventListener("click", () =>

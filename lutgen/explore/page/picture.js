@@ -10,6 +10,9 @@ const REACHES = [2, 3, 5, 8, 12, 15, 20, 25, 30, 40, 50, 100];
 /** Milliseconds without a move after which the slider rests. */
 const REST = 80;
 
+/** Milliseconds in which the picture of one model becomes that of the next: what changes is seen. */
+const FADE = 700;
+
 /** A viewer, or null and the reason on the page where the browser cannot draw. @param {HTMLElement} host */
 function viewerIn(host) {
   try {
@@ -33,17 +36,53 @@ export function pictureOf(server) {
   const hours = () => Number(slider.value);
   const asked = (more = {}) => ({ mode, hours: hours(), size, map: input("map").checked ? "yes" : "", ...more });
 
-  /** @param {"aged" | "compensated"} kind @param {(table: import("./viewer.js").Table) => void} hand */
+  /** @param {"aged" | "compensated"} kind @param {(table: import("./viewer.js").Table, other: boolean) => void} hand told whether the model is another */
   const fetching = (kind, hand) =>
-    latest(async () => void (await trying("image-trouble", async () => hand(await server.table(asked({ kind }))))));
-  const aged = fetching("aged", (table) => viewer?.age(table));
+    latest(async (/** @type {boolean} */ other) => {
+      await trying("image-trouble", async () => hand(await server.table(asked({ kind })), other));
+    });
+  const aged = fetching("aged", (table, other) => (other ? fade(table) : age(table)));
   const compensated = fetching("compensated", (table) => viewer?.correct(table));
 
+  let fading = 0;
+  const age = (/** @type {import("./viewer.js").Table} */ table) => {
+    cancelAnimationFrame(fading);
+    viewer?.age(table);
+  };
+
+  /** Go over to a table of another model. @param {import("./viewer.js").Table} table */
+  const fade = (table) => {
+    const before = viewer?.aged.first;
+    const same = before?.size === table.size && before.values.every((each, place) => each === table.values[place]);
+    if (!before || same || matchMedia("(prefers-reduced-motion: reduce)").matches) return age(table);
+    cancelAnimationFrame(fading);
+    const start = performance.now();
+    const step = (/** @type {number} */ now) => {
+      const share = (now - start) / FADE;
+      if (share >= 1) return age(table);
+      viewer?.age(before, table, Math.max(share, 0));
+      fading = requestAnimationFrame(step);
+    };
+    step(start);
+  };
+
+  /** What the numbers were of the model before, at the same mode and hours. @type {{at: string, now: Record<string, string>, was: Record<string, string>}} */
+  let last = { at: "", now: {}, was: {} };
+
   const figures = latest(async () => {
+    const at = `${mode} ${hours()} ${byId("image-note").textContent}`;
     /** @type {import("./contract").Figures} */
     const found = await server.get("difference", { mode, hours: hours() }).catch(() => ({}));
+    /** @type {Record<string, string>} */
+    const now = {};
     for (const name of /** @type {const} */ (["mean", "mean_2sd"])) {
-      byId(`figure-${name}`).textContent = found[name] == null ? "…" : found[name].toFixed(2);
+      now[name] = found[name] == null ? "…" : found[name].toFixed(2);
+    }
+    if (at !== last.at || Object.values(last.now).includes("…")) last = { at, now, was: {} };
+    else if (now.mean !== last.now.mean) last = { at, now, was: last.now };
+    for (const [name, value] of Object.entries(now)) {
+      const was = last.was[name] ? element("small", {}, ` was ${last.was[name]}`) : "";
+      byId(`figure-${name}`).replaceChildren(value, was);
     }
     for (const name of /** @type {const} */ (["hours_to_3", "hours_to_5"])) {
       const last = Number(slider.max);
@@ -74,10 +113,10 @@ export function pictureOf(server) {
   let resting = 0;
   const correct = () => {
     clearTimeout(resting);
-    if (viewer && viewer.cuts[1] < 1) resting = setTimeout(() => void compensated(null), REST);
+    if (viewer && viewer.cuts[1] < 1) resting = setTimeout(() => void compensated(false), REST);
   };
-  const draw = () => {
-    if (viewer) void aged(null);
+  const draw = (other = false) => {
+    if (viewer) void aged(other);
     correct();
   };
 
@@ -86,13 +125,13 @@ export function pictureOf(server) {
     byId("hours-now").textContent = text;
     slider.setAttribute("aria-valuetext", text);
   };
-  const show = () => {
+  const show = (other = false) => {
     said();
-    draw();
+    draw(other);
     void figures(null);
   };
 
-  hourly(slider, show);
+  hourly(slider, () => show());
   byId("modes").addEventListener("change", (event) => {
     mode = /** @type {HTMLInputElement} */ (event.target).value;
     show();
@@ -116,7 +155,7 @@ export function pictureOf(server) {
     made.zoomed = () => {
       byId("zoom").textContent = `${Math.round(100 * made.scale)} %`;
     };
-    byId("viewer").addEventListener("pointerup", draw);
+    byId("viewer").addEventListener("pointerup", () => draw());
   };
 
   /** Say that a large image is shown smaller. @param {import("./contract").ImageSize | null} image */
@@ -142,7 +181,7 @@ export function pictureOf(server) {
     /** The image has been counted: its numbers can be had. */
     measure: () => void figures(null),
     /** The model has changed: the same picture anew. */
-    refresh: show,
+    refresh: () => show(true),
     /** Begin with a session. @param {import("./contract").Overview} overview */
     async begin(overview) {
       const modes = byId("modes");
@@ -180,7 +219,7 @@ export function pictureOf(server) {
       );
       note(overview.image);
       said();
-      const coming = Promise.all([aged(null), load()]);
+      const coming = Promise.all([aged(false), load()]);
       begun();
       await coming;
       // The picture comes before anything else is asked: its corrected part, and its numbers.

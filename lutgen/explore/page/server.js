@@ -61,8 +61,8 @@ export class Server {
     let response;
     try {
       response = await fetch(address, request);
-    } catch (error) {
-      if (error instanceof DOMException && error.name === "AbortError") throw error;
+    } catch {
+      if (request?.signal?.aborted) throw new Refusal("Cancelled.");
       this.gone(GONE);
       throw new Refusal("");
     }
