@@ -380,6 +380,35 @@ def test_a_switch_gives_an_error_at_once_and_what_if_moves_it(page_of_either: Pa
     assert page.ask("getComputedStyle(document.querySelector('.parameter')).filter") == "none"
 
 
+def test_the_picture_answers_a_switch_and_shows_what_it_was_without_it(page_of_either: Page) -> None:
+    page = page_of_either
+    # It is measured before, so that the numbers can say what they were.
+    page.wait("/\\d/.test(document.getElementById('figure-mean').textContent)", LONG)
+    before, mean = shown_pixels(page), text(page, "#figure-mean")
+    assert page.ask("document.getElementById('with-label').hidden")
+    click(page, "#effect-black-level")
+    page.wait(f"!document.getElementById('with-label').hidden && {FINAL}", LONG)
+    assert text(page, "#with-names") == "with black-level"
+    page.wait(f"document.querySelector('#figure-mean small')?.textContent === {json.dumps(f' was {mean}')}", LONG)
+    until(lambda: not np.array_equal(shown_pixels(page), before), "the picture does not answer")
+    click(page, "#with")
+    until(lambda: np.array_equal(shown_pixels(page), before), "the picture does not show what it was")
+    page.wait(f"document.getElementById('figure-mean').firstChild.textContent === {json.dumps(mean)}", LONG)
+
+
+def test_rows_stay_where_they_are_when_they_are_switched(page_of_either: Page) -> None:
+    page = page_of_either
+    order = "[...document.querySelectorAll('#effects li')].map((each) => each.id)"
+    page.wait("!!document.querySelector('#effects li:last-child .alone')", LONG)
+    click(page, "#effect-black-level")
+    before = page.ask(order)
+    alone = "document.querySelectorAll('#effects li:not(.unseen-by-data) .alone:empty').length"
+    page.wait(f"document.querySelector('.parameter') && {FINAL} && {alone} === 0", LONG)
+    click(page, "#effect-black-level")
+    page.wait(f"!document.querySelector('.parameter') && {FINAL}", LONG)
+    assert page.ask(order) == before
+
+
 def test_another_baseline_gives_the_error_and_the_commands_of_that_baseline(
     page_of_either: Page, tmp_path: Path
 ) -> None:
@@ -592,4 +621,6 @@ def test_the_page_asks_nobody_but_its_server_and_has_no_complaint(chromium: tupl
         page.wait("!document.getElementById('scale').hidden")
         page.open_address("about:blank")
     assert {each for each in page.requests if not each.startswith((address, "data:", "blob:", "about:"))} == set()
+    # What came with the page is what it asks for: one image, and no preload that nobody used (a complaint).
+    assert sum("/api/image" in each for each in page.requests) == 1
     assert [each for each in page.complaints if "ReadPixels" not in each] == []

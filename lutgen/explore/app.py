@@ -180,6 +180,11 @@ def _seen(request: Request) -> dict[str, Any]:
     return {"mode": request.query_params.get("mode", "chroma"), "hours": hours}
 
 
+def _seen_with(request: Request) -> dict[str, Any]:
+    """Return mode and hours that a request names, and whether what is switched on is left out."""
+    return {**_seen(request), "without": request.query_params.get("without") == "yes"}
+
+
 def _kind(request: Request) -> str:
     kind = request.query_params.get("kind", "aged")
     if kind not in KINDS:
@@ -191,7 +196,7 @@ async def _table(window: Window, request: Request) -> Response:
     size = request.query_params.get("size", "33")
     table = await window.shows(
         _kind(request),
-        **_seen(request),
+        **_seen_with(request),
         size=int(size) if size.isdecimal() and len(size) < 4 else 0,
         differences=request.query_params.get("map") == "yes",
     )
@@ -199,7 +204,7 @@ async def _table(window: Window, request: Request) -> Response:
 
 
 async def _difference(window: Window, request: Request) -> Response:
-    return Response(await window.shows("difference", **_seen(request)), media_type=JSON)
+    return Response(await window.shows("difference", **_seen_with(request)), media_type=JSON)
 
 
 async def _effects(window: Window, _request: Request) -> Response:

@@ -77,7 +77,8 @@ def _fitted(comparison: Comparison, opened: Opened, refinement: Refinement | Non
                 }
             )
         supported, why = support.get(name, (True, ""))
-        found.append({"name": name, "parameters": parameters, "supported": supported, "said": why})
+        given = name in opened.given
+        found.append({"name": name, "given": given, "parameters": parameters, "supported": supported, "said": why})
     return found
 
 

@@ -49,7 +49,7 @@ class Window:
     _fitting: Process | None = None
     _processes: set[Process] = field(default_factory=set)
     _folders: int = 0
-    _model: bytes = b""
+    _models: dict[str, bytes] = field(default_factory=dict)
     _colours: str = ""
     _waiting_image: str = ""
     _verdict: dict[str, Any] = field(default_factory=dict)
@@ -111,9 +111,10 @@ class Window:
     def _hear_fitting(self, what: str, body: bytes) -> None:
         if what == DIED:
             self._mend(self._restart_fitting(()), body)
-        elif what == "model":
-            self._model = body
-            self._later(self._showing.ask("show", body))
+        elif what in ("without", "model"):
+            # Without effects comes first of a session's models.
+            self._models = {**(self._models if what == "model" else {}), what: body}
+            self._later(self._showing.ask("show", body, without=what == "without"))
         else:
             if what == "failed":
                 self.asked = replace(self.asked, on=tuple(json.loads(body)["on"]))
@@ -212,10 +213,10 @@ class Window:
     async def _restart_showing(self) -> None:
         self._showing.end()
         self._showing = await self._begun(SHOWING, self._hear_showing)
-        if not self._model:
+        if not self._models:
             await self._show_first()
-            return
-        await self._showing.ask("show", self._model)
+        for what, body in self._models.items():
+            await self._showing.ask("show", body, without=what == "without")
         if self._colours:
             await self._showing.ask("colours", path=self._colours)
 

@@ -51,6 +51,8 @@ export interface ModelError {
 
 export interface FittedEffect {
   name: string;
+  /** The model came with it. */
+  given: boolean;
   parameters: Parameter[];
   supported: boolean;
   said: string;

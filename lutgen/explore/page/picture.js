@@ -34,7 +34,15 @@ export function pictureOf(server) {
   let size = 0;
 
   const hours = () => Number(slider.value);
-  const asked = (more = {}) => ({ mode, hours: hours(), size, map: input("map").checked ? "yes" : "", ...more });
+  const without = () => (input("with").checked ? "" : "yes");
+  const asked = (more = {}) => ({
+    mode,
+    hours: hours(),
+    size,
+    map: input("map").checked ? "yes" : "",
+    without: without(),
+    ...more,
+  });
 
   /** @param {"aged" | "compensated"} kind @param {(table: import("./viewer.js").Table, other: boolean) => void} hand told whether the model is another */
   const fetching = (kind, hand) =>
@@ -72,7 +80,7 @@ export function pictureOf(server) {
   const figures = latest(async () => {
     const at = `${mode} ${hours()} ${byId("image-note").textContent}`;
     /** @type {import("./contract").Figures} */
-    const found = await server.get("difference", { mode, hours: hours() }).catch(() => ({}));
+    const found = await server.get("difference", { mode, hours: hours(), without: without() }).catch(() => ({}));
     /** @type {Record<string, string>} */
     const now = {};
     for (const name of /** @type {const} */ (["mean", "mean_2sd"])) {
@@ -136,6 +144,7 @@ export function pictureOf(server) {
     mode = /** @type {HTMLInputElement} */ (event.target).value;
     show();
   });
+  input("with").addEventListener("change", () => show(true));
   byId("scale-bar").style.backgroundImage = `linear-gradient(to right, ${MAP_COLOURS.join(", ")})`;
   input("map").addEventListener("change", () => {
     byId("scale").hidden = !input("map").checked;
@@ -180,8 +189,16 @@ export function pictureOf(server) {
     note,
     /** The image has been counted: its numbers can be had. */
     measure: () => void figures(null),
-    /** The model has changed: the same picture anew. */
-    refresh: () => show(true),
+    /** The model has changed: the same picture anew. @param {import("./contract").ModelError} error */
+    refresh({ provisional, effects }) {
+      if (!provisional) {
+        const names = effects.filter((each) => !each.given).map((each) => each.name);
+        tell("with-names", names.length ? `with ${names.join(", ")}` : "");
+        byId("with-label").hidden = !names.length;
+        input("with").checked = true;
+      }
+      show(true);
+    },
     /** Begin with a session. @param {import("./contract").Overview} overview */
     async begin(overview) {
       const modes = byId("modes");

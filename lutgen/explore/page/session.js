@@ -17,7 +17,7 @@ export function sessionOf(server, picture, head) {
   const show = (next) => {
     error.show(next);
     physics.parameters(next);
-    picture.refresh();
+    picture.refresh(next);
     take.refresh();
   };
 
