@@ -396,6 +396,15 @@ def test_the_picture_answers_a_switch_and_shows_what_it_was_without_it(page_of_e
     page.wait(f"document.getElementById('figure-mean').firstChild.textContent === {json.dumps(mean)}", LONG)
 
 
+def test_what_takes_the_error_down_furthest_stands_first(page_of_either: Page) -> None:
+    page = page_of_either
+    bars = "[...document.querySelectorAll('#effects li:not(.unseen-by-data) .alone')]"
+    page.wait(f"{bars}.every((each) => each.firstChild)", LONG)
+    falls = f"{bars}.map((each) => Number.parseFloat(each.textContent))"
+    page.wait(f"{falls}.every((each, place, all) => !place || each >= all[place - 1])", LONG)
+    assert len(set(page.ask(falls))) > 3
+
+
 def test_rows_stay_where_they_are_when_they_are_switched(page_of_either: Page) -> None:
     page = page_of_either
     order = "[...document.querySelectorAll('#effects li')].map((each) => each.id)"

@@ -304,7 +304,9 @@ async def _while_wanted(request: Request, work: Coroutine[Any, Any, tuple[str, b
 
 
 async def _commands(window: Window, request: Request) -> Response:
-    support = json.loads(window.news.get("support", b"{}"))
-    last, keep = window.overview["max_hours"], bool(support.get("keep"))
+    support, error = (json.loads(window.news.get(name, b"{}")) for name in ("support", "error"))
+    # One effect may be unsupported beside others that improve the model.
+    keep = bool(support.get("keep")) or not all(each["supported"] for each in error.get("effects", ()))
+    last = window.overview["max_hours"]
     shown = {**_seen(request), "kind": _kind(request), "between": window.between}
     return JSONResponse(commands(window.asked, last=last, keep=keep, **shown))

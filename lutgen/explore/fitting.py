@@ -99,7 +99,10 @@ class Fitting:
         self._tell("support", {"keep": not refinement.improves, "sentence": refinement.sentence()})
 
     def _try_one_alone(self) -> bool:
-        name = next((each for each in self._now.choices if each not in self._alone), None)
+        # What these readings cannot see is of the least interest.
+        seen = self._now.visibility()
+        choices = sorted(self._now.choices, key=lambda name: not (name in seen and seen[name].visible))
+        name = next((each for each in choices if each not in self._alone), None)
         if name is None:
             return False
         try:

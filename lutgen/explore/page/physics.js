@@ -36,6 +36,8 @@ export function physicsOf(server, page) {
   /** What-if values that are set: "effect parameter" → value. @type {Map<string, number>} */
   const whatIf = new Map();
 
+  /** Whose parameters are shown. @type {ModelError | null} */
+  let drawn = null;
   let slow = 0;
   byId("stop").addEventListener("click", () => trying(TROUBLE, () => server.post("cancel")));
 
@@ -51,8 +53,12 @@ export function physicsOf(server, page) {
     if (!taken) take(await server.get("effects").catch(() => effects));
   });
 
+  /** The effect that was switched on last, until its parameters are seen. */
+  let turned = "";
+
   /** @param {string} name @param {boolean} wanted */
   const turn = (name, wanted) => {
+    turned = wanted ? name : "";
     effects = effects.map((each) => (each.name === name ? { ...each, on: wanted } : each));
     pending = on();
     void switching(pending);
@@ -83,9 +89,10 @@ export function physicsOf(server, page) {
   /** What was found stands first, then what takes the error down furthest; what cannot be seen, last. */
   const order = (anew = false) => {
     const places = [...byId("effects").children].map((each) => each.id);
-    const tried = effects.every((each) => each.tried || each.given);
+    const tried = effects.length > 0 && effects.every((each) => each.tried || each.given || !each.visible);
     kept ||= effects.some((each) => each.on && !each.given);
-    if (!anew && places.length === effects.length && (kept || !tried)) {
+    const held = kept || !tried || byId("catalogue").matches(":hover, :focus-within");
+    if (!anew && places.length === effects.length && held) {
       const place = (/** @type {Effect} */ each) => places.indexOf(`row-${each.name}`);
       return [...effects].sort((a, b) => place(a) - place(b));
     }
@@ -147,10 +154,13 @@ export function physicsOf(server, page) {
     if (error.provisional) slow = setTimeout(() => tell("stop", "Stop the fit"), SLOW);
     // The sliders stay in the hand, beside the intervals of the fit.
     if (error.what_if) return;
-    for (const place of document.querySelectorAll(".parameters")) place.replaceChildren();
+    // Nor do they go while effects are tried: only rows that are new lack theirs.
+    const same = error === drawn;
+    drawn = error;
+    if (!same) for (const place of document.querySelectorAll(".parameters")) place.replaceChildren();
     for (const fitted of error.effects) {
       const place = document.getElementById(`effect-${fitted.name}-parameters`);
-      if (!place) continue;
+      if (!place || place.children.length) continue;
       if (!fitted.supported && fitted.said) place.append(element("p", { class: "caution" }, fitted.said));
       place.append(...fitted.parameters.map((each) => parameter(fitted.name, each)));
       if (fitted.parameters.length) {
@@ -162,6 +172,10 @@ export function physicsOf(server, page) {
           }),
         );
         place.append(reset);
+      }
+      if (fitted.name === turned && !error.provisional) {
+        turned = "";
+        place.parentElement?.scrollIntoView({ block: "nearest" });
       }
     }
   };
@@ -243,12 +257,14 @@ export function physicsOf(server, page) {
   });
 
   /** Add what the user wrote, and switch it on beside what is on. */
-  const added = async (/** @type {unknown} */ body, /** @type {Record<string, unknown>} */ query = {}) =>
+  const add = async (/** @type {unknown} */ body, /** @type {Record<string, unknown>} */ query = {}) =>
     trying(TROUBLE, async () => {
       const before = on();
       const known = new Set(effects.map((each) => each.name));
       take(await server.post("own", body, query));
-      const names = [...before, ...effects.map((each) => each.name).filter((name) => !known.has(name))];
+      const added = effects.map((each) => each.name).filter((name) => !known.has(name));
+      const names = [...before, ...added];
+      turned = added[0] ?? "";
       effects = effects.map((each) => ({ ...each, on: names.includes(each.name) }));
       rows();
       page.error(await server.post("switch", { effects: names }));
@@ -260,14 +276,14 @@ export function physicsOf(server, page) {
     const taken = new Set(effects.map((each) => each.name));
     let number = 1;
     while (taken.has(`own-${number}`)) number += 1;
-    if (await added({ name: `own-${number}`, expression })) input("own-line").value = "";
+    if (await add({ name: `own-${number}`, expression })) input("own-line").value = "";
   });
   const own = (/** @type {File} */ file) => {
     const dialog = /** @type {HTMLDialogElement} */ (byId("trust"));
     byId("trust-name").textContent = file.name;
     dialog.returnValue = "no";
     dialog.onclose = () => {
-      if (dialog.returnValue === "yes") void added(file, { name: file.name, trusted: "yes" });
+      if (dialog.returnValue === "yes") void add(file, { name: file.name, trusted: "yes" });
     };
     dialog.showModal();
   };

@@ -16,7 +16,7 @@ export function sessionOf(server, picture, head) {
   /** @param {import("./contract").ModelError} next */
   const show = (next) => {
     error.show(next);
-    physics.parameters(next);
+    physics.parameters(error.now);
     picture.refresh(next);
     take.refresh();
   };
