@@ -30,6 +30,7 @@ from lutgen.explore.imaging import Imaging
 from lutgen.explore.process import ENDED, Process
 from lutgen.explore.sessions import gathered
 from lutgen.explore.showing import Showing
+from lutgen.explore.windows import MOST_WINDOWS
 from lutgen.names import FORETELLING_BASELINES
 from lutgen.pictures.viewer import WHITE
 from lutgen.readings import read_measurements
@@ -551,6 +552,33 @@ def begin(connection: HTTPConnection, page: Visitor, what: str, **headers: str) 
     connection.endheaders()
 
 
+def at_once(count: int, ask: Callable[[], Any]) -> list[Any]:
+    """Ask from so many threads: all answers."""
+    answers: Queue[Any] = Queue()
+    threads = [Thread(target=lambda: answers.put(ask())) for _ in range(count)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    return [answers.get_nowait() for _ in threads]
+
+
+@pytest.mark.slow
+def test_of_many_pages_at_once_few_are_opened(address: str) -> None:
+    """Each has a window, and so processes of its own."""
+    page = Visitor(address)
+
+    def open_page() -> bool:
+        with closing(HTTPConnection(HOST, page.port, timeout=60)) as connection:
+            connection.request("GET", page.path)
+            return b"windows are open. Close one" in connection.getresponse().read()
+
+    refused = at_once(20, open_page)
+    assert refused.count(False) <= MOST_WINDOWS
+    assert any(refused)
+    assert json.loads(page.see("overview"))["name"] == "display-a.csv"
+
+
 @pytest.mark.slow
 def test_hostile_input_is_refused_and_the_window_goes_on(address: str) -> None:
     page = Visitor(address)
@@ -588,21 +616,14 @@ def test_hostile_input_is_refused_and_the_window_goes_on(address: str) -> None:
     for path in (f"/{overview}", f"/wrong/{overview}", f"{page.path}../{overview}", f"{page.path}vendor/../../app.py"):
         assert page.request("GET", path).status == 404, path
 
-    statuses: Queue[int] = Queue()
-
-    def ask() -> None:
+    def ask_table() -> int:
         with closing(HTTPConnection(HOST, page.port, timeout=60)) as connection:
             connection.request("GET", f"{page.path}api/table?window={page.window}&mode=chroma&hours=100")
             reply = connection.getresponse()
             reply.read()
-            statuses.put(reply.status)
+            return reply.status
 
-    threads = [Thread(target=ask) for _ in range(200)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    answers = [statuses.get_nowait() for _ in threads]
+    answers = at_once(200, ask_table)
     assert set(answers) <= {200, 503}
     assert answers.count(200) >= MOST_AT_ONCE // 2
     assert json.loads(page.see("overview"))["name"] == "display-a.csv"

@@ -34,6 +34,7 @@ class Windows:
     _open: dict[str, Window] = field(default_factory=dict)
     _spare: asyncio.Task[Window] | None = None
     _count: int = 0
+    _opening: int = 0
 
     def prepare(self) -> None:
         """Make the first window before its page asks: processes start while the browser does."""
@@ -60,14 +61,18 @@ class Windows:
 
     async def open(self) -> Window:
         """Open a window, in the place of one that nobody listens to. Raises RefusedError where there are too many."""
-        if len(self._open) >= MOST_WINDOWS:
+        if self._opening + len(self._open) >= MOST_WINDOWS:
             silent = [window for window in self._open.values() if not window.listeners]
             for window in silent[:1]:
                 self._forget(window)
-        if len(self._open) >= MOST_WINDOWS:
+        if self._opening + len(self._open) >= MOST_WINDOWS:
             raise RefusedError(503, "busy", f"{MOST_WINDOWS} windows are open. Close one, and wait a minute.")
         spare, self._spare = self._spare, None
-        window = await (spare or self._new())
+        self._opening += 1
+        try:
+            window = await (spare or self._new())
+        finally:
+            self._opening -= 1
         self._open[window.name] = window
         self._forget_later(window)
         return window
