@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from examples.bench_criticism import HIDDEN, SESSIONS
-from examples.racing import LUTGEN, Peer, against_limit, memory, processor_time, race
+from examples.racing import ENVIRONMENT, LUTGEN, Peer, against_limit, processor_time, race, watched
 from tests.browser import CHROMIUM, browser
 from tests.virtual_display.campaign import Campaign, csv_text
 
@@ -74,11 +74,13 @@ def exploring(work: Work, folder: Path) -> Iterator[Row]:
         page.hears("error")
         yield from _switches(work, page, size)
         yield from _tables(work, page)
-        page.post("image", image_of(work, folder), "&name=large.png")
-        page.hears("measured")
-        page.get("difference", f"&mode=chroma&hours={page.overview['max_hours']}")
-        title = f"memory of the server (PSS), image of {work.width * work.height / 1e6:.2g} Mpx, {size}"
-        yield against_limit(title, [memory(pid)], MEMORY_LIMIT_MB, "MB")
+        image = image_of(work, folder)
+        with watched(pid) as peak:
+            page.post("image", image, "&name=large.png")
+            page.hears("measured")
+            page.get("difference", f"&mode=chroma&hours={page.overview['max_hours']}")
+        title = f"peak memory of the server (PSS), image of {work.width * work.height / 1e6:.2g} Mpx, {size}"
+        yield against_limit(title, peak, MEMORY_LIMIT_MB, "MB")
 
 
 def _picture(work: Work) -> list[Row]:
@@ -169,7 +171,7 @@ def image_of(work: Work, folder: Path) -> bytes:
 def served(*arguments: str) -> Iterator[tuple[str, int]]:
     """Run `lutgen explore` and give its address and process."""
     command = [*LUTGEN, "explore", "--no-browser", *arguments]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.PIPE, text=True) as process:
         try:
             lines = iter(process.stdout or ())
             yield next(line for line in lines if "http://" in line).split()[-1], process.pid

@@ -10,21 +10,22 @@ import shutil
 import subprocess
 import sys
 import time
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
+from threading import Event, Thread
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
 LUTGEN = (sys.executable, "-m", "lutgen")
 
 #: Programs run as they are installed: Python keeps what it has compiled, whatever the caller's shell says.
-_ENVIRONMENT = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+ENVIRONMENT = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,7 @@ def program(name: str) -> str | None:
 
 def run(command: list[str]) -> None:
     """Run a program to its end; what it says is only shown when it fails."""
-    done = subprocess.run(command, env=_ENVIRONMENT, capture_output=True, text=True, check=False, timeout=600)
+    done = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True, check=False, timeout=600)
     if done.returncode:
         raise SystemExit(f"bench: {' '.join(command)} failed:\n{done.stderr}")
 
@@ -124,12 +125,30 @@ def peak_memory(command: list[str], folder: Path) -> float:
     peak = 0.0
     with (
         (folder / "out.txt").open("w") as out,
-        subprocess.Popen(command, env=_ENVIRONMENT, stdout=out, stderr=out) as program,
+        subprocess.Popen(command, env=ENVIRONMENT, stdout=out, stderr=out) as program,
     ):
         while program.poll() is None:
             peak = max(peak, memory(program.pid))
             time.sleep(0.01)
     return peak
+
+
+@contextmanager
+def watched(pid: int) -> Iterator[list[float]]:
+    """Give a list whose only number, at the end of the block, is the peak of :func:`memory` inside it."""
+    peak, done = [0.0], Event()
+
+    def watch() -> None:
+        while not done.wait(0.01):
+            peak[0] = max(peak[0], memory(pid))
+
+    watching = Thread(target=watch, daemon=True)
+    watching.start()
+    try:
+        yield peak
+    finally:
+        done.set()
+        watching.join()
 
 
 def memory(pid: int) -> float:

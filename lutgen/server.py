@@ -70,15 +70,19 @@ class RefusedError(LutgenError):
 NOTHING = RefusedError(404, "bad", "There is nothing here.")
 
 
+def new_address(listening: socket) -> tuple[str, str]:
+    """Return the address of a page that will be served on a port, and the random word in it."""
+    word = secrets.token_urlsafe(24)
+    return f"http://{HOST}:{listening.getsockname()[1]}/{word}/", word
+
+
 class Guard:
     """Passes on requests with the right Host, Origin and random word, and removes the word from their path."""
 
-    def __init__(self, app: ASGIApp, listening: socket) -> None:
-        """Guard an application that is served on a port."""
-        self._app, self._at_once = app, 0
+    def __init__(self, app: ASGIApp, listening: socket, word: str) -> None:
+        """Guard an application that is served on a port, by the word of its address."""
+        self._app, self._at_once, self._word = app, 0, word
         self._host = f"{HOST}:{listening.getsockname()[1]}".encode()
-        self._word = secrets.token_urlsafe(24)
-        self.address = f"http://{self._host.decode()}/{self._word}/"
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request (ASGI)."""
@@ -270,12 +274,12 @@ def server_of(guarded: Guard, ending: Callable[[], Awaitable[None]] = _nothing) 
 @contextmanager
 def served(app: ASGIApp, listening: socket) -> Iterator[str]:
     """Serve an application in the background until the end of the block; gives its address."""
-    guarded = Guard(app, listening)
-    server = server_of(guarded)
+    address, word = new_address(listening)
+    server = server_of(Guard(app, listening, word))
     thread = Thread(target=server.run, kwargs={"sockets": [listening]}, daemon=True)
     thread.start()
     try:
-        yield guarded.address
+        yield address
     finally:
         server.should_exit = True
         thread.join()

@@ -139,6 +139,16 @@ class Page:
         scale = {"deviceScaleFactor": ratio, "mobile": False}
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, **scale)
 
+    def theme(self, name: str = "") -> None:
+        """Ask for a light or a dark page; without a name for what the system has."""
+        features = [{"name": "prefers-color-scheme", "value": name}] if name else []
+        self.call("Emulation.setEmulatedMedia", features=features)
+
+    def run(self, script: str) -> None:
+        """Run a script in the page, whatever the page allows."""
+        found = self.call("Runtime.evaluate", expression=script)
+        assert "exceptionDetails" not in found, found
+
     def picture(self, *, whole: bool = False) -> bytes:
         """Return a PNG of the window, or of the whole page."""
         shot = self.call("Page.captureScreenshot", format="png", captureBeyondViewport=whole)
@@ -170,7 +180,7 @@ def browser(profile: Path) -> Iterator[Page]:
     theirs, writing = os.pipe()
     reading, ours = os.pipe()
     become = [sys.executable, "-c", _BECOME, str(theirs), str(ours)]
-    command = [*become, CHROMIUM, *_OPTIONS, f"--user-data-dir={profile}"]
+    command = [*become, CHROMIUM, *_OPTIONS, f"--user-data-dir={profile}", "about:blank"]
     with subprocess.Popen(
         command, pass_fds=(theirs, ours), start_new_session=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     ) as process:

@@ -102,6 +102,18 @@ class Page:
         chrome = self.ask("[outerWidth - innerWidth, outerHeight - innerHeight]")
         self.call("WebDriver:SetWindowRect", width=width + chrome[0], height=height + chrome[1])
 
+    def theme(self, name: str = "") -> None:
+        """Ask for a light or a dark page; without a name for what the system has."""
+        choice = {"dark": 0, "light": 1}.get(name, 2)
+        preference = f'Services.prefs.setIntPref("layout.css.prefers-color-scheme.content-override", {choice});'
+        self.call("Marionette:SetContext", value="chrome")
+        self.call("WebDriver:ExecuteScript", script=preference, args=[])
+        self.call("Marionette:SetContext", value="content")
+
+    def run(self, script: str) -> None:
+        """Run a script in the page, whatever the page allows."""
+        self.call("WebDriver:ExecuteScript", script=script, args=[], sandbox=None)
+
     def picture(self) -> bytes:
         """Return a PNG of the window."""
         return b64decode(self.call("WebDriver:TakeScreenshot", full=False)["value"])
@@ -140,15 +152,28 @@ def _screen() -> Iterator[str]:
 
 
 @contextmanager
-def firefox(profile: Path) -> Iterator[Page]:
-    """Start Firefox with a new profile, whose folder ``downloads`` takes what is saved; end it afterwards."""
+def firefox(profile: Path, **more: bool) -> Iterator[Page]:
+    """Start Firefox with a new profile, whose folder ``downloads`` takes what is saved; end it afterwards.
+
+    ``more``: preferences, with ``_`` for their dots.
+    """
     assert FIREFOX
     downloads = profile / "downloads"
     downloads.mkdir(parents=True)
-    preferences = {**_PREFERENCES, "browser.download.dir": str(downloads)}
+    own = {name.replace("_", "."): value for name, value in more.items()}
+    preferences = {**_PREFERENCES, "browser.download.dir": str(downloads), **own}
     lines = [f"user_pref({json.dumps(name)}, {json.dumps(value)});" for name, value in preferences.items()]
     (profile / "user.js").write_text("\n".join(lines))
-    command = [FIREFOX, "--marionette", "--no-remote", "--profile", str(profile), "about:blank"]
+    # System access is for preferences that change while it runs.
+    command = [
+        FIREFOX,
+        "--marionette",
+        "--remote-allow-system-access",
+        "--no-remote",
+        "--profile",
+        str(profile),
+        "about:blank",
+    ]
     with (
         _screen() as display,
         subprocess.Popen(

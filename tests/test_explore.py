@@ -30,6 +30,8 @@ from lutgen.explore.imaging import Imaging
 from lutgen.explore.process import ENDED, Process
 from lutgen.explore.sessions import gathered
 from lutgen.explore.showing import Showing
+from lutgen.explore.windows import MOST_WINDOWS
+from lutgen.names import FORETELLING_BASELINES
 from lutgen.pictures.viewer import WHITE
 from lutgen.readings import read_measurements
 from lutgen.server import HOST, MOST_AT_ONCE, RefusedError, page_file
@@ -181,7 +183,7 @@ def test_a_table_is_the_one_that_build_writes(kind: str, lutgen: Callable[..., D
     held, told = fitting()
     showing = Showing(told)
     del held
-    showing.show(told.last("model"))
+    showing.show(told.last("without"))
     size = 17
     given = np.frombuffer(getattr(showing, kind)("chroma", 9000.5, size), "<u2").reshape(-1, 4)
     options = ["--direction", "compensate"] if kind == "compensated" else []
@@ -201,10 +203,39 @@ def test_a_table_is_the_one_that_build_writes(kind: str, lutgen: Callable[..., D
             getattr(showing, kind)(mode, hours, points)
 
 
+def test_the_first_picture_is_through_the_table_that_build_writes(lutgen: Callable[..., Done], tmp_path: Path) -> None:
+    """It is baked before anything is fitted, from the readings alone."""
+    showing = Showing(Told())
+    overview = showing.open(data=EXAMPLE, baseline=None, model=None)
+    first = overview["first"]
+    assert not showing.idle()
+    given = np.frombuffer(showing.aged(**first), "<u2").reshape(-1, 4)[:, :3]
+    where = ("--hours", f"{first['hours']:g}", "--mode", first["mode"], "--cubesize", str(first["size"]))
+    lutgen("build", "--display", EXAMPLE, *where, "--format", "cube", "--no-certificates", "-o", str(tmp_path / "lut"))
+    (cube,) = (tmp_path / "lut").rglob("*.cube")
+    written = np.array([line.split() for line in cube.read_text().splitlines() if line[:1].isdigit()], float)
+    assert written.shape == given.shape
+    assert np.abs(given / WHITE - written).max() <= 0.5 / 65535 + 1e-6
+
+
+def test_what_is_switched_on_can_be_left_out_of_the_picture() -> None:
+    held, told = fitting()
+    held.switch(["black-level"])
+    settled(held)
+    showing = Showing(told)
+    showing.show(told.last("without"), without=True)
+    showing.show(told.last("model"))
+    seen = {without: showing.aged("chroma", 9000.0, 17, without=without) for without in (False, True)}
+    assert seen[False] != seen[True]
+    plain = Showing(told)
+    plain.show(told.last("without"), without=True)
+    assert plain.aged("chroma", 9000.0, 17) == seen[True]
+
+
 def test_the_difference_is_what_lifetime_prints(lutgen: Callable[..., Done], tmp_path: Path) -> None:
     _, told = fitting()
     showing = Showing(told)
-    showing.show(told.last("model"))
+    showing.show(told.last("without"))
     assert showing.difference("chroma", 18_000.0)["mean"] is None
     imaging = Imaging(told)
     shown = imaging.read(str(tissue()), str(tmp_path / "shown.png"))
@@ -245,10 +276,20 @@ def test_commands_are_lines_to_copy() -> None:
         "lutgen", "refine", "my data.csv", "--add", "eotf-drift", "--add-expr", "leak: xyz + k*tau*white", "--keep",
         "-o", "my-display.toml",
     ]  # fmt: skip
-    assert lines[3] == ("lutgen build --model my-display.toml --hours 9000.5 --mode chroma --format cube -o this-hour")
-    assert "lutgen report slide.png " in lines[4]
-    plain = commands(Asked("a.csv", "b.png"), last=100.0, keep=False, mode="chroma", hours=1.0)
-    assert plain[2]["command"] == "lutgen build --display a.csv --hours 0..100 -o aged"
+    # What may choose effects is told of the user's own, too.
+    own = ["--add-expr", "leak: xyz + k*tau*white"]
+    assert shlex.split(lines[1]) == ["lutgen", "diagnose", "my data.csv", *own]
+    assert shlex.split(lines[2]) == ["lutgen", "plan", "my data.csv", *own, "-o", "next.csv"]
+    assert lines[4] == ("lutgen build --model my-display.toml --hours 9000.5 --mode chroma --format cube -o this-hour")
+    assert "lutgen report slide.png " in lines[5]
+    shown = {"last": 100.0, "keep": False, "mode": "chroma", "hours": 1.0}
+    plain = commands(Asked("a.csv", "b.png"), **shown, between=["crosstalk", "loading"])  # type: ignore[arg-type]
+    assert plain[2]["command"] == "lutgen plan a.csv --between crosstalk,loading -o next.csv"
+    assert plain[3]["command"] == "lutgen build --display a.csv --hours 0..100 -o aged"
+    for baseline in FORETELLING_BASELINES:
+        # Without effects such a display does not age, and build refuses it.
+        few = commands(Asked("a.csv", "b.png", baseline=baseline), **shown)  # type: ignore[arg-type]
+        assert [shlex.split(each["command"])[1] for each in few] == ["compare", "diagnose", "plan"]
 
 
 class Looping:
@@ -425,6 +466,12 @@ def test_from_the_simulated_campaign_to_its_lut(address: str, lutgen: Callable[.
     assert [text for text in (tmp_path / "taken.toml").read_text().splitlines() if not text.startswith("file")] == [
         text for text in model.read_text().splitlines() if not text.startswith("file")
     ]
+    # The same list of what to measure next.
+    (planned,) = (
+        shlex.split(each["command"]) for each in json.loads(page.see("commands")) if " plan " in each["command"]
+    )
+    lutgen(*planned[1:-1], str(tmp_path / planned[-1]))
+    assert (tmp_path / planned[-1]).read_bytes() == page.see("take", "&what=patches")
     cube = page.see("take", "&what=cube&mode=chroma&hours=9000.5")
     where = ("--hours", "9000.5", "--mode", "chroma", "--format", "cube")
     lutgen("build", "--model", str(model), *where, "-o", str(tmp_path / "lut"))
@@ -505,6 +552,33 @@ def begin(connection: HTTPConnection, page: Visitor, what: str, **headers: str) 
     connection.endheaders()
 
 
+def at_once(count: int, ask: Callable[[], Any]) -> list[Any]:
+    """Ask from so many threads: all answers."""
+    answers: Queue[Any] = Queue()
+    threads = [Thread(target=lambda: answers.put(ask())) for _ in range(count)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    return [answers.get_nowait() for _ in threads]
+
+
+@pytest.mark.slow
+def test_of_many_pages_at_once_few_are_opened(address: str) -> None:
+    """Each has a window, and so processes of its own."""
+    page = Visitor(address)
+
+    def open_page() -> bool:
+        with closing(HTTPConnection(HOST, page.port, timeout=60)) as connection:
+            connection.request("GET", page.path)
+            return b"windows are open. Close one" in connection.getresponse().read()
+
+    refused = at_once(20, open_page)
+    assert refused.count(False) <= MOST_WINDOWS
+    assert any(refused)
+    assert json.loads(page.see("overview"))["name"] == "display-a.csv"
+
+
 @pytest.mark.slow
 def test_hostile_input_is_refused_and_the_window_goes_on(address: str) -> None:
     page = Visitor(address)
@@ -542,21 +616,14 @@ def test_hostile_input_is_refused_and_the_window_goes_on(address: str) -> None:
     for path in (f"/{overview}", f"/wrong/{overview}", f"{page.path}../{overview}", f"{page.path}vendor/../../app.py"):
         assert page.request("GET", path).status == 404, path
 
-    statuses: Queue[int] = Queue()
-
-    def ask() -> None:
+    def ask_table() -> int:
         with closing(HTTPConnection(HOST, page.port, timeout=60)) as connection:
             connection.request("GET", f"{page.path}api/table?window={page.window}&mode=chroma&hours=100")
             reply = connection.getresponse()
             reply.read()
-            statuses.put(reply.status)
+            return reply.status
 
-    threads = [Thread(target=ask) for _ in range(200)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    answers = [statuses.get_nowait() for _ in threads]
+    answers = at_once(200, ask_table)
     assert set(answers) <= {200, 503}
     assert answers.count(200) >= MOST_AT_ONCE // 2
     assert json.loads(page.see("overview"))["name"] == "display-a.csv"

@@ -106,12 +106,6 @@ def either(request: pytest.FixtureRequest) -> tuple[Page, Path]:
 
 
 @pytest.fixture
-def page(chromium: tuple[Page, Path]) -> Iterator[Page]:
-    """Chromium on the page of examples/display-a.csv."""
-    yield from _on_display_a(chromium[0])
-
-
-@pytest.fixture
 def page_of_either(either: tuple[Page, Path]) -> Iterator[Page]:
     """Each browser in turn on the page of examples/display-a.csv."""
     yield from _on_display_a(either[0])
@@ -359,7 +353,8 @@ def test_a_program_is_run_only_after_a_warning(page_of_either: Page, tmp_path: P
     assert refine[refine.index("--add") + 1] == "glue-glow"
 
 
-def test_a_switch_gives_an_error_at_once_and_what_if_moves_it(page: Page) -> None:
+def test_a_switch_gives_an_error_at_once_and_what_if_moves_it(page_of_either: Page) -> None:
+    page = page_of_either
     before = text(page, "#ratio-number")
     click(page, "#effect-black-level")
     # Effects that are tried meanwhile do not switch it off again.
@@ -371,7 +366,7 @@ def test_a_switch_gives_an_error_at_once_and_what_if_moves_it(page: Page) -> Non
         """(() => {
             const slider = document.querySelector(".parameter input");
             slider.value = 900;
-            slider.dispatchEvent(new Event("input"));
+            slider.dispatchEvent(new window.Event("input"));
         })()"""
     )
     page.wait("document.getElementById('error-state').textContent.startsWith('what if')", LONG)
@@ -383,6 +378,44 @@ def test_a_switch_gives_an_error_at_once_and_what_if_moves_it(page: Page) -> Non
     page.ask("[...document.querySelectorAll('.parameters button')].at(-1).click()")
     page.wait(f"{RATIO} === {json.dumps(fitted)} && {FINAL}", LONG)
     assert page.ask("getComputedStyle(document.querySelector('.parameter')).filter") == "none"
+
+
+def test_the_picture_answers_a_switch_and_shows_what_it_was_without_it(page_of_either: Page) -> None:
+    page = page_of_either
+    # It is measured before, so that the numbers can say what they were.
+    page.wait("/\\d/.test(document.getElementById('figure-mean').textContent)", LONG)
+    before, mean = shown_pixels(page), text(page, "#figure-mean")
+    assert page.ask("document.getElementById('with-label').hidden")
+    click(page, "#effect-black-level")
+    page.wait(f"!document.getElementById('with-label').hidden && {FINAL}", LONG)
+    assert text(page, "#with-names") == "with black-level"
+    page.wait(f"document.querySelector('#figure-mean small')?.textContent === {json.dumps(f' was {mean}')}", LONG)
+    until(lambda: not np.array_equal(shown_pixels(page), before), "the picture does not answer")
+    click(page, "#with")
+    until(lambda: np.array_equal(shown_pixels(page), before), "the picture does not show what it was")
+    page.wait(f"document.getElementById('figure-mean').firstChild.textContent === {json.dumps(mean)}", LONG)
+
+
+def test_what_takes_the_error_down_furthest_stands_first(page_of_either: Page) -> None:
+    page = page_of_either
+    bars = "[...document.querySelectorAll('#effects li:not(.unseen-by-data) .alone')]"
+    page.wait(f"{bars}.every((each) => each.firstChild)", LONG)
+    falls = f"{bars}.map((each) => Number.parseFloat(each.textContent))"
+    page.wait(f"{falls}.every((each, place, all) => !place || each >= all[place - 1])", LONG)
+    assert len(set(page.ask(falls))) > 3
+
+
+def test_rows_stay_where_they_are_when_they_are_switched(page_of_either: Page) -> None:
+    page = page_of_either
+    order = "[...document.querySelectorAll('#effects li')].map((each) => each.id)"
+    page.wait("!!document.querySelector('#effects li:last-child .alone')", LONG)
+    click(page, "#effect-black-level")
+    before = page.ask(order)
+    alone = "document.querySelectorAll('#effects li:not(.unseen-by-data) .alone:empty').length"
+    page.wait(f"document.querySelector('.parameter') && {FINAL} && {alone} === 0", LONG)
+    click(page, "#effect-black-level")
+    page.wait(f"!document.querySelector('.parameter') && {FINAL}", LONG)
+    assert page.ask(order) == before
 
 
 def test_another_baseline_gives_the_error_and_the_commands_of_that_baseline(
@@ -451,8 +484,9 @@ def test_a_slice_that_is_chosen_filters_the_patches_and_the_other_charts(page_of
     assert [float(each) for each in page.ask(PATCHES)] == worst
 
 
-def test_swatches_are_the_measured_and_the_predicted_colour(page: Page) -> None:
+def test_swatches_are_the_measured_and_the_predicted_colour(page_of_either: Page) -> None:
     """The worst patch is dark and red; its halves are of the colours that the readings and the model give."""
+    page = page_of_either
     label = page.ask(LABELS)[0]
     image = page.ask("getComputedStyle(document.querySelector('#patches .swatch')).backgroundImage")
     measured, predicted = (
@@ -464,15 +498,15 @@ def test_swatches_are_the_measured_and_the_predicted_colour(page: Page) -> None:
     wanted = 255 * linear_to_code(np.clip(xyz_to_linear(read.xyz_cd_m2[row] / white * D65), 0, 1))
     assert np.abs(measured - wanted).max() < 1
     assert measured != predicted
-    page.ask("document.querySelector('#patches li').dispatchEvent(new PointerEvent('pointerenter'))")
+    page.ask("document.querySelector('#patches li').dispatchEvent(new window.PointerEvent('pointerenter'))")
     assert text(page, "#tip") == label
 
 
 # Windows, and the server --------------------------------------------------------------------------------------------
 
 
-def test_two_windows_do_not_disturb_one_another(chromium: tuple[Page, Path], tmp_path: Path) -> None:
-    first = chromium[0]
+def test_two_windows_do_not_disturb_one_another(either: tuple[Page, Path], tmp_path: Path) -> None:
+    first = either[0]
     with explored(ROOT, "examples/display-a.csv") as (address, _), browser(tmp_path / "second") as second:
         opened(first, address)
         opened(second, address)
@@ -484,8 +518,8 @@ def test_two_windows_do_not_disturb_one_another(chromium: tuple[Page, Path], tmp
         first.open_address("about:blank")
 
 
-def test_the_page_says_when_the_server_has_gone(chromium: tuple[Page, Path]) -> None:
-    page = chromium[0]
+def test_the_page_says_when_the_server_has_gone(either: tuple[Page, Path]) -> None:
+    page = either[0]
     with explored(ROOT, "examples/display-a.csv") as (address, process):
         opened(page, address)
         os.killpg(process.pid, signal.SIGKILL)
@@ -493,20 +527,30 @@ def test_the_page_says_when_the_server_has_gone(chromium: tuple[Page, Path]) -> 
         assert "Start lutgen explore again" in text(page, "#dead")
 
 
-def test_without_webgl_the_rest_of_the_page_serves(chromium: tuple[Page, Path]) -> None:
-    page: Any = chromium[0]
-    none = (
-        "HTMLCanvasElement.prototype.getContext = ((get) => function (kind, ...more) { return kind === 'webgl2' ? null "
-    )
-    none += ": get.call(this, kind, ...more); })(HTMLCanvasElement.prototype.getContext);"
-    script = page.call("Page.addScriptToEvaluateOnNewDocument", source=none)["identifier"]
+@pytest.fixture(params=["chromium", "firefox"])
+def without_webgl(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Page]:
+    """Each browser in turn, with a graphics driver that serves no WebGL2."""
+    if request.param == "firefox":
+        if FIREFOX is None:
+            pytest.skip("Firefox and a screen for it are not installed (Debian: firefox-esr, xvfb)")
+        with firefox(tmp_path / "profile", webgl_disabled=True) as page:
+            yield page
+        return
+    with browser(tmp_path / "profile") as blind:
+        none = "HTMLCanvasElement.prototype.getContext = ((get) => function (kind, ...more) "
+        none += "{ return kind === 'webgl2' ? null : get.call(this, kind, ...more); })"
+        none += "(HTMLCanvasElement.prototype.getContext);"
+        blind.call("Page.addScriptToEvaluateOnNewDocument", source=none)
+        yield blind
+
+
+def test_without_webgl_the_rest_of_the_page_serves(without_webgl: Page) -> None:
+    page = without_webgl
     with explored(ROOT, "examples/display-a.csv") as (address, _):
         opened(page, address)
         assert "no WebGL2" in text(page, "#image-trouble")
         click(page, "#effect-black-level")
         page.wait(f"document.querySelector('.parameter input') && {FINAL}", LONG)
-        page.open_address("about:blank")
-    page.call("Page.removeScriptToEvaluateOnNewDocument", identifier=script)
 
 
 # Reach --------------------------------------------------------------------------------------------------------------
@@ -557,21 +601,23 @@ def test_the_keyboard_reaches_everything(page_of_either: Page) -> None:
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
 @pytest.mark.skipif(not AXE.exists(), reason="axe-core is not there (make programs)")
-def test_axe_finds_no_violation(page: Page, theme: str) -> None:
-    call = page.call
-    call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": theme}])
-    call("Runtime.evaluate", expression=AXE.read_text())
+def test_axe_finds_no_violation(page_of_either: Page, theme: str) -> None:
+    page = page_of_either
+    page.theme(theme)
+    assert page.ask("matchMedia('(prefers-color-scheme: dark)').matches") == (theme == "dark")
+    page.run(AXE.read_text())
     for panel in ("", "take", "drop"):
         if panel:
             page.ask(f"document.getElementById({panel!r}).showPopover()")
             time.sleep(0.3)
         found = page.ask(
-            "axe.run().then((result) => result.violations.map(({ id, nodes }) => [id, nodes.map((each) => each.html)]))"
+            "window.axe.run().then(({ violations }) => "
+            "violations.map(({ id, nodes }) => [id, nodes.map((each) => each.html)]))"
         )
         assert found == [], panel
         if panel:
             page.ask(f"document.getElementById({panel!r}).hidePopover()")
-    call("Emulation.setEmulatedMedia", features=[])
+    page.theme()
 
 
 def test_the_page_asks_nobody_but_its_server_and_has_no_complaint(chromium: tuple[Page, Path]) -> None:
@@ -584,4 +630,6 @@ def test_the_page_asks_nobody_but_its_server_and_has_no_complaint(chromium: tupl
         page.wait("!document.getElementById('scale').hidden")
         page.open_address("about:blank")
     assert {each for each in page.requests if not each.startswith((address, "data:", "blob:", "about:"))} == set()
+    # What came with the page is what it asks for: one image, and no preload that nobody used (a complaint).
+    assert sum("/api/image" in each for each in page.requests) == 1
     assert [each for each in page.complaints if "ReadPixels" not in each] == []

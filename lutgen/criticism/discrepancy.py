@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import minimize
+import scipy  # its parts load when they are first used: the first comparison needs few of them
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -92,7 +92,7 @@ def _most_likely(residual: Array, xyz: Array, meter: Array, correlation: Array) 
         return float(np.linalg.slogdet(covariance)[1].sum() + squares)
 
     bounds = list(zip(np.log(LOW), np.log(HIGH), strict=True))
-    return at(minimize(loss, np.log(START), method="L-BFGS-B", bounds=bounds).x)
+    return at(scipy.optimize.minimize(loss, np.log(START), method="L-BFGS-B", bounds=bounds).x)
 
 
 def discrepancy_of_own(native: NativeDisplay | None, noise: Noise) -> Discrepancy:

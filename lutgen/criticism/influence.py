@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import stats
+from scipy.special import chdtrc, chdtri, fdtrc
 
 from lutgen.criticism.fit import fit
 from lutgen.criticism.replicates import patch_kin
@@ -72,7 +72,7 @@ def _worst_alone(found: Fit) -> int | None:
     problem = found.problem
     size = (found.linear.residual**2).sum(axis=1)
     worst = int(np.argmax(size))
-    if size[worst] < 1.5 * float(stats.chi2.isf(UNLIKELY / max(size.size, 1), 3)) or _is_only_tip(problem, worst):
+    if size[worst] < 1.5 * float(chdtri(3, UNLIKELY / max(size.size, 1))) or _is_only_tip(problem, worst):
         return None
     kin = patch_kin(problem.readings)[problem.rows]
     others = np.flatnonzero(kin == kin[worst])
@@ -95,7 +95,7 @@ def wrong_sessions(found: Fit, scale: float) -> tuple[float, ...]:
     count = np.bincount(problem.hour_of)
     # An hour that only leans on a bad neighbour is not meant.
     bad = np.flatnonzero((mean > 4.0 * np.median(mean)) & (mean > 0.05 * mean.max()))
-    sure = all(stats.chi2.sf(mean[hour] * 3 * count[hour], 3 * count[hour]) < SURE for hour in bad)
+    sure = all(chdtrc(3 * count[hour], mean[hour] * 3 * count[hour]) < SURE for hour in bad)
     if not 1 <= bad.size <= 2 or not sure or bad[0] == problem.hours.size - bad.size:
         return ()
     return tuple(float(problem.hours[hour]) for hour in bad)
@@ -106,7 +106,7 @@ def suspicious_noise(problem: Problem) -> str:
     noise = problem.noise
     if noise.source == "instrument" and noise.contrasts >= 6:
         ratio = noise.scatter / (3 * noise.contrasts)
-        if stats.f.sf(ratio, 3 * noise.contrasts, 1e6) < 1e-6 and ratio > 2.0:
+        if fdtrc(3 * noise.contrasts, 1e6, ratio) < 1e-6 and ratio > 2.0:
             return f"replicates scatter {np.sqrt(ratio):.1f} times as much as the stated noise of the instrument allows"
     if noise.source == "replicates" and noise.copied > MOST_COPIES:
         return (

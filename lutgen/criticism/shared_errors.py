@@ -16,8 +16,8 @@ from itertools import compress
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy import stats
-from scipy.optimize import brentq, minimize_scalar
+import scipy  # its parts load when they are first used: the first comparison needs few of them
+from scipy.special import gammaincinv
 
 from lutgen.criticism.fit import fit
 from lutgen.criticism.linear import State
@@ -107,12 +107,12 @@ def _unsteady(told: list[Told], least: float) -> float:
     if not departures:
         return least
     squares, noise, gain = np.array(departures).T
-    usual = float(stats.chi2.median(1))
+    usual = 2.0 * float(gammaincinv(0.5, 0.5))
 
     def excess(spread: float) -> float:
         return float(np.median(squares / (noise + spread**2 * gain)) - usual)
 
-    return float(brentq(excess, least, MOST)) if excess(least) > 0 > excess(MOST) else least
+    return float(scipy.optimize.brentq(excess, least, MOST)) if excess(least) > 0 > excess(MOST) else least
 
 
 def _departures(course: Array) -> list[tuple[float, float, float]]:
@@ -200,5 +200,5 @@ def _spread(told: list[Told], ordinary: float, trend: int) -> float:
         total += float(np.linalg.slogdet(information)[1] - right @ np.linalg.solve(information, right))
         return total + (power / PRIOR_SD) ** 2
 
-    found = minimize_scalar(loss, bounds=(-REACH, REACH), method="bounded", options={"xatol": 0.02})
+    found = scipy.optimize.minimize_scalar(loss, bounds=(-REACH, REACH), method="bounded", options={"xatol": 0.02})
     return float(ordinary * np.exp(found.x))

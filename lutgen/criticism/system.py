@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.optimize import lsq_linear
+import scipy  # its parts load when they are first used: the first comparison needs few of them
 
 from lutgen.criticism.linear import State, tip_scale
 
@@ -223,7 +223,7 @@ def bounded(A: Array, z: Array, low: Array, high: Array, damping: float = 0.0) -
         delta = np.where(fixed, low, 0.0)
         if not fixed.all():
             limits = (low[~fixed] * size[~fixed], high[~fixed] * size[~fixed])
-            within = lsq_linear(unit[:, ~fixed], right - unit @ (size * delta), limits, method="bvls")
+            within = scipy.optimize.lsq_linear(unit[:, ~fixed], right - unit @ (size * delta), limits, method="bvls")
             delta[~fixed] = within.x / size[~fixed]
     left = z - A @ delta
     return Move(delta, float(left @ left))

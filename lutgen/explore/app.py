@@ -1,15 +1,16 @@
-"""What the page may ask, and the windows that answer: no maths, no files but those of the windows."""
+"""What the page may ask, and how its window answers: no maths, no files but those of the windows."""
 
 from __future__ import annotations
 
 import asyncio
 import json
 import re
-from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
+from html import escape
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import urlencode
 
 from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
@@ -19,16 +20,16 @@ from lutgen.errors import LutgenError, pick_one
 from lutgen.explore.commands import KINDS, commands
 from lutgen.explore.drop import CODE, IMAGE, LIMITS, MOST_FILES, READINGS, kept
 from lutgen.explore.take import taken
-from lutgen.explore.window import Window
 from lutgen.server import HEADERS, RefusedError, application, json_body, page_file
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
+    from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Iterator
 
     from starlette.requests import Request
     from starlette.types import ASGIApp
 
-    from lutgen.explore.commands import Asked
+    from lutgen.explore.window import Window
+    from lutgen.explore.windows import Windows
 
 PAGE = Path(__file__).parent / "page"
 
@@ -36,13 +37,10 @@ PAGE = Path(__file__).parent / "page"
 VIEWER = Path(__file__).parents[1] / "pictures" / "viewer"
 VIEWER_FILES = ("viewer.js", "viewer.css")
 
-#: Windows that are open at the same time: each has two processes.
-MOST_WINDOWS = 6
-
-#: Seconds for which a window that nobody listens to is kept: a page that is loaded again finds it.
-FORGOTTEN = 60.0
-
 JSON = "application/json"
+
+#: Stands in index.html where a window's beginning goes.
+BEGINS = b"<!-- begins -->"
 
 #: Beside what every page may do: this one shows pictures that it has made itself, or was given by a drop.
 PICTURES = {
@@ -50,79 +48,6 @@ PICTURES = {
         "img-src 'self'", "img-src 'self' blob: data:"
     )
 }
-
-
-@dataclass
-class Windows:
-    """The windows that are open."""
-
-    folder: Path
-    first: Asked
-    _open: dict[str, Window] = field(default_factory=dict)
-    _spare: asyncio.Task[Window] | None = None
-    _count: int = 0
-
-    def prepare(self) -> None:
-        """Make the first window before its page asks: processes start while the browser does."""
-        self._spare = asyncio.create_task(self._new())
-
-    async def ready(self) -> None:
-        """Wait for the first window. Raises LutgenError for readings, a model or an image that cannot be shown."""
-        if self._spare:
-            await self._spare
-
-    async def _new(self) -> Window:
-        self._count += 1
-        name = f"w{self._count}"
-        folder = self.folder / name
-        folder.mkdir()
-        window = Window(name, folder, self.first)
-        try:
-            await window.start()
-        except BaseException:
-            window.end()
-            await window.gone()
-            raise
-        return window
-
-    async def open(self) -> Window:
-        """Open a window, in the place of one that nobody listens to. Raises RefusedError where there are too many."""
-        if len(self._open) >= MOST_WINDOWS:
-            silent = [window for window in self._open.values() if not window.listeners]
-            for window in silent[:1]:
-                self._forget(window)
-        if len(self._open) >= MOST_WINDOWS:
-            raise RefusedError(503, "busy", f"{MOST_WINDOWS} windows are open. Close one, and wait a minute.")
-        spare, self._spare = self._spare, None
-        window = await (spare or self._new())
-        self._open[window.name] = window
-        self._forget_later(window)
-        return window
-
-    def _forget_later(self, window: Window) -> None:
-        asyncio.get_running_loop().call_later(FORGOTTEN, self._forget, window)
-
-    def _forget(self, window: Window) -> None:
-        if window.listeners:
-            self._forget_later(window)
-        elif self._open.pop(window.name, None):
-            window.end()
-
-    def of(self, request: Request) -> Window:
-        """Return the window that a request names. Raises RefusedError where there is none."""
-        window = self._open.get(request.query_params.get("window", ""))
-        if window is None:
-            raise RefusedError(410, "gone", "This window is closed. Load the page again.")
-        return window
-
-    async def gone(self) -> None:
-        """End all windows, that of no page yet too, and wait until their processes have ended."""
-        if self._spare:
-            with suppress(LutgenError):
-                await self.open()
-        for window in self._open.values():
-            window.end()
-        await asyncio.gather(*(window.gone() for window in self._open.values()))
 
 
 def explore_application(windows: Windows) -> ASGIApp:
@@ -145,6 +70,13 @@ def explore_application(windows: Windows) -> ASGIApp:
         window = await windows.open()
         return _overview(window)
 
+    async def begun(_request: Request) -> Response:
+        try:
+            window = await windows.open()
+        except LutgenError as error:
+            return _page_with({"refused": str(error)})
+        return _page_with(_overview_of(window), *_first_picture(window))
+
     return application(
         [
             Route("/api/window", opened, methods=["POST"]),
@@ -163,18 +95,41 @@ def explore_application(windows: Windows) -> ASGIApp:
             ask("events", _events, "GET"),
             ask("take", _take, "GET"),
             ask("commands", _commands, "GET"),
+            Route("/", begun, methods=["GET"]),
             Route("/{path:path}", _page, methods=["GET"]),
         ]
     )
 
 
+def _page_with(content: dict[str, Any], *addresses: str) -> Response:
+    """Return the page, in it what a window begins with, and addresses to fetch at once: nothing is asked for first."""
+    data, kind = page_file(PAGE, "index.html")
+    # In a script's text only what may end it is special.
+    text = json.dumps(content).replace("<", "\\u003c")
+    fetched = (f'<link rel="preload" as="fetch" crossorigin href="{escape(each)}">' for each in addresses)
+    parts = [f'<script type="application/json" id="begins">{text}</script>', *fetched]
+    return Response(data.replace(BEGINS, "\n".join(parts).encode()), media_type=kind, headers=PICTURES)
+
+
+def _first_picture(window: Window) -> Iterator[str]:
+    """Addresses of what the page draws first, written as picture.js writes them."""
+    first = window.overview["first"]
+    table = {"mode": first["mode"], "hours": f"{first['hours']:.15g}", "size": first["size"], "kind": "aged"}
+    for what, query in (("image", {}), ("table", table)):
+        yield f"api/{what}?{urlencode({'window': window.name, **query})}"
+
+
 async def _page(request: Request) -> Response:
-    name = request.path_params["path"] or "index.html"
+    name = request.path_params["path"]
     data, kind = page_file(VIEWER if name in VIEWER_FILES else PAGE, name)
     return Response(data, media_type=kind, headers=PICTURES)
 
 
 def _overview(window: Window) -> Response:
+    return JSONResponse(_overview_of(window))
+
+
+def _overview_of(window: Window) -> dict[str, Any]:
     error = window.news.get("error")
     more = {
         "window": window.name,
@@ -183,7 +138,7 @@ def _overview(window: Window) -> Response:
         "on": list(window.asked.on),
         "limits": LIMITS,
     }
-    return JSONResponse({**window.overview, **more})
+    return {**window.overview, **more}
 
 
 async def _get_overview(window: Window, _request: Request) -> Response:
@@ -225,6 +180,11 @@ def _seen(request: Request) -> dict[str, Any]:
     return {"mode": request.query_params.get("mode", "chroma"), "hours": hours}
 
 
+def _seen_with(request: Request) -> dict[str, Any]:
+    """Return mode and hours that a request names, and whether what is switched on is left out."""
+    return {**_seen(request), "without": request.query_params.get("without") == "yes"}
+
+
 def _kind(request: Request) -> str:
     kind = request.query_params.get("kind", "aged")
     if kind not in KINDS:
@@ -236,7 +196,7 @@ async def _table(window: Window, request: Request) -> Response:
     size = request.query_params.get("size", "33")
     table = await window.shows(
         _kind(request),
-        **_seen(request),
+        **_seen_with(request),
         size=int(size) if size.isdecimal() and len(size) < 4 else 0,
         differences=request.query_params.get("map") == "yes",
     )
@@ -244,7 +204,7 @@ async def _table(window: Window, request: Request) -> Response:
 
 
 async def _difference(window: Window, request: Request) -> Response:
-    return Response(await window.shows("difference", **_seen(request)), media_type=JSON)
+    return Response(await window.shows("difference", **_seen_with(request)), media_type=JSON)
 
 
 async def _effects(window: Window, _request: Request) -> Response:
@@ -344,6 +304,9 @@ async def _while_wanted(request: Request, work: Coroutine[Any, Any, tuple[str, b
 
 
 async def _commands(window: Window, request: Request) -> Response:
-    support = json.loads(window.news.get("support", b"{}"))
-    last, keep = window.overview["max_hours"], bool(support.get("keep"))
-    return JSONResponse(commands(window.asked, last=last, keep=keep, **_seen(request), kind=_kind(request)))
+    support, error = (json.loads(window.news.get(name, b"{}")) for name in ("support", "error"))
+    # One effect may be unsupported beside others that improve the model.
+    keep = bool(support.get("keep")) or not all(each["supported"] for each in error.get("effects", ()))
+    last = window.overview["max_hours"]
+    shown = {**_seen(request), "kind": _kind(request), "between": window.between}
+    return JSONResponse(commands(window.asked, last=last, keep=keep, **shown))

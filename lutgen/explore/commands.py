@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from lutgen.names import FORETELLING_BASELINES
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -66,6 +68,12 @@ def refine_words(asked: Asked, *, keep: bool) -> list[str]:
     return [*words, *(["--keep"] if keep else []), "-o", MODEL]
 
 
+def plan_words(asked: Asked, between: Sequence[str]) -> list[str]:
+    """Return the command that lists what to measure next: to tell two effects apart, or for general coverage."""
+    pair = ["--between", ",".join(between)] if between else []
+    return ["lutgen", "plan", *_data(asked), *_formulas(asked), *pair, "-o", "next.csv"]
+
+
 def build_words(model: Sequence[str], *options: str, to: str) -> list[str]:
     """Return the command that builds LUTs of a model."""
     return ["lutgen", "build", *model, *options, "-o", to]
@@ -78,9 +86,16 @@ def lut_options(mode: str, hours: float, form: str, kind: str) -> list[str]:
 
 
 def commands(
-    asked: Asked, *, last: float, keep: bool, mode: str, hours: float, kind: str = "aged"
+    asked: Asked,
+    *,
+    last: float,
+    keep: bool,
+    mode: str,
+    hours: float,
+    kind: str = "aged",
+    between: Sequence[str] = (),
 ) -> list[dict[str, str]]:
-    """Return the commands that do what the page shows, each with its words."""
+    """Return the commands that do what the page shows, each with its words; ``between``: effects to be told apart."""
     model = model_options(asked)
     first = (
         ("The same model", refine_words(asked, keep=keep))
@@ -89,13 +104,14 @@ def commands(
     )
     listed = [
         first,
-        ("Find what is missing", ["lutgen", "diagnose", *_data(asked)]),
+        ("Find what is missing", ["lutgen", "diagnose", *_data(asked), *_formulas(asked)]),
+        ("What to measure next", plan_words(asked, between)),
         ("All LUTs and configs", build_words(model, "--hours", f"0..{last:g}", to="aged")),
         ("This hour's LUT", build_words(model, *lut_options(mode, hours, "cube", kind), to="this-hour")),
         ("The report", report_words(asked, model, to="report.html")),
     ]
     # Without effects a display that is known at hour 0 alone does not age.
-    kept = listed[:2] if asked.baseline == "first-hour" and not (asked.on or asked.model) else listed
+    kept = listed[:3] if asked.baseline in FORETELLING_BASELINES and not (asked.on or asked.model) else listed
     return [{"words": words, "command": shlex.join(command)} for words, command in kept]
 
 
@@ -112,6 +128,11 @@ def model_options(asked: Asked) -> list[str]:
 def report_words(asked: Asked, model: Sequence[str], *, to: str) -> list[str]:
     """Return the command that writes the report."""
     return ["lutgen", "report", asked.shown(asked.image), *model, "--data", asked.shown(asked.data), "-o", to]
+
+
+def _formulas(asked: Asked) -> list[str]:
+    """Effects of one line, for a command that may choose them."""
+    return [word for text in asked.texts for word in ("--add-expr", text)]
 
 
 def _data(asked: Asked) -> list[str]:

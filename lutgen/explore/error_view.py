@@ -10,7 +10,7 @@ from lutgen.colorimetry import D65, linear_to_code, xy_to_uv, xyz_to_linear, xyz
 from lutgen.criticism.diagnose import parameters_of
 from lutgen.criticism.families import slices
 from lutgen.criticism.search import STRONG
-from lutgen.numerals import readable
+from lutgen.numerals import readable, times
 from lutgen.readings.conditions import COLUMNS
 from lutgen.readings.rest import TIP_DRIVES
 from lutgen.readings.table import TIP_NAMES
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from lutgen.criticism.diagnose import Diagnosis
     from lutgen.criticism.problem import Problem
     from lutgen.criticism.refine import Refinement
-    from lutgen.explore.fitting import Opened
+    from lutgen.explore.opened import Opened
 
 #: Standard errors to either side of a parameter: its 95 % interval.
 INTERVAL = 1.96
@@ -77,7 +77,8 @@ def _fitted(comparison: Comparison, opened: Opened, refinement: Refinement | Non
                 }
             )
         supported, why = support.get(name, (True, ""))
-        found.append({"name": name, "parameters": parameters, "supported": supported, "said": why})
+        given = name in opened.given
+        found.append({"name": name, "given": given, "parameters": parameters, "supported": supported, "said": why})
     return found
 
 
@@ -96,7 +97,8 @@ def _support(opened: Opened, refinement: Refinement) -> dict[str, tuple[bool, st
         found = opened.course.fit(names[: place + 1])
         gain, ratio = before.bic - found.bic, step.comparison.ratio
         supported = bool(gain > STRONG and ratio < error)
-        why = f"BIC falls by {gain:.1f}, where {STRONG:g} is strong; the error goes from {error:.2f} to {ratio:.2f}."
+        falls = f"BIC falls by {gain:.1f}, where {STRONG:g} is strong"
+        why = f"{falls}; the error goes from {times(error)} to {times(ratio)}."
         support[step.effect] = supported, "" if supported else f"The readings do not support {step.effect}: {why}"
         before, error = found, ratio
     return support
@@ -208,8 +210,8 @@ def _sees(each: Any) -> str:
         return "cannot"
     if each.smallest_detectable is None:
         return "any size"
-    unit = f" {each.unit}" if each.unit not in {"1", ""} else ""
-    return f"{each.parameter} {readable(each.smallest_detectable, 3)}{unit}"
+    size = readable(each.smallest_detectable, 3)
+    return f"{each.parameter} {size}" if each.unit in {"1", ""} else f"{size} {each.unit}"
 
 
 def verdict_json(diagnosis: Diagnosis, opened: Opened) -> dict[str, Any]:

@@ -1,7 +1,6 @@
 """A process that holds one object, whose methods a window calls: it can be ended at any time, whatever it does.
 
-Both ends exchange frames: a line of JSON (``id``, ``what``, ``size``), then so many bytes. A method's result, or its
-LutgenError, is a frame with the call's id; what the object tells meanwhile is a frame with id 0.
+Its other end is :mod:`lutgen.explore.held`.
 """
 
 from __future__ import annotations
@@ -9,41 +8,24 @@ from __future__ import annotations
 import asyncio
 import json
 import os
-import queue
 import signal
 import sys
-from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
-from importlib import import_module
 from itertools import count
 from pathlib import Path
-from threading import Lock, Thread
-from traceback import print_exception
-from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
+from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import LutgenError
+from lutgen.explore.held import DONE, frame
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-#: What a frame's body means: a result, an error's sentence.
-DONE, REFUSED = "done", "refused"
 
 #: News of a process that has ended by itself.
 DIED = "died"
 
 #: Says of a process that ended by itself, or was ended.
 ENDED = "this was cancelled, or its process ended."
-
-
-class Held(Protocol):
-    """What a process holds."""
-
-    #: Names of methods that run beside the others and one another, so that nothing waits for them.
-    beside: frozenset[str]
-
-    def idle(self) -> bool:
-        """Do a little work that nobody waits for; whether there is more."""
 
 
 class Process:
@@ -60,7 +42,7 @@ class Process:
         """Start the process; ``home`` is the module and class of the object, ``package.module:Class``."""
         places = os.pathsep.join(folder or str(Path.cwd()) for folder in sys.path)
         self._child = await asyncio.create_subprocess_exec(
-            sys.executable, "-P", "-m", __name__, home,
+            sys.executable, "-P", "-m", "lutgen.explore.held", home,
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
             env=os.environ | {"PYTHONPATH": places, "OPENBLAS_NUM_THREADS": "1"},
@@ -75,7 +57,7 @@ class Process:
             raise LutgenError(ENDED)
         number = next(self._numbers)
         self._waiting[number] = asyncio.get_running_loop().create_future()
-        self._child.stdin.write(_frame(number, method, body, values=values))
+        self._child.stdin.write(frame(number, method, body, values=values))
         try:
             return await self._waiting[number]
         finally:
@@ -130,69 +112,3 @@ class Process:
                 return
             with suppress(ProcessLookupError):
                 os.kill(self._child.pid, signal.SIGKILL)
-
-
-def _frame(number: int, what: str, body: bytes, **more: Any) -> bytes:
-    return json.dumps({"id": number, "what": what, "size": len(body), **more}).encode() + b"\n" + body
-
-
-class _Child:
-    """The process's end."""
-
-    def __init__(self, asking: BinaryIO, answering: BinaryIO) -> None:
-        self._asking, self._answering, self._lock = asking, answering, Lock()
-        self._calls: queue.Queue[tuple[dict[str, Any], bytes]] = queue.Queue()
-        self._beside = ThreadPoolExecutor(2)
-
-    def tell(self, what: str, body: bytes | dict[str, Any] | list[Any], number: int = 0) -> None:
-        data = body if isinstance(body, bytes) else json.dumps(body).encode()
-        with self._lock:
-            self._answering.write(_frame(number, what, data))
-            self._answering.flush()
-
-    def serve(self, home: str) -> None:
-        Thread(target=self._listen, daemon=True).start()
-        module, _, name = home.partition(":")
-        held: Held = getattr(import_module(module), name)(self.tell)
-        while True:
-            if self._calls.empty() and held.idle():
-                continue
-            head, body = self._calls.get()
-            if head["what"] in held.beside:
-                self._beside.submit(self._answer, held, head, body).add_done_callback(_end_with_fault)
-            else:
-                self._answer(held, head, body)
-
-    def _listen(self) -> None:
-        while line := self._asking.readline():
-            head = json.loads(line)
-            self._calls.put((head, self._asking.read(head["size"])))
-        # The window has ended, and whatever is being done is for nobody.
-        os._exit(0)
-
-    def _answer(self, held: Held, head: dict[str, Any], body: bytes) -> None:
-        given = {"body": body} if body else {}
-        try:
-            result = getattr(held, head["what"])(**given, **head["values"])
-        except (LutgenError, OSError, MemoryError) as error:
-            self.tell(REFUSED, str(error).encode(), head["id"])
-        else:
-            self.tell(DONE, result, head["id"])
-
-
-def _end_with_fault(answered: Future[None]) -> None:
-    """End the process where a thread met what nobody foresaw, as the first thread does."""
-    if error := answered.exception():
-        print_exception(error)
-        os._exit(1)
-
-
-def _main(home: str) -> None:
-    answering = os.fdopen(os.dup(1), "wb")
-    # What a user's own effect prints goes where errors go.
-    os.dup2(2, 1)
-    _Child(sys.stdin.buffer, answering).serve(home)
-
-
-if __name__ == "__main__":
-    _main(sys.argv[1])

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import TYPE_CHECKING
 
-from lutgen.explore.app import Windows, explore_application
 from lutgen.files import scratch
-from lutgen.server import Guard, server_of
+from lutgen.server import Guard, new_address, server_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
     from socket import socket
 
     from lutgen.explore.commands import Asked
@@ -26,9 +25,9 @@ def serve(asked: Asked, listening: socket, *, opened: Callable[[str], None], wai
     listening
         As :func:`lutgen.server.port_taken` gives it.
     opened
-        Told the page's address once it is served.
+        Told the page's address; who asks for it at once is answered when the server runs.
     wait
-        Whether the files are tried first, for they may be anything.
+        Whether the files are tried before that, for they may be anything.
 
     Raises
     ------
@@ -36,18 +35,29 @@ def serve(asked: Asked, listening: socket, *, opened: Callable[[str], None], wai
         A file cannot be shown.
 
     """
-    with scratch() as folder:
+    address, word = new_address(listening)
+    if not wait:
+        opened(address)
+    # What is slow to import comes after that: the browser starts meanwhile.
+    import asyncio
+
+    from lutgen.explore.windows import Windows
+
+    async def run(folder: Path) -> None:
         windows = Windows(folder, asked)
-        guarded = Guard(explore_application(windows), listening)
+        windows.prepare()
+        # Now the first window's process starts, beside what follows.
+        await asyncio.sleep(0)
+        from lutgen.explore.app import explore_application
 
-        async def run() -> None:
-            windows.prepare()
-            try:
-                if wait:
-                    await windows.ready()
-                opened(guarded.address)
-                await server_of(guarded, windows.gone).serve(sockets=[listening])
-            finally:
-                await windows.gone()
+        try:
+            if wait:
+                await windows.ready()
+                opened(address)
+            guarded = Guard(explore_application(windows), listening, word)
+            await server_of(guarded, windows.gone).serve(sockets=[listening])
+        finally:
+            await windows.gone()
 
-        asyncio.run(run())
+    with scratch() as folder:
+        asyncio.run(run(folder))

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import pickle
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lutgen.bake.lut import SIZES, Sampler
 from lutgen.bake.plan import display_to_bake
 from lutgen.errors import LutgenError, pick_one
+from lutgen.explore.opened import Opened
 from lutgen.names import AGING_MODES
 
 if TYPE_CHECKING:
@@ -20,40 +22,66 @@ if TYPE_CHECKING:
     from lutgen.pictures.distinct import Colours
 
 
+@dataclass
+class Shown:
+    """A model, and what is kept of it."""
+
+    model: DisplayModel
+    sampler: Sampler = field(default_factory=Sampler)
+    corrections: Sampler = field(default_factory=Sampler)
+    curves: dict[str, DifferenceCurve] = field(default_factory=dict)
+
+
 class Showing:
-    """A model and colours, asked by the window (:mod:`lutgen.explore.process`)."""
+    """A model and colours, asked by the window (:mod:`lutgen.explore.held`)."""
 
     #: Measuring an image and searching for a correction take a while: tables do not wait.
     beside = frozenset({"difference", "compensated"})
 
     def __init__(self, _tell: Callable[..., None]) -> None:
         """Begin with neither."""
-        self._model: DisplayModel | None = None
-        self._sampler, self._corrections = Sampler(), Sampler()
+        self._with: Shown | None = None
+        self._without: Shown | None = None
         self._colours: Colours | None = None
-        self._curves: dict[str, DifferenceCurve] = {}
+        self._first: dict[str, Any] = {}
 
     def idle(self) -> bool:
-        """Nothing is done unasked."""
+        """Bake the table that the page asks for first, while the browser starts: what is kept of it makes it soon."""
+        first, self._first = self._first, {}
+        if first:
+            self.aged(**first)
         return False
 
-    def show(self, body: bytes) -> dict[str, Any]:
-        """Show another model."""
-        self._model, self._curves = pickle.loads(body), {}  # noqa: S301 - the other process's
-        self._sampler, self._corrections = Sampler(), Sampler()
+    def open(self, *, data: str, baseline: str | None, model: str | None) -> dict[str, Any]:
+        """Show readings, or a saved model, as they are before anything is fitted."""
+        opened = Opened(data, baseline, model)
+        self._with = self._without = Shown(opened.fresh)
+        overview = opened.overview()
+        self._first = overview["first"]
+        return overview
+
+    def show(self, body: bytes, *, without: bool = False) -> dict[str, Any]:
+        """Show another model; ``without``: one without effects, which is shown until another comes."""
+        self._with = Shown(pickle.loads(body))  # noqa: S301 - the other process's
+        if without:
+            self._without = self._with
         return {}
 
-    @property
-    def _shown(self) -> DisplayModel:
-        if self._model is None:
+    def _shown(self, *, without: bool) -> Shown:
+        shown = self._without if without else self._with
+        if shown is None:
             raise LutgenError("no readings are open. Drop a table of readings (.csv) first.")
-        return self._model
+        return shown
 
-    def aged(self, mode: str, hours: float, size: int, *, differences: bool = False) -> bytes:
-        """Bake the table that ``lutgen build --format cube`` writes, in 16 bits (:mod:`lutgen.pictures.viewer`)."""
+    def aged(self, mode: str, hours: float, size: int, *, differences: bool = False, without: bool = False) -> bytes:
+        """Bake the table that ``lutgen build --format cube`` writes, in 16 bits (:mod:`lutgen.pictures.viewer`).
+
+        ``without``: of the model without the effects that are switched on.
+        """
         from lutgen.pictures.viewer import viewer_table
 
-        model, sampler = self._shown, self._sampler
+        of = self._shown(without=without)
+        model, sampler = of.model, of.sampler
         display = model.at(mode, hours)
         shown = _baked(sampler, display, size)
         if not differences:
@@ -61,11 +89,14 @@ class Showing:
         fresh = _baked(sampler, model.at("stable", hours), size, whole=True)
         return viewer_table(shown, (fresh, _baked(sampler, display, size, whole=True))).tobytes()
 
-    def compensated(self, mode: str, hours: float, size: int, *, differences: bool = False) -> bytes:
+    def compensated(
+        self, mode: str, hours: float, size: int, *, differences: bool = False, without: bool = False
+    ) -> bytes:
         """As :meth:`aged` what the aged display shows of the signal that ``build --direction compensate`` corrects."""
         from lutgen.pictures.viewer import viewer_table
 
-        model, sampler = self._shown, self._corrections
+        of = self._shown(without=without)
+        model, sampler = of.model, of.corrections
         drive = _baked(sampler, display_to_bake(model, mode, hours, direction="compensate"), size)
         shown = model.at(mode, hours).code_to_code(drive)
         fresh = _baked(sampler, model.at("stable", hours), size, whole=True) if differences else None
@@ -73,10 +104,13 @@ class Showing:
 
     def colours(self, path: str) -> dict[str, Any]:
         """Measure other colours, as the imaging process has counted them."""
-        self._colours, self._curves = pickle.loads(Path(path).read_bytes()), {}  # noqa: S301 - our own file
+        self._colours = pickle.loads(Path(path).read_bytes())  # noqa: S301 - our own file
+        for each in (self._with, self._without):
+            if each:
+                each.curves = {}
         return {}
 
-    def difference(self, mode: str, hours: float) -> dict[str, float | None]:
+    def difference(self, mode: str, hours: float, *, without: bool = False) -> dict[str, float | None]:
         """Measure the whole image as ``lutgen lifetime`` does: at an hour, and the hours until it passes 3 and 5."""
         from lutgen.pictures.blocks import few_threads
         from lutgen.pictures.difference import curves_of
@@ -84,8 +118,8 @@ class Showing:
 
         if mode not in AGING_MODES:
             raise pick_one("mode", mode, AGING_MODES)
-        model = self._shown
-        colours, curves = self._colours, self._curves
+        shown, colours = self._shown(without=without), self._colours
+        model, curves = shown.model, shown.curves
         if colours is None:
             return dict.fromkeys(("mean", "mean_2sd", "hours_to_3", "hours_to_5"))
         with few_threads(1):

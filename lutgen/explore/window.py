@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from lutgen.errors import LutgenError
 from lutgen.explore.commands import Asked
 from lutgen.explore.example import tissue
-from lutgen.explore.process import DIED, Process
+from lutgen.explore.process import DIED, ENDED, Process
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
@@ -46,9 +46,10 @@ class Window:
     news: dict[str, bytes] = field(default_factory=dict)
     listeners: set[asyncio.Queue[tuple[str, bytes] | None]] = field(default_factory=set)
     _ended: bool = False
+    _fitting: Process | None = None
     _processes: set[Process] = field(default_factory=set)
     _folders: int = 0
-    _model: bytes = b""
+    _models: dict[str, bytes] = field(default_factory=dict)
     _colours: str = ""
     _waiting_image: str = ""
     _verdict: dict[str, Any] = field(default_factory=dict)
@@ -58,20 +59,23 @@ class Window:
     _tasks: set[asyncio.Task[None]] = field(default_factory=set)
 
     async def start(self) -> None:
-        """Start both processes, and open what the command was given. Raises LutgenError where it cannot be shown."""
-        self._fitting, self._showing = await asyncio.gather(
-            self._begun(FITTING, self._hear_fitting), self._begun(SHOWING, self._hear_showing)
-        )
+        """Start what shows, and open what the command was given. Raises LutgenError where it cannot be shown."""
+        self._showing = await self._begun(SHOWING, self._hear_showing)
         if self.asked.image == str(tissue()):
             # Every browser shows this file as it is; it is measured when the error is known.
             self.picture = tissue()
             self._waiting_image = self.asked.image
-            await self.open(self.asked)
+            await self._show_first()
         else:
-            works = self.open(self.asked), self.take_image(self.asked.image)
+            works = self._show_first(), self.take_image(self.asked.image)
             for refused in await asyncio.gather(*works, return_exceptions=True):
                 if isinstance(refused, BaseException):
                     raise refused
+
+    async def _show_first(self) -> None:
+        asked = self.asked
+        opening = self._showing.ask("open", data=asked.data, baseline=asked.baseline, model=asked.model)
+        self._opened(asked, json.loads(await self._soon(self._showing, opening)))
 
     def end(self) -> None:
         """End all processes; whoever listens is told."""
@@ -107,9 +111,10 @@ class Window:
     def _hear_fitting(self, what: str, body: bytes) -> None:
         if what == DIED:
             self._mend(self._restart_fitting(()), body)
-        elif what == "model":
-            self._model = body
-            self._later(self._showing.ask("show", body))
+        elif what in ("without", "model"):
+            # Without effects comes first of a session's models.
+            self._models = {**(self._models if what == "model" else {}), what: body}
+            self._later(self._showing.ask("show", body, without=what == "without"))
         else:
             if what == "failed":
                 self.asked = replace(self.asked, on=tuple(json.loads(body)["on"]))
@@ -137,6 +142,7 @@ class Window:
         for news in self.news.items():
             listener.put_nowait(news)
         self.listeners.add(listener)
+        self._later(self._fits())
         try:
             while (each := await listener.get()) is not None:
                 yield each
@@ -154,11 +160,20 @@ class Window:
 
     # Processes: asked for an answer soon, and started again where one ends or hangs.
 
-    async def fits(self, method: str, **values: Any) -> bytes:
-        """Ask what fits (:class:`lutgen.explore.fitting.Fitting`)."""
+    async def _fits(self) -> Process:
+        """What fits. It begins when it is asked, or listened to: until then the picture has the processors."""
+        if not self._fitting:
+            self._mend(self._restart_fitting(self.asked.on))
         if self._mending:
             await self._mending
-        return await self._soon(self._fitting, self._fitting.ask(method, **values))
+        if not self._fitting:
+            raise LutgenError(ENDED)
+        return self._fitting
+
+    async def fits(self, method: str, **values: Any) -> bytes:
+        """Ask what fits (:class:`lutgen.explore.fitting.Fitting`)."""
+        fitting = await self._fits()
+        return await self._soon(fitting, fitting.ask(method, **values))
 
     async def shows(self, method: str, **values: Any) -> bytes:
         """Ask what shows pictures (:class:`lutgen.explore.showing.Showing`)."""
@@ -174,19 +189,23 @@ class Window:
             process.kill()
             raise LutgenError(f"this took longer than {patience:g} s and was ended.") from None
 
-    def _mend(self, work: Coroutine[Any, Any, None], why: bytes) -> None:
+    def _mend(self, work: Coroutine[Any, Any, None], why: bytes = b"") -> None:
         async def mended() -> None:
             try:
                 await work
+            except LutgenError as error:
+                self.tell("failed", _failure(str(error)))
             finally:
                 self._mending = None
-            self.tell("failed", json.dumps({"error": why.decode()}).encode())
+            if why:
+                self.tell("failed", _failure(why.decode()))
 
         self._mending = asyncio.create_task(mended())
 
     async def _restart_fitting(self, on: tuple[str, ...]) -> None:
-        """Begin again with these effects switched on."""
-        self._fitting.end()
+        """Begin, or begin again, with these effects switched on."""
+        if self._fitting:
+            self._fitting.end()
         self.asked = replace(self.asked, on=on)
         self._fitting = await self._begun(FITTING, self._hear_fitting)
         await self._fitting.ask("open", **_readings(self.asked))
@@ -194,7 +213,10 @@ class Window:
     async def _restart_showing(self) -> None:
         self._showing.end()
         self._showing = await self._begun(SHOWING, self._hear_showing)
-        await self._showing.ask("show", self._model)
+        if not self._models:
+            await self._show_first()
+        for what, body in self._models.items():
+            await self._showing.ask("show", body, without=what == "without")
         if self._colours:
             await self._showing.ask("colours", path=self._colours)
 
@@ -203,7 +225,9 @@ class Window:
     async def open(self, asked: Asked) -> None:
         """Open readings; where they are refused, those that are open stay."""
         await self.cancel()
-        overview = json.loads(await self.fits("open", **_readings(asked)))
+        self._opened(asked, json.loads(await self.fits("open", **_readings(asked))))
+
+    def _opened(self, asked: Asked, overview: dict[str, Any]) -> None:
         self.asked = replace(asked, data=overview.pop("data"), image=self.asked.image)
         self.overview, self._verdict = overview, {}
         for each in LASTING[:-1]:
@@ -279,9 +303,9 @@ class Window:
 
     async def _find(self) -> None:
         try:
-            verdict = await self._fitting.ask("find")
+            verdict = await (await self._fits()).ask("find")
         except LutgenError as error:
-            self.tell("failed", json.dumps({"error": str(error)}).encode())
+            self.tell("failed", _failure(str(error)))
         else:
             self._verdict, self._finding = json.loads(verdict), None
             self.tell("verdict", verdict)
@@ -303,10 +327,19 @@ class Window:
             await self._restart_fitting(())
         await self.cancel()
 
+    @property
+    def between(self) -> list[str]:
+        """The two effects that the next readings should tell apart, where the diagnosis named rivals."""
+        rivals: list[list[str]] = self._verdict.get("rivals", [])
+        return rivals[0][:2] if rivals else []
+
     async def patches(self) -> bytes:
-        """Return what to measure next: to tell rivals apart where there are any."""
-        rivals = self._verdict.get("rivals", [])
-        return await self.fits("patches", between=rivals[0][:2] if rivals else [])
+        """Return what to measure next."""
+        return await self.fits("patches", between=self.between)
+
+
+def _failure(sentence: str) -> bytes:
+    return json.dumps({"error": sentence}).encode()
 
 
 def _readings(asked: Asked) -> dict[str, Any]:

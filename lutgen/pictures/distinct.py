@@ -3,10 +3,10 @@
 What is a sum over pixels, such as a mean ΔE2000, is then a weighted sum over distinct colours, of which an 8-bit image
 has at most 16.7 million and a tissue image a few hundred thousand.
 
-8-bit colours are counted exactly, in a table of all of them (134 MB). Others are counted in 16 bits a channel, exactly
-for 16-bit images, until there are more than ``LIMIT`` distinct ones; then in 15, 14, … bits, the finest that give no
-more. Neither counts nor bits depend on the order of the pixels. Pixels of alpha 0 show nothing and are not counted;
-others count whole.
+8-bit colours are counted exactly, in a table of all of them: 67 MB, twice that for a slide of 2³² pixels. Others are
+counted in 16 bits a channel, exactly for 16-bit images, until there are more than ``LIMIT`` distinct ones; then in 15,
+14, … bits, the finest that give no more. Neither counts nor bits depend on the order of the pixels. Pixels of alpha 0
+show nothing and are not counted; others count whole.
 
 Bare glass is told from tissue by the lightness of these colours. The threshold is Otsu's (1979,
 doi:10.1109/TSMC.1979.4310076) on the histogram of CIE L* of all pixels. It cuts every image in two, a field full of
@@ -111,7 +111,8 @@ def count_colours(
     with open_blocks(path, source) as blocks:
         storage = blocks.storage
         exact = storage.dtype == np.uint8 and not storage.associated
-        counter: _Exact | _Binned = _Exact(storage) if exact else _Binned(storage)
+        pixels = blocks.height * blocks.width
+        counter: _Exact | _Binned = _Exact(storage, pixels) if exact else _Binned(storage)
         for place, stored in blocks.read(progress):
             try:
                 counter.add(_visible(stored.reshape(-1, storage.channels)))
@@ -145,8 +146,8 @@ def _not_finite(path: Path, place: Place, stored: Stored) -> LutgenError:
 class _Exact:
     """Counts 8-bit colours in a table of all of them."""
 
-    def __init__(self, storage: Storage) -> None:
-        self._table = np.zeros(1 << 24, np.int64)
+    def __init__(self, storage: Storage, pixels: int) -> None:
+        self._table = np.zeros(1 << 24, np.uint32 if pixels < 1 << 32 else np.uint64)
         self._decoder = Decoder(storage, SIGNAL)
 
     def add(self, stored: Stored) -> None:
@@ -155,7 +156,7 @@ class _Exact:
         for channel in (1, 2):
             packed <<= np.uint32(8)
             packed |= stored[:, channel]
-        np.add.at(self._table, packed, 1)
+        np.add.at(self._table, packed, self._table.dtype.type(1))
 
     def colours(self) -> Colours:
         """Give what was counted; the table is used up."""

@@ -26,13 +26,16 @@ from lutgen.pictures.encoding import Decoder
 from lutgen.pictures.placed import placed_curves, placed_picture
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay, DisplayModel
     from lutgen.display.on_screen import OnScreen
     from lutgen.pictures.blocks import Blocks, Place
     from lutgen.pictures.encoding import Storage, Stored
+
+#: Pixels that are worked on at a time, in double precision.
+BAND = 1 << 17
 
 #: Code values, shape (height, width, 3).
 Pixels = NDArray[np.uint8]
@@ -71,8 +74,9 @@ class AreaMeans:
 
     def add(self, place: Place, values: Array, counted: Array) -> None:
         """Add a block: values (rows, columns, channels), and which pixels count, 0 or 1, (rows, columns)."""
-        weighted = np.where(counted[..., np.newaxis] > 0, values, 0.0)
-        sums = np.concatenate([weighted, counted[..., np.newaxis]], axis=2)
+        sums = np.zeros((*counted.shape, self._sums.shape[2]))
+        np.copyto(sums[..., :-1], values, where=counted[..., np.newaxis] > 0)
+        sums[..., -1] = counted
         cells = []
         spans = (place.top, place.bottom), (place.left, place.right)
         for axis, (edges, (start, stop)) in enumerate(zip(self._grid, spans, strict=True)):
@@ -85,7 +89,9 @@ class AreaMeans:
     def means(self) -> Array:
         """Give the smaller picture, (h, w, channels); NaN where no pixel counts."""
         counted = self._sums[..., -1:]
-        return np.where(counted > 0, self._sums[..., :-1] / np.where(counted > 0, counted, 1.0), np.nan)
+        means = np.full((*self._sums.shape[:2], self._sums.shape[2] - 1), np.nan)
+        np.divide(self._sums[..., :-1], counted, out=means, where=counted > 0)
+        return means
 
 
 def light_means(blocks: Blocks, grid: Grid, progress: Callable[[int, int], None] = lambda _done, _total: None) -> Array:
@@ -95,14 +101,25 @@ def light_means(blocks: Blocks, grid: Grid, progress: Callable[[int, int], None]
     """
     decoder, means = Decoder(blocks.storage, LINEAR), AreaMeans(grid, 3)
     for place, stored in blocks.read(progress):
-        means.add(place, *_light(stored, blocks.storage, decoder))
+        # In double precision a block takes many times the memory that it has in its file.
+        for rows in bands(*stored.shape[:2]):
+            band = place._replace(top=place.top + rows.start, bottom=place.top + rows.stop)
+            means.add(band, *_light(stored[rows], blocks.storage, decoder))
     return means.means()
+
+
+def bands(height: int, width: int) -> Iterator[slice]:
+    """Cut rows of pixels into bands of at most ``BAND`` pixels, or of one row."""
+    rows = max(BAND // width, 1)
+    return (slice(top, min(top + rows, height)) for top in range(0, height, rows))
 
 
 def _light(stored: Stored, storage: Storage, decoder: Decoder) -> tuple[Array, Array]:
     """Linear light of a block, (rows, columns, 3), and where it counts: alpha is not 0, (rows, columns)."""
     flat = np.where(np.isfinite(stored), stored, 0).astype(stored.dtype).reshape(-1, storage.channels)
-    seen = flat[:, 3] != 0 if storage.alpha else np.ones(len(flat), bool)
+    if not storage.alpha:
+        return decoder(flat)[0].T.reshape(*stored.shape[:2], 3), np.ones(stored.shape[:2])
+    seen = flat[:, 3] != 0
     light = np.zeros((len(flat), 3))
     if seen.any():
         planes, _ = decoder(flat[seen])
@@ -207,7 +224,9 @@ def read_pixels(
         high, wide = fitting(opened.height, opened.width, pixels, width)
         linear = light_means(opened, Grid.of(opened.height, opened.width, high=high, wide=wide), progress)
     linear = turned(linear, opened.orientation)
-    code = np.rint(linear_to_code(np.clip(np.nan_to_num(linear), 0.0, 1.0)) * 255.0).astype(np.uint8)
+    code = np.empty(linear.shape, np.uint8)
+    for rows in bands(*linear.shape[:2]):
+        code[rows] = np.rint(linear_to_code(np.clip(np.nan_to_num(linear[rows]), 0.0, 1.0)) * 255.0)
     size = (opened.width, opened.height) if opened.orientation < 5 else (opened.height, opened.width)
     return code, np.isfinite(linear[..., 0]), size
 

@@ -157,7 +157,7 @@ def plot_steps(stages: Sequence[Stage], diagnosis: Diagnosis | None, path: Path,
 def _steps_title(stages: Sequence[Stage]) -> str:
     first, last = stages[0].comparison, stages[-1].comparison
     if len(stages) == 1:
-        return f"The error is {first.ratio:.2f} × the noise, and no effect is added"
+        return f"The error is {times(first.ratio)} the noise, and no effect is added"
     added = ", ".join(stage.name.removeprefix("+ ") for stage in stages[1:])
     end = "" if last.agrees else ": something is left"
     return f"With {added} the error falls from {times(first.ratio)} to {times(last.ratio)} the noise{end}"

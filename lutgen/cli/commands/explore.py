@@ -34,8 +34,8 @@ def command(
       lutgen explore
       lutgen explore examples/display-a.csv --image slide.png
     """
-    import webbrowser
     from contextlib import suppress
+    from threading import Thread
 
     from lutgen.explore.commands import Asked
     from lutgen.explore.example import example_readings, tissue
@@ -47,10 +47,17 @@ def command(
             say("These readings are simulated, with two hidden effects: nobody measured them.")
         say(f"Ctrl-C ends the page. See it at {address}")
         if not no_browser:
-            webbrowser.open(address)
+            # Some browsers are waited for while they start; the page is made meanwhile.
+            Thread(target=_browse, args=(address,), daemon=True).start()
 
     with port_taken(port) as listening:
         readings = data or ("" if model else str(example_readings()))
         asked = Asked(readings, image or str(tissue()), model, baseline)
         with suppress(KeyboardInterrupt):
             serve(asked, listening, opened=opened, wait=bool(data or image or model))
+
+
+def _browse(address: str) -> None:
+    import webbrowser
+
+    webbrowser.open(address)

@@ -8,6 +8,8 @@ export interface Overview {
   readings: number;
   hours: number[];
   max_hours: number;
+  /** What is shown first: its table is on its way with the page. */
+  first: { mode: string; hours: number; size: number };
   modes: string[];
   baseline: string;
   /** Names, and what the model knows of the display by each. */
@@ -49,6 +51,8 @@ export interface ModelError {
 
 export interface FittedEffect {
   name: string;
+  /** The model came with it. */
+  given: boolean;
   parameters: Parameter[];
   supported: boolean;
   said: string;

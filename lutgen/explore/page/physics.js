@@ -9,6 +9,9 @@ import { byId, element, input, ratio, readable, save, tell } from "./words.js";
 /** Where refusals are told. */
 const TROUBLE = "physics-trouble";
 
+/** Milliseconds after which a fit is worth a button that stops it. */
+const SLOW = 1500;
+
 /** Steps of a parameter's slider. */
 const STEPS = 1000;
 
@@ -33,6 +36,11 @@ export function physicsOf(server, page) {
   /** What-if values that are set: "effect parameter" → value. @type {Map<string, number>} */
   const whatIf = new Map();
 
+  /** Whose parameters are shown. @type {ModelError | null} */
+  let drawn = null;
+  let slow = 0;
+  byId("stop").addEventListener("click", () => trying(TROUBLE, () => server.post("cancel")));
+
   const on = () => effects.filter((each) => each.on).map((each) => each.name);
 
   const switching = latest(async (/** @type {string[]} */ names) => {
@@ -45,8 +53,12 @@ export function physicsOf(server, page) {
     if (!taken) take(await server.get("effects").catch(() => effects));
   });
 
+  /** The effect that was switched on last, until its parameters are seen. */
+  let turned = "";
+
   /** @param {string} name @param {boolean} wanted */
   const turn = (name, wanted) => {
+    turned = wanted ? name : "";
     effects = effects.map((each) => (each.name === name ? { ...each, on: wanted } : each));
     pending = on();
     void switching(pending);
@@ -59,27 +71,35 @@ export function physicsOf(server, page) {
   /** The row of each effect, and what brings it up to date. @type {Map<string, {item: HTMLLIElement, update: (effect: Effect) => void}>} */
   let lines = new Map();
 
-  const rows = () => {
+  const rows = (anew = false) => {
     const old = lines;
     lines = new Map(effects.map((each) => [each.name, old.get(each.name) ?? row(each)]));
     for (const each of effects) lines.get(each.name)?.update(each);
     const list = byId("effects");
-    const items = order().map((each) => /** @type {{item: HTMLLIElement}} */ (lines.get(each.name)).item);
+    const items = order(anew).map((each) => /** @type {{item: HTMLLIElement}} */ (lines.get(each.name)).item);
     if (items.length === list.children.length && items.every((item, place) => item === list.children[place])) return;
     const focused = document.activeElement;
     list.replaceChildren(...items);
     if (focused instanceof HTMLElement && list.contains(focused)) focused.focus({ preventScroll: true });
   };
 
+  /** Whether rows keep their places: none moves under the hand that switches it. */
+  let kept = false;
+
   /** What was found stands first, then what takes the error down furthest; what cannot be seen, last. */
-  const order = () => {
+  const order = (anew = false) => {
+    const places = [...byId("effects").children].map((each) => each.id);
+    const tried = effects.length > 0 && effects.every((each) => each.tried || each.given || !each.visible);
+    kept ||= effects.some((each) => each.on && !each.given);
+    const held = kept || !tried || byId("catalogue").matches(":hover, :focus-within");
+    if (!anew && places.length === effects.length && held) {
+      const place = (/** @type {Effect} */ each) => places.indexOf(`row-${each.name}`);
+      return [...effects].sort((a, b) => place(a) - place(b));
+    }
+    kept ||= tried;
     const rank = (/** @type {Effect} */ each) =>
       found.includes(each.name) ? -1 : each.visible ? (each.alone_noise ?? 1e9) : 1e12;
-    // Rows do not move while one effect after the other is tried.
-    const tried = effects.every((each) => each.tried || each.given);
-    if (tried || found.length || !lines.size) return [...effects].sort((a, b) => rank(a) - rank(b));
-    const places = [...byId("effects").children].map((each) => each.id);
-    return [...effects].sort((a, b) => places.indexOf(`row-${a.name}`) - places.indexOf(`row-${b.name}`));
+    return [...effects].sort((a, b) => rank(a) - rank(b));
   };
 
   /** @param {Effect} effect */
@@ -129,12 +149,18 @@ export function physicsOf(server, page) {
   /** @param {ModelError} error */
   const parameters = (error) => {
     start ||= error.noise_ratio;
+    clearTimeout(slow);
+    byId("stop").hidden = true;
+    if (error.provisional) slow = setTimeout(() => tell("stop", "Stop the fit"), SLOW);
     // The sliders stay in the hand, beside the intervals of the fit.
     if (error.what_if) return;
-    for (const place of document.querySelectorAll(".parameters")) place.replaceChildren();
+    // Nor do they go while effects are tried: only rows that are new lack theirs.
+    const same = error === drawn;
+    drawn = error;
+    if (!same) for (const place of document.querySelectorAll(".parameters")) place.replaceChildren();
     for (const fitted of error.effects) {
       const place = document.getElementById(`effect-${fitted.name}-parameters`);
-      if (!place) continue;
+      if (!place || place.children.length) continue;
       if (!fitted.supported && fitted.said) place.append(element("p", { class: "caution" }, fitted.said));
       place.append(...fitted.parameters.map((each) => parameter(fitted.name, each)));
       if (fitted.parameters.length) {
@@ -146,6 +172,10 @@ export function physicsOf(server, page) {
           }),
         );
         place.append(reset);
+      }
+      if (fitted.name === turned && !error.provisional) {
+        turned = "";
+        place.parentElement?.scrollIntoView({ block: "nearest" });
       }
     }
   };
@@ -227,12 +257,14 @@ export function physicsOf(server, page) {
   });
 
   /** Add what the user wrote, and switch it on beside what is on. */
-  const added = async (/** @type {unknown} */ body, /** @type {Record<string, unknown>} */ query = {}) =>
+  const add = async (/** @type {unknown} */ body, /** @type {Record<string, unknown>} */ query = {}) =>
     trying(TROUBLE, async () => {
       const before = on();
       const known = new Set(effects.map((each) => each.name));
       take(await server.post("own", body, query));
-      const names = [...before, ...effects.map((each) => each.name).filter((name) => !known.has(name))];
+      const added = effects.map((each) => each.name).filter((name) => !known.has(name));
+      const names = [...before, ...added];
+      turned = added[0] ?? "";
       effects = effects.map((each) => ({ ...each, on: names.includes(each.name) }));
       rows();
       page.error(await server.post("switch", { effects: names }));
@@ -244,14 +276,14 @@ export function physicsOf(server, page) {
     const taken = new Set(effects.map((each) => each.name));
     let number = 1;
     while (taken.has(`own-${number}`)) number += 1;
-    if (await added({ name: `own-${number}`, expression })) input("own-line").value = "";
+    if (await add({ name: `own-${number}`, expression })) input("own-line").value = "";
   });
   const own = (/** @type {File} */ file) => {
     const dialog = /** @type {HTMLDialogElement} */ (byId("trust"));
     byId("trust-name").textContent = file.name;
     dialog.returnValue = "no";
     dialog.onclose = () => {
-      if (dialog.returnValue === "yes") void added(file, { name: file.name, trusted: "yes" });
+      if (dialog.returnValue === "yes") void add(file, { name: file.name, trusted: "yes" });
     };
     dialog.showModal();
   };
@@ -273,6 +305,7 @@ export function physicsOf(server, page) {
     /** Another session has begun. */
     async begin(/** @type {import("./contract").Overview} */ overview) {
       start = 0;
+      kept = false;
       lines.clear();
       byId("effects").replaceChildren();
       rivals = [];
@@ -302,7 +335,8 @@ export function physicsOf(server, page) {
       rivals = verdict.rivals.flat().filter((each) => !verdict.effects.includes(each));
       found = verdict.effects;
       effects = effects.map((each) => ({ ...each, on: verdict.effects.includes(each.name) }));
-      rows();
+      rows(true);
+      byId("catalogue").scrollTop = 0;
       const parts = [element("p", {}, element("b", {}, `${verdict.name}: `), verdict.sentence)];
       const button = element("button", { type: "button", id: "patch-list" }, "Patch list");
       button.addEventListener("click", () =>

@@ -7,11 +7,11 @@ import { byId, element, input, spaced, tell } from "./words.js";
 /** ΔE2000 at which a map's colours may end. */
 const REACHES = [2, 3, 5, 8, 12, 15, 20, 25, 30, 40, 50, 100];
 
-/** Points along an edge of the tables. */
-const SIZE = 33;
-
 /** Milliseconds without a move after which the slider rests. */
 const REST = 80;
+
+/** Milliseconds in which the picture of one model becomes that of the next: what changes is seen. */
+const FADE = 700;
 
 /** A viewer, or null and the reason on the page where the browser cannot draw. @param {HTMLElement} host */
 function viewerIn(host) {
@@ -26,28 +26,71 @@ function viewerIn(host) {
 /** @param {import("./server.js").Server} server */
 export function pictureOf(server) {
   const slider = input("hours");
-  const viewer = viewerIn(byId("viewer"));
-  byId("frame").hidden = !viewer;
+  /** @type {Viewer | null | undefined} */
+  let viewer;
   let reach = 0;
   let mode = "";
+  /** Points along an edge of the tables. */
+  let size = 0;
 
   const hours = () => Number(slider.value);
-  const asked = (more = {}) => ({ mode, hours: hours(), size: SIZE, map: input("map").checked ? "yes" : "", ...more });
-
-  /** @param {"aged" | "compensated"} kind @param {(table: import("./viewer.js").Table) => void} hand */
-  const fetching = (kind, hand) =>
-    latest(async () => void (await trying("image-trouble", async () => hand(await server.table(asked({ kind }))))));
-  const aged = fetching("aged", (table) => {
-    viewer?.age(table);
-    drawn();
+  const without = () => (input("with").checked ? "" : "yes");
+  const asked = (more = {}) => ({
+    mode,
+    hours: hours(),
+    size,
+    map: input("map").checked ? "yes" : "",
+    without: without(),
+    ...more,
   });
+
+  /** @param {"aged" | "compensated"} kind @param {(table: import("./viewer.js").Table, other: boolean) => void} hand told whether the model is another */
+  const fetching = (kind, hand) =>
+    latest(async (/** @type {boolean} */ other) => {
+      await trying("image-trouble", async () => hand(await server.table(asked({ kind })), other));
+    });
+  const aged = fetching("aged", (table, other) => (other ? fade(table) : age(table)));
   const compensated = fetching("compensated", (table) => viewer?.correct(table));
 
+  let fading = 0;
+  const age = (/** @type {import("./viewer.js").Table} */ table) => {
+    cancelAnimationFrame(fading);
+    viewer?.age(table);
+  };
+
+  /** Go over to a table of another model. @param {import("./viewer.js").Table} table */
+  const fade = (table) => {
+    const before = viewer?.aged.first;
+    const same = before?.size === table.size && before.values.every((each, place) => each === table.values[place]);
+    if (!before || same || matchMedia("(prefers-reduced-motion: reduce)").matches) return age(table);
+    cancelAnimationFrame(fading);
+    const start = performance.now();
+    const step = (/** @type {number} */ now) => {
+      const share = (now - start) / FADE;
+      if (share >= 1) return age(table);
+      viewer?.age(before, table, Math.max(share, 0));
+      fading = requestAnimationFrame(step);
+    };
+    step(start);
+  };
+
+  /** What the numbers were of the model before, at the same mode and hours. @type {{at: string, now: Record<string, string>, was: Record<string, string>}} */
+  let last = { at: "", now: {}, was: {} };
+
   const figures = latest(async () => {
+    const at = `${mode} ${hours()} ${byId("image-note").textContent}`;
     /** @type {import("./contract").Figures} */
-    const found = await server.get("difference", { mode, hours: hours() }).catch(() => ({}));
+    const found = await server.get("difference", { mode, hours: hours(), without: without() }).catch(() => ({}));
+    /** @type {Record<string, string>} */
+    const now = {};
     for (const name of /** @type {const} */ (["mean", "mean_2sd"])) {
-      byId(`figure-${name}`).textContent = found[name] == null ? "…" : found[name].toFixed(2);
+      now[name] = found[name] == null ? "…" : found[name].toFixed(2);
+    }
+    if (at !== last.at || Object.values(last.now).includes("…")) last = { at, now, was: {} };
+    else if (now.mean !== last.now.mean) last = { at, now, was: last.now };
+    for (const [name, value] of Object.entries(now)) {
+      const was = last.was[name] ? element("small", {}, ` was ${last.was[name]}`) : "";
+      byId(`figure-${name}`).replaceChildren(value, was);
     }
     for (const name of /** @type {const} */ (["hours_to_3", "hours_to_5"])) {
       const last = Number(slider.max);
@@ -74,32 +117,34 @@ export function pictureOf(server) {
     if (input("map").checked) viewer?.map(reach);
   };
 
-  /** Mark that picture and table are drawn, for whoever measures how soon. */
-  const drawn = () => {
-    if (viewer?.picture && viewer.aged.first.size === SIZE) document.body.dataset.picture = "drawn";
-  };
-
   /** A correction costs a search of many tables' time: it follows when the slider rests. */
   let resting = 0;
-  const draw = () => {
-    if (viewer) void aged(null);
+  const correct = () => {
     clearTimeout(resting);
-    if (viewer && viewer.cuts[1] < 1) resting = setTimeout(() => void compensated(null), REST);
+    if (viewer && viewer.cuts[1] < 1) resting = setTimeout(() => void compensated(false), REST);
+  };
+  const draw = (other = false) => {
+    if (viewer) void aged(other);
+    correct();
   };
 
-  const show = () => {
+  const said = () => {
     const text = `${spaced(hours())} h`;
     byId("hours-now").textContent = text;
     slider.setAttribute("aria-valuetext", text);
-    draw();
+  };
+  const show = (other = false) => {
+    said();
+    draw(other);
     void figures(null);
   };
 
-  hourly(slider, show);
+  hourly(slider, () => show());
   byId("modes").addEventListener("change", (event) => {
     mode = /** @type {HTMLInputElement} */ (event.target).value;
     show();
   });
+  input("with").addEventListener("change", () => show(true));
   byId("scale-bar").style.backgroundImage = `linear-gradient(to right, ${MAP_COLOURS.join(", ")})`;
   input("map").addEventListener("change", () => {
     byId("scale").hidden = !input("map").checked;
@@ -107,19 +152,20 @@ export function pictureOf(server) {
     viewer?.map(input("map").checked ? reach : 0);
     show();
   });
-  if (viewer) {
-    const zooms = {
-      fit: () => 0,
-      pixels: () => 1,
-      nearer: () => viewer.scale * 1.5,
-      farther: () => viewer.scale / 1.5,
+  /** Make the viewer, which waits for the graphics: what it draws is on its way then. */
+  const begun = () => {
+    if (viewer !== undefined) return;
+    const made = viewerIn(byId("viewer"));
+    viewer = made;
+    byId("frame").hidden = !made;
+    if (!made) return;
+    const zooms = { fit: () => 0, pixels: () => 1, nearer: () => made.scale * 1.5, farther: () => made.scale / 1.5 };
+    for (const [id, zoom] of Object.entries(zooms)) byId(id).addEventListener("click", () => made.zoomTo(zoom()));
+    made.zoomed = () => {
+      byId("zoom").textContent = `${Math.round(100 * made.scale)} %`;
     };
-    for (const [id, zoom] of Object.entries(zooms)) byId(id).addEventListener("click", () => viewer.zoomTo(zoom()));
-    viewer.zoomed = () => {
-      byId("zoom").textContent = `${Math.round(100 * viewer.scale)} %`;
-    };
-    byId("viewer").addEventListener("pointerup", draw);
-  }
+    byId("viewer").addEventListener("pointerup", () => draw());
+  };
 
   /** Say that a large image is shown smaller. @param {import("./contract").ImageSize | null} image */
   const note = (image) => {
@@ -130,11 +176,11 @@ export function pictureOf(server) {
   };
 
   const load = async () => {
-    if (!viewer) return;
     const response = await server.fetch(server.address("image"));
     const options = /** @type {ImageBitmapOptions} */ ({ colorSpaceConversion: "none", premultiplyAlpha: "none" });
-    viewer.show(await createImageBitmap(await response.blob(), options));
-    viewer.zoomed();
+    const image = await createImageBitmap(await response.blob(), options);
+    viewer?.show(image);
+    viewer?.zoomed();
   };
 
   return {
@@ -143,14 +189,21 @@ export function pictureOf(server) {
     note,
     /** The image has been counted: its numbers can be had. */
     measure: () => void figures(null),
-    /** The model has changed: the same picture anew. */
-    refresh: show,
+    /** The model has changed: the same picture anew. @param {import("./contract").ModelError} error */
+    refresh({ provisional, effects }) {
+      if (!provisional) {
+        const names = effects.filter((each) => !each.given).map((each) => each.name);
+        tell("with-names", names.length ? `with ${names.join(", ")}` : "");
+        byId("with-label").hidden = !names.length;
+        input("with").checked = true;
+      }
+      show(true);
+    },
     /** Begin with a session. @param {import("./contract").Overview} overview */
     async begin(overview) {
       const modes = byId("modes");
-      mode = overview.modes.includes(mode)
-        ? mode
-        : (overview.modes.find((each) => each === "chroma-luma") ?? overview.modes[0]);
+      mode ||= overview.first.mode;
+      size = overview.first.size;
       modes.replaceChildren(
         modes.firstElementChild ?? "",
         ...overview.modes.map((each) => {
@@ -182,9 +235,17 @@ export function pictureOf(server) {
         }),
       );
       note(overview.image);
-      show();
-      await load();
-      drawn();
+      said();
+      const coming = Promise.all([aged(false), load()]);
+      begun();
+      await coming;
+      // The picture comes before anything else is asked: its corrected part, and its numbers.
+      if (viewer) {
+        viewer.draw();
+        document.body.dataset.picture = "drawn";
+      }
+      correct();
+      void figures(null);
     },
     /** Take another image. @param {File} file */
     async take(file) {

@@ -1,6 +1,6 @@
 // The server behind the page: requests of this window, its events, and the word when it has gone.
 
-import { tell } from "./words.js";
+import { byId, tell } from "./words.js";
 
 export const GONE =
   "The server has ended, so nothing here answers any more. Start lutgen explore again; it opens a new page.";
@@ -41,9 +41,10 @@ export class Server {
       );
   }
 
-  /** Open a window; the answer is its overview. @returns {Promise<import("./contract").Overview>} */
-  async open() {
-    const overview = await this.post("window");
+  /** The window that came with the page. @returns {import("./contract").Overview} */
+  open() {
+    const overview = JSON.parse(byId("begins").textContent ?? "");
+    if (overview.refused) throw new Refusal(overview.refused);
     this.window = overview.window;
     this.limits = overview.limits;
     return overview;
@@ -60,8 +61,8 @@ export class Server {
     let response;
     try {
       response = await fetch(address, request);
-    } catch (error) {
-      if (error instanceof DOMException && error.name === "AbortError") throw error;
+    } catch {
+      if (request?.signal?.aborted) throw new Refusal("Cancelled.");
       this.gone(GONE);
       throw new Refusal("");
     }

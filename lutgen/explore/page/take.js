@@ -11,6 +11,7 @@ const FILES = {
   icc: "This hour (.icc)",
   build: "All hours, with OCIO config (.zip)",
   report: "Report (.html)",
+  patches: "What to measure next (.csv)",
 };
 
 /**
@@ -26,9 +27,15 @@ export function takeOf(server, page) {
   const take = async (what, button) => {
     const { mode, hours } = page.shown();
     byId("take-state").textContent = `Making it, ${mode} at ${spaced(hours)} h …`;
+    const making = new AbortController();
+    const cancel = byId("take-cancel");
+    cancel.onclick = () => making.abort();
     button.disabled = true;
+    cancel.hidden = false;
     const taken = await trying("take-trouble", async () => {
-      const response = await server.fetch(server.address("take", { what, mode, hours, kind: kind.value }));
+      const address = server.address("take", { what, mode, hours, kind: kind.value });
+      const response = await server.fetch(address, { signal: making.signal });
+      cancel.hidden = true;
       const named = /filename="?([^";]+)/.exec(response.headers.get("Content-Disposition") ?? "");
       const name = named?.[1] ?? `lutgen.${what}`;
       const blob = await response.blob();
@@ -36,6 +43,7 @@ export function takeOf(server, page) {
       byId("take-state").textContent = `${name}, ${spaced(Math.max(blob.size / 1000, 1))} kB`;
     });
     if (!taken) byId("take-state").textContent = "";
+    cancel.hidden = true;
     button.disabled = false;
     button.focus();
   };

@@ -1,0 +1,55 @@
+// What is about the model of the readings that are open: error, physics, what is dropped and what is taken away.
+
+import { dropOf } from "./drop.js";
+import { errorOf } from "./error.js";
+import { physicsOf } from "./physics.js";
+import { takeOf } from "./take.js";
+
+/**
+ * @param {import("./server.js").Server} server
+ * @param {ReturnType<typeof import("./picture.js").pictureOf>} picture
+ * @param {(overview: import("./contract").Overview) => void} head says what is shown
+ */
+export function sessionOf(server, picture, head) {
+  const error = errorOf();
+
+  /** @param {import("./contract").ModelError} next */
+  const show = (next) => {
+    error.show(next);
+    physics.parameters(error.now);
+    picture.refresh(next);
+    take.refresh();
+  };
+
+  /** Show other readings, or the same under another model. @param {import("./contract").Overview} overview */
+  const again = async (overview) => {
+    head(overview);
+    await Promise.all([picture.begin(overview), begin(overview)]);
+  };
+
+  const physics = physicsOf(server, { error: show, begin: again });
+  const take = takeOf(server, { shown: picture.shown, error: () => error.now });
+  dropOf(server, { begin: again, image: picture.take, own: physics.own });
+  server.listen({
+    error: show,
+    effects: (list) => {
+      physics.effects(list);
+      if (error.now) physics.parameters(error.now);
+    },
+    support: take.support,
+    image: picture.note,
+    measured: picture.measure,
+    progress: physics.progress,
+    verdict: physics.verdict,
+    failed: (content) => physics.failed(content.error),
+    ended: physics.ended,
+  });
+
+  /** Begin with readings whose picture is shown. @param {import("./contract").Overview} overview */
+  const begin = async (overview) => {
+    error.forget();
+    await physics.begin(overview);
+    if (overview.error) show(overview.error);
+  };
+  return { begin };
+}
