@@ -68,11 +68,7 @@ def displays_of(sessions: Sequence[Session]) -> list[list[Session]]:
 def check_one_display(sessions: Sequence[Session]) -> None:
     """Refuse sessions of clearly different displays, and say which session belongs to which display.
 
-    Raises
-    ------
-    LutgenError
-        Primaries differ by more than any aging, or names do.
-
+    Raises LutgenError: primaries differ by more than any aging, or names do.
     """
     groups = displays_of(sessions)
     if len(groups) < 2:
@@ -91,11 +87,7 @@ def check_one_display(sessions: Sequence[Session]) -> None:
 def draft(sessions: Sequence[Session], beside: Path, answers: Answers | None = None) -> str:
     """Return a campaign file of these sessions, by date; paths are told from the folder ``beside``.
 
-    Raises
-    ------
-    LutgenError
-        The same bytes twice.
-
+    Raises LutgenError: the same bytes twice.
     """
     answers = answers or Answers()
     twice = {each.sha256: each for each in sessions}

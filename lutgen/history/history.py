@@ -67,11 +67,8 @@ class History:
 def history(campaign: Campaign, ambient_cd_m2: float = 0.0) -> History:
     """Collect the figures of all sessions; ``ambient_cd_m2`` is what the room adds to readings taken without its light.
 
-    Raises
-    ------
-    LutgenError
-        Neither hours nor dates are known, or a session is relative, so that luminances cannot be compared.
-
+    Raises LutgenError: neither hours nor dates are known, or a session is relative, so that luminances cannot be
+    compared.
     """
     time, unit = times(campaign)
     order = np.argsort(time, kind="stable")

@@ -114,11 +114,7 @@ def limits_of(name: str) -> tuple[Limit, ...]:
 def parse_limit(text: str) -> Limit:
     """Read a limit such as ``white>=200``, ``white>=80%`` (of the first session) or ``white-shift<=0.005``.
 
-    Raises
-    ------
-    LutgenError
-        It is none, or of no quantity that is followed.
-
+    Raises LutgenError: it is none, or of no quantity that is followed.
     """
     found = re.fullmatch(r"\s*([a-z-]+)\s*(>=|<=)\s*([^%\s]+)\s*(%?)\s*", text, re.ASCII)
     if not found:

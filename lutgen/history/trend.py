@@ -137,11 +137,7 @@ def trend(
 
     ``all_sessions`` leaves none out; ``ambient_cd_m2`` is what the room adds to readings taken without its light.
 
-    Raises
-    ------
-    LutgenError
-        Fewer than two sessions, no hours and no dates, all at one time, or a relative session.
-
+    Raises LutgenError: fewer than two sessions, no hours and no dates, all at one time, or a relative session.
     """
     if len(campaign.entries) < 2:
         message = f"{campaign.file}: one session; a trend is told from two or more. Add another [[sessions]]."

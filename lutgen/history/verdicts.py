@@ -221,10 +221,7 @@ def _facts(pair: SessionPair) -> tuple[str, ...]:
     ratio = after.channels[:, 1] / before.channels[:, 1]
     size = np.hypot(*pair.shift.T)
     listed = ", ".join(f"{name} {value:.3f}" for name, value in zip((*CHANNELS, "white"), size, strict=True))
-    facts = [
-        f"light at full drive ×{ratio[0]:.3f} red, ×{ratio[1]:.3f} green, ×{ratio[2]:.3f} blue",
-        f"Δu'v' {listed}",
-    ]
+    facts = [f"light at full drive ×{ratio[0]:.3f} red, ×{ratio[1]:.3f} green, ×{ratio[2]:.3f} blue", f"Δu'v' {listed}"]
     if before.has_black and after.has_black:
         facts.append(f"black {before.leak[1]:.3g} → {after.leak[1]:.3g} cd/m²")
     if pair.bend is not None:

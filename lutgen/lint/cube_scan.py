@@ -141,11 +141,7 @@ class CubeScan:
 def scan_cube(path: Path, *, keep: bool = False) -> CubeScan:
     """Scan a ``.cube``; ``keep`` its rows too where readers are to be compared with them.
 
-    Raises
-    ------
-    LutgenError
-        The file cannot be read, or is no text.
-
+    Raises LutgenError: the file cannot be read, or is no text.
     """
     scanner = _Scanner(keep=keep)
     for block in blocks(path):

@@ -81,11 +81,7 @@ class Slide:
     def read(self, x: int, y: int) -> Stored:
         """Read the region at (x, y): (rows, columns, 4); alpha is 0 where nothing was scanned. From any thread.
 
-        Raises
-        ------
-        LutgenError
-            The file is damaged there, or a tile is missing.
-
+        Raises LutgenError: the file is damaged there, or a tile is missing.
         """
         size = (min(REGION, self.width - x), min(REGION, self.height - y))
         try:
@@ -107,11 +103,7 @@ class Slide:
 def open_slide(path: Path) -> Iterator[Slide]:
     """Open a slide.
 
-    Raises
-    ------
-    LutgenError
-        OpenSlide is not installed, or the file is missing or no slide that it reads.
-
+    Raises LutgenError: OpenSlide is not installed, or the file is missing or no slide that it reads.
     """
     library = _openslide()
     if not path.is_file():
@@ -195,11 +187,7 @@ class Blocks:
 def open_blocks(path: Path, source: str = "auto") -> Iterator[Blocks]:
     """Open a picture; ``source`` as for ``apply``.
 
-    Raises
-    ------
-    LutgenError
-        A file that is missing or cannot be read, as :func:`open_source` and :func:`open_slide` say.
-
+    Raises LutgenError: a file that is missing or cannot be read, as :func:`open_source` and :func:`open_slide` say.
     """
     if path.suffix.lower() in SUFFIXES:
         with open_slide(path) as slide:

@@ -70,11 +70,7 @@ def find_slides(given: Sequence[str | Path]) -> tuple[CohortSlide, ...]:
     a line, seen from the list's folder; empty lines and those that begin with # say nothing. A file that is not there
     is a slide too, one that cannot be read.
 
-    Raises
-    ------
-    LutgenError
-        Nothing was given, a folder or a list without slides, or one that cannot be read.
-
+    Raises LutgenError: nothing was given, a folder or a list without slides, or one that cannot be read.
     """
     if not given:
         raise LutgenError("no slide was given. Give slides, a folder of them, or a list (.txt) of a path a line.")
@@ -187,11 +183,7 @@ class RunFolder:
 def claim(path: Path, asked: CohortTask, *, force: bool) -> RunFolder:
     """Check, before anything is written, that a run may go into ``path``.
 
-    Raises
-    ------
-    LutgenError
-        Not a folder, someone else's files, or a run that asked something else, without ``force``.
-
+    Raises LutgenError: not a folder, someone else's files, or a run that asked something else, without ``force``.
     """
     in_the_way = next((place for place in (path, *path.parents) if place.exists()), path)
     if in_the_way.exists() and not in_the_way.is_dir():
@@ -212,11 +204,7 @@ def claim(path: Path, asked: CohortTask, *, force: bool) -> RunFolder:
 def recipe_of(asked: CohortTask, path: Path) -> dict[str, Any]:
     """Say what decides the results of a run into ``path``, in words of the command line, ready for JSON.
 
-    Raises
-    ------
-    LutgenError
-        The model cannot be found again: its readings, or an effect, come from no file.
-
+    Raises LutgenError: the model cannot be found again: its readings, or an effect, come from no file.
     """
     return {
         "schema": SCHEMA,

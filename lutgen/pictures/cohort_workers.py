@@ -145,11 +145,7 @@ def on_this_machine(asked: CohortTask, slides: Sequence[CohortSlide], jobs: int)
 
     When the iterator is closed or interrupted, the processes are ended.
 
-    Raises
-    ------
-    LutgenError
-        Processes cannot be started.
-
+    Raises LutgenError: processes cannot be started.
     """
     if jobs <= 1:
         for slide in slides:
@@ -259,11 +255,8 @@ _DEADLY_WORKERS = "the Dask workers that took it died, one after the other (out 
 def on_cluster(address: str) -> Iterator[Callable[[CohortTask, Sequence[CohortSlide]], Outcomes]]:
     """Connect to a scheduler; give what does slides there: each with its outcome, as they are done.
 
-    Raises
-    ------
-    LutgenError
-        Dask is not installed, no scheduler is there, or it has no worker; later, that the scheduler is gone.
-
+    Raises LutgenError: Dask is not installed, no scheduler is there, or it has no worker; later, that the scheduler is
+    gone.
     """
     dask = _distributed()
     if not _ADDRESS.fullmatch(address):

@@ -208,13 +208,7 @@ def statistics(values: Array, counts: Counts) -> tuple[float, float, float, floa
     square = sum(float(((values[part] - mean) ** 2 * (counts[part] / total)).sum()) for part in parts)
     largest = float(values.max())
     # The rounded sum of equal values must not give a mean above these values.
-    return (
-        min(mean, largest),
-        square**0.5,
-        quantile(values, counts, 95),
-        quantile(values, counts, 99),
-        largest,
-    )
+    return (min(mean, largest), square**0.5, quantile(values, counts, 95), quantile(values, counts, 99), largest)
 
 
 def quantile(values: Array, counts: Counts, percent: int) -> float:

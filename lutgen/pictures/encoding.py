@@ -79,11 +79,7 @@ class Decoder:
     def __call__(self, stored: Stored) -> tuple[Array, int]:
         """Decode (n, channels) → planes (3, n), and how many pixels were outside 0..1 and are clipped.
 
-        Raises
-        ------
-        NotFiniteError
-            A pixel is NaN or infinite.
-
+        Raises NotFiniteError: a pixel is NaN or infinite.
         """
         if self.storage.associated and (stored[:, 3] != self.storage.white).any():
             return self._clipped(self._unassociated(_finite(stored)))

@@ -181,11 +181,8 @@ def read_frame(
 ) -> Frame:
     """Read an image or a slide, and shrink it to at most so many ``pixels``, at most ``width`` in a row.
 
-    Raises
-    ------
-    LutgenError
-        As :func:`lutgen.pictures.distinct.count_colours`, apart from pixels that are NaN: these are shown black.
-
+    Raises LutgenError as :func:`lutgen.pictures.distinct.count_colours`, apart from pixels that are NaN: these are
+    shown black.
     """
     code, visible, size = read_pixels(path, pixels=pixels, width=width, source=source, progress=progress)
     colours, places = np.unique(code.reshape(-1, 3), axis=0, return_inverse=True)

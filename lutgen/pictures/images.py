@@ -179,11 +179,7 @@ class ImageSource:
 def open_source(path: Path, source: str = "auto") -> Iterator[ImageSource]:
     """Open an image; ``source`` is ``auto``, ``SIGNAL`` or ``LINEAR``.
 
-    Raises
-    ------
-    LutgenError
-        Missing, empty, damaged, not an image of ``FORMATS``, or neither RGB nor RGBA.
-
+    Raises LutgenError: missing, empty, damaged, not an image of ``FORMATS``, or neither RGB nor RGBA.
     """
     kind = _sniff(path)
     if kind.name in ("png", "tiff") and not is_whole(path):

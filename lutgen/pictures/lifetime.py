@@ -110,11 +110,7 @@ class Lifetimes:
 
     def as_json(self) -> dict[str, Any]:
         """Return what ``--json`` writes: see ``lutgen/pictures/schema/lifetime.json``."""
-        return {
-            "schema": 1,
-            **seen_on(self.model),
-            "images": [self._image(image) for image in self.images],
-        }
+        return {"schema": 1, **seen_on(self.model), "images": [self._image(image) for image in self.images]}
 
     def as_csv(self) -> str:
         """Return what ``--csv`` writes: Table 1, a line an image and mode; hours, empty where never reached."""

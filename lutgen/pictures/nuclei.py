@@ -381,11 +381,7 @@ MOST_LABELS = 65_535
 def labels_png(labels: NDArray[np.int32]) -> bytes:
     """Return the PNG of labels (h, w) as grey levels of 16 bit, which masks are read from; below 0 is ground.
 
-    Raises
-    ------
-    LutgenError
-        There are more labels than such a file can tell apart.
-
+    Raises LutgenError: there are more labels than such a file can tell apart.
     """
     from PIL import Image
 

@@ -44,11 +44,7 @@ _KELVINS = (3000, 4000, 5000, 6500, 9300, 15000)
 def plot_display(model: DisplayModel, path: str | Path, *, force: bool = False) -> None:
     """Write the page of a display, over all its measured hours, as a PNG: the same bytes on every run.
 
-    Raises
-    ------
-    LutgenError
-        ``path`` is no .png, cannot be written, or exists and ``force`` is not given.
-
+    Raises LutgenError: ``path`` is no .png, cannot be written, or exists and ``force`` is not given.
     """
     with new_figure(path, PAGE, force=force) as figure:
         _draw_page(figure, show(model), model)

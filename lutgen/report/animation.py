@@ -43,12 +43,8 @@ _TEXT, _BAR = 14, 6
 def check_animation(path: str | Path, hours: Sequence[float], seconds: float) -> float:
     """Return the seconds of a frame.
 
-    Raises
-    ------
-    LutgenError
-        A suffix that is not of ``ANIMATION_SUFFIXES``, MP4 without ffmpeg, fewer than two hours, or frames shown too
-        short or too long.
-
+    Raises LutgenError: a suffix that is not of ``ANIMATION_SUFFIXES``, MP4 without ffmpeg, fewer than two hours, or
+    frames shown too short or too long.
     """
     path = Path(path)
     if path.suffix.lower() not in ANIMATION_SUFFIXES:
@@ -192,11 +188,7 @@ def check_ffmpeg() -> str:
 def write_mp4(frames: Iterable[Pixels], seconds: float, path: Path, name: str) -> None:
     """Write frames, uint8 of one shape (h, w, 3), each shown for ``seconds``; error messages call the file ``name``.
 
-    Raises
-    ------
-    LutgenError
-        ffmpeg is not installed, or cannot write the file; the message quotes ffmpeg.
-
+    Raises LutgenError: ffmpeg is not installed, or cannot write the file; the message quotes ffmpeg.
     """
     program, frames = check_ffmpeg(), iter(frames)
     first = next(frames)

@@ -184,13 +184,7 @@ def laws(trend: Trend) -> Table:
     """Tabulate for each quantity the likeliest law, its share of the evidence, and the laws beside it."""
     followed = [(name, course.as_good, course.decay) for name, course in trend.courses.items()]
     rows = [
-        (
-            name,
-            decay.law.name,
-            f"{decay.weights[decay.law.name]:.0%}",
-            ", ".join(also) or "–",
-            f"{decay.scatter:.1f}",
-        )
+        (name, decay.law.name, f"{decay.weights[decay.law.name]:.0%}", ", ".join(also) or "–", f"{decay.scatter:.1f}")
         for name, also, decay in followed
         if decay
     ]
@@ -200,11 +194,7 @@ def laws(trend: Trend) -> Table:
 def limits(trend: Trend) -> Table:
     """Tabulate the limits of quantities that were read, their bounds, and since or from when each is not kept."""
     rows = [
-        (
-            each.limit.text,
-            f"{each.bound:.4g}" if np.isfinite(each.bound) else "–",
-            when(each, trend.history.unit),
-        )
+        (each.limit.text, f"{each.bound:.4g}" if np.isfinite(each.bound) else "–", when(each, trend.history.unit))
         for each in trend.passings
         if _is_read(trend, each)
     ]

@@ -297,9 +297,4 @@ def _steps_table(refinement: Refinement) -> Table:
 
 def _errors(name: str, comparison: Comparison) -> tuple[str, ...]:
     error, floor = comparison.error, comparison.floor
-    return (
-        name,
-        f"{error.delta_e_mean:.3f}",
-        f"{floor.delta_e_mean:.3f}",
-        times(comparison.ratio),
-    )
+    return (name, f"{error.delta_e_mean:.3f}", f"{floor.delta_e_mean:.3f}", times(comparison.ratio))

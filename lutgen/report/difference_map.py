@@ -70,11 +70,7 @@ def plot_map(
 ) -> Path:
     """Draw a map as a PNG: the same bytes on every run.
 
-    Raises
-    ------
-    LutgenError
-        ``ends`` is no scale, as :func:`check_range` says, or ``path`` cannot be written.
-
+    Raises LutgenError: ``ends`` is no scale, as :func:`check_range` says, or ``path`` cannot be written.
     """
     _draw([difference], Path(path), title_of(difference), check_range(*ends), force=force)
     return Path(path)

@@ -32,11 +32,7 @@ METADATA: Any = {"Software": None}
 def check_new_png(path: str | Path, *, force: bool) -> Path:
     """Return ``path`` when a picture may be written there, before any work is done for it.
 
-    Raises
-    ------
-    LutgenError
-        Not a .png, a folder, or a file that exists, without ``force``.
-
+    Raises LutgenError: not a .png, a folder, or a file that exists, without ``force``.
     """
     path = Path(path)
     if path.suffix.lower() != ".png":
@@ -96,11 +92,7 @@ _LINES = {"title": 0.30, "second": 0.22, "foot": 0.19}
 def new_figure(path: str | Path, size: tuple[float, float], *, force: bool) -> Iterator[Figure]:
     """Give an empty figure of ``size`` inches; on success it becomes a PNG, the same bytes on every run.
 
-    Raises
-    ------
-    LutgenError
-        ``path`` is no .png, cannot be written, or exists and ``force`` is not given.
-
+    Raises LutgenError: ``path`` is no .png, cannot be written, or exists and ``force`` is not given.
     """
     from matplotlib import style
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -119,11 +111,7 @@ def picture(
 ) -> Iterator[tuple[Figure, float, float]]:
     """Give a figure to draw into between bottom and top, shares of its height; on success it becomes a PNG.
 
-    Raises
-    ------
-    LutgenError
-        ``path`` cannot be written, or exists and ``force`` is not given.
-
+    Raises LutgenError: ``path`` cannot be written, or exists and ``force`` is not given.
     """
     with new_figure(path, (WIDTH, height), force=force) as figure:
         top = height - 0.2

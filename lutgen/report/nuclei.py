@@ -141,11 +141,7 @@ def picture_names(image: str) -> list[str]:
 def plot_nuclei(conspicuity: Conspicuity, folder: str | Path, *, force: bool = False) -> list[Path]:
     """Draw both pictures into a folder; the same bytes on every run.
 
-    Raises
-    ------
-    LutgenError
-        One of them cannot be written, or exists and ``force`` is not given.
-
+    Raises LutgenError: one of them cannot be written, or exists and ``force`` is not given.
     """
     page, whole = (Path(folder) / name for name in picture_names(conspicuity.field.file))
     _page(conspicuity, page, force=force)

@@ -139,11 +139,7 @@ class Scenes:
 def hours_of(text: str | None, model: DisplayModel) -> tuple[list[float], list[float]]:
     """Return the hours of the tables, hour 0 first, and of the curve, which adds the measured times up to the last.
 
-    Raises
-    ------
-    LutgenError
-        ``text`` holds no hours, hours outside the measured span, or more than ``MOST``.
-
+    Raises LutgenError: ``text`` holds no hours, hours outside the measured span, or more than ``MOST``.
     """
     measured = model.tips.hours
     if text is None:
@@ -266,10 +262,7 @@ def map_colours() -> NDArray[np.uint8]:
 
 
 #: Mode → what happens to the display in it.
-MODES_IN_WORDS = {
-    "chroma": "while a sensor holds the luminance",
-    "chroma-luma": "when the luminance falls as well",
-}
+MODES_IN_WORDS = {"chroma": "while a sensor holds the luminance", "chroma-luma": "when the luminance falls as well"}
 
 #: Numbers that are shown beside the picture: key → name.
 TILES = {

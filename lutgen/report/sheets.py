@@ -133,11 +133,7 @@ def longest(columns: int) -> int:
 def age_sheet(series: AgedSeries, hours: Sequence[float], path: str | Path, *, force: bool = False) -> Path:
     """Write a sheet of the modes of ``series`` and of ``hours`` of it, as a PNG: the same bytes on every run.
 
-    Raises
-    ------
-    LutgenError
-        Too many hours, or a path that cannot be written.
-
+    Raises LutgenError: too many hours, or a path that cannot be written.
     """
     chosen, modes = check_hours(hours), list(series.curves)
     high, wide = series.source.shape[:2]

@@ -137,13 +137,7 @@ def _agreement(analysis: Analysis) -> Iterator[Part]:
     if analysis.kappas:
         yield "Cohen's κ, agreement beyond chance, on sides and on categories:"
         rows = [
-            (
-                row.condition,
-                row.of,
-                str(row.n),
-                f"{row.percent:.1f}",
-                f"{figure(row.kappa, 2)} {between(row.ci95, 2)}",
-            )
+            (row.condition, row.of, str(row.n), f"{row.percent:.1f}", f"{figure(row.kappa, 2)} {between(row.ci95, 2)}")
             for row in analysis.kappas
         ]
         yield Table(("condition", "of", "pairs", "percent", "κ [95 %]"), rows, words=range(2))

@@ -251,11 +251,7 @@ def analyse_figures(
 ) -> Analysis:
     """Analyse figures that are already counted: agreement, and samples without values; either may be empty.
 
-    Raises
-    ------
-    LutgenError
-        ``ci`` is unknown.
-
+    Raises LutgenError: ``ci`` is unknown.
     """
     remarks = ["Rank tests, paired tests, κ and mixed models need the answers themselves, not their figures."]
     return _analysis(

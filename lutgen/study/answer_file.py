@@ -116,11 +116,7 @@ class AnswerFile:
     def append(self, at: str, session: int, events: Sequence[tuple[str, Mapping[str, Any]]]) -> None:
         """Write rows, all of them or none, and return when they are on disk.
 
-        Raises
-        ------
-        NotSavedError
-            The disk is full, or cannot be written to.
-
+        Raises NotSavedError: the disk is full, or cannot be written to.
         """
         new = self._chained(at, session, events)
         try:
@@ -154,11 +150,7 @@ class AnswerFile:
 def read_entries(path: Path, anchor: str) -> list[AnswerRow]:
     """Return the rows of a reader's file, verified; none where its first row was never written.
 
-    Raises
-    ------
-    LutgenError
-        The file cannot be read, is damaged, or was altered; names the row.
-
+    Raises LutgenError: the file cannot be read, is damaged, or was altered; names the row.
     """
     with _explained(path):
         # Not mode=ro: a journal that a killed process left must be rolled back before anything is read.
@@ -173,11 +165,7 @@ def read_entries(path: Path, anchor: str) -> list[AnswerRow]:
 def held(path: Path) -> Iterator[None]:
     """Lock a reader's place for this process. The lock ends with the process, however that ends.
 
-    Raises
-    ------
-    LutgenError
-        Another process holds it.
-
+    Raises LutgenError: another process holds it.
     """
     beside = path.with_name(f".{path.stem}.lock")
     with _explained(beside):

@@ -36,11 +36,7 @@ _PLACE = re.compile(r"reader-([1-9][0-9]*)\.sqlite")
 def reader_name(text: str) -> str:
     """Return a reader's name as it is kept: Unicode NFC, blanks at the ends and doubled ones taken out.
 
-    Raises
-    ------
-    LutgenError
-        Empty, too long, or with characters that cannot be seen: control, bidirectional, undecodable.
-
+    Raises LutgenError: empty, too long, or with characters that cannot be seen: control, bidirectional, undecodable.
     """
     name = re.sub(" +", " ", unicodedata.normalize("NFC", text)).strip(" ")
     if name.isprintable() and 1 <= len(name) <= LONGEST_NAME:
@@ -217,11 +213,7 @@ class Answer:
 def sensible(answers: Sequence[Answer]) -> tuple[tuple[Answer, ...], list[str]]:
     """Return the answers with a possible time to score, and a sentence for each answer that is left out.
 
-    Raises
-    ------
-    LutgenError
-        None is left.
-
+    Raises LutgenError: none is left.
     """
     kept = tuple(answer for answer in answers if 0 <= answer.seconds <= MAX_SECONDS)
     left_out = [
@@ -350,11 +342,7 @@ class StudyStatus:
 def study_status(study: Path) -> StudyStatus:
     """Return how far the readers of a study are.
 
-    Raises
-    ------
-    LutgenError
-        The protocol or a file of answers cannot be read, or was altered.
-
+    Raises LutgenError: the protocol or a file of answers cannot be read, or was altered.
     """
     protocol = read_protocol(study)
     paths = dict(answer_files(study))

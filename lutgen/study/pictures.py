@@ -77,11 +77,7 @@ class Picture:
 def find_images(given: Iterable[str | Path]) -> list[Path]:
     """Return the images that files and folders name, in that order; those of a folder, and below it, by path.
 
-    Raises
-    ------
-    LutgenError
-        A folder without images or that cannot be read, or a file that is named twice.
-
+    Raises LutgenError: a folder without images or that cannot be read, or a file that is named twice.
     """
     images: dict[Path, Path] = {}
     for path in (path for each in given for path in _images_of(Path(each))):
@@ -104,11 +100,7 @@ def _images_of(given: Path) -> list[Path]:
 def look_at(paths: Sequence[Path], progress: Callable[[int], None]) -> tuple[Picture, ...]:
     """Look at every image; ``progress`` is called with how many are done.
 
-    Raises
-    ------
-    LutgenError
-        One that cannot be read or shown, and two that have one name, are one file, or look the same.
-
+    Raises LutgenError: one that cannot be read or shown, and two that have one name, are one file, or look the same.
     """
     pictures = []
     for name, path in zip(_names(paths), paths, strict=True):
@@ -157,12 +149,8 @@ def _picture(name: str, path: Path) -> Picture:
 def shown_pixels(path: Path) -> Pixels:
     """Read an image as readers see it: uint8, shape (height, width, 3); of 16 bits the nearest 8.
 
-    Raises
-    ------
-    LutgenError
-        Not a PNG, TIFF or JPEG of 8 or 16 bits a channel, transparent somewhere, to be turned by the viewer, or
-        damaged.
-
+    Raises LutgenError: not a PNG, TIFF or JPEG of 8 or 16 bits a channel, transparent somewhere, to be turned by the
+    viewer, or damaged.
     """
     with open_source(path) as source:
         _check_shown(source)
@@ -237,11 +225,7 @@ class BakedLut:
 def bake_conditions(conditions: Iterable[StudyCondition], model: DisplayModel, folder: Path) -> dict[str, BakedLut]:
     """Bake and certify the LUT of every condition but the un-aged one, by the condition's name.
 
-    Raises
-    ------
-    LutgenError
-        Hours outside the measured span, or a display that cannot be baked.
-
+    Raises LutgenError: hours outside the measured span, or a display that cannot be baked.
     """
     baked = {}
     for condition in conditions:
@@ -274,11 +258,7 @@ def render_images(
 
     The un-aged picture is the image itself; of 16 bits a channel the nearest 8 are shown, after aging.
 
-    Raises
-    ------
-    LutgenError
-        An image that cannot be read or aged. What is written so far is the caller's to remove.
-
+    Raises LutgenError: an image that cannot be read or aged. What is written so far is the caller's to remove.
     """
     renders: dict[tuple[str, str], Render] = {}
     (study / IMAGES).mkdir()

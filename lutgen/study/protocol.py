@@ -156,11 +156,7 @@ def write_protocol(study: Path, protocol: Protocol) -> None:
 def read_protocol(study: Path) -> Protocol:
     """Read a study's protocol.
 
-    Raises
-    ------
-    LutgenError
-        There is none, it is none of ours or too large for one, or it was altered after it was frozen.
-
+    Raises LutgenError: there is none, it is none of ours or too large for one, or it was altered after it was frozen.
     """
     path = study / PROTOCOL
     advice = "Give the folder that lutgen study plan made."
@@ -221,11 +217,7 @@ def categories_of(negative: str, positive: str) -> tuple[Category, ...]:
 
     The key of each is the digit that its name begins with, where all begin with different ones, else its number.
 
-    Raises
-    ------
-    LutgenError
-        A side without diagnoses, one that is named twice, too many, or a name that no key can carry.
-
+    Raises LutgenError: a side without diagnoses, one that is named twice, too many, or a name that no key can carry.
     """
     sides = [(name.strip(), side) for text, side in ((negative, False), (positive, True)) for name in text.split(",")]
     names = [name for name, _ in sides]
@@ -247,11 +239,7 @@ def categories_of(negative: str, positive: str) -> tuple[Category, ...]:
 def ease_of(text: str) -> tuple[int, int]:
     """Return smallest and largest ease of reading of text such as ``1..10``; every step has its digit, 10 has 0.
 
-    Raises
-    ------
-    LutgenError
-        No such scale.
-
+    Raises LutgenError: no such scale.
     """
     first, dots, last = text.partition("..")
     lowest = whole(first, least=0, most=1)

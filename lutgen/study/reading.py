@@ -216,11 +216,7 @@ class ReadingSession:
 def tasks_of(protocol: Protocol, place: int, session: int) -> tuple[list[Task], list[Task]]:
     """Return what a reader is shown in a session: the images to practise on, and those of the session.
 
-    Raises
-    ------
-    LutgenError
-        The protocol has no such session, or names an image that was not rendered.
-
+    Raises LutgenError: the protocol has no such session, or names an image that was not rendered.
     """
     first = {render.image: render for render in reversed(protocol.renders)}
     trials = protocol.session(place, session)

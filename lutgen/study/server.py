@@ -241,11 +241,7 @@ def serving(conversation: Conversation, listening: socket | None = None) -> Iter
 
     Gives its address.
 
-    Raises
-    ------
-    LutgenError
-        No port is free, or what serves pages is not installed.
-
+    Raises LutgenError: no port is free, or what serves pages is not installed.
     """
     try:
         with served(session_application(conversation), listening or port_taken(0)) as address:

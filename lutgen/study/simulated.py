@@ -266,11 +266,7 @@ def measured_differences(
 ) -> dict[tuple[str, str], float]:
     """Measure every image of a study under every aged condition that it is read under: (image, condition) → ΔE2000.
 
-    Raises
-    ------
-    LutgenError
-        As :func:`nuclear_difference`, or an image is never read un-aged.
-
+    Raises LutgenError as :func:`nuclear_difference`, or an image is never read un-aged.
     """
     files: dict[str, dict[str, Path]] = {}
     for render in protocol.renders:

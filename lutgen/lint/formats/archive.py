@@ -63,11 +63,7 @@ class ArchiveScan:
 def scan_archive(path: Path) -> Iterator[tuple[ArchiveScan, Path]]:
     """Read an archive's directory, unpack what is safe, and give the folder, which is removed at the end.
 
-    Raises
-    ------
-    LutgenError
-        The file cannot be read.
-
+    Raises LutgenError: the file cannot be read.
     """
     with scratch() as folder:
         try:

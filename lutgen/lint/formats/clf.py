@@ -71,14 +71,7 @@ class ClfScan:
 
 
 def scan_clf(path: Path) -> ClfScan:
-    """Read a CLF in one pass, then ask the installed OpenColorIO.
-
-    Raises
-    ------
-    LutgenError
-        The file cannot be read.
-
-    """
+    """Read a CLF in one pass, then ask the installed OpenColorIO. Raises LutgenError: the file cannot be read."""
     reader = _Reader()
     broken, line = "", 0
     try:

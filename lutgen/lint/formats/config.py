@@ -96,11 +96,7 @@ class ConfigScan:
 def scan_config(path: Path) -> ConfigScan:
     """Load a config and instantiate its parts.
 
-    Raises
-    ------
-    LutgenError
-        The file cannot be read, or is far larger than any config.
-
+    Raises LutgenError: the file cannot be read, or is far larger than any config.
     """
     try:
         if path.stat().st_size > MAX_BYTES:

@@ -127,11 +127,7 @@ class ProfileScan:
 def scan_profile(path: Path) -> ProfileScan:
     """Scan a profile; of a file larger than any profile only header, tag table and heads of tables are read.
 
-    Raises
-    ------
-    LutgenError
-        The file cannot be read.
-
+    Raises LutgenError: the file cannot be read.
     """
     try:
         with path.open("rb") as file:

@@ -162,11 +162,7 @@ class _CspLines:
 def scan_table(path: Path) -> TableScan:
     """Read such a file in one pass, then ask the installed OpenColorIO, unless its header would take all memory.
 
-    Raises
-    ------
-    LutgenError
-        The file cannot be read, or is no text.
-
+    Raises LutgenError: the file cannot be read, or is no text.
     """
     scan = TableScan(path)
     for block in blocks(path):

@@ -70,11 +70,8 @@ class _Open:
 def tables(source: FileText) -> list[CgatsTable]:
     """Read all tables of a CGATS file.
 
-    Raises
-    ------
-    LutgenError
-        Cut off, a wrong number of fields or sets, a doubled column, a string without end: names the line.
-
+    Raises LutgenError: cut off, a wrong number of fields or sets, a doubled column, a string without end: names the
+    line.
     """
     closed: list[CgatsTable] = []
     lines = _lines(source)
