@@ -27,26 +27,17 @@ _LEVEL, _CHANGE, _SETTLING = 1.0, 0.5, 0.025
 
 @dataclass(frozen=True)
 class Law:
-    """A law.
+    """A law."""
 
-    Attributes
-    ----------
-    name, formula
-        For people.
-    shapes, prior
-        The grid, (s, p), and the prior weight of each of its points, (s,).
-    columns
-        Shapes and times as multiples of the span, (n,) → what the coefficients multiply, (s, n, k).
-    widths
-        Priors of the coefficients, 1 σ, as shares of the level, (k,).
-
-    """
-
+    #: For people.
     name: str
     formula: str
+    #: The grid, (s, p), and the prior weight of each of its points, (s,).
     shapes: Array
     prior: Array
+    #: Shapes and times as multiples of the span, (n,) → what the coefficients multiply, (s, n, k).
     columns: Callable[[Array, Array], Array]
+    #: Priors of the coefficients, 1 σ, as shares of the level, (k,).
     widths: tuple[float, ...]
 
 
@@ -100,21 +91,13 @@ LAWS = (
 
 @dataclass(frozen=True)
 class Decay:
-    """All laws on one history.
+    """All laws on one history."""
 
-    Attributes
-    ----------
-    weights
-        Name of a law → share of the evidence, the largest first.
-    scatter
-        Scatter of the sessions about the laws, as a multiple of what readings repeat to: mean of its posterior.
-    curves
-        Draws of the figure at the times asked for, (d, m).
-
-    """
-
+    #: Name of a law → share of the evidence, the largest first.
     weights: dict[str, float]
+    #: Scatter of the sessions about the laws, as a multiple of what readings repeat to: mean of its posterior.
     scatter: float
+    #: Draws of the figure at the times asked for, (d, m).
     curves: Array
 
     @property

@@ -36,18 +36,11 @@ OF_SESSION = {
 
 @dataclass(frozen=True)
 class Answers:
-    """Answers of a person, for the display and for all sessions; a key without an answer stays open in the draft.
+    """Answers of a person, for the display and for all sessions; a key without an answer stays open in the draft."""
 
-    Attributes
-    ----------
-    name
-        The display's name; "": the files'.
-    numbers, texts
-        Keys of ``OF_DISPLAY`` and ``OF_SESSION`` with numbers, and with text.
-
-    """
-
+    #: The display's name; "": the files'.
     name: str = ""
+    #: Keys of ``OF_DISPLAY`` and ``OF_SESSION`` with numbers, and with text.
     numbers: Mapping[str, float] = field(default_factory=dict)
     texts: Mapping[str, str] = field(default_factory=dict)
 

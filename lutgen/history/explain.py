@@ -34,41 +34,25 @@ SECOND = 3.0
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """A set of causes and how well it explains white, primaries and black.
+    """A set of causes and how well it explains white, primaries and black."""
 
-    Attributes
-    ----------
-    names
-        The causes; none: nothing changed.
-    fit
-        Their best fit.
-    weight
-        Natural logarithm of evidence times prior.
-
-    """
-
+    #: The causes; none: nothing changed.
     names: tuple[str, ...]
+    #: Their best fit.
     fit: ColourFit
+    #: Natural logarithm of evidence times prior.
     weight: float
 
 
 @dataclass(frozen=True)
 class Explanations:
-    """Verdicts on a campaign.
+    """Verdicts on a campaign."""
 
-    Attributes
-    ----------
-    campaign
-        The sessions.
-    reference
-        Place of the session with which the others are compared.
-    pairs, verdicts
-        One for every other session, in the order of the campaign.
-
-    """
-
+    #: The sessions.
     campaign: Campaign
+    #: Place of the session with which the others are compared.
     reference: int
+    #: One for every other session, in the order of the campaign.
     pairs: tuple[SessionPair, ...]
     verdicts: tuple[SessionVerdict, ...]
 

@@ -38,29 +38,19 @@ COLOUR_NOISE, GAMMA_NOISE, EVEN_NOISE, GSDF_NOISE = 0.0010, 0.02, 0.01, 0.03
 
 @dataclass(frozen=True)
 class History:
-    """Figures over time.
+    """Figures over time."""
 
-    Attributes
-    ----------
-    campaign
-        The sessions.
-    places
-        Places of the sessions in the campaign, by time, (n,).
-    time, unit
-        Since the earliest session, (n,): "hours" of operation, or "days" where only dates are known.
-    values, errors
-        Quantity → figures, (n,), NaN where a session does not tell; and what they repeat to, 1 σ, (n,).
-    responses
-        Contrast response of each session's greys, (n,); None where they do not tell.
-
-    """
-
+    #: The sessions.
     campaign: Campaign
+    #: Places of the sessions in the campaign, by time, (n,).
     places: tuple[int, ...]
+    #: Since the earliest session, (n,): "hours" of operation, or "days" where only dates are known.
     time: Array
     unit: str
+    #: Quantity → figures, (n,), NaN where a session does not tell; and what they repeat to, 1 σ, (n,).
     values: dict[str, Array]
     errors: dict[str, Array]
+    #: Contrast response of each session's greys, (n,); None where they do not tell.
     responses: tuple[ContrastResponse | None, ...] = ()
 
 

@@ -47,22 +47,14 @@ RECALIBRATED = 0.04
 
 @dataclass(frozen=True)
 class SessionPair:
-    """A session beside its reference.
+    """A session beside its reference."""
 
-    Attributes
-    ----------
-    before, after
-        The reference and the session, with what the campaign says of them.
-    days
-        From the reference to the session; None: a date is missing.
-    misread
-        Sentences on readings that were left out of both, one each.
-
-    """
-
+    #: The reference and the session, with what the campaign says of them.
     before: CampaignEntry
     after: CampaignEntry
+    #: From the reference to the session; None: a date is missing.
     days: float | None
+    #: Sentences on readings that were left out of both, one each.
     misread: tuple[str, ...] = ()
 
     @cached_property

@@ -100,30 +100,20 @@ _MEDIAN_OF_NORMAL = 0.6745
 
 @dataclass(frozen=True)
 class Steadiness:
-    """Repeatability of a session, from patches that were read more than once.
+    """Repeatability of a session, from patches that were read more than once."""
 
-    Attributes
-    ----------
-    patches, readings
-        Number of bright patches that were read again, and of all their readings.
-    noise
-        Standard deviation of Y over the mean of its patch, pooled over bright patches; a drift makes it larger.
-    dark_noise
-        Pooled standard deviation of Y of dark patches, in the unit of the session; None: no dark patch was read again.
-    order, ratio
-        Of bright patches: place in the order read as a share of the session, (n,), and Y over the patch's first
-        reading, (n,).
-    shift
-        Largest Δu'v' of a bright patch against its first reading.
-
-    """
-
+    #: Number of bright patches that were read again, and of all their readings.
     patches: int
     readings: int
+    #: Standard deviation of Y over the mean of its patch, pooled over bright patches; a drift makes it larger.
     noise: float
+    #: Pooled standard deviation of Y of dark patches, in the unit of the session; None: no dark patch was read again.
     dark_noise: float | None
+    #: Of bright patches: place in the order read as a share of the session, (n,), and Y over the patch's first reading,
+    #: (n,).
     order: Array
     ratio: Array
+    #: Largest Δu'v' of a bright patch against its first reading.
     shift: float
 
     @property
@@ -194,21 +184,13 @@ _DARK = 0.03
 
 @dataclass(frozen=True)
 class SessionDrift:
-    """The drift of a session.
+    """The drift of a session."""
 
-    Attributes
-    ----------
-    change
-        Largest change of luminance within the session, as a share, with its sign.
-    by
-        "repeats" (patches that were read again) or "order" (patches that another session shares).
-    scatter
-        Scatter of readings without drift, 1 σ, as a share.
-
-    """
-
+    #: Largest change of luminance within the session, as a share, with its sign.
     change: float
+    #: "repeats" (patches that were read again) or "order" (patches that another session shares).
     by: str
+    #: Scatter of readings without drift, 1 σ, as a share.
     scatter: float = 0.0
 
     @property

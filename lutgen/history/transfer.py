@@ -35,26 +35,17 @@ FEWEST_LEVELS = 3
 
 @dataclass(frozen=True)
 class Transfer:
-    """A ramp as a curve.
+    """A ramp as a curve."""
 
-    Attributes
-    ----------
-    drive, linear
-        Code values, (n,), and luminance after black over that of full drive, (n,).
-    gamma
-        Slope of log ``linear`` against log ``drive`` by least squares through full drive, between 10 and 90 %; None:
-        fewer than three levels there.
-    residual
-        Root mean square of the relative difference between the luminance and that power; None with ``gamma``.
-    lightness
-        L* of the curve less L* of sRGB at each drive, (n,): above 0 the display is lighter (CIE 15:2018, 8.2.1).
-
-    """
-
+    #: Code values, (n,), and luminance after black over that of full drive, (n,).
     drive: Array
     linear: Array
+    #: Slope of log ``linear`` against log ``drive`` by least squares through full drive, between 10 and 90 %; None:
+    #: fewer than three levels there.
     gamma: float | None
+    #: Root mean square of the relative difference between the luminance and that power; None with ``gamma``.
     residual: float | None
+    #: L* of the curve less L* of sRGB at each drive, (n,): above 0 the display is lighter (CIE 15:2018, 8.2.1).
     lightness: Array
 
     @property
@@ -121,21 +112,13 @@ LOWEST = 0.1
 
 @dataclass(frozen=True)
 class GreyTracking:
-    """Colour of the greys, as seen, black included.
+    """Colour of the greys, as seen, black included."""
 
-    Attributes
-    ----------
-    drive
-        Code values from 0.1 up to white's, (n,).
-    shift
-        u', v' of each less white's, (n, 2).
-    delta_e
-        ΔE2000 to a grey of the same luminance in white's colour, under white, (n,).
-
-    """
-
+    #: Code values from 0.1 up to white's, (n,).
     drive: Array
+    #: u', v' of each less white's, (n, 2).
     shift: Array
+    #: ΔE2000 to a grey of the same luminance in white's colour, under white, (n,).
     delta_e: Array
 
 
@@ -181,18 +164,11 @@ def index_of(luminance: Array) -> Array:
 
 @dataclass(frozen=True)
 class ContrastResponse:
-    """Contrast between neighbouring greys.
+    """Contrast between neighbouring greys."""
 
-    Attributes
-    ----------
-    drive
-        Middle of each two code values, (n,).
-    contrast, standard
-        ΔL over mean L by JND, as read and as the standard has it between the same ends, (n,).
-
-    """
-
+    #: Middle of each two code values, (n,).
     drive: Array
+    #: ΔL over mean L by JND, as read and as the standard has it between the same ends, (n,).
     contrast: Array
     standard: Array
 

@@ -45,48 +45,31 @@ FEWEST, ENOUGH = 4, 8
 
 @dataclass(frozen=True)
 class Passing:
-    """When a limit is passed.
+    """When a limit is passed."""
 
-    Attributes
-    ----------
-    limit, bound
-        The limit, and its value in the quantity's unit.
-    status
-        "passed", "ahead" (the law gets there within the horizon), "kept" (it does not), or "cannot-tell".
-    time, low, high
-        Since the earliest session; of ``passed`` those of the first session beyond it and the one before. None: not
-        within the horizon, or no session before.
-    extrapolated
-        Whether the time lies behind the last session.
-
-    """
-
+    #: The limit, and its value in the quantity's unit.
     limit: Limit
     bound: float
+    #: "passed", "ahead" (the law gets there within the horizon), "kept" (it does not), or "cannot-tell".
     status: str
+    #: Since the earliest session; of ``passed`` those of the first session beyond it and the one before. None: not
+    #: within the horizon, or no session before.
     time: float | None = None
     low: float | None = None
     high: float | None = None
+    #: Whether the time lies behind the last session.
     extrapolated: bool = False
 
 
 @dataclass(frozen=True)
 class Followed:
-    """One quantity over time.
+    """One quantity over time."""
 
-    Attributes
-    ----------
-    quantity
-        One of ``history.QUANTITIES``.
-    decay
-        The laws by evidence; None where fewer than two sessions tell.
-    curve, low, high
-        Median of the draws at ``Trend.ahead``, (m,), and their interval.
-
-    """
-
+    #: One of ``history.QUANTITIES``.
     quantity: str
+    #: The laws by evidence; None where fewer than two sessions tell.
     decay: Decay | None
+    #: Median of the draws at ``Trend.ahead``, (m,), and their interval.
     curve: Array
     low: Array
     high: Array
@@ -100,27 +83,17 @@ class Followed:
 
 @dataclass(frozen=True)
 class Trend:
-    """The trend of a campaign.
+    """The trend of a campaign."""
 
-    Attributes
-    ----------
-    history
-        Figures of all sessions.
-    kept
-        Which of them the laws are fitted to, (n,).
-    why
-        Place in the history → why a session is left out.
-    ahead
-        Times at which laws are drawn, (m,), up to the horizon.
-    courses, passings
-        By quantity, and by limit.
-
-    """
-
+    #: Figures of all sessions.
     history: History
+    #: Which of them the laws are fitted to, (n,).
     kept: Array
+    #: Place in the history → why a session is left out.
     why: dict[int, str]
+    #: Times at which laws are drawn, (m,), up to the horizon.
     ahead: Array
+    #: By quantity, and by limit.
     courses: dict[str, Followed]
     passings: tuple[Passing, ...]
 

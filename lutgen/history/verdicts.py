@@ -47,33 +47,21 @@ _NOT_READ = "white or a primary at full drive was not read in both, or not in cd
 
 @dataclass(frozen=True)
 class SessionVerdict:
-    """A verdict on one session.
+    """A verdict on one session."""
 
-    Attributes
-    ----------
-    kind
-        One of ``KINDS``.
-    names
-        The named causes; the likeliest first for ``one-of``, none for ``same``.
-    sentence
-        The finding in plain words.
-    evidence
-        The facts behind the verdict, each a sentence or a clause.
-    tests
-        Measurements that would decide between the named causes, one for each.
-    display
-        Whether the display itself has changed: "unchanged" (no sign of a change), "changed" or "cannot tell".
-    sure
-        For ``one-of``: the causes that every explanation contains.
-
-    """
-
+    #: One of ``KINDS``.
     kind: str
+    #: The named causes; the likeliest first for ``one-of``, none for ``same``.
     names: tuple[str, ...]
+    #: The finding in plain words.
     sentence: str
+    #: The facts behind the verdict, each a sentence or a clause.
     evidence: tuple[str, ...]
+    #: Measurements that would decide between the named causes, one for each.
     tests: tuple[str, ...]
+    #: Whether the display itself has changed: "unchanged" (no sign of a change), "changed" or "cannot tell".
     display: str
+    #: For ``one-of``: the causes that every explanation contains.
     sure: tuple[str, ...] = ()
 
 

@@ -54,27 +54,17 @@ class Absent(Exception):  # noqa: N818 - no error: a state of this machine
 
 @dataclass(frozen=True)
 class Program:
-    """A reader.
+    """A reader."""
 
-    Attributes
-    ----------
-    reader
-        Gives its name among ``finding.READERS``.
-    version
-        Gives its version, or raises ``Absent``.
-    apply
-        Sends 8-bit code values (n, 3) through the file, or raises ``Refusal``.
-    tolerance
-        How far it may be from our own reading, in code values 0..1.
-    clips
-        Whether it writes integers, which clips values outside 0..1.
-
-    """
-
+    #: Gives its name among ``finding.READERS``.
     reader: Callable[[], str]
+    #: Gives its version, or raises ``Absent``.
     version: Callable[[], str]
+    #: Sends 8-bit code values (n, 3) through the file, or raises ``Refusal``.
     apply: Callable[[Path, NDArray[np.uint8]], Array]
+    #: How far it may be from our own reading, in code values 0..1.
     tolerance: float
+    #: Whether it writes integers, which clips values outside 0..1.
     clips: bool
 
 

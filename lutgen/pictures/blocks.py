@@ -227,21 +227,13 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Field:
-    """A field of view, whole in memory.
+    """A field of view, whole in memory."""
 
-    Attributes
-    ----------
-    file
-        Its path.
-    keys
-        Colour of each pixel as one number, shape (rows, columns).
-    visible
-        Where alpha is not 0, shape (rows, columns).
-
-    """
-
+    #: Its path.
     file: str
+    #: Colour of each pixel as one number, shape (rows, columns).
     keys: NDArray[np.uint64]
+    #: Where alpha is not 0, shape (rows, columns).
     visible: Mask
 
     @property

@@ -44,21 +44,13 @@ _WITH_FOLDER = ".mrxs"
 
 @dataclass(frozen=True)
 class CohortSlide:
-    """One slide of a cohort.
+    """One slide of a cohort."""
 
-    Attributes
-    ----------
-    name
-        Its path as it was given.
-    path
-        Its whole path, the same from every folder.
-    bytes, changed_ns
-        Its size, and when it was last changed, in nanoseconds since 1970; 0 where there is no such file.
-
-    """
-
+    #: Its path as it was given.
     name: str
+    #: Its whole path, the same from every folder.
     path: str
+    #: Its size, and when it was last changed, in nanoseconds since 1970; 0 where there is no such file.
     bytes: int
     changed_ns: int
 
@@ -135,21 +127,13 @@ MAX_RESULT_BYTES = 64_000_000
 
 @dataclass(frozen=True)
 class RunFolder:
-    """The folder of a run, found fit for it: :func:`claim` checks it before anything is written.
+    """The folder of a run, found fit for it: :func:`claim` checks it before anything is written."""
 
-    Attributes
-    ----------
-    path
-        The folder.
-    recipe
-        What decides the results: written down before the first.
-    other
-        Whether it holds results of another recipe, which are removed when the run begins.
-
-    """
-
+    #: The folder.
     path: Path
+    #: What decides the results: written down before the first.
     recipe: Mapping[str, Any]
+    #: Whether it holds results of another recipe, which are removed when the run begins.
     other: bool
 
     def begin(self) -> None:

@@ -53,18 +53,11 @@ LEAST_PIXELS = 8
 
 @dataclass(frozen=True)
 class Rings:
-    """The ring of pixels around each nucleus, with which its colour is compared.
+    """The ring of pixels around each nucleus, with which its colour is compared."""
 
-    Attributes
-    ----------
-    labels
-        Which pixels belong to the ring of which nucleus; 0: of none.
-    gap, width
-        Pixels between nucleus and ring, and pixels across the ring.
-
-    """
-
+    #: Which pixels belong to the ring of which nucleus; 0: of none.
     labels: Labels
+    #: Pixels between nucleus and ring, and pixels across the ring.
     gap: int
     width: int
 
@@ -117,30 +110,19 @@ _HELD = 1 << 22
 
 @dataclass(frozen=True)
 class Contrast:
-    """ΔE2000 between nuclei and rings in one mode, at h hours, of n nuclei.
+    """ΔE2000 between nuclei and rings in one mode, at h hours, of n nuclei."""
 
-    Attributes
-    ----------
-    unaged
-        On the un-aged display, shape (n,).
-    aged
-        On the aged one, shape (h, n).
-    percentiles
-        Of ``aged`` over nuclei, at ``PERCENT``, shape (h, 5).
-    change
-        Of the median, aged over un-aged − 1, shape (h,); NaN where the un-aged median is 0.
-    lost
-        Share of nuclei that lose more than was asked for, shape (h,).
-    intervals
-        Low and high ends, 95 %, of median, change and lost, shape (h, 3, 2); None for fewer than ``FEWEST`` nuclei.
-
-    """
-
+    #: On the un-aged display, shape (n,).
     unaged: Array
+    #: On the aged one, shape (h, n).
     aged: Array
+    #: Of ``aged`` over nuclei, at ``PERCENT``, shape (h, 5).
     percentiles: Array
+    #: Of the median, aged over un-aged − 1, shape (h,); NaN where the un-aged median is 0.
     change: Array
+    #: Share of nuclei that lose more than was asked for, shape (h,).
     lost: Array
+    #: Low and high ends, 95 %, of median, change and lost, shape (h, 3, 2); None for fewer than ``FEWEST`` nuclei.
     intervals: Array | None
 
     @property

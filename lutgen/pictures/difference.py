@@ -113,26 +113,17 @@ _BINS = 4096
 
 @dataclass(frozen=True)
 class DifferenceCurve:
-    """ΔE2000 of an image in one mode, at increasing hours from 0; every array has shape (h,).
+    """ΔE2000 of an image in one mode, at increasing hours from 0; every array has shape (h,)."""
 
-    Attributes
-    ----------
-    hours
-        Operating hours.
-    mean, sd
-        Over all pixels.
-    p95, p99
-        The smallest ΔE2000 that at least 95 %, and 99 %, of the pixels do not exceed.
-    largest
-        Of all pixels.
-
-    """
-
+    #: Operating hours.
     hours: Array
+    #: Over all pixels.
     mean: Array
     sd: Array
+    #: The smallest ΔE2000 that at least 95 %, and 99 %, of the pixels do not exceed.
     p95: Array
     p99: Array
+    #: Of all pixels.
     largest: Array
 
     @property

@@ -49,44 +49,31 @@ Singles = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class DifferenceMap:
-    """ΔE2000 of an image's pixels in one mode at one hour.
+    """ΔE2000 of an image's pixels in one mode at one hour."""
 
-    Attributes
-    ----------
-    file, mode, hours
-        What was looked at.
-    model
-        The display.
-    pixels, colours
-        How many pixels count (not those of alpha 0), and of how many distinct colours.
-    binning_error
-        The most that a statistic is off because colours were counted in bins, as in ``lifetime``; 0: exact. The maps
-        themselves are exact.
-    mean, sd, p95, p99, largest
-        As in ``DifferenceCurve``.
-    shown
-        The map for people, (h, w): means over ``factor`` × ``factor`` pixels; NaN where there is nothing to see.
-    factor
-        1 for images of up to ``LONGEST`` pixels a side.
-    values, counts
-        ΔE2000 of the distinct colours, and pixels of each: (n,) both.
-
-    """
-
+    #: What was looked at.
     file: str
     mode: str
     hours: float
+    #: The display.
     model: DisplayModel
+    #: How many pixels count (not those of alpha 0), and of how many distinct colours.
     pixels: int
     colours: int
+    #: The most that a statistic is off because colours were counted in bins, as in ``lifetime``; 0: exact. The maps
+    #: themselves are exact.
     binning_error: float
+    #: As in ``DifferenceCurve``.
     mean: float
     sd: float
     p95: float
     p99: float
     largest: float
+    #: The map for people, (h, w): means over ``factor`` × ``factor`` pixels; NaN where there is nothing to see.
     shown: Array
+    #: 1 for images of up to ``LONGEST`` pixels a side.
     factor: int
+    #: ΔE2000 of the distinct colours, and pixels of each: (n,) both.
     values: Array = field(repr=False)
     counts: Counts = field(repr=False)
 

@@ -52,27 +52,17 @@ Counts = NDArray[Any]
 
 @dataclass(frozen=True)
 class Colours:
-    """The distinct colours of an image, and how often each occurs.
+    """The distinct colours of an image, and how often each occurs."""
 
-    Attributes
-    ----------
-    keys
-        One number a colour, increasing, shape (n,).
-    counts
-        Pixels of each colour, shape (n,).
-    decode
-        Keys (m,) → code values (m, 3) in 0..1.
-    bits
-        Bits a channel that colours are told apart by.
-    half_bin
-        How far a pixel's code values may lie from those of its colour; 0 where they are counted exactly.
-
-    """
-
+    #: One number a colour, increasing, shape (n,).
     keys: Keys
+    #: Pixels of each colour, shape (n,).
     counts: Counts
+    #: Keys (m,) → code values (m, 3) in 0..1.
     decode: Callable[[Keys], Array]
+    #: Bits a channel that colours are told apart by.
     bits: int
+    #: How far a pixel's code values may lie from those of its colour; 0 where they are counted exactly.
     half_bin: float = 0.0
 
     def __len__(self) -> int:
@@ -273,18 +263,11 @@ CONTRAST = 8.0
 
 @dataclass(frozen=True)
 class Tissue:
-    """What was left out of an image as bare glass.
+    """What was left out of an image as bare glass."""
 
-    Attributes
-    ----------
-    threshold
-        L* above which pixels are glass; None where no glass was found and nothing was left out.
-    left_out_share
-        Share of pixels left out.
-
-    """
-
+    #: L* above which pixels are glass; None where no glass was found and nothing was left out.
     threshold: float | None
+    #: Share of pixels left out.
     left_out_share: float
 
 

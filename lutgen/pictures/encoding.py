@@ -37,21 +37,13 @@ class NotFiniteError(ValueError):
 
 @dataclass(frozen=True)
 class Storage:
-    """How a file stores pixels.
+    """How a file stores pixels."""
 
-    Attributes
-    ----------
-    dtype
-        ``uint8``, ``uint16``, ``float16`` or ``float32``.
-    encoding
-        ``SIGNAL`` or ``LINEAR``.
-    alpha, associated
-        Whether there is a fourth channel, and whether colours are multiplied by it.
-
-    """
-
+    #: ``uint8``, ``uint16``, ``float16`` or ``float32``.
     dtype: np.dtype[Any]
+    #: ``SIGNAL`` or ``LINEAR``.
     encoding: str
+    #: Whether there is a fourth channel, and whether colours are multiplied by it.
     alpha: bool = False
     associated: bool = False
 

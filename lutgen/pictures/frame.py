@@ -124,24 +124,15 @@ def _cut(values: Array, edges: Array, axis: int) -> Array:
 
 @dataclass(frozen=True)
 class Frame:
-    """A picture of 8 bits, by its distinct colours.
+    """A picture of 8 bits, by its distinct colours."""
 
-    Attributes
-    ----------
-    colours
-        Distinct colours, code values 0..255, shape (n, 3).
-    places
-        Index of each pixel's colour, shape (h, w).
-    visible
-        Pixels that show something: those of alpha 0 do not; (h, w).
-    source_width, source_height
-        Of the image that it was shrunk from, turned as a viewer turns it.
-
-    """
-
+    #: Distinct colours, code values 0..255, shape (n, 3).
     colours: Pixels
+    #: Index of each pixel's colour, shape (h, w).
     places: NDArray[np.intp]
+    #: Pixels that show something: those of alpha 0 do not; (h, w).
     visible: NDArray[np.bool_]
+    #: Of the image that it was shrunk from, turned as a viewer turns it.
     source_width: int
     source_height: int
 
@@ -232,32 +223,21 @@ LONGEST = 1000
 
 @dataclass(frozen=True)
 class AgedSeries:
-    """One image at several ages.
+    """One image at several ages."""
 
-    Attributes
-    ----------
-    file
-        Its path.
-    model
-        The display.
-    source
-        The image as it is sent to the display, uint8 of shape (h, w, 3): its code values, or means over ``factor`` ×
-        ``factor`` pixels.
-    factor
-        1 for images that are no larger than was asked for.
-    pixels, colours
-        How many pixels count for ΔE2000, and of how many distinct colours.
-    curves
-        Mode → ΔE2000 at hour 0 and the hours asked for.
-
-    """
-
+    #: Its path.
     file: str
+    #: The display.
     model: DisplayModel
+    #: The image as it is sent to the display, uint8 of shape (h, w, 3): its code values, or means over ``factor`` ×
+    #: ``factor`` pixels.
     source: Pixels
+    #: 1 for images that are no larger than was asked for.
     factor: int
+    #: How many pixels count for ΔE2000, and of how many distinct colours.
     pixels: int
     colours: int
+    #: Mode → ΔE2000 at hour 0 and the hours asked for.
     curves: dict[str, DifferenceCurve]
 
     @property

@@ -55,28 +55,18 @@ Labels = NDArray[np.int32]
 
 @dataclass(frozen=True)
 class Nuclei:
-    """The nuclei of a field of view: which pixels belong to which.
+    """The nuclei of a field of view: which pixels belong to which."""
 
-    Attributes
-    ----------
-    labels
-        Which pixels belong to which.
-    count
-        How many there are.
-    width
-        Width of a typical one in pixels.
-    small, large
-        How many were left out because they are smaller, or larger, than a nucleus.
-    found
-        How they were found: a clause for reports.
-
-    """
-
+    #: Which pixels belong to which.
     labels: Labels
+    #: How many there are.
     count: int
+    #: Width of a typical one in pixels.
     width: float
+    #: How many were left out because they are smaller, or larger, than a nucleus.
     small: int
     large: int
+    #: How they were found: a clause for reports.
     found: str
 
 

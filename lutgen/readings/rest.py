@@ -28,18 +28,11 @@ TIP_DRIVES = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 
 
 @dataclass(frozen=True)
 class Rest:
-    """Rest of each reading's session.
+    """Rest of each reading's session."""
 
-    Attributes
-    ----------
-    values
-        Column → its value at rest, (n,); NaN where nobody logged it.
-    away
-        Cell of a condition ("ambient", "cold", …) → which readings that condition takes away from rest, (n,).
-
-    """
-
+    #: Column → its value at rest, (n,); NaN where nobody logged it.
     values: Mapping[str, Array]
+    #: Cell of a condition ("ambient", "cold", …) → which readings that condition takes away from rest, (n,).
     away: Mapping[str, NDArray[np.bool_]]
 
     def reached(self, count: int) -> NDArray[np.bool_]:

@@ -57,24 +57,15 @@ CAPTIONS = {
 
 @dataclass(frozen=True)
 class Evidence:
-    """Readings compared with the model.
+    """Readings compared with the model."""
 
-    Attributes
-    ----------
-    refinement
-        The result of ``lutgen refine --auto``, with its diagnosis.
-    effects
-        All effects by name.
-    again
-        The readings and options, as arguments of a next command.
-    model
-        File of the display in the pictures, if it is not that of these readings; "" otherwise.
-
-    """
-
+    #: The result of ``lutgen refine --auto``, with its diagnosis.
     refinement: Refinement
+    #: All effects by name.
     effects: Mapping[str, Effect]
+    #: The readings and options, as arguments of a next command.
     again: str
+    #: File of the display in the pictures, if it is not that of these readings; "" otherwise.
     model: str = ""
 
     @property
@@ -215,21 +206,13 @@ _NOT_MEASURED = ("RECONSTRUCTED", "SIMULATED")
 
 @dataclass(frozen=True)
 class BuildFolder:
-    """A folder of LUTs that ``lutgen build`` has made.
+    """A folder of LUTs that ``lutgen build`` has made."""
 
-    Attributes
-    ----------
-    folder
-        As the user named it.
-    manifest
-        Its files with their certificates, from the time of the build.
-    sha256
-        Of the manifest.
-
-    """
-
+    #: As the user named it.
     folder: str
+    #: Its files with their certificates, from the time of the build.
     manifest: Manifest
+    #: Of the manifest.
     sha256: str
 
 
@@ -322,24 +305,15 @@ def _choices(model: DisplayModel) -> Iterator[tuple[str, str]]:
 
 @dataclass(frozen=True)
 class Run:
-    """The results that a report shows.
+    """The results that a report shows."""
 
-    Attributes
-    ----------
-    lifetimes
-        Lifetimes of one image.
-    scenes
-        The image on the aged displays, hour by hour.
-    built
-        A folder of LUTs, or None.
-    evidence
-        Readings compared with the model, or None.
-
-    """
-
+    #: Lifetimes of one image.
     lifetimes: Lifetimes
+    #: The image on the aged displays, hour by hour.
     scenes: Scenes
+    #: A folder of LUTs, or None.
     built: BuildFolder | None = None
+    #: Readings compared with the model, or None.
     evidence: Evidence | None = None
 
 

@@ -103,36 +103,23 @@ class Blending:
 
 @dataclass(frozen=True)
 class Scenes:
-    """What the page shows of one image: mode by mode and hour by hour.
+    """What the page shows of one image: mode by mode and hour by hour."""
 
-    Attributes
-    ----------
-    frame
-        The picture.
-    unaged
-        Data address of what the un-aged display shows.
-    source
-        Data address of the picture itself, which tables are applied to.
-    hours
-        Increasing from 0.
-    modes
-        Mode → one scene for each hour.
-    stills
-        Mode → its last hour.
-    reach
-        ΔE2000 at the end of the colours of all maps; larger values have the last colour.
-    blending
-        How far the slider's pictures are from the model.
-
-    """
-
+    #: The picture.
     frame: Frame
+    #: Data address of what the un-aged display shows.
     unaged: str
+    #: Data address of the picture itself, which tables are applied to.
     source: str
+    #: Increasing from 0.
     hours: tuple[float, ...]
+    #: Mode → one scene for each hour.
     modes: dict[str, tuple[PageScene, ...]]
+    #: Mode → its last hour.
     stills: dict[str, Still]
+    #: ΔE2000 at the end of the colours of all maps; larger values have the last colour.
     reach: float
+    #: How far the slider's pictures are from the model.
     blending: Blending
 
 

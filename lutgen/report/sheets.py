@@ -49,26 +49,17 @@ PLACES = {"centre": (1, 1), "top": (1, 0), "right": (2, 1), "bottom": (1, 2), "l
 
 @dataclass(frozen=True)
 class Layout:
-    """Where everything is on a sheet of pictures of ``height`` × ``width`` pixels; as given, that of a contact sheet.
-
-    Attributes
-    ----------
-    columns
-        Pictures beside one another.
-    narrowest
-        Least width of a column in pixels, so that the captions of small pictures do not meet.
-    smallest
-        Least height of the text in pixels; it grows with the pictures, because people look at a sheet as a whole.
-    gap_lines
-        Grey between columns, and around the sheet, in heights of the text.
-
-    """
+    """Where everything is on a sheet of pictures of ``height`` × ``width`` pixels; by default a contact sheet."""
 
     height: int
     width: int
+    #: Pictures beside one another.
     columns: int = 3
+    #: Least width of a column in pixels, so that the captions of small pictures do not meet.
     narrowest: int = 400
+    #: Least height of the text in pixels; it grows with the pictures, because people look at a sheet as a whole.
     smallest: int = 13
+    #: Grey between columns, and around the sheet, in heights of the text.
     gap_lines: int = 2
 
     @property

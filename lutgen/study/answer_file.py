@@ -44,28 +44,18 @@ class NotSavedError(LutgenError):
 
 @dataclass(frozen=True)
 class AnswerRow:
-    """A row of a reader's file.
+    """A row of a reader's file."""
 
-    Attributes
-    ----------
-    row
-        Its number, from 1 without gaps.
-    at
-        When it was written: UTC by the computer's clock, ISO 8601. No time to score is taken from it.
-    session
-        The session that it belongs to; 0 for the first row.
-    kind, content
-        What happened.
-    hash
-        SHA-256 of the row before's hash (the protocol's, for the first) and of all of the above.
-
-    """
-
+    #: Its number, from 1 without gaps.
     row: int
+    #: When it was written: UTC by the computer's clock, ISO 8601. No time to score is taken from it.
     at: str
+    #: The session that it belongs to; 0 for the first row.
     session: int
+    #: What happened.
     kind: str
     content: Mapping[str, Any]
+    #: SHA-256 of the row before's hash (the protocol's, for the first) and of all of the above.
     hash: str
 
 

@@ -233,30 +233,20 @@ STARTED, RESUMED, OVERRIDDEN = "started", "resumed", "overridden"
 
 @dataclass(frozen=True)
 class SessionProgress:
-    """How far one session of a reader is.
+    """How far one session of a reader is."""
 
-    Attributes
-    ----------
-    session
-        Its number, from 1.
-    images, read, practised
-        How many images it has, how many of them were read, how many were practised on before.
-    started, ended
-        When, by the computer's clock; None: not yet.
-    resumed
-        How often it went on after the program had ended.
-    overrides
-        Reasons given for beginning against the protocol or the clock.
-
-    """
-
+    #: Its number, from 1.
     session: int
+    #: How many images it has, how many of them were read, how many were practised on before.
     images: int
     read: int
     practised: int
+    #: When, by the computer's clock; None: not yet.
     started: datetime | None
     ended: datetime | None
+    #: How often it went on after the program had ended.
     resumed: int
+    #: Reasons given for beginning against the protocol or the clock.
     overrides: tuple[str, ...]
 
     @property
@@ -296,24 +286,15 @@ def may_begin(entries: Sequence[AnswerRow], session: int, washout_days: float) -
 
 @dataclass(frozen=True)
 class ReaderStatus:
-    """A reader's place in the study, and how far its sessions are.
+    """A reader's place in the study, and how far its sessions are."""
 
-    Attributes
-    ----------
-    place
-        Its number, from 1.
-    reader
-        Who took it; None: nobody yet.
-    sessions
-        How far each is.
-    may_begin
-        When each may begin, after the washout; None: it need not wait, has begun, or the one before is not complete.
-
-    """
-
+    #: Its number, from 1.
     place: int
+    #: Who took it; None: nobody yet.
     reader: str | None
+    #: How far each is.
     sessions: tuple[SessionProgress, ...]
+    #: When each may begin, after the washout; None: it need not wait, has begun, or the one before is not complete.
     may_begin: tuple[datetime | None, ...]
 
 

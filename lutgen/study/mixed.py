@@ -54,31 +54,20 @@ class ConditionEffect:
 
 @dataclass(frozen=True)
 class MixedModel:
-    """A mixed model that was fitted, or the reason why it was not.
+    """A mixed model that was fitted, or the reason why it was not."""
 
-    Attributes
-    ----------
-    measure, effect
-        A key and its value of ``EFFECTS``.
-    against
-        The condition with which the others are compared.
-    n
-        Answers, or pairs of readings.
-    effects
-        Of each other condition; none where the model could not be fitted.
-    sd
-        Standard deviations of readers, images and what is left, where they are in the model; of log seconds or ease.
-    notes
-        What was left out, and what went wrong.
-
-    """
-
+    #: A key and its value of ``EFFECTS``.
     measure: str
     effect: str
+    #: The condition with which the others are compared.
     against: str
+    #: Answers, or pairs of readings.
     n: int
+    #: Of each other condition; none where the model could not be fitted.
     effects: tuple[ConditionEffect, ...]
+    #: Standard deviations of readers, images and what is left, where they are in the model; of log seconds or ease.
     sd: Mapping[str, float] = field(default_factory=dict)
+    #: What was left out, and what went wrong.
     notes: tuple[str, ...] = ()
 
 

@@ -43,29 +43,19 @@ SUFFIXES = tuple(suffix for kind in FORMATS if kind.name in KINDS for suffix in 
 
 @dataclass(frozen=True)
 class Picture:
-    """One image given for a study.
+    """One image given for a study."""
 
-    Attributes
-    ----------
-    name
-        In the study: the file's name without its suffix where that is enough to tell it from the others.
-    path
-        As it was given, or found in a folder.
-    sha256, pixels_sha256
-        Hashes of the file, and of what is shown of it: size and 8-bit pixels.
-    width, height
-        In pixels.
-    rounded
-        Whether it has 16 bits a channel, of which 8 are shown.
-
-    """
-
+    #: In the study: the file's name without its suffix where that is enough to tell it from the others.
     name: str
+    #: As it was given, or found in a folder.
     path: Path
+    #: Hashes of the file, and of what is shown of it: size and 8-bit pixels.
     sha256: str
     pixels_sha256: str
+    #: In pixels.
     width: int
     height: int
+    #: Whether it has 16 bits a channel, of which 8 are shown.
     rounded: bool
 
     @property
@@ -193,22 +183,14 @@ _WRITTEN = 315_532_800
 
 @dataclass(frozen=True)
 class BakedLut:
-    """The baked LUT of a condition.
+    """The baked LUT of a condition."""
 
-    Attributes
-    ----------
-    path
-        The file.
-    sha256
-        Of the file.
-    worst, smooth
-        The certificate's largest ΔE2000 to the model: over all colours, and over those that neither a jump of the model
-        nor the gamut's edge is mixed into.
-
-    """
-
+    #: The file.
     path: Path
+    #: Of the file.
     sha256: str
+    #: The certificate's largest ΔE2000 to the model: over all colours, and over those that neither a jump of the model
+    #: nor the gamut's edge is mixed into.
     worst: float
     smooth: float
 

@@ -49,53 +49,34 @@ SHOWN = "shown"
 
 @dataclass(frozen=True)
 class Task:
-    """An image to be read.
+    """An image to be read."""
 
-    Attributes
-    ----------
-    number, of
-        Its number among the images to practise on or among those of the session, from 1, and how many these are.
-    practice
-        Whether it is to practise on.
-    file, sha256
-        Path in the study's folder, and the hash that it had when the study was planned.
-
-    """
-
+    #: Its number among the images to practise on or among those of the session, from 1, and how many these are.
     number: int
     of: int
+    #: Whether it is to practise on.
     practice: bool
+    #: Path in the study's folder, and the hash that it had when the study was planned.
     file: str
     sha256: str
 
 
 @dataclass(frozen=True)
 class Decision:
-    """What a reader said of an image, and the times that the page measured.
+    """What a reader said of an image, and the times that the page measured."""
 
-    Attributes
-    ----------
-    category
-        Name of the protocol's category.
-    ease
-        Ease of reading.
-    seconds
-        From the first paint of the last showing to the choice of the category that was confirmed, pauses left out.
-    first_choice_seconds
-        The same, to the first choice: less where the reader changed it.
-    pauses, paused_seconds
-        How often and how long the image was hidden, up to the confirmation.
-    paint
-        How the page knew of the first paint: element-timing (the browser's own record) or animation-frame.
-
-    """
-
+    #: Name of the protocol's category.
     category: str
+    #: Ease of reading.
     ease: int
+    #: From the first paint of the last showing to the choice of the category that was confirmed, pauses left out.
     seconds: float
+    #: The same, to the first choice: less where the reader changed it.
     first_choice_seconds: float
+    #: How often and how long the image was hidden, up to the confirmation.
     pauses: int
     paused_seconds: float
+    #: How the page knew of the first paint: element-timing (the browser's own record) or animation-frame.
     paint: str
 
 

@@ -42,26 +42,17 @@ MEASURES = {"time": "time to score, s", "ease": "ease of reading"}
 
 @dataclass(frozen=True)
 class StudySample:
-    """One measure under one condition.
+    """One measure under one condition."""
 
-    Attributes
-    ----------
-    measure
-        A key of ``MEASURES``.
-    condition
-        How images were shown.
-    n, mean, sd
-        Answers, their mean, and their standard deviation with n − 1; NaN where n does not allow it.
-    values
-        The answers themselves; empty where only figures are known.
-
-    """
-
+    #: A key of ``MEASURES``.
     measure: str
+    #: How images were shown.
     condition: str
+    #: Answers, their mean, and their standard deviation with n − 1; NaN where n does not allow it.
     n: int
     mean: float
     sd: float
+    #: The answers themselves; empty where only figures are known.
     values: tuple[float, ...] = ()
 
 

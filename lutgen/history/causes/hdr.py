@@ -30,23 +30,15 @@ def _proof(pair: SessionPair) -> str:
     )
 
 
-def _bends(pair: SessionPair) -> bool:
-    return pair.strongly_bent and not pair.recalibrated
-
-
-def _possible(pair: SessionPair) -> bool:
-    return bool({"sum", "contrast"} & pair.moved)
-
-
 CAUSE = Cause(
     name="hdr",
     meaning="HDR or dynamic contrast was on in one of the two",
     test="switch HDR and dynamic contrast off in system and display, and read the same chart again",
     display="cannot tell",
     moves=frozenset({"blue", "colour", "curve", "sum", "contrast"}),
-    possible=_possible,
+    possible=lambda pair: bool({"sum", "contrast"} & pair.moved),
     proof=_proof,
     rank=4,
     alone=False,
-    bends=_bends,
+    bends=lambda pair: pair.strongly_bent and not pair.recalibrated,
 )

@@ -24,21 +24,13 @@ Rule = Callable[[Any], Iterator[Finding]]
 
 @dataclass(frozen=True)
 class FileKind:
-    """A kind of file.
+    """A kind of file."""
 
-    Attributes
-    ----------
-    suffixes
-        What its files end in, in small letters.
-    lint
-        Lints a file; with True it also asks the readers that are installed.
-    rules
-        All its rules.
-
-    """
-
+    #: What its files end in, in small letters.
     suffixes: tuple[str, ...]
+    #: Lints a file; with True it also asks the readers that are installed.
     lint: Callable[[Path, bool], Linted]
+    #: All its rules.
     rules: tuple[Rule, ...]
 
 

@@ -39,23 +39,15 @@ _LARGE = {"loads", "cube-size"}
 
 @dataclass(frozen=True)
 class ArchiveScan:
-    """What a scan of an archive finds.
-
-    Attributes
-    ----------
-    broken
-        Why it cannot be unpacked; empty where it can.
-    names
-        Names of its files, from its directory.
-    unsafe
-        Files that are not unpacked, each with the reason: names that lead out of the folder, links, encrypted files.
-
-    """
+    """What a scan of an archive finds."""
 
     path: Path
     bytes: int
+    #: Why it cannot be unpacked; empty where it can.
     broken: str
+    #: Names of its files, from its directory.
     names: tuple[str, ...]
+    #: Files that are not unpacked, each with the reason: names that lead out of the folder, links, encrypted files.
     unsafe: tuple[tuple[str, str], ...]
 
 

@@ -54,32 +54,21 @@ MAX_BYTES = 64 << 20
 
 @dataclass(frozen=True)
 class ConfigScan:
-    """What a scan of a config finds.
-
-    Attributes
-    ----------
-    version
-        The profile version, (0, 0) where it states none.
-    config
-        OpenColorIO's object, None where it does not load or a name is not UTF-8.
-    decodes
-        Whether its names and texts are UTF-8.
-    refusal
-        Why the installed OpenColorIO does not load or validate it; empty where it does.
-    warnings
-        What OpenColorIO logs while loading it.
-    broken
-        Part → why it cannot be instantiated.
-
-    """
+    """What a scan of a config finds."""
 
     path: Path
     text: str
+    #: The profile version, (0, 0) where it states none.
     version: tuple[int, int]
+    #: OpenColorIO's object, None where it does not load or a name is not UTF-8.
     config: Any
+    #: Whether its names and texts are UTF-8.
     decodes: bool
+    #: Why the installed OpenColorIO does not load or validate it; empty where it does.
     refusal: str
+    #: What OpenColorIO logs while loading it.
     warnings: tuple[str, ...]
+    #: Part → why it cannot be instantiated.
     broken: tuple[tuple[str, str], ...]
 
     def line_of(self, words: str) -> int:

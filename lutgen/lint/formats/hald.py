@@ -46,32 +46,22 @@ COLOURS = {2: "RGB", 6: "RGB and alpha"}
 
 @dataclass(frozen=True)
 class HaldScan:
-    """What a scan of a PNG finds.
-
-    Attributes
-    ----------
-    width, height, depth, colour
-        As its header has them, 0 without a header; ``colour`` is PNG's colour type.
-    chunks
-        Names of its chunks that state a colour space or gamma: gAMA, cHRM, iCCP, sRGB, cICP.
-    whole
-        Whether it is a PNG that ends in its last chunk.
-    tiles
-        Whether its pixels lie as OBS Studio reads them, in tiles of 64 × 64.
-    missing
-        Bytes of pixels that the header asks for and the data lack; 0 where none lack or pixels were not read.
-
-    """
+    """What a scan of a PNG finds."""
 
     path: Path
     bytes: int
+    #: As its header has them, 0 without a header; ``colour`` is PNG's colour type.
     width: int
     height: int
     depth: int
     colour: int
+    #: Names of its chunks that state a colour space or gamma: gAMA, cHRM, iCCP, sRGB, cICP.
     chunks: tuple[str, ...]
+    #: Whether it is a PNG that ends in its last chunk.
     whole: bool
+    #: Bytes of pixels that the header asks for and the data lack; 0 where none lack or pixels were not read.
     missing: int
+    #: Whether its pixels lie as OBS Studio reads them, in tiles of 64 × 64.
     tiles: bool
 
     @property

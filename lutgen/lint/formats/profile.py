@@ -71,33 +71,22 @@ class TableHead(NamedTuple):
 
 @dataclass(frozen=True)
 class ProfileScan:
-    """What a scan of a profile finds.
-
-    Attributes
-    ----------
-    length, head
-        Size of the file in bytes, and its first 128 bytes.
-    count, tags
-        Number of tags that the tag table claims, and the tags that are read, ``MOST_TAGS`` at most.
-    tables
-        Heads of the tables of types mft1, mft2 and mAB that lie in the file.
-    identifier
-        Whether the MD5 in the header is that of the profile; None where the header has none.
-    white
-        Code values on an sRGB screen that LittleCMS computes for code 1, 1, 1 in floating point; None where it fails.
-    unasked
-        Why LittleCMS could not be used; empty where it was.
-
-    """
+    """What a scan of a profile finds."""
 
     path: Path
+    #: Size of the file in bytes, and its first 128 bytes.
     length: int
     head: bytes
+    #: Number of tags that the tag table claims, and the tags that are read, ``MOST_TAGS`` at most.
     count: int
     tags: tuple[Tag, ...]
+    #: Heads of the tables of types mft1, mft2 and mAB that lie in the file.
     tables: tuple[TableHead, ...]
+    #: Whether the MD5 in the header is that of the profile; None where the header has none.
     identifier: bool | None
+    #: Code values on an sRGB screen that LittleCMS computes for code 1, 1, 1 in floating point; None where it fails.
     white: Array | None
+    #: Why LittleCMS could not be used; empty where it was.
     unasked: str = ""
 
     @property

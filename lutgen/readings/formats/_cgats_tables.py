@@ -32,27 +32,17 @@ _FIELDS, _SETS = "NUMBER_OF_FIELDS", "NUMBER_OF_SETS"
 
 @dataclass(frozen=True)
 class CgatsTable:
-    """One table.
+    """One table."""
 
-    Attributes
-    ----------
-    kind
-        Its identifier, such as CTI3, CAL or CGATS.17; "" where it has none.
-    line
-        Where it begins.
-    keywords
-        Keyword → value; free text by the name of its block.
-    fields
-        Names of the columns, in capitals.
-    rows, lines
-        Cells of each row, all as long as ``fields``, and the line that each begins on.
-
-    """
-
+    #: Its identifier, such as CTI3, CAL or CGATS.17; "" where it has none.
     kind: str
+    #: Where it begins.
     line: int
+    #: Keyword → value; free text by the name of its block.
     keywords: Mapping[str, str]
+    #: Names of the columns, in capitals.
     fields: tuple[str, ...]
+    #: Cells of each row, all as long as ``fields``, and the line that each begins on.
     rows: tuple[tuple[str, ...], ...]
     lines: tuple[int, ...]
 

@@ -91,29 +91,19 @@ def read(source: FileText) -> CsvTable:
 
 @dataclass(frozen=True)
 class CsvTable:
-    """A table whose header and number of fields are checked; its values are read on demand.
+    """A table whose header and number of fields are checked; its values are read on demand."""
 
-    Attributes
-    ----------
-    source
-        The file.
-    metadata
-        The ``# key: value`` lines.
-    header, columns
-        Names of the columns as written, and without their units.
-    cells, lines
-        Fields of each reading, and its line in the file.
-    remarks
-        Sentences on columns that are ignored.
-
-    """
-
+    #: The file.
     source: FileText
+    #: The ``# key: value`` lines.
     metadata: Mapping[str, str]
+    #: Names of the columns as written, and without their units.
     header: tuple[str, ...]
     columns: tuple[str, ...]
+    #: Fields of each reading, and its line in the file.
     cells: list[list[str]]
     lines: list[int]
+    #: Sentences on columns that are ignored.
     remarks: tuple[str, ...]
 
     def measurements(self) -> Measurements:
