@@ -12,14 +12,14 @@ from importlib import import_module
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any
 
-from lutgen.lint.finding import Finding, Linted
+from lutgen.lint.finding import Linted, LintFinding
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
 #: Reads a scan and yields what it finds. Its name, with hyphens, is printed with each finding.
-Rule = Callable[[Any], Iterator[Finding]]
+Rule = Callable[[Any], Iterator[LintFinding]]
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ def rule_names() -> list[str]:
     return sorted({_name(rule) for form in formats() for rule in form.rules})
 
 
-def findings(rules: Iterable[Rule], scan: object) -> Iterator[Finding]:
+def findings(rules: Iterable[Rule], scan: object) -> Iterator[LintFinding]:
     """Yield what rules find in a scan, in the order of the rules' names."""
     for rule in sorted(rules, key=_name):
         for finding in rule(scan):
