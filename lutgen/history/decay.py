@@ -116,17 +116,10 @@ class _Posterior:
 
 
 def decay_of(time: Array, figures: Array, errors: Array, ahead: Array, *, draws: int, seed: list[int]) -> Decay:
-    """Weigh all laws on a history and draw its future.
+    """Weigh all laws on a history and draw its future, ``draws`` times, at the times ``ahead``, (m,).
 
-    Parameters
-    ----------
-    time, figures, errors
-        Of each session: time as a multiple of the span, the figure, and what it repeats to, 1 σ, (n,) each.
-    ahead
-        Times at which the future is drawn, (m,).
-    draws, seed
-        Number of draws, and the seed of the generator.
-
+    ``time``, ``figures`` and ``errors`` of each session, (n,): time as a multiple of the span, the figure, and the
+    figure's repeatability, 1 σ.
     """
     level = float(np.abs(figures).max()) or 1.0
     posteriors = [_posterior(law, time, figures / level, errors / level) for law in LAWS]

@@ -258,21 +258,10 @@ def code_of(keys: NDArray[np.uint64]) -> Array:
 
 
 def read_field(file: str | Path, source: str = "auto") -> Field:
-    """Read a field of view, whole.
+    """Read a whole field of view: PNG, JPEG, TIFF, EXR of at most ``FIELD_PIXELS`` pixels; ``source`` as for ``apply``.
 
-    Parameters
-    ----------
-    file
-        PNG, JPEG, TIFF or EXR of at most ``FIELD_PIXELS`` pixels.
-    source
-        What the numbers are: ``auto``, ``signal`` or ``linear``, as for ``apply``.
-
-    Raises
-    ------
-    LutgenError
-        A file that cannot be read to its end, a slide, more than ``FIELD_PIXELS`` pixels, a pixel that is NaN or
-        infinite, or nothing but pixels of one colour or of alpha 0.
-
+    Raises LutgenError: a file that cannot be read to its end, a slide, more than ``FIELD_PIXELS`` pixels, a pixel that
+    is NaN or infinite, or nothing but pixels of one colour or of alpha 0.
     """
     path = Path(file)
     if path.suffix.lower() in SUFFIXES:

@@ -235,11 +235,7 @@ _COLUMNS = {"hours": "hours", "mean": "mean", "sd": "sd", "p95": "p95", "p99": "
 def image_from_json(content: Mapping[str, Any], file: str, tolerances: Sequence[float]) -> ImageLifetime:
     """Return the image that ``lifetime --json`` wrote, under the name ``file``.
 
-    Raises
-    ------
-    KeyError, TypeError, ValueError
-        It is none.
-
+    Raises KeyError, TypeError or ValueError where ``content`` is no such image.
     """
     tissue, modes = content["tissue"], content["modes"]
     return ImageLifetime(

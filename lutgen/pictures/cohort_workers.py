@@ -104,17 +104,10 @@ def outcomes(
     slides: Sequence[CohortSlide],
     deadly: str,
 ) -> Outcomes:
-    """Give each slide with its outcome; try those again, each alone, that were in hand when a process died.
+    """Give each slide with its outcome; try again, each alone, the slides that were in hand when a process died.
 
-    Parameters
-    ----------
-    done
-        Does slides: each with its outcome, None where a process died that may have had the slide in hand.
-    slides
-        All slides.
-    deadly
-        The reason for a slide under which a process dies when the slide is tried alone.
-
+    ``done`` works on slides and gives each with its outcome, None where a process died that may have had the slide in
+    hand; ``deadly`` is the reason of a slide under which a process dies although the slide is tried alone.
     """
     suspects = []
     for slide, outcome in done(slides):

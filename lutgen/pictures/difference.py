@@ -50,17 +50,8 @@ def differences(
 ) -> Array:
     """ΔE2000 of ``size`` colours on each aged display, against the un-aged one: shape (len(aged), size).
 
-    Parameters
-    ----------
-    code
-        Slice of 0..size → the code values of these colours, (n, 3) in 0..1; called from several threads.
-    size
-        How many colours there are.
-    unaged, aged
-        The displays. What their chains have in common is computed once.
-    progress
-        Called with the colours done and the colours in all.
-
+    ``code``: slice of 0..size → the code values of these colours, (n, 3) in 0..1; it is called from several threads.
+    What the displays' chains have in common is computed once. ``progress`` gets the colours done and all colours.
     """
     result = np.empty((len(aged), size))
 
@@ -151,24 +142,11 @@ def curves_of(
     hours: Sequence[float],
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> dict[str, DifferenceCurve]:
-    """Return the curve of each mode.
+    """Return the curve of each mode, at ``hours`` in increasing order.
 
-    The work is that of one image of ``len(colours)`` pixels; memory does not grow with hours or modes.
-
-    Parameters
-    ----------
-    colours
-        Distinct colours of an image.
-    model, modes, hours
-        The display, and how it is seen; hours in increasing order.
-    progress
-        Called with the differences computed and those in all.
-
-    Raises
-    ------
-    LutgenError
-        Hours outside the measured span or the luminance law's.
-
+    The work is that of one image of ``len(colours)`` pixels; memory does not grow with hours or modes. ``progress``
+    gets the differences computed and all differences. Raises LutgenError for hours outside the measured span or the
+    luminance law's.
     """
     unaged = model.at("stable", 0.0)
     displays = [model.at(mode, hour) for mode in modes for hour in hours]

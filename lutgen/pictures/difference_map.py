@@ -126,29 +126,11 @@ def difference_map(
 ) -> DifferenceMap:
     """Find by how much aging changes each pixel of an image.
 
-    Parameters
-    ----------
-    image
-        PNG, JPEG, TIFF, EXR, RGB or RGBA; slides (.svs, .ndpi, .mrxs) with the extra ``slides``.
-    model
-        The display.
-    mode, hours
-        One of the modes that age, and the operating hours.
-    floats
-        Write the map in numbers here too: .exr, .tif.
-    source
-        What the numbers of the image are: ``auto``, ``signal`` or ``linear``, as for ``apply``.
-    force
-        Replace ``floats`` where it exists.
-    progress
-        Called with the work done and the work in all, in thousandths.
+    ``image``, ``source`` and ``progress`` are those of :func:`lutgen.pictures.frame.aged_series`. The map in numbers is
+    written to ``floats`` too (.exr, .tif), and replaces files there with ``force``.
 
-    Raises
-    ------
-    LutgenError
-        An image that cannot be read, a mode that does not age, an unknown source, an hour outside the measured span or
-        the luminance law's, or a file that cannot be written; nothing is written then.
-
+    Raises LutgenError: an image that cannot be read, a mode that does not age, an unknown source, an hour outside the
+    measured span or the luminance law's, or a file that cannot be written; nothing is written then.
     """
     path = Path(image)
     if mode not in AGING_MODES:

@@ -81,22 +81,12 @@ class Colours:
 def count_colours(
     path: Path, source: str = "auto", progress: Callable[[int, int], None] = lambda _done, _total: None
 ) -> Colours:
-    """Count the distinct colours of an image or a slide, reading it once.
+    """Count the distinct colours of an image or a slide (:data:`lutgen.pictures.blocks.SUFFIXES`), reading it once.
 
-    Parameters
-    ----------
-    path
-        PNG, JPEG, TIFF, EXR, or a slide (:data:`lutgen.pictures.blocks.SUFFIXES`).
-    source
-        What the numbers are: ``auto``, ``signal`` or ``linear``, as for ``apply``.
-    progress
-        Called with the blocks read and the blocks in all.
+    ``source`` says what the numbers are, as for ``apply``; ``progress`` gets the blocks read and all blocks.
 
-    Raises
-    ------
-    LutgenError
-        A file that cannot be read to its end, a pixel that is NaN or infinite, or nothing but pixels of alpha 0.
-
+    Raises LutgenError: a file that cannot be read to its end, a pixel that is NaN or infinite, or nothing but pixels of
+    alpha 0.
     """
     with open_blocks(path, source) as blocks:
         storage = blocks.storage

@@ -276,8 +276,6 @@ def aged_series(
     ----------
     image
         PNG, JPEG, TIFF, EXR, RGB or RGBA; slides (.svs, .ndpi, .mrxs) with the extra ``slides``.
-    model
-        The display.
     modes, hours
         Modes that age, and operating hours; hour 0 is added.
     longest
@@ -285,7 +283,7 @@ def aged_series(
     source
         What the numbers of the image are: ``auto``, ``signal`` or ``linear``, as for ``apply``.
     progress
-        Called with the work done and the work in all, in thousandths.
+        Called with the work done and all work, in thousandths.
 
     Raises
     ------

@@ -71,22 +71,11 @@ class Nuclei:
 
 
 def segment(field: Field, *, stain: str = "auto", min_area: int | None = None) -> Nuclei:
-    """Find the nuclei of a field.
+    """Find the nuclei of a field of stained tissue in bright field.
 
-    Parameters
-    ----------
-    field
-        Stained tissue in bright field.
-    stain
-        ``he``, ``hdab``, or ``auto``: by whether there is brown.
-    min_area
-        Pixels of the smallest nucleus; None: ``SMALLEST`` of a typical one's squared width.
-
-    Raises
-    ------
-    LutgenError
-        An unknown stain, no nuclei, or scikit-image is not installed.
-
+    ``stain`` is ``he``, ``hdab``, or ``auto``: by whether there is brown. ``min_area``: pixels of the smallest nucleus;
+    None: ``SMALLEST`` of a typical one's squared width. Raises LutgenError: an unknown stain, no nuclei, or
+    scikit-image is not installed.
     """
     from scipy import ndimage
 
@@ -250,23 +239,13 @@ _LARGEST = 2**31 - 1
 
 
 def read_mask(file: str | Path, field: Field, *, min_area: int | None = None) -> Nuclei:
-    """Read nuclei from a picture.
+    """Read nuclei from a PNG or TIFF of the size of ``field``.
 
-    Parameters
-    ----------
-    file
-        PNG or TIFF of the field's size. Of two values only (black and white): each connected piece is a nucleus. Of
-        more: each value but 0 is one.
-    field
-        The field that they lie in.
-    min_area
-        Pixels of the smallest nucleus; None: all are kept.
+    Of a picture of two values (black and white) each connected piece is a nucleus; of more values, each value but 0 is
+    one. ``min_area``: pixels of the smallest nucleus; None: all are kept.
 
-    Raises
-    ------
-    LutgenError
-        A file that cannot be read, is lossy, coloured, of another size, holds no whole numbers, or no nucleus.
-
+    Raises LutgenError: a file that cannot be read, is lossy, coloured, of another size, holds no whole numbers, or no
+    nucleus.
     """
     from scipy import ndimage
 

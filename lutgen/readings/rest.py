@@ -53,15 +53,8 @@ def rest_of(
 ) -> Rest:
     """Find the rest of every session.
 
-    Parameters
-    ----------
-    sessions, hours
-        Number of each reading's session and its hour, (n,) each.
-    drive, capped
-        Code values (n, 3), and which readings were taken with the lens capped.
-    columns
-        The columns of conditions, (n,) each.
-
+    Of each reading: the number of its session and its hour, (n,) each; its code value, (n, 3); whether the lens was
+    capped, (n,); and the columns of conditions, (n,) each.
     """
     # A blank cell means warm in the column of minutes, and unknown in that of temperature.
     columns = {

@@ -71,26 +71,11 @@ def animate(
     seconds: float = SECONDS,
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Path:
-    """Write an animation; an existing file is replaced. APNG: the same bytes on every run.
+    """Write an animation of ``hours``, in the order of the frames; an existing file is replaced.
 
-    Parameters
-    ----------
-    series
-        The image, with the curve of ``mode`` at ``hours``.
-    mode, hours
-        The mode, and the hours in the order of the frames.
-    path
-        .png or .apng (animated PNG), or .mp4.
-    seconds
-        Duration of the animation.
-    progress
-        Called with the frames done and the frames in all.
-
-    Raises
-    ------
-    LutgenError
-        As :func:`check_animation`, or a file that cannot be written.
-
+    ``series`` has the curve of ``mode`` at these hours; ``path`` ends in .png or .apng (animated PNG, the same bytes on
+    every run) or in .mp4; ``progress`` gets the frames done and all frames. Raises LutgenError as
+    :func:`check_animation`, and for a file that cannot be written.
     """
     path, each = Path(path), check_animation(path, hours, seconds)
 

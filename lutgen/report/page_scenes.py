@@ -150,21 +150,10 @@ def scenes_of(
     hours: Sequence[float],
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Scenes:
-    """Make the tables, the numbers and the stills of every mode.
+    """Make the tables, the numbers and the stills of every mode at ``hours``, which increase from 0.
 
-    Parameters
-    ----------
-    frame
-        The picture.
-    model
-        The display.
-    lifetimes
-        Lifetimes of the whole image, at least at these hours: the numbers are those of the image, not of the frame.
-    hours
-        Increasing from 0.
-    progress
-        Called with the number of finished scenes and the number of all scenes.
-
+    ``lifetimes`` are those of the whole image, at least at these hours: the numbers are those of the image, not of the
+    frame. ``progress`` gets the number of finished scenes and of all scenes.
     """
     reach = reach_of(lifetimes, hours)
     curves, unaged = lifetimes.images[0].curves, model.at("stable", 0.0)

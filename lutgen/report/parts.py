@@ -20,14 +20,7 @@ class Headline:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of texts; where it is rendered decides its look.
-
-    Raises
-    ------
-    ValueError
-        A row has more or fewer cells than there are headings.
-
-    """
+    """A table of texts; where it is rendered decides its look. Raises ValueError for a row of another length."""
 
     #: One text a column.
     headings: Sequence[str]

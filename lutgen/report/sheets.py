@@ -178,25 +178,11 @@ def contact_sheet(
 ) -> Path:
     """Write a contact sheet as a PNG: the same bytes on every run.
 
-    Parameters
-    ----------
-    images
-        Caption (two lines of up to 50 letters) → code values, uint8 of shape (h, w, 3), all of one size, in the order
-        of ``PLACES``: un-aged, then clockwise from the top.
-    path
-        A .png file.
-    title
-        Written in the free corner at the upper left; wrapped.
-    footer
-        Display and model of the images; wrapped.
-    force
-        Replace an existing file.
+    ``images``: caption (two lines of up to 50 letters) → code values, uint8 of shape (h, w, 3), all of one size, in the
+    order of ``PLACES``: un-aged, then clockwise from the top. The title stands in the free corner at the upper left,
+    the footer below; both are wrapped.
 
-    Raises
-    ------
-    LutgenError
-        Not five images of one size and of type uint8, or a path that cannot be written.
-
+    Raises LutgenError: not five images of one size and of type uint8, or a path that cannot be written.
     """
     layout = _checked(images)
     with new_png(path, force=force) as partial:
@@ -251,28 +237,11 @@ def draw_figure(
 ) -> Path:
     """Draw a figure of the paper from an image, as a PNG: the same bytes on every run.
 
-    Parameters
-    ----------
-    number
-        One of ``FIGURES``.
-    image
-        PNG, JPEG, TIFF, EXR, RGB or RGBA; slides (.svs, .ndpi, .mrxs) with the extra ``slides``.
-    model
-        The display. Its measured span must hold the figure's hours.
-    path
-        A .png file.
-    source
-        What the numbers of the image are: ``auto``, ``signal`` or ``linear``, as for ``apply``.
-    force
-        Replace an existing file.
-    progress
-        Called with the work done and the work in all, in thousandths.
+    ``number`` is one of ``FIGURES``; ``image``, ``source`` and ``progress`` are those of
+    :func:`lutgen.pictures.frame.aged_series`.
 
-    Raises
-    ------
-    LutgenError
-        Another figure, an image that cannot be read, hours outside the measured span, or a path that cannot be written.
-
+    Raises LutgenError: another figure, an image that cannot be read, a display whose measured span lacks the figure's
+    hours, or a path that cannot be written.
     """
     if number not in FIGURES:
         raise pick_one("figure", number, FIGURES)

@@ -63,22 +63,10 @@ class AnswerFile:
     """A reader's file that is open for appending."""
 
     def __init__(self, path: Path, anchor: str, *, first: tuple[str, Mapping[str, Any]]) -> None:
-        """Open the file, or make it with a first row.
+        """Open the file, or make it, readable for its owner alone, with a first row.
 
-        Parameters
-        ----------
-        path
-            The file. It is made readable for its owner alone.
-        anchor
-            The protocol's hash.
-        first
-            Time and content of the first row, which is written when there is none yet.
-
-        Raises
-        ------
-        LutgenError
-            The file cannot be opened, is damaged, or was altered.
-
+        ``anchor`` is the protocol's hash; ``first`` are time and content of the first row, which is written when there
+        is none yet. Raises LutgenError: the file cannot be opened, is damaged, or was altered.
         """
         self.path = path
         self._anchor = anchor

@@ -47,22 +47,10 @@ def reader_name(text: str) -> str:
 def take_place(study: Path, protocol: Protocol, name: str, *, session: int, at: str) -> AnswerFile:
     """Open the file of a reader; a new name takes the next free place.
 
-    Parameters
-    ----------
-    study, protocol
-        Folder and protocol.
-    name
-        As from :func:`reader_name`; capitals do not matter.
-    session
-        Which is to be read: a new name begins with the first.
-    at
-        The time now, ISO 8601.
+    ``name`` is one from :func:`reader_name`, and its capitals do not matter; ``session`` is the session to be read;
+    ``at`` is the time now, ISO 8601.
 
-    Raises
-    ------
-    LutgenError
-        All places are taken, a new name would begin with a later session, or a file cannot be read.
-
+    Raises LutgenError: all places are taken, a new name would begin with a later session, or a file cannot be read.
     """
     for place in range(1, protocol.readers + 1):
         path = study / ANSWERS / f"reader-{place}.sqlite"

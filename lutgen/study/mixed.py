@@ -160,20 +160,9 @@ def _groupings(answers: Sequence[Answer]) -> tuple[dict[str, list[str]], list[st
 def fit_crossed(values: Array, fixed: Array, groups: Mapping[str, Sequence[str]]) -> MixedFit:
     """Fit values = fixed·β + a random effect a grouping + noise, by restricted maximum likelihood.
 
-    Parameters
-    ----------
-    values
-        Shape (n,).
-    fixed
-        Columns of the fixed effects, (n, k).
-    groups
-        Name → which group each value belongs to, n labels; groupings may cross. None: ordinary least squares.
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError, ValueError
-        The fit is impossible.
-
+    ``values`` (n,), ``fixed`` (n, k). ``groups``: name → which group each value belongs to, n labels; groupings may
+    cross; without any the fit is ordinary least squares. Raises numpy.linalg.LinAlgError or ValueError where a fit is
+    impossible.
     """
     if not groups:
         least = _statsmodels("regression.linear_model").OLS(values, fixed).fit()

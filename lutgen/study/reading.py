@@ -144,15 +144,9 @@ class ReadingSession:
     def answer(self, number: int, decision: Decision, *, practice: bool = False) -> None:
         """Record an answer; when this returns, it is on disk. The same answer again changes nothing.
 
-        Raises
-        ------
-        PastError
-            ``number`` is not the image to be read now, or was answered otherwise.
-        NotSavedError
-            The disk is full, or cannot be written to: nothing was recorded.
-        LutgenError
-            No such category or ease, or a time that is none.
-
+        Raises PastError: ``number`` is not the image to be read now, or was answered otherwise; NotSavedError: the disk
+        is full, or cannot be written to, and nothing was recorded; LutgenError: no such category or ease, or an
+        impossible time.
         """
         kind = PRACTISED if practice else ANSWERED
         self._check(decision)
@@ -263,18 +257,14 @@ def begin_reading(
 
     Parameters
     ----------
-    study
-        Folder of the study.
-    reader
-        Name; a new one takes the next free place.
-    session
-        From 1; each after the one before, and after the washout.
+    reader, session
+        Name, of which a new one takes the next free place; number from 1, after the session before and the washout.
     override
-        A reason to begin before the washout is over, or with a clock that was set back. Recorded when it was needed.
+        A reason to begin before the washout is over, or with a clock that was set back; recorded when it was needed.
     clock
         Gives the time now, UTC.
     progress
-        Told how many of the images were compared with the protocol.
+        Called with the number of images compared with the protocol, and of all.
 
     Raises
     ------

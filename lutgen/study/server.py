@@ -259,22 +259,9 @@ def serve(
 ) -> None:
     """Serve a session until it is complete and its closing page was shown.
 
-    Parameters
-    ----------
-    reading
-        The session.
-    opened
-        Told the page's address once it is served.
-    say
-        Told of troubles, in sentences for whoever runs the study.
-    listening
-        As :func:`lutgen.server.port_taken` gives it; None: any port that is free.
-
-    Raises
-    ------
-    LutgenError
-        No port is free, or what serves pages is not installed.
-
+    ``opened`` is called with the page's address once the page is served, ``say`` with sentences on troubles for whoever
+    runs the study. ``listening`` is a socket from :func:`lutgen.server.port_taken`; None: any free port. Raises
+    LutgenError: no port is free, or what serves pages is not installed.
     """
     conversation = Conversation(reading, say)
     with serving(conversation, listening) as address:

@@ -128,15 +128,9 @@ class SimulatedReader:
     def answer(self, trial: StudyTrial, difference: float, difficulty: float) -> tuple[float, int, str]:
         """Answer one trial: seconds, ease on the study's scale, name of a category.
 
-        Parameters
-        ----------
-        trial
-            What is shown; reader, session and position choose the noise, the image its settled category.
-        difference
-            ΔE2000 at nuclei, aged against un-aged, at least 0.
-        difficulty
-            Of the image, from :meth:`difficulty`.
-
+        The trial's reader, session and position choose the noise, its image the category that the reader settles on.
+        ``difference`` is ΔE2000 at nuclei, aged against un-aged, at least 0; ``difficulty`` is that of the image, from
+        :meth:`difficulty`.
         """
         pace = self.pace * float(self._random(1, trial.reader).standard_normal())
         random = self._random(2, trial.reader, trial.session, trial.position)
@@ -161,22 +155,11 @@ class SimulatedReader:
 def simulate(
     trials: Iterable[StudyTrial], differences: Mapping[tuple[str, str], float], reader: SimulatedReader
 ) -> tuple[Answer, ...]:
-    """Answer all trials of a study.
+    """Answer all trials, of a protocol or from :func:`paper_trials`.
 
-    Parameters
-    ----------
-    trials
-        Of a protocol, or from :func:`paper_trials`.
-    differences
-        (image, condition) → ΔE2000 at nuclei; what is not there, such as un-aged images, has 0.
-    reader
-        Who reads: every place in the study is one such reader with a pace of its own.
-
-    Raises
-    ------
-    LutgenError
-        A difference is negative or not finite.
-
+    ``differences``: (image, condition) → ΔE2000 at nuclei; an image that is missing there, such as an un-aged one, has
+    0. Every place in the study is one such ``reader``, with a pace of its own. Raises LutgenError: a difference is
+    negative or not finite.
     """
     for (image, condition), difference in differences.items():
         if not 0 <= difference < float("inf"):
@@ -218,20 +201,10 @@ def paper_trials(seed: int, *, per_condition: int = 40, readers: int = 1) -> tup
 
 
 def nuclear_difference(unaged: Path, aged: Mapping[str, Path]) -> dict[str, float]:
-    """Mean ΔE2000 over the pixels of nuclei, for each aged picture of an image.
+    """Mean ΔE2000 over the pixels of nuclei, for each aged picture of an image: condition → picture of the same size.
 
-    Parameters
-    ----------
-    unaged
-        Picture in which nuclei are looked for.
-    aged
-        Condition → picture of the same size.
-
-    Raises
-    ------
-    LutgenError
-        A picture cannot be read, has no nuclei or another size; scikit-image is missing.
-
+    The nuclei are those of the un-aged picture. Raises LutgenError: a picture cannot be read, has no nuclei or another
+    size; scikit-image is missing.
     """
     field = read_field(unaged)
     nuclei = segment(field).labels > 0
