@@ -132,8 +132,8 @@ def question_from(
     effects |= {each.effect.name: each.effect for each in saved.effects} if saved else {}
     return Question(
         readings,
-        _said_once("baseline", baseline, saved.baseline if saved else None, "colour-points"),
-        _said_once("selection", selection, saved.selection if saved else None, "nearest"),
+        _given_or_saved("baseline", baseline, saved.baseline if saved else None, "colour-points"),
+        _given_or_saved("selection", selection, saved.selection if saved else None, "nearest"),
         instrument,
         effects,
         tuple(parse(text).name for text in expressions),
@@ -150,7 +150,7 @@ def _saved(model: str, effects: dict[str, Effect]) -> DisplayModel:
     return load_model(model, {name: each for name, each in effects.items() if each.origin != "built-in"})
 
 
-def _said_once(what: str, given: str | None, saved: str | None, usual: str) -> str:
+def _given_or_saved(what: str, given: str | None, saved: str | None, usual: str) -> str:
     if given and saved and given != saved:
         raise click.UsageError(f"--{what} {given} contradicts --model, whose {what} is {saved}. Leave --{what} out.")
     return given or saved or usual

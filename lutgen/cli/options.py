@@ -35,7 +35,7 @@ else:
 
 
 class _Digits(_ParamType):
-    """Reads digits 0 to 9 alone; click's own type, which stands behind it in a class, then checks the number."""
+    """Reads digits 0 to 9 alone; click's own type, the next base of a class, then checks the number."""
 
     whole = False
 
@@ -192,7 +192,7 @@ def model_from(
 
 
 def say_remarks(readings: Measurements) -> None:
-    """Print to standard error what reading the file had to decide, or left alone."""
+    """Print to standard error what the reader of the file had to decide, or ignored."""
     for remark in readings.remarks:
         say(f"{readings.file}: {remark}", err=True)
 

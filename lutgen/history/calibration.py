@@ -42,7 +42,7 @@ class Calibration:
     cost: float | None
     #: Whether all curves rise.
     monotonic: bool
-    #: Largest distance of a curve from the straight line between its ends.
+    #: Largest distance of a curve from the straight line between the curve's ends.
     bend: float
     #: Target of the calibration, where the file says it: white's x, y and Y in cd/m².
     target: dict[str, float]

@@ -46,7 +46,7 @@ class Answers:
 
 
 def displays_of(sessions: Sequence[Session]) -> list[list[Session]]:
-    """Group sessions by display, in the order given: in a group names agree, and primaries as far as they age."""
+    """Group sessions by display, in the order given: same name, and primaries no further apart than aging explains."""
     groups: list[list[tuple[Session, dict[str, Array]]]] = []
     for session in sessions:
         mine = (session, _uv(session))
@@ -80,7 +80,7 @@ def check_one_display(sessions: Sequence[Session]) -> None:
 def draft(sessions: Sequence[Session], beside: Path, answers: Answers | None = None) -> str:
     """Return a campaign file of these sessions, by date; paths are told from the folder ``beside``.
 
-    Raises LutgenError: the same bytes twice.
+    Raises LutgenError where two files hold the same bytes.
     """
     answers = answers or Answers()
     twice = {each.sha256: each for each in sessions}

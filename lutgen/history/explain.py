@@ -64,7 +64,7 @@ def explain(
 
     ``reference`` names the file of the reference session; without it, the earliest complete and steady session is it.
 
-    Raises LutgenError: fewer than two sessions, or the reference is none or several of them.
+    Raises LutgenError: fewer than two sessions, or a reference that names no session or several.
     """
     if len(campaign.entries) < 2:
         raise LutgenError(f"{campaign.file}: one session; causes are told from two or more. Add another [[sessions]].")

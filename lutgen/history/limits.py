@@ -82,7 +82,7 @@ def _conforming(share: float) -> tuple[Limit, ...]:
     )
 
 
-#: Name of a set → its limits. Contrast is meant with the room's light on the screen: --ambient adds it. Ambient is the
+#: Name of a set → its limits. Contrast includes the room's light on the screen: --ambient adds it. Ambient is the
 #: room's light over black's: at most ⅔, better ¼. What nobody publishes for a drift over time (colour, a share of the
 #: first luminance) is no more than usual: 0.01 is TG18's for the colour over one screen, 70 % what LED makers call the
 #: end of life.
@@ -114,7 +114,7 @@ def limits_of(name: str) -> tuple[Limit, ...]:
 def parse_limit(text: str) -> Limit:
     """Read a limit such as ``white>=200``, ``white>=80%`` (of the first session) or ``white-shift<=0.005``.
 
-    Raises LutgenError: it is none, or of no quantity that is followed.
+    Raises LutgenError: the text is no limit, or of a quantity that is not followed.
     """
     found = re.fullmatch(r"\s*([a-z-]+)\s*(>=|<=)\s*([^%\s]+)\s*(%?)\s*", text, re.ASCII)
     if not found:

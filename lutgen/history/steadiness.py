@@ -2,8 +2,8 @@
 
 A reading is misread where it contradicts its own ramp or its own repeats: a window popped up, or the instrument
 slipped. Warm-up, automatic brightness and dimming show best in patches that were read again. Where hardly any patch was
-read again, and the order of reading is known, the patches that two sessions share are compared: the part of their ratio
-that does not follow the colour of the patches must not follow the order of reading.
+read again, and the order of reading is known, the patches that two sessions share are compared: a ratio of their light
+that changes with the order of reading, beside what changes with the colour of the patches, is a drift.
 """
 
 from __future__ import annotations

@@ -79,7 +79,7 @@ def lightness(ratio: Array) -> Array:
 #: Changes of a curve are ignored below this L*: black and noise are too large a part of the light there.
 DARKEST = 20.0
 
-#: Shares of the ramp's light that the eye does not tell from full light, and from none: a third of ΔL* 1.
+#: Differences from full light, and from no light, that the eye does not see, as shares of full light: ΔL* ⅓.
 ALIKE, DARK = 0.005, 2e-4
 
 #: Code values nearer to 0 or 1 than this look alike on any display.

@@ -1,8 +1,8 @@
 """The trend of a display: which law its figures follow, and when each limit will be passed.
 
-Sessions in which something else than the display changed (see ``explain``) are left out: a step of a setting would
-pass for aging. All laws count by their evidence, and the sessions' scatter is estimated with them, so that not knowing
-the law or the scatter is part of the interval.
+Sessions in which something other than the display changed (see ``explain``) are left out: a changed setting would look
+like aging. All laws count by their evidence, and the sessions' scatter is estimated together with the laws, so that the
+interval includes the uncertainty of law and scatter.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _POINTS = 1001
 #: Share of the evidence from which a law is named beside the likeliest.
 NAMED = 0.1
 
-#: Fewest sessions for a time to be told, and for the interval to rest on the sessions more than on the laws' priors.
+#: Fewest sessions that give a time, and that give an interval which depends more on them than on the laws' priors.
 FEWEST, ENOUGH = 4, 8
 
 
@@ -57,7 +57,7 @@ class Passing:
     time: float | None = None
     low: float | None = None
     high: float | None = None
-    #: Whether the time lies behind the last session.
+    #: Whether the time lies after the last session.
     extrapolated: bool = False
 
 
@@ -128,7 +128,7 @@ def trend(
 
 
 def _left_out(seen: History, progress: Callable[[int, int], None] | None) -> dict[int, str]:
-    """Say which sessions differ by something else than the display's own aging, and by what."""
+    """Say which sessions differ by something other than the display's own aging, and by what."""
     found = explain(seen.campaign, progress=progress)
     others = [place for place in range(len(seen.places)) if place != found.reference]
     verdict_of = dict(zip(others, found.verdicts, strict=True))

@@ -157,9 +157,9 @@ class Linted:
 
     def disagreements(self) -> tuple[Trial, ...]:
         """The trials in which a reader did not do what the rules say."""
-        return tuple(trial for trial in self.trials if trial.outcome and not self._told(trial))
+        return tuple(trial for trial in self.trials if trial.outcome and not self._foretold(trial))
 
-    def _told(self, trial: Trial) -> bool:
+    def _foretold(self, trial: Trial) -> bool:
         if trial.reader == OCIOCHECK:
             # ociocheck refuses less than the OpenColorIO that it is built with: it opens no LUT and shows no picture.
             library = OCIO_21 if trial.version.startswith("2.1.") else OCIO_26

@@ -23,7 +23,7 @@ from lutgen.errors import LutgenError, pick_one
 from lutgen.files import check_name, free_bytes, replacing
 from lutgen.names import SOURCES
 from lutgen.pictures.blocks import threads
-from lutgen.pictures.encoding import NotFiniteError, Storage
+from lutgen.pictures.encoding import NotFiniteError, Storage, not_finite
 from lutgen.pictures.engines import Shader, TableShader, Unaged, engine_for, shader_for
 from lutgen.pictures.images import DTYPES, TIFF, format_of_suffix, is_whole, open_source
 
@@ -235,10 +235,7 @@ class _ImageWork:
                 return shader(flat[start:stop], out[start:stop])
             except NotFiniteError as error:
                 row, column = divmod(start + error.index, self._source.width)
-                raise LutgenError(
-                    f"{self._source.path}: pixel ({column}, {first_row + row}) is NaN or infinite, "
-                    "which no display can show. Repair the image first."
-                ) from None
+                raise not_finite(self._source.path, column, first_row + row) from None
 
         for clipped, source_clipped in workers.map(part, range(0, len(out), shader.chunk)):
             if shader is self._shader:

@@ -3,8 +3,8 @@
 Whole slides (.svs, .ndpi, .mrxs) are read through OpenSlide, an optional extra: level 0, region by region. Colours are
 taken as stored; a scanner's ICC profile is not applied, as for other images.
 
-What must know a pixel's neighbours, as finding nuclei must, needs one field of view in memory. Its colours are kept in
-16 bits a channel: those of 8- and 16-bit images exactly, of floats the nearest.
+Work that needs a pixel's neighbours, such as finding nuclei, holds one field of view in memory. Its colours have 16
+bits a channel: those of 8- and 16-bit images exactly, those of floats rounded.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from lutgen.errors import LutgenError
 from lutgen.names import SIGNAL
-from lutgen.pictures.encoding import Decoder, NotFiniteError, Storage
+from lutgen.pictures.encoding import Decoder, NotFiniteError, Storage, not_finite
 from lutgen.pictures.images import open_source
 
 if TYPE_CHECKING:
@@ -302,9 +302,6 @@ def _keys(file: str | Path, decoder: Decoder, stored: NDArray[Any], first: int) 
         planes, _ = decoder(stored.reshape(-1, channels))
     except NotFiniteError as error:
         row, column = divmod(error.index, columns)
-        raise LutgenError(
-            f"{file}: pixel ({column}, {first + row}) is NaN or infinite, which no display can show. "
-            "Repair the image first."
-        ) from None
+        raise not_finite(file, column, first + row) from None
     red, green, blue = np.rint(planes * 65535.0).astype(np.uint64)
     return np.asarray((red << np.uint64(32) | green << np.uint64(16) | blue).reshape(rows, columns))

@@ -1,4 +1,4 @@
-"""Who does the slides of a cohort: processes of this machine, or workers of a Dask cluster, an optional extra.
+"""Who computes the slides of a cohort: processes of this machine, or workers of a Dask cluster, an optional extra.
 
 A pool of ``concurrent.futures`` breaks when one of its processes is killed (out of memory, a fault in a decoder). The
 slides in hand are then tried once more, each alone in a new pool; a slide under which that process dies too is named.
@@ -248,8 +248,7 @@ _DEADLY_WORKERS = "the Dask workers that took it died, one after the other (out 
 def on_cluster(address: str) -> Iterator[Callable[[CohortTask, Sequence[CohortSlide]], Outcomes]]:
     """Connect to a scheduler; give what does slides there: each with its outcome, as they are done.
 
-    Raises LutgenError: Dask is not installed, no scheduler is there, or it has no worker; later, that the scheduler is
-    gone.
+    Raises LutgenError: Dask is not installed, no scheduler answers, or it has no worker; later, the scheduler is gone.
     """
     dask = _distributed()
     if not _ADDRESS.fullmatch(address):

@@ -7,14 +7,14 @@ both, since the paper's observer is not adapted to the aged white.
 The un-aged display is the mode ``stable``, under the same conditions: a leak or a room light that was there from the
 first hour is no aging. With the paper's model and the reference ``relative`` it shows the picture as it is.
 
-How uncertain a lifetime is follows from models drawn like the one given. A refined model keeps the standard errors of
-its effects' parameters and the noise of a reading. Each draw takes every
-fitted parameter from a normal distribution, within its bounds, and moves the tips before the effects so that white and
-primaries are seen as before, since these were read; then it adds noise to each tip, that of one reading over the square
-root of how often the tip was read at that hour. Correlations between parameters, and between X, Y and Z of a reading,
-are in no model file: all are drawn independently, which makes intervals wide rather than narrow.
+The uncertainty of a lifetime comes from models drawn at random around the given one. A refined model file holds the
+standard errors of its effects' parameters and the noise of a reading. Each draw takes every fitted parameter from a
+normal distribution, within its bounds, and moves the tips before the effects so that white and primaries are seen as
+before, since these were read; then it adds noise to each tip, that of one reading over the square root of how often the
+tip was read at that hour. Model files hold no correlations between parameters, or between X, Y and Z of a reading: all
+are drawn independently, which makes intervals wide rather than narrow.
 
-A model of bare readings says nothing of its uncertainty, and no interval is made up for it.
+A model of bare readings states no uncertainty, and gets no interval.
 """
 
 from __future__ import annotations

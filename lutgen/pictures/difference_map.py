@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from lutgen.bindings import oiio
 from lutgen.display import seen_on, what_pictures_carry
 from lutgen.errors import LutgenError, pick_one
-from lutgen.files import check_name, replacing
+from lutgen.files import check_name, check_new_file, replacing
 from lutgen.names import AGING_MODES, MAP_SUFFIXES, SIGNAL, SOURCES
 from lutgen.pictures.blocks import open_blocks
 from lutgen.pictures.difference import differences, statistics
@@ -51,7 +51,7 @@ Singles = NDArray[np.float32]
 class DifferenceMap:
     """ΔE2000 of an image's pixels in one mode at one hour."""
 
-    #: What was looked at.
+    #: The image, the mode and the hour.
     file: str
     mode: str
     hours: float
@@ -213,13 +213,9 @@ def _check_floats(path: Path, image: Path, *, force: bool) -> Path:
     if path.suffix.lower() not in MAP_SUFFIXES:
         raise pick_one("suffix of a map in numbers", path.suffix or path.name, MAP_SUFFIXES)
     check_name(path)
-    if path.is_dir():
-        raise LutgenError(f"{path}: is a folder. Choose the name of a file.")
     if path.exists() and image.exists() and path.samefile(image):
         raise LutgenError(f"{path}: is the image itself, which is never written to. Choose another name.")
-    if path.exists() and not force:
-        raise LutgenError(f"{path}: exists already. Choose another name, or replace it with force.")
-    return path
+    return check_new_file(path, force=force)
 
 
 @contextmanager

@@ -8,7 +8,7 @@ for 16-bit images, until there are more than ``LIMIT`` distinct ones; then in 15
 more. Neither counts nor bits depend on the order of the pixels. Pixels of alpha 0 show nothing and are not counted;
 others count whole.
 
-Bare glass is told from tissue by the lightness of these colours. The threshold is Otsu's (1979,
+Bare glass is separated from tissue by the lightness of these colours. The threshold is Otsu's (1979,
 doi:10.1109/TSMC.1979.4310076) on the histogram of CIE L* of all pixels. It cuts every image in two, a field full of
 tissue too; so the bright part is left out only where it looks like bare glass in bright field: bright, nearly without
 colour, and clearly apart from the rest.
@@ -27,7 +27,7 @@ from lutgen.colorimetry import CHUNK, code_to_linear, linear_to_lab
 from lutgen.errors import LutgenError
 from lutgen.names import SIGNAL
 from lutgen.pictures.blocks import open_blocks
-from lutgen.pictures.encoding import Decoder, NotFiniteError
+from lutgen.pictures.encoding import Decoder, NotFiniteError, not_finite
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -116,10 +116,7 @@ def _not_finite(path: Path, place: Place, stored: Stored) -> LutgenError:
     if stored.shape[2] == 4:
         bad &= stored[..., 3] != 0
     row, column = np.argwhere(bad)[0]
-    return LutgenError(
-        f"{path}: pixel ({place.left + column}, {place.top + row}) is NaN or infinite, which no display can show. "
-        "Repair the image first."
-    )
+    return not_finite(path, place.left + int(column), place.top + int(row))
 
 
 class _Exact:
@@ -140,13 +137,13 @@ class _Exact:
     def colours(self) -> Colours:
         """Give what was counted; the table is used up."""
         keys, counts = _squeezed(self._table)
-        # Released before keys are joined: both do not fit into the memory that is promised.
+        # Released before keys are joined: both together exceed the promised memory.
         del self._table
         return Colours(np.concatenate(keys), counts, partial(_code_of_bytes, self._decoder), 8)
 
 
 def _squeezed(table: Counts) -> tuple[list[Keys], Counts]:
-    """Return the places of a table that hold something, in parts, and what they hold; the table is written over."""
+    """Return in parts the places of a table that are not 0, and their values; the table is overwritten."""
     keys, size = [], 0
     for start in range(0, len(table), _SLICE):
         part = table[start : start + _SLICE]

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.display.chain import outside_gamut
+from lutgen.errors import LutgenError
 from lutgen.names import LINEAR
 
 if TYPE_CHECKING:
@@ -33,6 +34,13 @@ class NotFiniteError(ValueError):
         """Keep the index of the pixel in its block."""
         super().__init__(index)
         self.index = index
+
+
+def not_finite(path: object, column: int, row: int) -> LutgenError:
+    """Return the error of an image with such a pixel, for people."""
+    return LutgenError(
+        f"{path}: pixel ({column}, {row}) is NaN or infinite, which no display can show. Repair the image first."
+    )
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,11 @@ scikit-image does it. A pixel is nuclear where its haematoxylin, smoothed, excee
 doi:10.1109/TSMC.1979.4310076) over the field, which leaves the ground out, and the mean around it, which finds the
 gaps between crowded nuclei. Nuclei that still touch are cut by a watershed on the distance to their edge.
 
-All lengths are shares of the width of a typical nucleus in the field itself. That width is found among pixels, and of
-small nuclei not well: two H&E fields with nuclei of 6 and 7 pixels, enlarged twice, are cut into 1.36 and 1.44 times as
-many pieces, 1.5 times as wide. The median contrast stays (within 3 %; 4 % of the immunohistochemistry). What touches or
-lies folded is missed most. Nuclei at the border of the field are kept: their colours are as good as others'.
+All lengths are shares of the width of a typical nucleus in the field itself. That width is measured in pixels, and
+badly where nuclei are small: two H&E fields with nuclei of 6 and 7 pixels, enlarged twice, are cut into 1.36 and 1.44
+times as many pieces, 1.5 times as wide. The median contrast stays (within 3 %; 4 % of the immunohistochemistry). Nuclei
+that touch or overlap are missed most often. Nuclei at the border of the field are kept: their colours are as good as
+those of the others.
 """
 
 from __future__ import annotations

@@ -83,7 +83,7 @@ class Campaign:
 
         A campaign of one session needs neither.
 
-        Raises LutgenError: an entry has neither, or some count hours and others only have dates.
+        Raises LutgenError: an entry has neither, or some entries have hours and others only dates.
         """
         if len(self.entries) == 1:
             return np.zeros(1)
@@ -107,7 +107,7 @@ class Campaign:
 
         ``files`` and ``lines`` are those of the sessions; ``order`` is known where every session has it.
 
-        Raises LutgenError: a session is relative, hours are not said, or the table is refused (tips are missing, …).
+        Raises LutgenError: a session is relative, hours are missing, or the table is refused (tips are missing, …).
         """
         hours = self.hours()
         places = np.argsort(hours, kind="stable")
@@ -154,7 +154,7 @@ def entry_of(session: Session) -> CampaignEntry:
 
 
 def campaign_of(entries: Sequence[CampaignEntry], *, file: str) -> Campaign:
-    """Return the campaign of sessions that no campaign file lists. Raises LutgenError: two of them are the same."""
+    """Return the campaign of sessions that no campaign file lists. Raises LutgenError where two are the same."""
     check_once(entries)
     sha256 = hashlib.sha256("".join(entry.session.sha256 for entry in entries).encode()).hexdigest()
     display = next((entry.session.display for entry in entries if entry.session.display), "")

@@ -15,7 +15,7 @@ from lutgen.display.aging import show
 from lutgen.display.modes import luminance_law
 from lutgen.numerals import spaced
 from lutgen.readings import TIP_NAMES
-from lutgen.report.drawing import new_figure
+from lutgen.report.drawing import beside, new_figure
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -170,16 +170,8 @@ def _label_tips(axes: Axes, shown: Shown) -> None:
     """Write its Δu'v' beside each tip."""
     places = (("left", 12, -12), ("right", -16, -10), ("left", 6, -20), ("left", 12, 2))
     for i, (name, (align, right, up)) in enumerate(zip(TIP_NAMES, places, strict=True)):
-        axes.annotate(
-            f"{name}: {shown.shift[-1, i]:.3f}",
-            shown.uv[-1, i],
-            (right, up),
-            textcoords="offset points",
-            ha=align,
-            va="center",
-            fontsize=10,
-            weight="bold" if i == np.argmax(shown.shift[-1]) else "normal",
-        )
+        text, weight = f"{name}: {shown.shift[-1, i]:.3f}", "bold" if i == np.argmax(shown.shift[-1]) else "normal"
+        beside(axes, text, shown.uv[-1, i], (right, up), ha=align, va="center", fontsize=10, weight=weight)
 
 
 def _draw_inset(axes: Axes, shown: Shown) -> None:
@@ -204,16 +196,8 @@ def _label_ends(axes: Axes, shown: Shown) -> None:
     way = way / np.hypot(*way) if way.any() else np.array([0.0, 1.0])
     for row, away in ((0, -way), (-1, way)):
         sideways = abs(away[0]) > abs(away[1])
-        axes.annotate(
-            f"{spaced(shown.hours[row])} h",
-            shown.uv[row, 0],
-            (11.0 * away[0], 11.0 * away[1]),
-            textcoords="offset points",
-            ha=("left" if away[0] > 0 else "right") if sideways else "center",
-            va="center",
-            fontsize=9,
-            weight="bold",
-        )
+        text, align = f"{spaced(shown.hours[row])} h", ("left" if away[0] > 0 else "right") if sideways else "center"
+        beside(axes, text, shown.uv[row, 0], 11.0 * away, ha=align, va="center", fontsize=9, weight="bold")
 
 
 def _draw_rings(axes: Axes, centre: Array, reach: float) -> None:
@@ -253,13 +237,5 @@ def _draw_planck(axes: Axes, white: Array) -> None:
         nearest = white[np.argmin(np.hypot(*(white - place).T))]
         side, align = (-6, "right") if nearest[0] > place[0] else (6, "left")
         if _inside(axes, place, 0.18, 0.08):
-            axes.annotate(
-                f"{kelvin} K",
-                place,
-                (side, -0.8 * side),
-                textcoords="offset points",
-                ha=align,
-                va="center",
-                fontsize=8,
-                color="#8a5a2b",
-            )
+            offset = (side, -0.8 * side)
+            beside(axes, f"{kelvin} K", place, offset, ha=align, va="center", fontsize=8, color="#8a5a2b")

@@ -10,7 +10,7 @@ import numpy as np
 from lutgen.history.history import QUANTITIES
 from lutgen.history.trend import ENOUGH, FEWEST, HORIZON, name_of
 from lutgen.numerals import spaced
-from lutgen.report.drawing import BAND, BLACK, BLUE, GREY, RED, picture, tidy
+from lutgen.report.drawing import BAND, BLACK, BLUE, GREY, RED, beside, picture, tidy
 from lutgen.report.parts import Headline, Table
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ _DIGITS = {
 
 
 #: Most limits that the headline names.
-SAID = 2
+HEADLINED = 2
 
 #: Quantity → its name in a sentence; and the unit of its limits.
 _NAMES = {
@@ -124,8 +124,8 @@ def trend_headline(trend: Trend) -> str:
     name = seen.campaign.display or seen.campaign.file
     passed = [each for each in trend.passings if each.status == "passed"]
     if passed:
-        more = f"; limits not kept in all: {len(passed)}" if len(passed) > SAID else ""
-        return f"{name}: {'; '.join(_beyond(each, seen.unit) for each in passed[:SAID])}{more}."
+        more = f"; limits not kept in all: {len(passed)}" if len(passed) > HEADLINED else ""
+        return f"{name}: {'; '.join(_beyond(each, seen.unit) for each in passed[:HEADLINED])}{more}."
     ahead = [each for each in trend.passings if each.status == "ahead" and each.time is not None]
     if not ahead and any(each.status == "cannot-tell" for each in trend.passings):
         return f"{name}: no limit is seen passed, and when one will be cannot be told from these sessions."
@@ -265,23 +265,13 @@ def _draw(axes: Axes, trend: Trend, name: str, end: float) -> None:
     for each in trend.passings:
         if each.limit.quantity == name and np.isfinite(each.bound):
             axes.axhline(each.bound, color=RED, linewidth=1.3)
-            axes.annotate(
-                each.limit.text, (0.01, each.bound), (0, 4), xycoords=axes.get_yaxis_transform(),
-                textcoords="offset points", color=RED, fontsize=9,
-            )  # fmt: skip
+            across = axes.get_yaxis_transform()
+            beside(axes, each.limit.text, (0.01, each.bound), (0, 4), xycoords=across, color=RED, fontsize=9)
             if each.status == "ahead" and each.time is not None and each.time <= end:
                 axes.plot(each.time, each.bound, "o", markersize=9, markerfacecolor="none", markeredgecolor=RED)
     axes.set(xlim=(-0.02 * end, end), ylim=(low, high), xlabel=f"{seen.unit} since the first session")
-    axes.text(
-        0.5 * (last + end),
-        1.0,
-        "ahead",
-        transform=axes.get_xaxis_transform(),
-        ha="center",
-        va="top",
-        fontsize=9,
-        color=GREY,
-    )
+    middle, across = 0.5 * (last + end), axes.get_xaxis_transform()
+    axes.text(middle, 1.0, "ahead", transform=across, ha="center", va="top", fontsize=9, color=GREY)
     tidy(axes)
 
 
@@ -296,9 +286,7 @@ def _draw_responses(axes: Axes, trend: Trend) -> None:
         label = f"{trend.history.time[here]:.0f} {trend.history.unit}"
         axes.plot(each.drive, 100.0 * each.deviation, ".-", color=colour, linewidth=1.5, label=label)
         reach = max(reach, 110.0 * each.worst)
-    axes.annotate(
-        "±10 % and ±20 %", (0.02, 100 * _SECONDARY), (0, 3), textcoords="offset points", fontsize=9, color=GREY
-    )
+    beside(axes, "±10 % and ±20 %", (0.02, 100 * _SECONDARY), (0, 3), fontsize=9, color=GREY)
     axes.set(xlim=(0, 1), ylim=(-reach, reach), xlabel="code value", ylabel="deviation, %")
     axes.legend(loc="lower right", fontsize=10, frameon=False)
     tidy(axes)

@@ -13,7 +13,7 @@ from lutgen.criticism.panels import panels
 from lutgen.criticism.standing_out import OF_EVERY_READING, over_noise, standing_out
 from lutgen.numerals import spaced, times
 from lutgen.readings.conditions import CONDITIONS
-from lutgen.report.drawing import BAND, BLACK, BLUE, GREY, RED, picture, plain_log, tidy
+from lutgen.report.drawing import BAND, BLACK, BLUE, GREY, RED, hour_axis, picture, plain_log, tidy, without_frame
 from lutgen.report.parts import Table
 
 if TYPE_CHECKING:
@@ -315,7 +315,7 @@ def _ticks(axes: Axes, panel: ResidualPanel, *, labelled: bool) -> None:
     if panel.by == "hour":
         axes.set_xlim(-0.04 * panel.places[-1], 1.04 * panel.places[-1])
         if labelled:
-            axes.xaxis.set_major_formatter(lambda value, _: spaced(value))
+            hour_axis(axes)
             axes.xaxis.set_major_locator(MaxNLocator(4))
     else:
         labels = [label.removesuffix(" ramp") if panel.by == "family" else label for label in panel.labels]
@@ -348,8 +348,7 @@ def _map(axes: Axes, panel: ResidualPanel) -> None:
         axes.text(u, v, f"{value:+.2f}\n{_short(ratio)} ×", ha="center", va="center", fontsize=9)
     axes.set(xlim=(-0.08, 1.08), ylim=(1.08, -0.08), xticks=[], yticks=[])
     axes.set_xlabel("the screen: mean ΔL*, and × the noise", fontsize=9)
-    for side in ("top", "right", "left", "bottom"):
-        axes.spines[side].set_visible(False)
+    without_frame(axes)
 
 
 def _short(ratio: float) -> str:

@@ -18,12 +18,18 @@ from numpy.typing import NDArray
 
 from lutgen.errors import LutgenError
 from lutgen.files import check_new_file, replacing
+from lutgen.numerals import spaced
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from lutgen.colorimetry import Array
+
+    #: Across and up.
+    Point = tuple[float, float] | Array
 
 #: Metadata of a PNG that matplotlib writes: without the version of matplotlib, so that the bytes stay the same.
 METADATA: Any = {"Software": None}
@@ -145,12 +151,27 @@ def plain_log(axes: Axes, which: Literal["x", "y"]) -> None:
     axis.set_minor_formatter(lambda _value, _: "")
 
 
-def tidy(axes: Axes) -> None:
-    """Draw a pale grid, and take the frame above and to the right away."""
-    axes.grid(color="#eeeeee")
+def hour_axis(axes: Axes) -> None:
+    """Write the hours along the horizontal axis as people read them: 18 000."""
+    axes.xaxis.set_major_formatter(lambda value, _: spaced(value))
+
+
+def tidy(axes: Axes, *, grid: Literal["both", "x", "y"] = "both") -> None:
+    """Draw a pale grid, of lines across one axis or both, and take the frame above and to the right away."""
+    axes.grid(color="#eeeeee", axis=grid)
     axes.set_axisbelow(True)
-    for side in ("top", "right"):
+    without_frame(axes, "top", "right")
+
+
+def without_frame(axes: Axes, *sides: str) -> None:
+    """Take the frame away, on these sides or on all."""
+    for side in sides or ("top", "right", "left", "bottom"):
         axes.spines[side].set_visible(False)
+
+
+def beside(axes: Axes, text: str, place: Point, offset: Point, **look: Any) -> None:
+    """Write a text so many points, across and up, from a place of the axes."""
+    axes.annotate(text, (place[0], place[1]), (offset[0], offset[1]), textcoords="offset points", **look)
 
 
 Pixels = NDArray[np.uint8]

@@ -10,7 +10,7 @@ import numpy as np
 
 from lutgen.numerals import spaced
 from lutgen.pictures.conspicuity import outlines
-from lutgen.report.drawing import BLUE, GREY, RED, new_png, picture, save_page, tidy
+from lutgen.report.drawing import BLUE, GREY, RED, hour_axis, new_png, picture, save_page, tidy
 from lutgen.report.parts import Headline, Table
 
 if TYPE_CHECKING:
@@ -185,7 +185,7 @@ def draw_contrast(axes: Axes, conspicuity: Conspicuity, mode: str) -> None:
     axes.axhline(float(np.median(contrast.unaged)), color=RED, linestyle="--", linewidth=1.4, label="un-aged median")
     axes.set_xlabel("operating hours", fontsize=11)
     axes.locator_params(axis="x", nbins=5)
-    axes.xaxis.set_major_formatter(lambda value, _place: spaced(value))
+    hour_axis(axes)
     axes.legend(loc="lower left", frameon=False, fontsize=10, labelcolor=GREY)
     tidy(axes)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.report.drawing import BLACK, BLUE, GREEN, GREY, RED, picture, tidy
+from lutgen.report.drawing import BLACK, BLUE, GREEN, GREY, RED, beside, picture, tidy
 from lutgen.report.parts import Headline, Table
 from lutgen.study.statistics import MEASURES
 
@@ -286,8 +286,7 @@ def plot_study(analysis: Analysis, folder: str | Path, *, force: bool = False) -
                 _draw_agreement(axes, analysis)
             else:
                 _draw_means(axes, analysis, panel)
-            tidy(axes)
-            axes.grid(visible=False, axis="x")
+            tidy(axes, grid="y")
     return path
 
 
@@ -351,9 +350,9 @@ def _point(axes: Axes, place: int, value: float, ends: tuple[float, float], text
     colour = _COLOURS[place % len(_COLOURS)]
     axes.vlines(place, *ends, color=colour, linewidth=4, zorder=3)
     axes.plot(place, value, "o", color=colour, markeredgecolor="white", markersize=13, zorder=4)
-    beside = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}
-    axes.annotate(text, (place, value), (12, 0), textcoords="offset points", va="center", fontsize=letters,
-                  weight="bold", color=BLACK, bbox=beside, zorder=5)  # fmt: skip
+    box = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}
+    look = {"fontsize": letters, "weight": "bold", "color": BLACK, "bbox": box, "zorder": 5}
+    beside(axes, text, (place, value), (12, 0), va="center", **look)
 
 
 def _name(axes: Axes, conditions: Sequence[str], analysis: Analysis, what: str) -> None:

@@ -1,9 +1,9 @@
 """A reader's file: SQLite that only grows, each row carrying a hash of itself and of the row before.
 
-What the chain shows: a row that was changed, moved, put in or taken out by hand is found and named. Rows cut off at
-the end are found by SQLite's own count of the rows ever written (AUTOINCREMENT), and by the row which ends a session,
-which says how many answers it has. What none of this can show, since there is no key: somebody who computes every hash
-anew or sets that count back; and an older copy of the file in its place.
+The chain of hashes finds and names a row that was changed, moved, inserted or removed by hand. Rows cut off at the end
+are found by SQLite's own count of the rows ever written (AUTOINCREMENT), and by the row that ends a session, which
+states the session's number of answers. Since there is no key, two things stay unseen: somebody computes every hash anew
+and sets that count back, or puts an older copy of the file in its place.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 #: Kinds of rows: an image of the session was read, an image to practise on was, the session is complete.
 ANSWERED, PRACTISED, ENDED = "answered", "practised", "ended"
 
-#: Letters of a reader's name, at most.
+#: Most letters of a reader's name.
 LONGEST_NAME = 64
 
 _PLACE = re.compile(r"reader-([1-9][0-9]*)\.sqlite")
@@ -173,7 +173,7 @@ class Answer:
     reader
         As the reader was named when the session was run.
     session, position
-        Which session, and the how manieth of its images, both from 1.
+        Number of the session, and of the image within the session, both from 1.
     image, condition
         Names of the protocol's image and condition.
     seconds
@@ -201,7 +201,7 @@ class Answer:
 def sensible(answers: Sequence[Answer]) -> tuple[tuple[Answer, ...], list[str]]:
     """Return the answers with a possible time to score, and a sentence for each answer that is left out.
 
-    Raises LutgenError: none is left.
+    Raises LutgenError where no answer is left.
     """
     kept = tuple(answer for answer in answers if 0 <= answer.seconds <= MAX_SECONDS)
     left_out = [

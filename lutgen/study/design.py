@@ -1,4 +1,4 @@
-"""Who reads which image under which condition, and when: the balanced design of a study, drawn by chance.
+"""Who reads which image under which condition, and when: the balanced, random design of a study.
 
 Session 1, as in section 2.3 of Avanaki et al. (Proc. SPIE 9420, 2015): as many images under each condition, which
 image falls to which condition is drawn. A further reader reads the same images with the conditions moved on by one (a

@@ -8,8 +8,9 @@ Agreement: logistic regression on the condition with readers as fixed effects, b
 readings of the same image in a cluster (Liang & Zeger 1986, doi:10.1093/biomet/73.1.13): what several readers do with
 one image is not independent.
 
-What cannot be told apart is left out and said: one reader has no differences between readers, images that were read
-once none between images and answers. statsmodels does the fitting (``lutgen[study]``).
+The models leave out what the answers cannot separate, and a note says so: with one reader there are no differences
+between readers, and an image that was read once cannot be separated from its answer. statsmodels fits the models
+(``lutgen[study]``).
 """
 
 from __future__ import annotations

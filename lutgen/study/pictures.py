@@ -1,9 +1,9 @@
 """The pictures of a study: the images that are given, and what readers are shown of them.
 
-Given images become 8-bit RGB; each is there once, by name, by file and by pixels. Each image is rendered under each of
-its conditions, through a baked LUT. A render is a PNG of 8-bit pixels and nothing else, stored without compression: all
-renders of a picture have one size, and one time. Only the pixels tell conditions apart: names are hashes under a key,
-which show neither image nor condition, and files are written in the order of their names.
+Given images become 8-bit RGB; no two may have the same name, the same bytes or the same pixels. Each image is rendered
+under each of its conditions, through a baked LUT. A render is a PNG of 8-bit pixels and nothing else, without
+compression, so that all renders of an image have the same size and time. Only the pixels differ between conditions:
+file names are keyed hashes, which show neither image nor condition, and files are written in the order of their names.
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ MAX_BYTES = 256_000_000
 
 @dataclass(frozen=True)
 class StudyCondition:
-    """A display that images are shown as: ``none`` is the un-aged one, ``chroma@18000`` a mode at an hour."""
+    """A display on which images are shown: ``none`` is the un-aged one, ``chroma@18000`` a mode at an hour."""
 
     name: str
     mode: str
@@ -156,7 +156,7 @@ def write_protocol(study: Path, protocol: Protocol) -> None:
 def read_protocol(study: Path) -> Protocol:
     """Read a study's protocol.
 
-    Raises LutgenError: there is none, it is none of ours or too large for one, or it was altered after it was frozen.
+    Raises LutgenError: the file is missing, is no protocol or too large for one, or was altered after it was frozen.
     """
     path = study / PROTOCOL
     advice = "Give the folder that lutgen study plan made."
@@ -239,7 +239,7 @@ def categories_of(negative: str, positive: str) -> tuple[Category, ...]:
 def ease_of(text: str) -> tuple[int, int]:
     """Return smallest and largest ease of reading of text such as ``1..10``; every step has its digit, 10 has 0.
 
-    Raises LutgenError: no such scale.
+    Raises LutgenError where the text is no such scale.
     """
     first, dots, last = text.partition("..")
     lowest = whole(first, least=0, most=1)

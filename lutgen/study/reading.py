@@ -1,11 +1,11 @@
-"""A reading session as a state machine, without a browser: which image is read next, and what was said of it.
+"""A reading session as a state machine, without a browser: which image is read next, and the answer to each image.
 
 Order: the images to practise on, then those of the session, each answered once, none twice, none left out. An answer is
 on disk before the next image may be shown. Whatever happens is a row in the reader's file: started, resumed, shown,
 paused, continued, warned, accepted, overridden, practised, answered, ended.
 
-Two clocks are kept apart. The computer's, for when things happened and for the washout, may be set wrong: set back, it
-is noticed; set forward, it is not. The page's own, which only runs, gives the time to score.
+There are two clocks. The computer's clock dates the rows and measures the washout; it may be set wrong: a clock set
+back is noticed, one set forward is not. The page's own clock, which nobody can set, measures the time to score.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Decision:
-    """What a reader said of an image, and the times that the page measured."""
+    """A reader's answer to an image, and the times that the page measured."""
 
     #: Name of the protocol's category.
     category: str

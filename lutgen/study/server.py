@@ -1,7 +1,8 @@
-"""The page of a reading session: what it may ask, what it is told, and the local server that it asks.
+"""The page of a reading session: its requests, the answers to them, and the local server.
 
-One tab at a time holds the session. It is told an image's number and an identifier that means nothing, of the one image
-to be read now; no name of an image or condition, no title, which may tell them, no answer, nothing of other readers.
+One tab at a time holds the session. It gets the number and a meaningless identifier of the one image to be read now. It
+gets no name of an image or condition, no title (which may contain such a name), no answer, and nothing about other
+readers.
 """
 
 from __future__ import annotations

@@ -111,7 +111,7 @@ class SimulatedReader:
     def readings(
         self, difference: Array | float, difficulty: Array | float, random: np.random.Generator, pace: float = 0.0
     ) -> Readings:
-        """Read images: arrays of ΔE2000 at nuclei and of difficulty that broadcast, to arrays of answers."""
+        """Read images: arrays of ΔE2000 at nuclei and of difficulty, which broadcast, become arrays of answers."""
         difference, difficulty = np.broadcast_arrays(np.asarray(difference, np.float64), np.asarray(difficulty))
         disturbed = self.disturbance(difference)
         log_seconds = np.log(self.median) + pace + self.spread_images * difficulty + self.slowdown * disturbed

@@ -1,4 +1,4 @@
-"""Tables of a study as CSV: answers, what others counted or averaged, and the tables of an analysis.
+"""Tables of a study as CSV: answers, published counts and means, and the tables of an analysis.
 
 A table that users bring has a header, cells that are checked one by one, and comments in lines that begin with ``#``.
 """
@@ -299,7 +299,7 @@ def _table_text(rows: list[dict[str, Any]], sources: Iterable[str]) -> str:
 
 
 def _cell(value: Any) -> Any:
-    """Write twelve figures, which no last bit of another processor reaches; nothing for what is not finite."""
+    """Write twelve digits, which rounding on other processors does not change; nothing for what is not finite."""
     if not isinstance(value, float):
         return value
     return f"{value:.12g}" if isfinite(value) else ""

@@ -71,7 +71,7 @@ class HaldScan:
         return level if level**3 == self.width else 0
 
 
-_TELL = (b"gAMA", b"cHRM", b"iCCP", b"sRGB", b"cICP")
+_OF_COLOUR = (b"gAMA", b"cHRM", b"iCCP", b"sRGB", b"cICP")
 
 
 def scan_hald(path: Path) -> HaldScan:
@@ -121,7 +121,7 @@ class _Chunks:
                 self.missing = self._wanted()
             elif name == b"IDAT":
                 self._unpack(length)
-            elif name in _TELL and name.decode() not in self.told:
+            elif name in _OF_COLOUR and name.decode() not in self.told:
                 self.told.append(name.decode())
             self.file.seek(end)
             if name == b"IEND":

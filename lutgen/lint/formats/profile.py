@@ -233,7 +233,7 @@ def profile_version(scan: ProfileScan) -> Iterator[LintFinding]:
 
 
 def profile_id(scan: ProfileScan) -> Iterator[LintFinding]:
-    """The ID is the MD5 of the profile: no reader compares it, but it tells that bytes were changed."""
+    """The ID is the MD5 of the profile: no reader compares it, but a wrong ID shows that bytes were changed."""
     if scan.identifier is False:
         yield LintFinding(
             "has an ID that is not that of its bytes: it was changed after it was made", "Export it again."
@@ -332,9 +332,9 @@ def _unusable(scan: ProfileScan, table: TableHead) -> dict[str, Fate]:
 
 
 def profile_white(scan: ProfileScan) -> Iterator[LintFinding]:
-    """LittleCMS sets white on white where it resamples: tables for integers, a matrix for 16 bits.
+    """LittleCMS maps white to white where it resamples a profile: tables for integers, a matrix for 16 bits.
 
-    It does not for the absolute intent.
+    With the absolute intent it does not.
     """
     if scan.unasked:
         yield LintFinding(f"was not checked for its white: {scan.unasked}", "Install it to check.")

@@ -60,8 +60,8 @@ class _Open:
 def tables(source: FileText) -> list[CgatsTable]:
     """Read all tables of a CGATS file.
 
-    Raises LutgenError: cut off, a wrong number of fields or sets, a doubled column, a string without end: names the
-    line.
+    Raises LutgenError: a file that was cut off, a wrong number of fields or sets, a doubled column, or a string without
+    end; names the line.
     """
     closed: list[CgatsTable] = []
     lines = _lines(source)

@@ -121,7 +121,7 @@ def decoded(data: bytes, file: str) -> str:
 def full_drive(drive: Array, file: str) -> float:
     """Return full drive by the largest value of a file that does not state it: 1, 100, 255 or 1023.
 
-    Raises LutgenError: no channel reaches one of them: the range would be a guess.
+    Raises LutgenError: no channel reaches one of these values, so that the range would be a guess.
     """
     top = float(drive.max(initial=0.0))
     for full in FULL_DRIVE:

@@ -62,7 +62,7 @@ def claims(source: FileText) -> bool:
 def read(source: FileText) -> Campaign:
     """Read a campaign file and all sessions that it names, which lie beside it.
 
-    Raises LutgenError: no TOML, a key that is unknown or wrong, or a session that is: names file and line.
+    Raises LutgenError: no TOML, an unknown or wrong key, or a session that cannot be read; names file and line.
     """
     text, file = source.text, source.file
     try:

@@ -38,7 +38,7 @@ def claims(source: FileText) -> bool:
 def read(source: FileText) -> Session:
     """Read the session in a profile.
 
-    Raises LutgenError: no tag holds readings, the profile's table lies, or the readings are refused.
+    Raises LutgenError: no tag holds readings, the tag table points outside the file, or the readings are refused.
     """
     tag, text = _readings_in(source.data, source.file)
     session = cgats.read(FileText(decoded(text, source.file), f"{source.file}, tag {tag}", source.sha256))

@@ -68,7 +68,7 @@ class Instrument:
 def instrument_of(text: str) -> Instrument:
     """Return the instrument of ``--instrument``: two numbers, a name, or a TOML file.
 
-    Raises LutgenError: none of these, or a file that is none of an instrument: names file, key and what is allowed.
+    Raises LutgenError: none of these, or a file that describes no instrument; names file, key and what is allowed.
     """
     if text.endswith(".toml"):
         return _read(Path(text))
