@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import xyz_to_uv
+from lutgen.colorimetry import Array, xyz_to_uv
 from lutgen.errors import LutgenError
 from lutgen.history.calibration import calibration
 from lutgen.history.pair import UNKNOWN
@@ -19,7 +19,6 @@ from lutgen.history.patches import CHANNELS, mean_xyz, primaries
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from lutgen.colorimetry import Array
     from lutgen.readings.session import Session
 
 #: Δu'v' of a primary between two sessions that no aging explains, but another panel, mode or correction of the meter

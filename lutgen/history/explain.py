@@ -16,7 +16,7 @@ import numpy as np
 
 from lutgen.errors import LutgenError
 from lutgen.history.causes import causes
-from lutgen.history.colour_points import BY_CONTENT, colour_points, fit
+from lutgen.history.colour_points import BY_CONTENT, ColourFit, colour_points, fit
 from lutgen.history.pair import SessionPair
 from lutgen.history.patches import CHANNELS
 from lutgen.history.steadiness import drift_by_repeats, left_out, steadiness
@@ -25,7 +25,6 @@ from lutgen.history.verdicts import SessionVerdict, in_succession, pronounce
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lutgen.history.colour_points import ColourFit
     from lutgen.readings.campaign import Campaign, CampaignEntry
 
 #: Prior of two causes at once against one, in natural logarithms: two changes at once are rarer.

@@ -7,16 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import xyz_to_uv
+from lutgen.colorimetry import Array, xyz_to_uv
 from lutgen.errors import LutgenError
 from lutgen.history.colour_points import ALIKE, BLACK, FLOOR_CD_M2
-from lutgen.history.inspect import inspect_session
-from lutgen.history.transfer import contrast_response
+from lutgen.history.inspect import Inspection, inspect_session
+from lutgen.history.transfer import ContrastResponse, contrast_response
 
 if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.history.inspect import Inspection
-    from lutgen.history.transfer import ContrastResponse
     from lutgen.readings.campaign import Campaign
 
 #: Quantity → what it is, with its unit.

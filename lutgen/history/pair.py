@@ -8,16 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import xyz_to_uv
+from lutgen.colorimetry import Array, xyz_to_uv
 from lutgen.errors import LutgenError
 from lutgen.history.calibration import bend, full_light_ratio
-from lutgen.history.colour_points import colour_points
+from lutgen.history.colour_points import ColourPoints, colour_points
 from lutgen.history.patches import CHANNELS, mean_xyz, tip_rows
 from lutgen.history.steadiness import FEWEST_SHARED, SessionDrift, drift_by_order, drift_by_repeats, shared, steadiness
 
 if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.history.colour_points import ColourPoints
     from lutgen.readings.campaign import CampaignEntry
     from lutgen.readings.session import Session
 

@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import SRGB_XY, xy_to_uv, xyz_to_uv, xyz_to_xyY
+from lutgen.colorimetry import SRGB_XY, Array, xy_to_uv, xyz_to_uv, xyz_to_xyY
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lutgen.colorimetry import Array
     from lutgen.readings.session import Session
 
 #: The ramp of each channel and its place in drive.

@@ -13,14 +13,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import xyz_to_uv
+from lutgen.colorimetry import Array, xyz_to_uv
 from lutgen.history.patches import CHANNELS, black_xyz, ramp, repeats
 from lutgen.history.transfer import lightness
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lutgen.colorimetry import Array
     from lutgen.readings.session import Session
 
 #: A reading is misread where its L* differs by ``FAR`` from the value that its neighbours or repeats give, and by

@@ -15,14 +15,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from lutgen.colorimetry import code_to_linear, delta_e_2000, xyz_to_lab, xyz_to_uv
-from lutgen.history.patches import mean_xyz, ramp
+from lutgen.colorimetry import Array, code_to_linear, delta_e_2000, xyz_to_lab, xyz_to_uv
+from lutgen.history.patches import Ramp, mean_xyz, ramp
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from lutgen.colorimetry import Array
-    from lutgen.history.patches import Ramp
     from lutgen.readings.session import Session
 
 #: γ is fitted between these code values: below, black and noise are too large a part of the light; above, all curves

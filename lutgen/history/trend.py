@@ -15,7 +15,7 @@ import numpy as np
 
 from lutgen.errors import LutgenError
 from lutgen.history.causes import causes
-from lutgen.history.decay import decay_of
+from lutgen.history.decay import Decay, decay_of
 from lutgen.history.explain import explain
 from lutgen.history.history import QUANTITIES, History, history
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from lutgen.colorimetry import Array
-    from lutgen.history.decay import Decay
     from lutgen.history.limits import Limit
     from lutgen.readings.campaign import Campaign
 

@@ -24,14 +24,13 @@ from numpy.typing import NDArray
 
 from lutgen.errors import LutgenError
 from lutgen.names import SIGNAL
-from lutgen.pictures.encoding import Decoder, NotFiniteError, Storage, not_finite
+from lutgen.pictures.encoding import Decoder, NotFiniteError, Storage, Stored, not_finite
 from lutgen.pictures.images import open_source
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from lutgen.colorimetry import Array
-    from lutgen.pictures.encoding import Stored
 
 #: Threads that the current work may use; 0: one for each core.
 _FEW = ContextVar("lutgen_threads", default=0)

@@ -17,7 +17,7 @@ from lutgen.documents import from_json
 from lutgen.errors import LutgenError
 from lutgen.files import PARTIAL, bytes_at_most, files_below, read_at_most, write_atomically
 from lutgen.pictures import blocks
-from lutgen.pictures.difference import DifferenceCurve
+from lutgen.pictures.difference import DifferenceCurve, Intervals
 from lutgen.pictures.distinct import Tissue
 from lutgen.pictures.images import FORMATS
 from lutgen.pictures.lifetime import ImageLifetime
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from lutgen.pictures.cohort_workers import CohortTask
-    from lutgen.pictures.difference import Intervals
 
 #: Suffixes of the files that are taken from a folder.
 SUFFIXES = tuple(suffix for kind in FORMATS for suffix in kind.suffixes) + blocks.SUFFIXES

@@ -18,13 +18,14 @@ import re
 import signal
 import threading
 from collections import deque
-from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
 from logging import CRITICAL, getLogger
+from multiprocessing.connection import Connection
 from multiprocessing.connection import wait as wait_for_connections
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -42,8 +43,6 @@ if TYPE_CHECKING:
     from lutgen.pictures.cohort_slides import CohortSlide
 
     Outcomes = Generator[tuple[CohortSlide, "Outcome"], None, None]
-    from concurrent.futures import Future
-    from multiprocessing.connection import Connection
 
 
 @dataclass(frozen=True)

@@ -22,14 +22,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.colorimetry import CHUNK, delta_e_2000
-from lutgen.display import seen_on, what_pictures_carry
+from lutgen.colorimetry import CHUNK, Array, delta_e_2000
+from lutgen.display import AgedDisplay, DisplayModel, seen_on, what_pictures_carry
 from lutgen.errors import LutgenError, pick_one
 from lutgen.names import AGING_MODES, SOURCES
-from lutgen.pictures.blocks import code_of, read_field, threads
+from lutgen.pictures.blocks import Field, Mask, code_of, read_field, threads
 from lutgen.pictures.difference import shown_lab
 from lutgen.pictures.lifetime import hours_from_0
-from lutgen.pictures.nuclei import read_mask, segment
+from lutgen.pictures.nuclei import Labels, Nuclei, read_mask, segment
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -37,10 +37,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from lutgen.colorimetry import Array
-    from lutgen.display import AgedDisplay, DisplayModel
-    from lutgen.pictures.blocks import Field, Mask
-    from lutgen.pictures.nuclei import Labels, Nuclei
 
 #: Shares of a typical nucleus's width: the gap, whose pixels optics and compression mix from both sides, and the ring,
 #: 2 µm around a nucleus of 6 µm, which most cytoplasm reaches. At least so many pixels each.

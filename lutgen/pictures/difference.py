@@ -25,19 +25,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import CHUNK, delta_e_2000, linear_to_lab, xyY_to_xyz, xyz_to_linear
-from lutgen.display import REFERENCE, LatentTips
+from lutgen.colorimetry import CHUNK, Array, delta_e_2000, linear_to_lab, xyY_to_xyz, xyz_to_linear
+from lutgen.display import REFERENCE, AgedDisplay, AppliedEffect, DisplayModel, LatentTips
 from lutgen.pictures.blocks import threads
-from lutgen.pictures.distinct import Colours
+from lutgen.pictures.distinct import Colours, Counts
 from lutgen.readings.rest import TIP_DRIVES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from lutgen.colorimetry import Array
-    from lutgen.display import AgedDisplay, AppliedEffect, DisplayModel
     from lutgen.display.chain import Link
-    from lutgen.pictures.distinct import Counts
     from lutgen.readings import Measurements
 
 

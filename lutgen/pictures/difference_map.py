@@ -18,14 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.bindings import oiio
-from lutgen.display import seen_on, what_pictures_carry
+from lutgen.display import AgedDisplay, DisplayModel, seen_on, what_pictures_carry
 from lutgen.errors import LutgenError, pick_one
 from lutgen.files import check_name, check_new_file, replacing
 from lutgen.names import AGING_MODES, MAP_SUFFIXES, SIGNAL, SOURCES
-from lutgen.pictures.blocks import open_blocks
+from lutgen.pictures.blocks import Blocks, Place, open_blocks
 from lutgen.pictures.difference import differences, statistics
-from lutgen.pictures.distinct import count_colours
-from lutgen.pictures.encoding import Decoder
+from lutgen.pictures.distinct import Colours, Counts, count_colours
+from lutgen.pictures.encoding import Decoder, Storage, Stored
 from lutgen.pictures.frame import AreaMeans, Grid, whole_factor
 from lutgen.pictures.lifetime import binning_error
 
@@ -33,10 +33,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from lutgen.colorimetry import Array
-    from lutgen.display import AgedDisplay, DisplayModel
-    from lutgen.pictures.blocks import Blocks, Place
-    from lutgen.pictures.distinct import Colours, Counts
-    from lutgen.pictures.encoding import Storage, Stored
 
 #: Pixels of the longest side of a map for people: more do not fit on a screen beside its scale.
 LONGEST = 1000

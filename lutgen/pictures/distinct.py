@@ -23,19 +23,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lutgen.colorimetry import CHUNK, code_to_linear, linear_to_lab
+from lutgen.colorimetry import CHUNK, Array, code_to_linear, linear_to_lab
 from lutgen.errors import LutgenError
 from lutgen.names import SIGNAL
-from lutgen.pictures.blocks import open_blocks
-from lutgen.pictures.encoding import Decoder, NotFiniteError, not_finite
+from lutgen.pictures.blocks import Place, open_blocks
+from lutgen.pictures.encoding import Decoder, NotFiniteError, Storage, Stored, not_finite
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from lutgen.colorimetry import Array
-    from lutgen.pictures.blocks import Place
-    from lutgen.pictures.encoding import Storage, Stored
 
 #: Most distinct colours of images of more than 8 bits: 130 MB while they are sorted.
 LIMIT = 1 << 20

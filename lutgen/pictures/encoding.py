@@ -9,19 +9,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lutgen.colorimetry import code_to_linear, linear_to_code
+from lutgen.colorimetry import Array, code_to_linear, linear_to_code
 from lutgen.display.chain import outside_gamut
 from lutgen.errors import LutgenError
 from lutgen.names import LINEAR
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-
 
 #: Pixels as stored, shape (n, channels): RGB, or RGB and alpha.
 Stored = NDArray[Any]

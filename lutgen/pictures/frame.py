@@ -16,21 +16,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lutgen.colorimetry import linear_to_code
+from lutgen.colorimetry import Array, linear_to_code
 from lutgen.errors import LutgenError, pick_one
 from lutgen.names import AGING_MODES, LINEAR, SOURCES
-from lutgen.pictures.blocks import open_blocks
+from lutgen.pictures.blocks import Blocks, Place, open_blocks
 from lutgen.pictures.difference import DifferenceCurve, curves_of, differences
 from lutgen.pictures.distinct import count_colours
-from lutgen.pictures.encoding import Decoder
+from lutgen.pictures.encoding import Decoder, Storage, Stored
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay, DisplayModel
-    from lutgen.pictures.blocks import Blocks, Place
-    from lutgen.pictures.encoding import Storage, Stored
 
 #: Code values, shape (height, width, 3).
 Pixels = NDArray[np.uint8]

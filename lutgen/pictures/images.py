@@ -19,13 +19,11 @@ from lutgen.colorimetry import SRGB_XY
 from lutgen.errors import LutgenError, pick_one, reason_of
 from lutgen.files import is_unicode, under_its_name
 from lutgen.names import LINEAR, SIGNAL
-from lutgen.pictures.encoding import Storage
+from lutgen.pictures.encoding import Storage, Stored
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
-
-    from lutgen.pictures.encoding import Stored
 
 
 @dataclass(frozen=True)

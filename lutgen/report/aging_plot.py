@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import linear_to_code, xy_to_uv, xyY_to_xyz, xyz_to_linear
-from lutgen.display.aging import show
+from lutgen.colorimetry import Array, linear_to_code, xy_to_uv, xyY_to_xyz, xyz_to_linear
+from lutgen.display.aging import Shown, show
 from lutgen.display.modes import luminance_law
 from lutgen.numerals import spaced
 from lutgen.readings import TIP_NAMES
@@ -24,9 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure
 
-    from lutgen.colorimetry import Array
     from lutgen.display import DisplayModel
-    from lutgen.display.aging import Shown
 
 #: Inches: 1500 × 900 pixels, which a laptop shows whole.
 PAGE = (15.0, 9.0)

@@ -20,14 +20,13 @@ from lutgen.errors import LutgenError, pick_one
 from lutgen.files import replacing
 from lutgen.names import ANIMATION_SUFFIXES
 from lutgen.numerals import spaced
-from lutgen.report.drawing import Text, grey_page, wrapped
+from lutgen.report.drawing import Pixels, Text, grey_page, wrapped
 from lutgen.report.sheets import footer
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from lutgen.pictures.frame import AgedSeries
-    from lutgen.report.drawing import Pixels
 
 #: Pixels of the longest side of the picture, and across a frame at least.
 LONGEST, ACROSS = 640, 420

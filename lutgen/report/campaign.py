@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.history.history import QUANTITIES
-from lutgen.history.trend import ENOUGH, FEWEST, HORIZON, name_of
+from lutgen.history.trend import ENOUGH, FEWEST, HORIZON, Passing, Trend, name_of
 from lutgen.numerals import spaced
 from lutgen.report.drawing import BAND, BLACK, BLUE, GREY, RED, beside, picture, tidy
-from lutgen.report.parts import Headline, Table
+from lutgen.report.parts import Headline, Part, Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -20,9 +20,7 @@ if TYPE_CHECKING:
 
     from lutgen.history.explain import Explanations
     from lutgen.history.limits import Limit
-    from lutgen.history.trend import Passing, Trend
     from lutgen.readings.campaign import Campaign
-    from lutgen.report.parts import Part
 
 
 def explanation_page(separation: Explanations) -> Iterator[Part]:

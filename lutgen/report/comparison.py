@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.criticism.compare import CLEAR
+from lutgen.criticism.compare import CLEAR, Comparison, Slice
 from lutgen.criticism.direction import CALLED
 from lutgen.criticism.families import dimension
-from lutgen.criticism.panels import panels
+from lutgen.criticism.panels import ResidualPanel, panels
 from lutgen.criticism.standing_out import OF_EVERY_READING, over_noise, standing_out
 from lutgen.numerals import spaced, times
 from lutgen.readings.conditions import CONDITIONS
 from lutgen.report.drawing import BAND, BLACK, BLUE, GREY, RED, hour_axis, picture, plain_log, tidy, without_frame
-from lutgen.report.parts import Table
+from lutgen.report.parts import Part, Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -24,10 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from lutgen.colorimetry import Array
-    from lutgen.criticism.compare import Comparison, Slice
-    from lutgen.criticism.panels import ResidualPanel
     from lutgen.criticism.problem import Problem
-    from lutgen.report.parts import Part
 
 #: Rows of the tables: slices that stand out, and single readings.
 SLICES, READINGS = 12, 5

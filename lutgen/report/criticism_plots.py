@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from lutgen.criticism.compare import compare_problem
+from lutgen.criticism.compare import Comparison, compare_problem
 from lutgen.criticism.effect_size import relative_size
 from lutgen.criticism.fit_view import View
 from lutgen.numerals import percent, readable, times
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from lutgen.criticism.compare import Comparison
     from lutgen.criticism.diagnose import Diagnosis
     from lutgen.criticism.refine import Refinement
     from lutgen.criticism.visibility import Visibility

@@ -14,7 +14,7 @@ import numpy as np
 
 from lutgen.errors import LutgenError
 from lutgen.numerals import pixels_of_colours, spaced
-from lutgen.pictures.difference_map import BIN
+from lutgen.pictures.difference_map import BIN, DifferenceMap
 from lutgen.report.drawing import BLACK, DPI, WIDTH, picture, tidy
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from lutgen.pictures.difference_map import DifferenceMap
 
 #: The paper's Figure 6: its maps from top to bottom, and the ΔE2000 at the ends of its colour bar.
 MAPS = (("chroma", 8100.0), ("chroma-luma", 4100.0))

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from lutgen.numerals import spaced
-from lutgen.pictures.conspicuity import outlines
+from lutgen.pictures.conspicuity import Conspicuity, outlines
 from lutgen.report.drawing import BLUE, GREY, RED, hour_axis, new_png, picture, save_page, tidy
-from lutgen.report.parts import Headline, Table
+from lutgen.report.parts import Headline, Part, Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from lutgen.pictures.conspicuity import Conspicuity
-    from lutgen.report.parts import Part
 
 #: Rows of the table of a mode, at most; JSON and the plot have all hours.
 ROWS = 5

@@ -27,13 +27,15 @@ from lutgen.report.lifetimes import lifetime_page
 from lutgen.report.page_scenes import (
     MODES_IN_WORDS,
     TILES,
+    PageScene,
+    Scenes,
     frames_section,
     numbers_in_words,
     script_data,
     viewer_section,
 )
 from lutgen.report.page_template import PageSection, chart, render, style_and_script
-from lutgen.report.parts import Headline, Table
+from lutgen.report.parts import Headline, Page, Part, Table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -43,8 +45,6 @@ if TYPE_CHECKING:
     from lutgen.display import DisplayModel
     from lutgen.effects import Effect
     from lutgen.pictures.lifetime import Lifetimes
-    from lutgen.report.page_scenes import PageScene, Scenes
-    from lutgen.report.parts import Page, Part
 
 #: Picture → its caption, which programs that read the page aloud say in its place.
 CAPTIONS = {

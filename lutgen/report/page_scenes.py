@@ -16,7 +16,7 @@ import numpy as np
 
 from lutgen.bake.lut import Lut, Sampler
 from lutgen.bake.spaces import tetrahedra
-from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab, xyz_to_xyY
+from lutgen.colorimetry import Array, code_to_linear, delta_e_2000, linear_to_lab, xyz_to_xyY
 from lutgen.display.hours import parse_hours
 from lutgen.errors import LutgenError
 from lutgen.numerals import spaced
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay, DisplayModel
     from lutgen.pictures.difference import DifferenceCurve
     from lutgen.pictures.frame import Frame

@@ -16,8 +16,8 @@ import numpy as np
 from lutgen.errors import LutgenError, pick_one
 from lutgen.names import FIGURES
 from lutgen.numerals import spaced
-from lutgen.pictures.difference_map import difference_map
-from lutgen.pictures.frame import aged_series
+from lutgen.pictures.difference_map import DifferenceMap, difference_map
+from lutgen.pictures.frame import AgedSeries, aged_series
 from lutgen.pictures.lifetime import lifetime
 from lutgen.report.difference_map import MAPS, plot_figure_6
 from lutgen.report.drawing import Pixels, Text, grey_page, new_png, save_page, wrapped
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from lutgen.display import DisplayModel
-    from lutgen.pictures.difference_map import DifferenceMap
-    from lutgen.pictures.frame import AgedSeries
 
 #: The paper's Figures 2 to 4: the aged pictures around the un-aged one, clockwise from the top.
 AGES = (("chroma", 10_000.0), ("chroma", 18_000.0), ("chroma-luma", 10_000.0), ("chroma-luma", 18_000.0))

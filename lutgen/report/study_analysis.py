@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.report.drawing import BLACK, BLUE, GREEN, GREY, RED, beside, picture, tidy
-from lutgen.report.parts import Headline, Table
-from lutgen.study.statistics import MEASURES
+from lutgen.report.parts import Headline, Part, Table
+from lutgen.study.statistics import MEASURES, Interval
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -19,10 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from lutgen.colorimetry import Array
-    from lutgen.report.parts import Part
     from lutgen.study.analysis import Analysis
     from lutgen.study.mixed import MixedModel
-    from lutgen.study.statistics import Interval
 
 #: Measure → decimals of its mean, as in the paper's Table 2.
 _DIGITS = {"time": 1, "ease": 1}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import pick_one
 from lutgen.names import INTERVALS
-from lutgen.study.answers import sensible
+from lutgen.study.answers import Answer, sensible
 from lutgen.study.comparisons import (
     Agreement,
     AgreementTest,
@@ -32,8 +32,6 @@ from lutgen.study.statistics import UNAGED, Kappa, condition_order, counts, kapp
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from lutgen.study.answers import Answer
-    from lutgen.study.comparisons import AgreementTest, Corrected, FurtherAgreement
     from lutgen.study.statistics import AgreementCounts, ReadingPair, StudySample
 
 

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from lutgen.study.answer_file import AnswerRow
 
 #: Kinds of rows: an image of the session was read, an image to practise on was, the session is complete.
 ANSWERED, PRACTISED, ENDED = "answered", "practised", "ended"

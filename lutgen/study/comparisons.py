@@ -16,7 +16,9 @@ from typing import TYPE_CHECKING
 
 from lutgen.study.statistics import (
     MEASURES,
+    AgreementCounts,
     Interval,
+    ReadingPair,
     StudySample,
     equal_variances,
     hedges_g,
@@ -35,7 +37,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lutgen.study.answers import Answer
-    from lutgen.study.statistics import AgreementCounts, ReadingPair, StudySample
 
 
 @dataclass(frozen=True)

@@ -24,14 +24,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.study.statistics import UNAGED, Interval, Z
+from lutgen.study.statistics import UNAGED, Interval, ReadingPair, Z
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from lutgen.colorimetry import Array
     from lutgen.study.answers import Answer
-    from lutgen.study.statistics import ReadingPair
 
 #: The remark where statsmodels is not installed.
 MISSING = "Mixed models are left out: statsmodels is not installed. Install lutgen[study]."

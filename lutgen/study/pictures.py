@@ -22,8 +22,8 @@ from lutgen.bake.build import Plan, build
 from lutgen.errors import LutgenError
 from lutgen.files import file_sha256, files_below, scratch
 from lutgen.pictures.apply import apply_to_images
-from lutgen.pictures.frame import plain_png
-from lutgen.pictures.images import FORMATS, open_source
+from lutgen.pictures.frame import Pixels, plain_png
+from lutgen.pictures.images import FORMATS, ImageSource, open_source
 from lutgen.study.design import UNAGED
 from lutgen.study.protocol import IMAGES, Render, StudyCondition, StudyImage
 
@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from lutgen.display import DisplayModel
-    from lutgen.pictures.frame import Pixels
-    from lutgen.pictures.images import ImageSource
 
 #: Formats of files that a study shows: those that store code values.
 KINDS = ("png", "jpeg", "tiff")

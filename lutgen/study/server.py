@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from lutgen.errors import LutgenError
 from lutgen.server import NOTHING, RefusedError, application, json_body, page_file, port_taken, served
 from lutgen.study.answer_file import NotSavedError
-from lutgen.study.reading import Decision, PastError
+from lutgen.study.reading import Decision, PastError, ReadingSession, Task
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from starlette.responses import Response
     from starlette.types import ASGIApp
 
-    from lutgen.study.reading import ReadingSession, Task
 
 #: Seconds after its last sign of life for which a tab keeps the session. It gives one every two seconds.
 LEASE = 7.0

@@ -41,12 +41,12 @@ from zlib import crc32
 
 import numpy as np
 
-from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab
+from lutgen.colorimetry import Array, code_to_linear, delta_e_2000, linear_to_lab
 from lutgen.errors import LutgenError
 from lutgen.pictures.blocks import code_of, read_field
 from lutgen.pictures.nuclei import segment
 from lutgen.study.answers import Answer
-from lutgen.study.protocol import PAPER_CATEGORIES, Category, StudyTrial
+from lutgen.study.protocol import PAPER_CATEGORIES, Category, Protocol, StudyTrial
 from lutgen.study.statistics import UNAGED
 
 if TYPE_CHECKING:
@@ -55,8 +55,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from lutgen.colorimetry import Array
-    from lutgen.study.protocol import Protocol
 
 #: ΔE2000 at nuclei that is taken for the paper's images, by its conditions: see the calibration above.
 PAPER_DIFFERENCES = {"none": 0.0, "chroma": 5.1, "chroma-luma": 17.0}

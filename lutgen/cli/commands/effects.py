@@ -10,14 +10,13 @@ import click
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import NumberFrom
 from lutgen.cli.outputs import print_json, print_page
-from lutgen.report.parts import Headline, Table
+from lutgen.report.parts import Headline, Page, Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from lutgen.effects import Effect
     from lutgen.effects.contract import Report
-    from lutgen.report.parts import Page
 
 #: Letters in a line of the built-in effects' docstrings.
 SOURCE_WIDTH = 120

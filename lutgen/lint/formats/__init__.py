@@ -6,7 +6,7 @@ readers refuse the file or silently show something else. The module ends in ``FO
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pkgutil import iter_modules
@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 from lutgen.lint.finding import Linted, LintFinding
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
     from pathlib import Path
 
 #: Reads a scan and yields what it finds. Its name, with hyphens, is printed with each finding.

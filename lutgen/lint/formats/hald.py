@@ -8,7 +8,7 @@ from __future__ import annotations
 import struct
 import zlib
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, BinaryIO
 
 from lutgen.bake.table_picture import POINTS, TILES, read_table
 from lutgen.errors import LutgenError, reason_of
@@ -18,7 +18,6 @@ from lutgen.lint.formats import FileKind, findings
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
-    from typing import BinaryIO
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 

@@ -29,11 +29,10 @@ from lutgen.errors import LutgenError
 from lutgen.readings.campaign import Campaign, CampaignEntry, check_once
 from lutgen.readings.conditions import COLUMNS
 from lutgen.readings.formats import open_source, reader_of
-from lutgen.readings.formats._source import YEARS
+from lutgen.readings.formats._source import YEARS, FileText
 from lutgen.readings.table import RANGES
 
 if TYPE_CHECKING:
-    from lutgen.readings.formats._source import FileText
     from lutgen.readings.session import Session
 
 NAME = "campaign file"

@@ -18,19 +18,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.cells import first_doubled, has_decimal_comma, is_comment, metadata, number, separator_of
-from lutgen.colorimetry import xyY_to_xyz
+from lutgen.colorimetry import Array, xyY_to_xyz
 from lutgen.errors import LutgenError, pick_one
-from lutgen.readings.campaign import sessions_of
-from lutgen.readings.formats._source import FULL_DRIVE, date_of, full_drive, whites
+from lutgen.readings.campaign import Campaign, sessions_of
+from lutgen.readings.formats._source import FULL_DRIVE, FileText, date_of, full_drive, whites
 from lutgen.readings.session import MOST_READINGS, Session
 from lutgen.readings.table import OPTIONAL, RANGES, Measurements, in_any_order
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from lutgen.colorimetry import Array
-    from lutgen.readings.campaign import Campaign
-    from lutgen.readings.formats._source import FileText
 
 NAME = "CSV of readings"
 SUFFIXES = (".csv", ".tsv")

@@ -10,14 +10,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError
-from lutgen.icc_tags import is_profile, tag_table
+from lutgen.icc_tags import Tag, is_profile, tag_table
 from lutgen.readings.formats import cgats
 from lutgen.readings.formats._source import FileText, decoded
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lutgen.icc_tags import Tag
     from lutgen.readings.session import Session
 
 NAME = "ICC profile with readings"
