@@ -154,6 +154,16 @@ def model_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
+def picture_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add what commands that draw one image end with: --source, --force and the options of the model."""
+    return source_option(force_option(model_options(command)))
+
+
+def life_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add what lifetimes are asked for: --tolerance and --hours."""
+    return tolerance_option(hours_option(command))
+
+
 def model_from(
     *,
     display: str | None,

@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import check_output, force_option, image_argument, model_from, model_options, source_option
+from lutgen.cli.options import check_output, image_argument, model_from, picture_options
 from lutgen.cli.terminal import progress_bar, say
 from lutgen.names import FIGURES
 
@@ -16,9 +16,7 @@ from lutgen.names import FIGURES
 @click.argument("number", type=click.Choice(FIGURES), metavar="2|3|4|5|6")
 @image_argument
 @click.option("-o", "--output", required=True, metavar="FILE.png", help="Picture to write.")
-@source_option
-@force_option
-@model_options
+@picture_options
 def command(*, number: str, image: str, output: str, source: str, force: bool, **options: Any) -> None:
     """Redraw a figure of the paper from your own image; the images of the paper were never published.
 
