@@ -170,12 +170,9 @@ def _joined(names: tuple[str, ...], curves: tuple[str, ...], facts: tuple[str, .
     """Combine the causes that white, primaries and black name with those that bent the curves."""
     if not names and not curves:
         return _verdict("same", (), facts)
-    if not names or not curves:
-        names = names or curves
-        return _verdict("one-of" if len(names) > 1 else "named", names, facts)
-    if set(names) & set(curves):
-        names = tuple(name for name in names if name in curves)
-        return _verdict("one-of" if len(names) > 1 else "named", names, facts)
+    both = tuple(name for name in names if name in curves)
+    if both or not names or not curves:
+        return _one_of(both or names or curves, facts)
     return _verdict("several" if len(names) == len(curves) == 1 else "one-of", (*names, *curves), facts)
 
 

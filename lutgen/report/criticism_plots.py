@@ -235,12 +235,8 @@ def plot_visibility(
         "show it; left of the line it must be larger than typical. Right: how much of its signature white and "
         "primaries hide, since they are measured again. "
     )
-    height = 2.2 + ROW * len(order)
-    with picture(path, _visibility_title(order, sizes), foot=explained + foot, height=height, force=force) as (
-        figure,
-        low,
-        high,
-    ):
+    height, title = 2.2 + ROW * len(order), _visibility_title(order, sizes)
+    with picture(path, title, foot=explained + foot, height=height, force=force) as (figure, low, high):
         bottom, tall = low + 0.62 / height, high - low - 0.95 / height
         _bars(figure.add_axes((0.16, bottom, 0.60, tall)), order, sizes, effects)
         _hidden(figure.add_axes((0.84, bottom, 0.1, tall)), order)

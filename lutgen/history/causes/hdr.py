@@ -19,15 +19,10 @@ def _proof(pair: SessionPair) -> str:
     if pair.seen is None or not {"sum", "curve"} & moved:
         return ""
     before, after = pair.additivity
-    shown = ("sum" in moved and (len(moved) > 1 or abs(after - before) >= _NOT_ADDITIVE)) or {
-        "curve",
-        "contrast",
-    } <= moved
-    return (
-        ", ".join(pair.told(fact) for fact in ("sum", "curve", "colour", "blue", "contrast") if fact in moved)
-        if shown
-        else ""
-    )
+    much = len(moved) > 1 or abs(after - before) >= _NOT_ADDITIVE
+    if not ("sum" in moved and much) and not {"curve", "contrast"} <= moved:
+        return ""
+    return ", ".join(pair.told(fact) for fact in ("sum", "curve", "colour", "blue", "contrast") if fact in moved)
 
 
 CAUSE = Cause(
