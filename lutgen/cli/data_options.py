@@ -22,31 +22,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Question:
-    """What the options ask: these readings, this model.
+    """What the options ask: these readings, this model."""
 
-    Attributes
-    ----------
-    readings, baseline, selection, instrument, terms
-        As :func:`lutgen.criticism.diagnose.diagnose` takes them.
-    effects
-        All effects, built-in and own, by name.
-    own
-        Names of the effects of ``--add-expr``, in the order given.
-    saved
-        The model of ``--model``.
-    again
-        DATA and options as words for another command that asks of the same readings and model.
-
-    """
-
+    #: As :func:`lutgen.criticism.diagnose.diagnose` takes them; so are ``terms``.
     readings: Measurements
     baseline: str
     selection: str
     instrument: str | None
+    #: All effects, built-in and own, by name.
     effects: dict[str, Effect]
+    #: Names of the effects of ``--add-expr``, in the order given.
     own: tuple[str, ...]
     terms: tuple[Term, ...]
+    #: The model of ``--model``.
     saved: DisplayModel | None
+    #: DATA and options as words for another command that asks of the same readings and model.
     again: str
 
     @property

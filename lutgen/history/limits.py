@@ -32,30 +32,20 @@ SHARES = ("non-uniformity", "gsdf", "ambient")
 
 @dataclass(frozen=True)
 class Limit:
-    """A limit.
+    """A limit."""
 
-    Attributes
-    ----------
-    quantity
-        One of ``history.QUANTITIES``.
-    value
-        In the quantity's unit, or where ``relative`` as a share of the first session's figure.
-    source
-        Who published it, or "user".
-    above
-        Whether the figure must stay at or above ``value``; else at or below.
-    verified
-        Whether somebody compared the number with its source, or read it where the source is quoted; else it is from
-        memory. The reports of AAPM and ACR themselves were not at hand when this table was written: look there before
-        a limit decides anything.
-
-    """
-
+    #: One of ``history.QUANTITIES``.
     quantity: str
+    #: In the quantity's unit, or where ``relative`` as a share of the first session's figure.
     value: float
+    #: Who published it, or "user".
     source: str
+    #: Whether the figure must stay at or above ``value``; else at or below.
     above: bool = True
     relative: bool = False
+    #: Whether somebody compared the number with its source, or read it where the source is quoted; else it is from
+    #: memory. The reports of AAPM and ACR themselves were not at hand when this table was written: look there before a
+    #: limit decides anything.
     verified: bool = True
 
     @property

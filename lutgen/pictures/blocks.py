@@ -138,32 +138,22 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class Blocks:
-    """An image or a slide that is open for reading, block by block.
+    """An image or a slide that is open for reading, block by block."""
 
-    Attributes
-    ----------
-    storage
-        How its pixels are stored.
-    height, width
-        In pixels, as stored.
-    tile
-        Height and width of the file's tiles, in whole ones of which blocks are cut; None: blocks are whole rows.
-    orientation
-        The file's wish to be turned or mirrored, 1 to 8, as TIFF has it; 1: none.
-    places
-        Of all blocks, row by row.
-    workers
-        Blocks that may be read at the same time.
-
-    """
-
+    #: How its pixels are stored.
     storage: Storage
+    #: In pixels, as stored.
     height: int
     width: int
+    #: Height and width of the file's tiles, in whole ones of which blocks are cut; None: blocks are whole rows.
     tile: tuple[int, int] | None
+    #: The file's wish to be turned or mirrored, 1 to 8, as TIFF has it; 1: none.
     orientation: int
+    #: Of all blocks, row by row.
     places: tuple[Place, ...]
+    #: Reads one block.
     _read: Callable[[Place], Stored]
+    #: Blocks that may be read at the same time.
     workers: int = 1
 
     def read(self, progress: Callable[[int, int], None]) -> Iterator[tuple[Place, Stored]]:

@@ -28,32 +28,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ImageFormat:
-    """A kind of image file.
+    """A kind of image file."""
 
-    Attributes
-    ----------
-    name
-        OpenImageIO's name.
-    suffixes
-        The first is the usual one.
-    magic
-        First bytes, one or more kinds.
-    depths
-        OpenImageIO's name of a stored number → that of the number written for it.
-    encoding
-        What its files store unless they say otherwise.
-    lossless
-        Compressions that are kept; others become ``zip``, so that what is written is what was computed.
-
-    """
-
+    #: OpenImageIO's name.
     name: str
+    #: The first is the usual one.
     suffixes: tuple[str, ...]
+    #: First bytes, one or more kinds.
     magic: tuple[bytes, ...]
+    #: OpenImageIO's name of a stored number → that of the number written for it.
     depths: Mapping[str, str]
+    #: What its files store unless they say otherwise.
     encoding: str = SIGNAL
+    #: Whether its files may have alpha, and tiles.
     alpha: bool = True
     tiles: bool = False
+    #: Compressions that are kept; others become ``zip``, so that what is written is what was computed.
     lossless: tuple[str, ...] = ()
 
 

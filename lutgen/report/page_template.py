@@ -124,26 +124,18 @@ class Line:
 
 @dataclass(frozen=True)
 class Chart:
-    """What ``chart.svg`` draws; places in the drawing, texts of the ticks.
+    """What ``chart.svg`` draws; places in the drawing, texts of the ticks."""
 
-    Attributes
-    ----------
-    last
-        The last hour.
-    levels, tolerances
-        Height and text of each tick of ΔE2000, and of each tolerance that the axes hold.
-    hours
-        Place and text of each tick of the hours.
-    lines
-        One a mode.
-
-    """
-
+    #: The last hour.
     last: float
+    #: Height and text of each tick of ΔE2000; place and text of each tick of the hours.
     levels: list[tuple[float, str]]
     hours: list[tuple[float, str]]
+    #: Height and text of each tolerance that the axes hold.
     tolerances: list[tuple[float, str]]
+    #: One a mode.
     lines: list[Line]
+    #: Of the drawing, and ends of its axes.
     width: int = WIDTH
     height: int = HEIGHT
     left: int = LEFT

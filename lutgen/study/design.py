@@ -53,21 +53,13 @@ MOST_READINGS = 200_000
 
 @dataclass(frozen=True)
 class Design:
-    """Which reader reads which image, under which condition, in which session.
+    """Which reader reads which image, under which condition, in which session."""
 
-    Attributes
-    ----------
-    conditions
-        All that a trial names, in the order given, ``none`` last where only later sessions show it.
-    trials
-        By reader, session and position.
-    left_out
-        Names of images that were given and that nobody reads.
-
-    """
-
+    #: All that a trial names, in the order given, ``none`` last where only later sessions show it.
     conditions: tuple[StudyCondition, ...]
+    #: By reader, session and position.
     trials: tuple[StudyTrial, ...]
+    #: Names of images that were given and that nobody reads.
     left_out: tuple[str, ...]
 
     @property

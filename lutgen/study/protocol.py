@@ -84,46 +84,31 @@ class StudyTrial:
 
 @dataclass(frozen=True)
 class Protocol:
-    """All that was decided before the first answer.
+    """All that was decided before the first answer."""
 
-    Attributes
-    ----------
-    title
-        For people.
-    conditions, images, practice
-        What is compared, what is read, and what is shown first to practise on, un-aged and not analysed.
-    categories
-        Diagnoses to choose from.
-    ease
-        Smallest and largest ease of reading; larger is easier.
-    readers, sessions
-        How many of each.
-    washout_days
-        Least days from the end of a reader's session to the start of the next.
-    seed
-        Of the design.
-    model
-        The display model whose LUTs made the renders: name, hash, and per condition the hash of the LUT.
-    renders, trials
-        What is shown, and to whom, when.
-    version
-        Of the lutgen that planned it.
-
-    """
-
+    #: For people.
     title: str
+    #: What is compared, what is read, and what is shown first to practise on, un-aged and not analysed.
     conditions: tuple[StudyCondition, ...]
     images: tuple[StudyImage, ...]
     practice: tuple[StudyImage, ...]
+    #: Diagnoses to choose from.
     categories: tuple[Category, ...]
+    #: Smallest and largest ease of reading; larger is easier.
     ease: tuple[int, int]
+    #: How many of each.
     readers: int
     sessions: int
+    #: Least days from the end of a reader's session to the start of the next.
     washout_days: float
+    #: Of the design.
     seed: int
+    #: The display model whose LUTs made the renders: name, hash, and per condition the hash of the LUT.
     model: Mapping[str, Any]
+    #: What is shown, and to whom, when.
     renders: tuple[Render, ...]
     trials: tuple[StudyTrial, ...]
+    #: Of the lutgen that planned it.
     version: str
 
     def session(self, reader: int, session: int) -> list[StudyTrial]:

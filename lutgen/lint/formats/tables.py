@@ -53,39 +53,29 @@ TWELVE_BITS = range(2048, 4096)
 
 @dataclass
 class TableScan:
-    """What a scan of such a file finds; it is filled line by line.
-
-    Attributes
-    ----------
-    ends
-        Its line ends, of "LF", "CRLF", "CR".
-    size
-        Points along each axis by the header, () without one.
-    rows
-        Number of rows after the header.
-    head, largest
-        The first line of a .3dl that is no comment, and the largest number of its rows.
-    nan, comma, unclosed
-        The first line with NaN or infinity, with a decimal comma, and with metadata that are never closed; 0 for none.
-    odd, sample
-        The first other line that holds anything but the numbers that belong there, 0 for none, and its text.
-    refusal
-        Why the installed OpenColorIO does not read the file; empty where it does, None where it was not asked.
-
-    """
+    """What a scan of such a file finds; it is filled line by line. Lines count from 1; 0 stands for no line."""
 
     path: Path
+    #: Bytes of the file.
     length: int = 0
+    #: The line that opens metadata which are never closed.
     unclosed: int = 0
+    #: Its line ends, of "LF", "CRLF", "CR".
     ends: frozenset[str] = frozenset()
+    #: Points along each axis by the header, () without one.
     size: tuple[int, ...] = ()
+    #: Number of rows after the header.
     rows: int = 0
+    #: The first line of a .3dl that is no comment, and the largest number of its rows.
     head: str = ""
     largest: int = 0
+    #: The first line with NaN or infinity, and the first with a decimal comma.
     nan: int = 0
     comma: int = 0
+    #: The first other line that holds anything but the numbers that belong there, and its text.
     odd: int = 0
     sample: str = ""
+    #: Why the installed OpenColorIO does not read the file; empty where it does, None where it was not asked.
     refusal: str | None = None
 
     def __post_init__(self) -> None:
