@@ -114,6 +114,16 @@ def test_no_module_swallows_errors_and_only_the_command_line_prints_and_exits(mo
     assert {name: habits for name, habits in found.items() if habits} == {}
 
 
+def test_no_class_name_is_used_by_two_packages(modules: dict[str, str]) -> None:
+    homes: dict[str, set[str]] = {}
+    for path, source in modules.items():
+        for node in ast.walk(ast.parse(source)):
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                homes.setdefault(node.name, set()).add(layer_of(path))
+    assert {"DisplayModel", "Finding", "LintFinding"} <= homes.keys()
+    assert {name: sorted(packages) for name, packages in homes.items() if len(packages) > 1} == {}
+
+
 def test_the_readers_of_imports_and_habits_see_them() -> None:
     seen = {(source, path): len(climbs(source, path)) for source, path in CLIMBS}
     assert seen == CLIMBS

@@ -20,7 +20,7 @@ from lutgen.bindings import ocio
 from lutgen.errors import LutgenError
 from lutgen.lint import KINDS, lint, trial
 from lutgen.lint.cube_scan import scan_cube
-from lutgen.lint.finding import OCIO_21, READS, REFUSES, WRONG, Fate, Finding, Linted, Trial
+from lutgen.lint.finding import OCIO_21, READS, REFUSES, WRONG, Fate, Linted, LintFinding, Trial
 from lutgen.lint.formats import formats, rule_names
 from lutgen.lint.programs import OPENCOLORIO, PROGRAMS, Absent, Program, Refusal
 from lutgen.lint.stream import blocks
@@ -135,7 +135,7 @@ def test_a_trial_tells_what_a_reader_did(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def test_a_disagreement_between_rules_and_readers_is_told() -> None:
-    finding = Finding("odd", "no", 0, {OCIO_21: Fate(REFUSES)})
+    finding = LintFinding("odd", "no", 0, {OCIO_21: Fate(REFUSES)})
     trials = (Trial(OCIO_21, "2.1", READS, ""), Trial("colour", "0", WRONG, ""), Trial("pillow_lut", "", "", ""))
     found = Linted(Path("a"), "cube", (), (finding,), trials)
     assert [trial.reader for trial in found.disagreements()] == [OCIO_21, "colour"]
@@ -200,7 +200,7 @@ def test_a_1d_part_that_is_cut_off_is_no_identity(tmp_path: Path) -> None:
 )
 def test_a_level_follows_from_what_readers_do(fates: dict[str, Fate], level: str) -> None:
     readers = ("a", "b") if "a" in fates else ("colour", "pillow_lut", "ffmpeg lut3d")
-    assert Finding("", "", 0, fates).level(readers) == level
+    assert LintFinding("", "", 0, fates).level(readers) == level
 
 
 # What is read of a file

@@ -87,16 +87,7 @@ click.Context.formatter_class = Formatter
 
 
 class Command(click.Command):
-    """A command that says where the help of its group lists it.
-
-    Parameters
-    ----------
-    section
-        Heading under which the group lists the command.
-    place
-        Place under that heading, from 1.
-
-    """
+    """A command that says where its group's help lists it: ``section``, and its ``place`` in that section, from 1."""
 
     def __init__(self, *args: Any, section: Section = Section.COMMANDS, place: int = 0, **kwargs: Any) -> None:
         """Keep the section and the place; the rest is click's."""

@@ -22,31 +22,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Question:
-    """What the options ask: these readings, this model.
+    """What the options ask: these readings, this model."""
 
-    Attributes
-    ----------
-    readings, baseline, selection, instrument, terms
-        As :func:`lutgen.criticism.diagnose.diagnose` takes them.
-    effects
-        All effects, built-in and own, by name.
-    own
-        Names of the effects of ``--add-expr``, in the order given.
-    saved
-        The model of ``--model``.
-    again
-        DATA and options as words for another command that asks of the same readings and model.
-
-    """
-
+    #: As :func:`lutgen.criticism.diagnose.diagnose` takes them; so are ``terms``.
     readings: Measurements
     baseline: str
     selection: str
     instrument: str | None
+    #: All effects, built-in and own, by name.
     effects: dict[str, Effect]
+    #: Names of the effects of ``--add-expr``, in the order given.
     own: tuple[str, ...]
     terms: tuple[Term, ...]
+    #: The model of ``--model``.
     saved: DisplayModel | None
+    #: DATA and options as words for another command that asks of the same readings and model.
     again: str
 
     @property
@@ -132,8 +122,8 @@ def question_from(
     effects |= {each.effect.name: each.effect for each in saved.effects} if saved else {}
     return Question(
         readings,
-        _said_once("baseline", baseline, saved.baseline if saved else None, "colour-points"),
-        _said_once("selection", selection, saved.selection if saved else None, "nearest"),
+        _given_or_saved("baseline", baseline, saved.baseline if saved else None, "colour-points"),
+        _given_or_saved("selection", selection, saved.selection if saved else None, "nearest"),
         instrument,
         effects,
         tuple(parse(text).name for text in expressions),
@@ -150,7 +140,7 @@ def _saved(model: str, effects: dict[str, Effect]) -> DisplayModel:
     return load_model(model, {name: each for name, each in effects.items() if each.origin != "built-in"})
 
 
-def _said_once(what: str, given: str | None, saved: str | None, usual: str) -> str:
+def _given_or_saved(what: str, given: str | None, saved: str | None, usual: str) -> str:
     if given and saved and given != saved:
         raise click.UsageError(f"--{what} {given} contradicts --model, whose {what} is {saved}. Leave --{what} out.")
     return given or saved or usual

@@ -35,7 +35,7 @@ else:
 
 
 class _Digits(_ParamType):
-    """Reads digits 0 to 9 alone; click's own type, which stands behind it in a class, then checks the number."""
+    """Reads digits 0 to 9 alone; click's own type, the next base of a class, then checks the number."""
 
     whole = False
 
@@ -98,11 +98,7 @@ force_option = click.option("--force", is_flag=True, help="Replace files that ex
 def check_output(output: str, image: str, *, force: bool, suffixes: Sequence[str] = (".png",)) -> Path:
     """Return the path that a picture may be written to.
 
-    Raises
-    ------
-    LutgenError
-        As :func:`check_new_file`, or the image itself.
-
+    Raises LutgenError as :func:`check_new_file`, or the image itself.
     """
     path = check_new_file(output, force=force, suffixes=suffixes)
     if path.exists() and Path(image).exists() and path.samefile(image):
@@ -158,6 +154,16 @@ def model_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
+def picture_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add what commands that draw one image end with: --source, --force and the options of the model."""
+    return source_option(force_option(model_options(command)))
+
+
+def life_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add what lifetimes are asked for: --tolerance and --hours."""
+    return tolerance_option(hours_option(command))
+
+
 def model_from(
     *,
     display: str | None,
@@ -196,7 +202,7 @@ def model_from(
 
 
 def say_remarks(readings: Measurements) -> None:
-    """Print to standard error what reading the file had to decide, or left alone."""
+    """Print to standard error what the reader of the file had to decide, or ignored."""
     for remark in readings.remarks:
         say(f"{readings.file}: {remark}", err=True)
 

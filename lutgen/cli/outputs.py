@@ -34,11 +34,8 @@ WIDTH = 110
 def check_new_file(path: str, *, force: bool, suffixes: Sequence[str] = ()) -> Path:
     """Return the path when a file may be written there.
 
-    Raises
-    ------
-    LutgenError
-        A folder, another suffix, a file that exists without ``force``, or a place that cannot be written to.
-
+    Raises LutgenError: a folder, another suffix, a file that exists without ``force``, or a place that cannot be
+    written to.
     """
     file = files.check_new_file(path, force=force, suffixes=suffixes)
     _check_writable(file)

@@ -24,11 +24,7 @@ class _TerminatedError(BaseException):
     """SIGTERM came: half-written files are removed before the process ends, as after Ctrl-C."""
 
 
-@click.group(
-    cls=CommandFolder,
-    folder="lutgen.cli.commands",
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
+@click.group(cls=CommandFolder, folder="lutgen.cli.commands", context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, "-V", "--version", prog_name="lutgen")
 def group() -> None:
     """See through an aged display: LUTs and OpenColorIO configs from measurements of display aging.

@@ -1,4 +1,4 @@
-"""The terminal: sentences wrapped at words, tables that fit, a progress bar, and pipes whose reader has left."""
+"""The terminal: sentences wrapped at words, tables that fit, a progress bar, and pipes that their reader has closed."""
 
 from __future__ import annotations
 
@@ -83,8 +83,8 @@ def progress_bar(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, 
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
-class _Unread(io.FileIO):
-    """A standard stream whose reader may leave: what is written after that is dropped.
+class _PipeStream(io.FileIO):
+    """A standard stream that drops what is written after its reader closed the pipe.
 
     A command then still writes its files, and its exit code still says what it found. Any other fault, such as a full
     disk, is raised once, and not again when Python flushes the stream at exit.
@@ -107,17 +107,17 @@ class _Unread(io.FileIO):
 
 
 def tolerate_closed_pipes() -> None:
-    """Let the reader of standard output and standard error leave, as in ``lutgen … | head -1``."""
+    """Let the reader of standard output and standard error close the pipe, as in ``lutgen … | head -1``."""
     # A test or a program that has replaced a stream keeps its own.
     if sys.stdout is sys.__stdout__ and isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout = _unread(sys.stdout)
+        sys.stdout = _for_a_pipe(sys.stdout)
     if sys.stderr is sys.__stderr__ and isinstance(sys.stderr, io.TextIOWrapper):
-        sys.stderr = _unread(sys.stderr)
+        sys.stderr = _for_a_pipe(sys.stderr)
 
 
-def _unread(stream: io.TextIOWrapper) -> io.TextIOWrapper:
+def _for_a_pipe(stream: io.TextIOWrapper) -> io.TextIOWrapper:
     return io.TextIOWrapper(
-        io.BufferedWriter(_Unread(stream.fileno(), "w", closefd=False)),
+        io.BufferedWriter(_PipeStream(stream.fileno(), "w", closefd=False)),
         encoding=stream.encoding,
         errors=stream.errors,
         line_buffering=stream.line_buffering,

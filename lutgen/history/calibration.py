@@ -29,34 +29,22 @@ USUAL_GAMMA = 2.2
 
 @dataclass(frozen=True)
 class Calibration:
-    """Calibration curves in a few numbers.
+    """Calibration curves in a few numbers."""
 
-    Attributes
-    ----------
-    ends
-        Output of the red, green and blue curve at full input, (3,).
-    starts
-        Output at input 0, (3,): above 0 the calibration raises black.
-    at_stop
-        Channels whose curve ends at 1.
-    cost
-        Share of the luminance of white that is lost because channels are lowered, from the primaries and the native γ
-        of each channel; None where a primary is missing.
-    monotonic
-        Whether all curves rise.
-    bend
-        Largest distance of a curve from the straight line between its ends.
-    target
-        Target of the calibration, where the file says it: white's x, y and Y in cd/m².
-
-    """
-
+    #: Output of the red, green and blue curve at full input, (3,).
     ends: Array
+    #: Output at input 0, (3,): above 0 the calibration raises black.
     starts: Array
+    #: Channels whose curve ends at 1.
     at_stop: tuple[str, ...]
+    #: Share of the luminance of white that is lost because channels are lowered, from the primaries and the native γ of
+    #: each channel; None where a primary is missing.
     cost: float | None
+    #: Whether all curves rise.
     monotonic: bool
+    #: Largest distance of a curve from the straight line between the curve's ends.
     bend: float
+    #: Target of the calibration, where the file says it: white's x, y and Y in cd/m².
     target: dict[str, float]
 
 

@@ -56,24 +56,15 @@ SHORT = 0.195
 
 @dataclass(frozen=True)
 class ColourPoints:
-    """White, the primaries and black of a session.
+    """White, the primaries and black of a session."""
 
-    Attributes
-    ----------
-    channels
-        XYZ of red, green and blue at full drive, less black, (3, 3).
-    extra
-        White less black and less the sum of the channels, (3,): 0 for an additive display.
-    leak
-        Black, (3,); zero where it was not read.
-    has_black
-        Whether black was read.
-
-    """
-
+    #: XYZ of red, green and blue at full drive, less black, (3, 3).
     channels: Array
+    #: White less black and less the sum of the channels, (3,): 0 for an additive display.
     extra: Array
+    #: Black, (3,); zero where it was not read.
     leak: Array
+    #: Whether black was read.
     has_black: bool
 
     def xyz(self) -> Array:
@@ -143,24 +134,15 @@ _STEPS = 12
 
 @dataclass(frozen=True)
 class ColourFit:
-    """The best fit of a change.
+    """The best fit of a change."""
 
-    Attributes
-    ----------
-    values
-        Parameter → its numbers.
-    chi2
-        Misfit of the readings; there are fifteen numbers, or twelve without black.
-    evidence
-        Natural logarithm, up to a constant that all fits of a pair share.
-    residual
-        XYZ as read less XYZ of the fit, (5, 3).
-
-    """
-
+    #: Parameter → its numbers.
     values: dict[str, Array]
+    #: Misfit of the readings; there are fifteen numbers, or twelve without black.
     chi2: float
+    #: Natural logarithm, up to a constant that all fits of a pair share.
     evidence: float
+    #: XYZ as read less XYZ of the fit, (5, 3).
     residual: Array
 
 

@@ -27,26 +27,17 @@ _LEVEL, _CHANGE, _SETTLING = 1.0, 0.5, 0.025
 
 @dataclass(frozen=True)
 class Law:
-    """A law.
+    """A law."""
 
-    Attributes
-    ----------
-    name, formula
-        For people.
-    shapes, prior
-        The grid, (s, p), and the prior weight of each of its points, (s,).
-    columns
-        Shapes and times as multiples of the span, (n,) → what the coefficients multiply, (s, n, k).
-    widths
-        Priors of the coefficients, 1 σ, as shares of the level, (k,).
-
-    """
-
+    #: For people.
     name: str
     formula: str
+    #: The grid, (s, p), and the prior weight of each of its points, (s,).
     shapes: Array
     prior: Array
+    #: Shapes and times as multiples of the span, (n,) → what the coefficients multiply, (s, n, k).
     columns: Callable[[Array, Array], Array]
+    #: Priors of the coefficients, 1 σ, as shares of the level, (k,).
     widths: tuple[float, ...]
 
 
@@ -100,21 +91,13 @@ LAWS = (
 
 @dataclass(frozen=True)
 class Decay:
-    """All laws on one history.
+    """All laws on one history."""
 
-    Attributes
-    ----------
-    weights
-        Name of a law → share of the evidence, the largest first.
-    scatter
-        Scatter of the sessions about the laws, as a multiple of what readings repeat to: mean of its posterior.
-    curves
-        Draws of the figure at the times asked for, (d, m).
-
-    """
-
+    #: Name of a law → share of the evidence, the largest first.
     weights: dict[str, float]
+    #: Scatter of the sessions about the laws, as a multiple of what readings repeat to: mean of its posterior.
     scatter: float
+    #: Draws of the figure at the times asked for, (d, m).
     curves: Array
 
     @property
@@ -133,17 +116,10 @@ class _Posterior:
 
 
 def decay_of(time: Array, figures: Array, errors: Array, ahead: Array, *, draws: int, seed: list[int]) -> Decay:
-    """Weigh all laws on a history and draw its future.
+    """Weigh all laws on a history and draw its future, ``draws`` times, at the times ``ahead``, (m,).
 
-    Parameters
-    ----------
-    time, figures, errors
-        Of each session: time as a multiple of the span, the figure, and what it repeats to, 1 σ, (n,) each.
-    ahead
-        Times at which the future is drawn, (m,).
-    draws, seed
-        Number of draws, and the seed of the generator.
-
+    ``time``, ``figures`` and ``errors`` of each session, (n,): time as a multiple of the span, the figure, and the
+    figure's repeatability, 1 σ.
     """
     level = float(np.abs(figures).max()) or 1.0
     posteriors = [_posterior(law, time, figures / level, errors / level) for law in LAWS]

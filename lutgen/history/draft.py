@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import xyz_to_uv
+from lutgen.colorimetry import Array, xyz_to_uv
 from lutgen.errors import LutgenError
 from lutgen.history.calibration import calibration
 from lutgen.history.pair import UNKNOWN
@@ -19,7 +19,6 @@ from lutgen.history.patches import CHANNELS, mean_xyz, primaries
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from lutgen.colorimetry import Array
     from lutgen.readings.session import Session
 
 #: Δu'v' of a primary between two sessions that no aging explains, but another panel, mode or correction of the meter
@@ -36,24 +35,17 @@ OF_SESSION = {
 
 @dataclass(frozen=True)
 class Answers:
-    """Answers of a person, for the display and for all sessions; a key without an answer stays open in the draft.
+    """Answers of a person, for the display and for all sessions; a key without an answer stays open in the draft."""
 
-    Attributes
-    ----------
-    name
-        The display's name; "": the files'.
-    numbers, texts
-        Keys of ``OF_DISPLAY`` and ``OF_SESSION`` with numbers, and with text.
-
-    """
-
+    #: The display's name; "": the files'.
     name: str = ""
+    #: Keys of ``OF_DISPLAY`` and ``OF_SESSION`` with numbers, and with text.
     numbers: Mapping[str, float] = field(default_factory=dict)
     texts: Mapping[str, str] = field(default_factory=dict)
 
 
 def displays_of(sessions: Sequence[Session]) -> list[list[Session]]:
-    """Group sessions by display, in the order given: in a group names agree, and primaries as far as they age."""
+    """Group sessions by display, in the order given: same name, and primaries no further apart than aging explains."""
     groups: list[list[tuple[Session, dict[str, Array]]]] = []
     for session in sessions:
         mine = (session, _uv(session))
@@ -68,11 +60,7 @@ def displays_of(sessions: Sequence[Session]) -> list[list[Session]]:
 def check_one_display(sessions: Sequence[Session]) -> None:
     """Refuse sessions of clearly different displays, and say which session belongs to which display.
 
-    Raises
-    ------
-    LutgenError
-        Primaries differ by more than any aging, or names do.
-
+    Raises LutgenError: primaries differ by more than any aging, or names do.
     """
     groups = displays_of(sessions)
     if len(groups) < 2:
@@ -91,11 +79,7 @@ def check_one_display(sessions: Sequence[Session]) -> None:
 def draft(sessions: Sequence[Session], beside: Path, answers: Answers | None = None) -> str:
     """Return a campaign file of these sessions, by date; paths are told from the folder ``beside``.
 
-    Raises
-    ------
-    LutgenError
-        The same bytes twice.
-
+    Raises LutgenError where two files hold the same bytes.
     """
     answers = answers or Answers()
     twice = {each.sha256: each for each in sessions}

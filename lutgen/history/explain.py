@@ -16,7 +16,7 @@ import numpy as np
 
 from lutgen.errors import LutgenError
 from lutgen.history.causes import causes
-from lutgen.history.colour_points import BY_CONTENT, colour_points, fit
+from lutgen.history.colour_points import BY_CONTENT, ColourFit, colour_points, fit
 from lutgen.history.pair import SessionPair
 from lutgen.history.patches import CHANNELS
 from lutgen.history.steadiness import drift_by_repeats, left_out, steadiness
@@ -25,7 +25,6 @@ from lutgen.history.verdicts import SessionVerdict, in_succession, pronounce
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lutgen.history.colour_points import ColourFit
     from lutgen.readings.campaign import Campaign, CampaignEntry
 
 #: Prior of two causes at once against one, in natural logarithms: two changes at once are rarer.
@@ -34,41 +33,25 @@ SECOND = 3.0
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """A set of causes and how well it explains white, primaries and black.
+    """A set of causes and how well it explains white, primaries and black."""
 
-    Attributes
-    ----------
-    names
-        The causes; none: nothing changed.
-    fit
-        Their best fit.
-    weight
-        Natural logarithm of evidence times prior.
-
-    """
-
+    #: The causes; none: nothing changed.
     names: tuple[str, ...]
+    #: Their best fit.
     fit: ColourFit
+    #: Natural logarithm of evidence times prior.
     weight: float
 
 
 @dataclass(frozen=True)
 class Explanations:
-    """Verdicts on a campaign.
+    """Verdicts on a campaign."""
 
-    Attributes
-    ----------
-    campaign
-        The sessions.
-    reference
-        Place of the session with which the others are compared.
-    pairs, verdicts
-        One for every other session, in the order of the campaign.
-
-    """
-
+    #: The sessions.
     campaign: Campaign
+    #: Place of the session with which the others are compared.
     reference: int
+    #: One for every other session, in the order of the campaign.
     pairs: tuple[SessionPair, ...]
     verdicts: tuple[SessionVerdict, ...]
 
@@ -80,11 +63,7 @@ def explain(
 
     ``reference`` names the file of the reference session; without it, the earliest complete and steady session is it.
 
-    Raises
-    ------
-    LutgenError
-        Fewer than two sessions, or the reference is none or several of them.
-
+    Raises LutgenError: fewer than two sessions, or a reference that names no session or several.
     """
     if len(campaign.entries) < 2:
         raise LutgenError(f"{campaign.file}: one session; causes are told from two or more. Add another [[sessions]].")

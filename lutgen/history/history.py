@@ -7,16 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import xyz_to_uv
+from lutgen.colorimetry import Array, xyz_to_uv
 from lutgen.errors import LutgenError
 from lutgen.history.colour_points import ALIKE, BLACK, FLOOR_CD_M2
-from lutgen.history.inspect import inspect_session
-from lutgen.history.transfer import contrast_response
+from lutgen.history.inspect import Inspection, inspect_session
+from lutgen.history.transfer import ContrastResponse, contrast_response
 
 if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.history.inspect import Inspection
-    from lutgen.history.transfer import ContrastResponse
     from lutgen.readings.campaign import Campaign
 
 #: Quantity → what it is, with its unit.
@@ -38,40 +35,27 @@ COLOUR_NOISE, GAMMA_NOISE, EVEN_NOISE, GSDF_NOISE = 0.0010, 0.02, 0.01, 0.03
 
 @dataclass(frozen=True)
 class History:
-    """Figures over time.
+    """Figures over time."""
 
-    Attributes
-    ----------
-    campaign
-        The sessions.
-    places
-        Places of the sessions in the campaign, by time, (n,).
-    time, unit
-        Since the earliest session, (n,): "hours" of operation, or "days" where only dates are known.
-    values, errors
-        Quantity → figures, (n,), NaN where a session does not tell; and what they repeat to, 1 σ, (n,).
-    responses
-        Contrast response of each session's greys, (n,); None where they do not tell.
-
-    """
-
+    #: The sessions.
     campaign: Campaign
+    #: Places of the sessions in the campaign, by time, (n,).
     places: tuple[int, ...]
+    #: Since the earliest session, (n,): "hours" of operation, or "days" where only dates are known.
     time: Array
     unit: str
+    #: Quantity → figures, (n,), NaN where a session does not tell; and what they repeat to, 1 σ, (n,).
     values: dict[str, Array]
     errors: dict[str, Array]
+    #: Contrast response of each session's greys, (n,); None where they do not tell.
     responses: tuple[ContrastResponse | None, ...] = ()
 
 
 def history(campaign: Campaign, ambient_cd_m2: float = 0.0) -> History:
     """Collect the figures of all sessions; ``ambient_cd_m2`` is what the room adds to readings taken without its light.
 
-    Raises
-    ------
-    LutgenError
-        Neither hours nor dates are known, or a session is relative, so that luminances cannot be compared.
-
+    Raises LutgenError: neither hours nor dates are known, or a session is relative, so that luminances cannot be
+    compared.
     """
     time, unit = times(campaign)
     order = np.argsort(time, kind="stable")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.colorimetry import xyz_to_xyY
+from lutgen.colorimetry import Array, xyz_to_xyY
 from lutgen.history.calibration import Calibration, calibration, native_gamma
 from lutgen.history.patches import CHANNELS, Primaries, additivity, mean_xyz, primaries, ramp
 from lutgen.history.remarks import missing_patches, remarks
@@ -16,7 +16,6 @@ from lutgen.history.steadiness import Steadiness, left_out, steadiness
 from lutgen.history.transfer import GreyTracking, Transfer, grey_tracking, transfer
 
 if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
     from lutgen.readings.session import Session
 
 

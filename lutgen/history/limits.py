@@ -32,30 +32,20 @@ SHARES = ("non-uniformity", "gsdf", "ambient")
 
 @dataclass(frozen=True)
 class Limit:
-    """A limit.
+    """A limit."""
 
-    Attributes
-    ----------
-    quantity
-        One of ``history.QUANTITIES``.
-    value
-        In the quantity's unit, or where ``relative`` as a share of the first session's figure.
-    source
-        Who published it, or "user".
-    above
-        Whether the figure must stay at or above ``value``; else at or below.
-    verified
-        Whether somebody compared the number with its source, or read it where the source is quoted; else it is from
-        memory. The reports of AAPM and ACR themselves were not at hand when this table was written: look there before
-        a limit decides anything.
-
-    """
-
+    #: One of ``history.QUANTITIES``.
     quantity: str
+    #: In the quantity's unit, or where ``relative`` as a share of the first session's figure.
     value: float
+    #: Who published it, or "user".
     source: str
+    #: Whether the figure must stay at or above ``value``; else at or below.
     above: bool = True
     relative: bool = False
+    #: Whether somebody compared the number with its source, or read it where the source is quoted; else it is from
+    #: memory. The reports of AAPM and ACR themselves were not at hand when this table was written: look there before a
+    #: limit decides anything.
     verified: bool = True
 
     @property
@@ -82,7 +72,7 @@ def _conforming(share: float) -> tuple[Limit, ...]:
     )
 
 
-#: Name of a set → its limits. Contrast is meant with the room's light on the screen: --ambient adds it. Ambient is the
+#: Name of a set → its limits. Contrast includes the room's light on the screen: --ambient adds it. Ambient is the
 #: room's light over black's: at most ⅔, better ¼. What nobody publishes for a drift over time (colour, a share of the
 #: first luminance) is no more than usual: 0.01 is TG18's for the colour over one screen, 70 % what LED makers call the
 #: end of life.
@@ -114,11 +104,7 @@ def limits_of(name: str) -> tuple[Limit, ...]:
 def parse_limit(text: str) -> Limit:
     """Read a limit such as ``white>=200``, ``white>=80%`` (of the first session) or ``white-shift<=0.005``.
 
-    Raises
-    ------
-    LutgenError
-        It is none, or of no quantity that is followed.
-
+    Raises LutgenError: the text is no limit, or of a quantity that is not followed.
     """
     found = re.fullmatch(r"\s*([a-z-]+)\s*(>=|<=)\s*([^%\s]+)\s*(%?)\s*", text, re.ASCII)
     if not found:

@@ -8,16 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import xyz_to_uv
+from lutgen.colorimetry import Array, xyz_to_uv
 from lutgen.errors import LutgenError
 from lutgen.history.calibration import bend, full_light_ratio
-from lutgen.history.colour_points import colour_points
+from lutgen.history.colour_points import ColourPoints, colour_points
 from lutgen.history.patches import CHANNELS, mean_xyz, tip_rows
 from lutgen.history.steadiness import FEWEST_SHARED, SessionDrift, drift_by_order, drift_by_repeats, shared, steadiness
 
 if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.history.colour_points import ColourPoints
     from lutgen.readings.campaign import CampaignEntry
     from lutgen.readings.session import Session
 
@@ -47,22 +45,14 @@ RECALIBRATED = 0.04
 
 @dataclass(frozen=True)
 class SessionPair:
-    """A session beside its reference.
+    """A session beside its reference."""
 
-    Attributes
-    ----------
-    before, after
-        The reference and the session, with what the campaign says of them.
-    days
-        From the reference to the session; None: a date is missing.
-    misread
-        Sentences on readings that were left out of both, one each.
-
-    """
-
+    #: The reference and the session, with what the campaign says of them.
     before: CampaignEntry
     after: CampaignEntry
+    #: From the reference to the session; None: a date is missing.
     days: float | None
+    #: Sentences on readings that were left out of both, one each.
     misread: tuple[str, ...] = ()
 
     @cached_property

@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import SRGB_XY, xy_to_uv, xyz_to_uv, xyz_to_xyY
+from lutgen.colorimetry import SRGB_XY, Array, xy_to_uv, xyz_to_uv, xyz_to_xyY
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lutgen.colorimetry import Array
     from lutgen.readings.session import Session
 
 #: The ramp of each channel and its place in drive.
@@ -24,18 +23,11 @@ _SAME = 1e-4
 
 @dataclass(frozen=True)
 class Ramp:
-    """Readings of one ramp, replicates averaged as light.
+    """Readings of one ramp, replicates averaged as light."""
 
-    Attributes
-    ----------
-    drive
-        Rising code values above 0, up to 1, (n,).
-    xyz
-        As in the session, (n, 3).
-
-    """
-
+    #: Rising code values above 0, up to 1, (n,).
     drive: Array
+    #: As in the session, (n, 3).
     xyz: Array
 
 
@@ -95,24 +87,15 @@ GAMUTS = {
 
 @dataclass(frozen=True)
 class Primaries:
-    """Red, green and blue at full drive, black included.
+    """Red, green and blue at full drive, black included."""
 
-    Attributes
-    ----------
-    xyz
-        Channel → XYZ at full drive, (3,), in the session's unit.
-    shift
-        Name of a gamut → channel → Δu'v' to its primary.
-    nearest
-        The gamut whose primaries are nearest, by the mean Δu'v' of what was read.
-    coverage
-        Area of this display's triangle inside sRGB's over that of sRGB's, in u'v'; None unless all three were read.
-
-    """
-
+    #: Channel → XYZ at full drive, (3,), in the session's unit.
     xyz: dict[str, Array]
+    #: Name of a gamut → channel → Δu'v' to its primary.
     shift: dict[str, dict[str, float]]
+    #: The gamut whose primaries are nearest, by the mean Δu'v' of what was read.
     nearest: str
+    #: Area of this display's triangle inside sRGB's over that of sRGB's, in u'v'; None unless all three were read.
     coverage: float | None
 
     @property

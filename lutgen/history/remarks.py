@@ -6,19 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import SRGB_XY, xy_to_uv, xyz_to_xyY
-from lutgen.history.patches import CHANNELS, mean_xyz, ramp, repeats, tip
-from lutgen.history.transfer import clipping
+from lutgen.colorimetry import SRGB_XY, Array, xy_to_uv, xyz_to_xyY
+from lutgen.history.patches import CHANNELS, Primaries, mean_xyz, ramp, repeats, tip
+from lutgen.history.transfer import GreyTracking, Transfer, clipping
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lutgen.colorimetry import Array
     from lutgen.history.calibration import Calibration
     from lutgen.history.inspect import Inspection
-    from lutgen.history.patches import Primaries
     from lutgen.history.steadiness import Steadiness
-    from lutgen.history.transfer import GreyTracking, Transfer
     from lutgen.readings.session import Session
 
 #: Change of luminance within a session that is drift, and one that no settled display at fixed settings has: a warm-up

@@ -2,8 +2,8 @@
 
 A reading is misread where it contradicts its own ramp or its own repeats: a window popped up, or the instrument
 slipped. Warm-up, automatic brightness and dimming show best in patches that were read again. Where hardly any patch was
-read again, and the order of reading is known, the patches that two sessions share are compared: the part of their ratio
-that does not follow the colour of the patches must not follow the order of reading.
+read again, and the order of reading is known, the patches that two sessions share are compared: a ratio of their light
+that changes with the order of reading, beside what changes with the colour of the patches, is a drift.
 """
 
 from __future__ import annotations
@@ -13,14 +13,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import xyz_to_uv
+from lutgen.colorimetry import Array, xyz_to_uv
 from lutgen.history.patches import CHANNELS, black_xyz, ramp, repeats
 from lutgen.history.transfer import lightness
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lutgen.colorimetry import Array
     from lutgen.readings.session import Session
 
 #: A reading is misread where its L* differs by ``FAR`` from the value that its neighbours or repeats give, and by
@@ -100,30 +99,20 @@ _MEDIAN_OF_NORMAL = 0.6745
 
 @dataclass(frozen=True)
 class Steadiness:
-    """Repeatability of a session, from patches that were read more than once.
+    """Repeatability of a session, from patches that were read more than once."""
 
-    Attributes
-    ----------
-    patches, readings
-        Number of bright patches that were read again, and of all their readings.
-    noise
-        Standard deviation of Y over the mean of its patch, pooled over bright patches; a drift makes it larger.
-    dark_noise
-        Pooled standard deviation of Y of dark patches, in the unit of the session; None: no dark patch was read again.
-    order, ratio
-        Of bright patches: place in the order read as a share of the session, (n,), and Y over the patch's first
-        reading, (n,).
-    shift
-        Largest Δu'v' of a bright patch against its first reading.
-
-    """
-
+    #: Number of bright patches that were read again, and of all their readings.
     patches: int
     readings: int
+    #: Standard deviation of Y over the mean of its patch, pooled over bright patches; a drift makes it larger.
     noise: float
+    #: Pooled standard deviation of Y of dark patches, in the unit of the session; None: no dark patch was read again.
     dark_noise: float | None
+    #: Of bright patches: place in the order read as a share of the session, (n,), and Y over the patch's first reading,
+    #: (n,).
     order: Array
     ratio: Array
+    #: Largest Δu'v' of a bright patch against its first reading.
     shift: float
 
     @property
@@ -194,21 +183,13 @@ _DARK = 0.03
 
 @dataclass(frozen=True)
 class SessionDrift:
-    """The drift of a session.
+    """The drift of a session."""
 
-    Attributes
-    ----------
-    change
-        Largest change of luminance within the session, as a share, with its sign.
-    by
-        "repeats" (patches that were read again) or "order" (patches that another session shares).
-    scatter
-        Scatter of readings without drift, 1 σ, as a share.
-
-    """
-
+    #: Largest change of luminance within the session, as a share, with its sign.
     change: float
+    #: "repeats" (patches that were read again) or "order" (patches that another session shares).
     by: str
+    #: Scatter of readings without drift, 1 σ, as a share.
     scatter: float = 0.0
 
     @property

@@ -15,14 +15,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from lutgen.colorimetry import code_to_linear, delta_e_2000, xyz_to_lab, xyz_to_uv
-from lutgen.history.patches import mean_xyz, ramp
+from lutgen.colorimetry import Array, code_to_linear, delta_e_2000, xyz_to_lab, xyz_to_uv
+from lutgen.history.patches import Ramp, mean_xyz, ramp
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from lutgen.colorimetry import Array
-    from lutgen.history.patches import Ramp
     from lutgen.readings.session import Session
 
 #: γ is fitted between these code values: below, black and noise are too large a part of the light; above, all curves
@@ -35,26 +33,17 @@ FEWEST_LEVELS = 3
 
 @dataclass(frozen=True)
 class Transfer:
-    """A ramp as a curve.
+    """A ramp as a curve."""
 
-    Attributes
-    ----------
-    drive, linear
-        Code values, (n,), and luminance after black over that of full drive, (n,).
-    gamma
-        Slope of log ``linear`` against log ``drive`` by least squares through full drive, between 10 and 90 %; None:
-        fewer than three levels there.
-    residual
-        Root mean square of the relative difference between the luminance and that power; None with ``gamma``.
-    lightness
-        L* of the curve less L* of sRGB at each drive, (n,): above 0 the display is lighter (CIE 15:2018, 8.2.1).
-
-    """
-
+    #: Code values, (n,), and luminance after black over that of full drive, (n,).
     drive: Array
     linear: Array
+    #: Slope of log ``linear`` against log ``drive`` by least squares through full drive, between 10 and 90 %; None:
+    #: fewer than three levels there.
     gamma: float | None
+    #: Root mean square of the relative difference between the luminance and that power; None with ``gamma``.
     residual: float | None
+    #: L* of the curve less L* of sRGB at each drive, (n,): above 0 the display is lighter (CIE 15:2018, 8.2.1).
     lightness: Array
 
     @property
@@ -88,7 +77,7 @@ def lightness(ratio: Array) -> Array:
 #: Changes of a curve are ignored below this L*: black and noise are too large a part of the light there.
 DARKEST = 20.0
 
-#: Shares of the ramp's light that the eye does not tell from full light, and from none: a third of ΔL* 1.
+#: Differences from full light, and from no light, that the eye does not see, as shares of full light: ΔL* ⅓.
 ALIKE, DARK = 0.005, 2e-4
 
 #: Code values nearer to 0 or 1 than this look alike on any display.
@@ -121,21 +110,13 @@ LOWEST = 0.1
 
 @dataclass(frozen=True)
 class GreyTracking:
-    """Colour of the greys, as seen, black included.
+    """Colour of the greys, as seen, black included."""
 
-    Attributes
-    ----------
-    drive
-        Code values from 0.1 up to white's, (n,).
-    shift
-        u', v' of each less white's, (n, 2).
-    delta_e
-        ΔE2000 to a grey of the same luminance in white's colour, under white, (n,).
-
-    """
-
+    #: Code values from 0.1 up to white's, (n,).
     drive: Array
+    #: u', v' of each less white's, (n, 2).
     shift: Array
+    #: ΔE2000 to a grey of the same luminance in white's colour, under white, (n,).
     delta_e: Array
 
 
@@ -181,18 +162,11 @@ def index_of(luminance: Array) -> Array:
 
 @dataclass(frozen=True)
 class ContrastResponse:
-    """Contrast between neighbouring greys.
+    """Contrast between neighbouring greys."""
 
-    Attributes
-    ----------
-    drive
-        Middle of each two code values, (n,).
-    contrast, standard
-        ΔL over mean L by JND, as read and as the standard has it between the same ends, (n,).
-
-    """
-
+    #: Middle of each two code values, (n,).
     drive: Array
+    #: ΔL over mean L by JND, as read and as the standard has it between the same ends, (n,).
     contrast: Array
     standard: Array
 

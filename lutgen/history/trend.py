@@ -1,8 +1,8 @@
 """The trend of a display: which law its figures follow, and when each limit will be passed.
 
-Sessions in which something else than the display changed (see ``explain``) are left out: a step of a setting would
-pass for aging. All laws count by their evidence, and the sessions' scatter is estimated with them, so that not knowing
-the law or the scatter is part of the interval.
+Sessions in which something other than the display changed (see ``explain``) are left out: a changed setting would look
+like aging. All laws count by their evidence, and the sessions' scatter is estimated together with the laws, so that the
+interval includes the uncertainty of law and scatter.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 from lutgen.errors import LutgenError
 from lutgen.history.causes import causes
-from lutgen.history.decay import decay_of
+from lutgen.history.decay import Decay, decay_of
 from lutgen.history.explain import explain
 from lutgen.history.history import QUANTITIES, History, history
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from lutgen.colorimetry import Array
-    from lutgen.history.decay import Decay
     from lutgen.history.limits import Limit
     from lutgen.readings.campaign import Campaign
 
@@ -39,54 +38,37 @@ _POINTS = 1001
 #: Share of the evidence from which a law is named beside the likeliest.
 NAMED = 0.1
 
-#: Fewest sessions for a time to be told, and for the interval to rest on the sessions more than on the laws' priors.
+#: Fewest sessions that give a time, and that give an interval which depends more on them than on the laws' priors.
 FEWEST, ENOUGH = 4, 8
 
 
 @dataclass(frozen=True)
 class Passing:
-    """When a limit is passed.
+    """When a limit is passed."""
 
-    Attributes
-    ----------
-    limit, bound
-        The limit, and its value in the quantity's unit.
-    status
-        "passed", "ahead" (the law gets there within the horizon), "kept" (it does not), or "cannot-tell".
-    time, low, high
-        Since the earliest session; of ``passed`` those of the first session beyond it and the one before. None: not
-        within the horizon, or no session before.
-    extrapolated
-        Whether the time lies behind the last session.
-
-    """
-
+    #: The limit, and its value in the quantity's unit.
     limit: Limit
     bound: float
+    #: "passed", "ahead" (the law gets there within the horizon), "kept" (it does not), or "cannot-tell".
     status: str
+    #: Since the earliest session; of ``passed`` those of the first session beyond it and the one before. None: not
+    #: within the horizon, or no session before.
     time: float | None = None
     low: float | None = None
     high: float | None = None
+    #: Whether the time lies after the last session.
     extrapolated: bool = False
 
 
 @dataclass(frozen=True)
 class Followed:
-    """One quantity over time.
+    """One quantity over time."""
 
-    Attributes
-    ----------
-    quantity
-        One of ``history.QUANTITIES``.
-    decay
-        The laws by evidence; None where fewer than two sessions tell.
-    curve, low, high
-        Median of the draws at ``Trend.ahead``, (m,), and their interval.
-
-    """
-
+    #: One of ``history.QUANTITIES``.
     quantity: str
+    #: The laws by evidence; None where fewer than two sessions tell.
     decay: Decay | None
+    #: Median of the draws at ``Trend.ahead``, (m,), and their interval.
     curve: Array
     low: Array
     high: Array
@@ -100,27 +82,17 @@ class Followed:
 
 @dataclass(frozen=True)
 class Trend:
-    """The trend of a campaign.
+    """The trend of a campaign."""
 
-    Attributes
-    ----------
-    history
-        Figures of all sessions.
-    kept
-        Which of them the laws are fitted to, (n,).
-    why
-        Place in the history → why a session is left out.
-    ahead
-        Times at which laws are drawn, (m,), up to the horizon.
-    courses, passings
-        By quantity, and by limit.
-
-    """
-
+    #: Figures of all sessions.
     history: History
+    #: Which of them the laws are fitted to, (n,).
     kept: Array
+    #: Place in the history → why a session is left out.
     why: dict[int, str]
+    #: Times at which laws are drawn, (m,), up to the horizon.
     ahead: Array
+    #: By quantity, and by limit.
     courses: dict[str, Followed]
     passings: tuple[Passing, ...]
 
@@ -137,11 +109,7 @@ def trend(
 
     ``all_sessions`` leaves none out; ``ambient_cd_m2`` is what the room adds to readings taken without its light.
 
-    Raises
-    ------
-    LutgenError
-        Fewer than two sessions, no hours and no dates, all at one time, or a relative session.
-
+    Raises LutgenError: fewer than two sessions, no hours and no dates, all at one time, or a relative session.
     """
     if len(campaign.entries) < 2:
         message = f"{campaign.file}: one session; a trend is told from two or more. Add another [[sessions]]."
@@ -159,7 +127,7 @@ def trend(
 
 
 def _left_out(seen: History, progress: Callable[[int, int], None] | None) -> dict[int, str]:
-    """Say which sessions differ by something else than the display's own aging, and by what."""
+    """Say which sessions differ by something other than the display's own aging, and by what."""
     found = explain(seen.campaign, progress=progress)
     others = [place for place in range(len(seen.places)) if place != found.reference]
     verdict_of = dict(zip(others, found.verdicts, strict=True))

@@ -47,33 +47,21 @@ _NOT_READ = "white or a primary at full drive was not read in both, or not in cd
 
 @dataclass(frozen=True)
 class SessionVerdict:
-    """A verdict on one session.
+    """A verdict on one session."""
 
-    Attributes
-    ----------
-    kind
-        One of ``KINDS``.
-    names
-        The named causes; the likeliest first for ``one-of``, none for ``same``.
-    sentence
-        The finding in plain words.
-    evidence
-        The facts behind the verdict, each a sentence or a clause.
-    tests
-        Measurements that would decide between the named causes, one for each.
-    display
-        Whether the display itself has changed: "unchanged" (no sign of a change), "changed" or "cannot tell".
-    sure
-        For ``one-of``: the causes that every explanation contains.
-
-    """
-
+    #: One of ``KINDS``.
     kind: str
+    #: The named causes; the likeliest first for ``one-of``, none for ``same``.
     names: tuple[str, ...]
+    #: The finding in plain words.
     sentence: str
+    #: The facts behind the verdict, each a sentence or a clause.
     evidence: tuple[str, ...]
+    #: Measurements that would decide between the named causes, one for each.
     tests: tuple[str, ...]
+    #: Whether the display itself has changed: "unchanged" (no sign of a change), "changed" or "cannot tell".
     display: str
+    #: For ``one-of``: the causes that every explanation contains.
     sure: tuple[str, ...] = ()
 
 
@@ -182,12 +170,9 @@ def _joined(names: tuple[str, ...], curves: tuple[str, ...], facts: tuple[str, .
     """Combine the causes that white, primaries and black name with those that bent the curves."""
     if not names and not curves:
         return _verdict("same", (), facts)
-    if not names or not curves:
-        names = names or curves
-        return _verdict("one-of" if len(names) > 1 else "named", names, facts)
-    if set(names) & set(curves):
-        names = tuple(name for name in names if name in curves)
-        return _verdict("one-of" if len(names) > 1 else "named", names, facts)
+    both = tuple(name for name in names if name in curves)
+    if both or not names or not curves:
+        return _one_of(both or names or curves, facts)
     return _verdict("several" if len(names) == len(curves) == 1 else "one-of", (*names, *curves), facts)
 
 
@@ -221,10 +206,7 @@ def _facts(pair: SessionPair) -> tuple[str, ...]:
     ratio = after.channels[:, 1] / before.channels[:, 1]
     size = np.hypot(*pair.shift.T)
     listed = ", ".join(f"{name} {value:.3f}" for name, value in zip((*CHANNELS, "white"), size, strict=True))
-    facts = [
-        f"light at full drive ×{ratio[0]:.3f} red, ×{ratio[1]:.3f} green, ×{ratio[2]:.3f} blue",
-        f"Δu'v' {listed}",
-    ]
+    facts = [f"light at full drive ×{ratio[0]:.3f} red, ×{ratio[1]:.3f} green, ×{ratio[2]:.3f} blue", f"Δu'v' {listed}"]
     if before.has_black and after.has_black:
         facts.append(f"black {before.leak[1]:.3g} → {after.leak[1]:.3g} cd/m²")
     if pair.bend is not None:

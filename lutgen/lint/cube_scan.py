@@ -84,39 +84,28 @@ class Oddity:
 
 @dataclass(frozen=True)
 class CubeScan:
-    """What a scan of a ``.cube`` finds.
-
-    Attributes
-    ----------
-    size, size_1d
-        Numbers of the first LUT_3D_SIZE and LUT_1D_SIZE, 0 where they are missing or no numbers.
-    marked
-        Whether the file starts with a UTF-8 byte order mark.
-    ends
-        Its line ends, of "LF", "CRLF", "CR".
-    oddities
-        Kind of irregularity → where it is: ``nan``, ``infinite``, ``overflow``, ``subnormal``, ``decimal comma``,
-        ``comma``, ``comment``, ``columns``, ``text``, ``NUL``, ``tab``, ``not UTF-8``.
-    shaper_rows, shaper
-        The number of rows of the 1D part, and the rows themselves where the scan keeps them.
-    shaper_is_identity
-        Whether the 1D part is complete and returns its input.
-    table
-        The rows of the 3D part.
-
-    """
+    """What a scan of a ``.cube`` finds."""
 
     path: Path
     bytes: int
+    #: Numbers of the first LUT_3D_SIZE and LUT_1D_SIZE, 0 where they are missing or no numbers.
     size: int
     size_1d: int
+    #: Whether the file starts with a UTF-8 byte order mark.
     marked: bool
+    #: Its line ends, of "LF", "CRLF", "CR".
     ends: frozenset[str]
+    #: The lines of the header, ``MAX_ENTRIES`` at most.
     entries: tuple[Entry, ...]
+    #: Kind of irregularity → where it is: ``nan``, ``infinite``, ``overflow``, ``subnormal``, ``decimal comma``,
+    #: ``comma``, ``comment``, ``columns``, ``text``, ``NUL``, ``tab``, ``not UTF-8``.
     oddities: Mapping[str, Oddity]
+    #: The number of rows of the 1D part, and the rows themselves where the scan keeps them.
     shaper_rows: int
     shaper: Array
+    #: Whether the 1D part is complete and returns its input.
     shaper_is_identity: bool
+    #: The rows of the 3D part.
     table: TableStatistics
 
     def named(self, *keywords: str) -> tuple[Entry, ...]:
@@ -141,11 +130,7 @@ class CubeScan:
 def scan_cube(path: Path, *, keep: bool = False) -> CubeScan:
     """Scan a ``.cube``; ``keep`` its rows too where readers are to be compared with them.
 
-    Raises
-    ------
-    LutgenError
-        The file cannot be read, or is no text.
-
+    Raises LutgenError: the file cannot be read, or is no text.
     """
     scanner = _Scanner(keep=keep)
     for block in blocks(path):

@@ -69,7 +69,7 @@ def wrong(*readers: str, how: str) -> dict[str, Fate]:
 
 
 @dataclass(frozen=True)
-class Finding:
+class LintFinding:
     """One fact about a file that affects a reader, or that its author should know.
 
     Attributes
@@ -136,7 +136,7 @@ class Linted:
     path: Path
     kind: str
     facts: tuple[str, ...]
-    findings: tuple[Finding, ...]
+    findings: tuple[LintFinding, ...]
     trials: tuple[Trial, ...] = ()
 
     @property
@@ -151,15 +151,15 @@ class Linted:
             trial.outcome in {READS, ""} for trial in self.trials
         )
 
-    def fate(self, reader: str) -> tuple[Fate, Finding | None]:
+    def fate(self, reader: str) -> tuple[Fate, LintFinding | None]:
         """Return what a reader does with the file, and the finding that says so, None where it shows what is meant."""
         return _worst(reader, self.findings)
 
     def disagreements(self) -> tuple[Trial, ...]:
         """The trials in which a reader did not do what the rules say."""
-        return tuple(trial for trial in self.trials if trial.outcome and not self._told(trial))
+        return tuple(trial for trial in self.trials if trial.outcome and not self._foretold(trial))
 
-    def _told(self, trial: Trial) -> bool:
+    def _foretold(self, trial: Trial) -> bool:
         if trial.reader == OCIOCHECK:
             # ociocheck refuses less than the OpenColorIO that it is built with: it opens no LUT and shows no picture.
             library = OCIO_21 if trial.version.startswith("2.1.") else OCIO_26
@@ -194,6 +194,6 @@ class Linted:
         return {"outcome": fate.outcome, "how": fate.how, "rule": finding.rule if finding else None}
 
 
-def _worst(reader: str, findings: Sequence[Finding]) -> tuple[Fate, Finding | None]:
+def _worst(reader: str, findings: Sequence[LintFinding]) -> tuple[Fate, LintFinding | None]:
     struck = [(finding.fates[reader], finding) for finding in findings if reader in finding.fates]
     return max(struck, key=lambda pair: OUTCOMES.index(pair[0].outcome)) if struck else (Fate(READS), None)

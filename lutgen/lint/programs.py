@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.bindings import ocio, ocio_errors, unclosed_metadata, warnings_logged
-from lutgen.lint.finding import COLOUR, FFMPEG, OCIO, OCIO_21, OCIO_26, PILLOW, Finding, refused
+from lutgen.lint.finding import COLOUR, FFMPEG, OCIO, OCIO_21, OCIO_26, PILLOW, LintFinding, refused
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -54,27 +54,17 @@ class Absent(Exception):  # noqa: N818 - no error: a state of this machine
 
 @dataclass(frozen=True)
 class Program:
-    """A reader.
+    """A reader."""
 
-    Attributes
-    ----------
-    reader
-        Gives its name among ``finding.READERS``.
-    version
-        Gives its version, or raises ``Absent``.
-    apply
-        Sends 8-bit code values (n, 3) through the file, or raises ``Refusal``.
-    tolerance
-        How far it may be from our own reading, in code values 0..1.
-    clips
-        Whether it writes integers, which clips values outside 0..1.
-
-    """
-
+    #: Gives its name among ``finding.READERS``.
     reader: Callable[[], str]
+    #: Gives its version, or raises ``Absent``.
     version: Callable[[], str]
+    #: Sends 8-bit code values (n, 3) through the file, or raises ``Refusal``.
     apply: Callable[[Path, NDArray[np.uint8]], Array]
+    #: How far it may be from our own reading, in code values 0..1.
     tolerance: float
+    #: Whether it writes integers, which clips values outside 0..1.
     clips: bool
 
 
@@ -209,7 +199,7 @@ def refusal(path: Path) -> str:
     return ""
 
 
-def loading(why: str | None, *readers: str) -> Iterator[Finding]:
+def loading(why: str | None, *readers: str) -> Iterator[LintFinding]:
     """Yield the finding for a result of :func:`refusal`, or for None where OpenColorIO was not asked.
 
     OpenColorIO 2.1 and 2.6 agree on CLF and the text tables except where a rule says otherwise, so that the answer of
@@ -217,7 +207,7 @@ def loading(why: str | None, *readers: str) -> Iterator[Finding]:
     """
     if why:
         fates = refused(*readers, how=f"OpenColorIO {_opencolorio_version()} was asked")
-        yield Finding(f"is not read: {why}", "Export it again.", 0, fates)
+        yield LintFinding(f"is not read: {why}", "Export it again.", 0, fates)
     elif why is None:
         fates = refused(*OCIO, how="takes 129 points an axis at most")
-        yield Finding("is too large to be given to OpenColorIO", "Resample it to 65 or 33.", 0, fates)
+        yield LintFinding("is too large to be given to OpenColorIO", "Resample it to 65 or 33.", 0, fates)

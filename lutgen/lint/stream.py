@@ -30,11 +30,7 @@ class LineBlock(NamedTuple):
 def blocks(path: Path) -> Iterator[LineBlock]:
     """Yield a file's lines, in blocks of at most ``BLOCK`` + ``LONGEST_LINE`` bytes.
 
-    Raises
-    ------
-    LutgenError
-        The file cannot be read, or has a line that is longer than ``LONGEST_LINE``.
-
+    Raises LutgenError: the file cannot be read, or has a line that is longer than ``LONGEST_LINE``.
     """
     line, rest = 1, b""
     try:

@@ -18,31 +18,20 @@ MAX_KEPT = 129
 
 @dataclass(frozen=True)
 class TableStatistics:
-    """Statistics of a table; ``nan`` where it has no finite rows.
+    """Statistics of a table; ``nan`` where it has no finite rows."""
 
-    Attributes
-    ----------
-    rows
-        Number of rows seen.
-    low, high
-        Smallest and largest finite value of each channel, (3,).
-    correlation
-        Of channel (row) with position along the fastest, middle and slowest index (column), (3, 3).
-    greys
-        Channel values of the rows on the neutral axis, (n, 3).
-    black_tail
-        Number of rows at the end that are 0 0 0.
-    table
-        All rows, where they were asked for, (rows, 3).
-
-    """
-
+    #: Number of rows seen.
     rows: int
+    #: Smallest and largest finite value of each channel, (3,).
     low: Array
     high: Array
+    #: Of channel (row) with position along the fastest, middle and slowest index (column), (3, 3).
     correlation: Array
+    #: Channel values of the rows on the neutral axis, (n, 3).
     greys: Array
+    #: Number of rows at the end that are 0 0 0.
     black_tail: int
+    #: All rows, where they were asked for, (rows, 3).
     table: Array | None
 
 

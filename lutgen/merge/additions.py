@@ -48,11 +48,7 @@ def space_names(config: Any) -> list[str]:
 def check_source(config: Any, name: str) -> None:
     """Check that a source space exists, holds colours and is scene-referred.
 
-    Raises
-    ------
-    LutgenError
-        The colour space is missing, holds data or belongs to a display.
-
+    Raises LutgenError: the colour space is missing, holds data or belongs to a display.
     """
     lib, space = ocio(), config.getColorSpace(name)
     if space is None:
@@ -72,11 +68,7 @@ def add_source_signal(config: Any, name: str) -> None:
 
     OpenColorIO's own Bradford-adapted matrices convert the signal's linear light to ACES2065-1, as in lutgen's configs.
 
-    Raises
-    ------
-    LutgenError
-        The config has no such role, or the name is taken.
-
+    Raises LutgenError: the config has no such role, or the name is taken.
     """
     lib = ocio()
     if config.getMajorVersion() < 2 or not config.hasRole(INTERCHANGE):
@@ -113,11 +105,7 @@ def add_source_signal(config: Any, name: str) -> None:
 def add_aged(config: Any, names: AgedNames, *, source: str, onto: Sequence[str], lut: str) -> None:
     """Add one aged display: colour space, look, named transform, and a view on each display of ``onto``.
 
-    Raises
-    ------
-    LutgenError
-        One of the names is taken.
-
+    Raises LutgenError: one of the names is taken.
     """
     lib = ocio()
     table = lib.FileTransform(src=lut, interpolation=lib.INTERP_TETRAHEDRAL)

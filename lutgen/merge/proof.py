@@ -81,11 +81,7 @@ def aged_difference(built: Path, merged: Any, source: str, display: str, view: s
 
     The same pixels go through the new view, and through the source space and then the build's view.
 
-    Raises
-    ------
-    LutgenError
-        It is larger than ``TOLERANCE``.
-
+    Raises LutgenError where the difference is larger than ``TOLERANCE``.
     """
     lib, start = ocio(), first_space(merged)
     own = lib.Config.CreateFromFile(str(built / "config.ocio"))

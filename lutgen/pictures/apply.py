@@ -9,7 +9,7 @@ un-aged one alike.
 from __future__ import annotations
 
 import os
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from errno import ENOSPC
@@ -23,19 +23,15 @@ from lutgen.errors import LutgenError, pick_one
 from lutgen.files import check_name, free_bytes, replacing
 from lutgen.names import SOURCES
 from lutgen.pictures.blocks import threads
-from lutgen.pictures.encoding import NotFiniteError, Storage
-from lutgen.pictures.engines import PlacedEngine, Shader, TableShader, Unaged, engine_for, shader_for
-from lutgen.pictures.images import DTYPES, TIFF, format_of_suffix, is_whole, open_source
+from lutgen.pictures.encoding import NotFiniteError, Storage, Stored, not_finite
+from lutgen.pictures.engines import Engine, PlacedEngine, Shader, TableShader, Unaged, engine_for, shader_for
+from lutgen.pictures.images import DTYPES, TIFF, ImageFormat, ImageSource, format_of_suffix, is_whole, open_source
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
-    from concurrent.futures import Future
 
     from lutgen.display import AgedDisplay
     from lutgen.display.on_screen import OnScreen
-    from lutgen.pictures.encoding import Stored
-    from lutgen.pictures.engines import Engine
-    from lutgen.pictures.images import ImageFormat, ImageSource
 
 
 #: Bytes for what an image file holds beside pixels, such as its ICC profile.
@@ -255,10 +251,7 @@ class _ImageWork:
                 return shader(flat[start:stop], out[start:stop], first_row * self._source.width + start)
             except NotFiniteError as error:
                 row, column = divmod(start + error.index, self._source.width)
-                raise LutgenError(
-                    f"{self._source.path}: pixel ({column}, {first_row + row}) is NaN or infinite, "
-                    "which no display can show. Repair the image first."
-                ) from None
+                raise not_finite(self._source.path, column, first_row + row) from None
 
         for clipped, source_clipped in workers.map(part, range(0, len(out), shader.chunk)):
             if shader is self._shader:

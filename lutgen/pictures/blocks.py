@@ -3,8 +3,8 @@
 Whole slides (.svs, .ndpi, .mrxs) are read through OpenSlide, an optional extra: level 0, region by region. Colours are
 taken as stored; a scanner's ICC profile is not applied, as for other images.
 
-What must know a pixel's neighbours, as finding nuclei must, needs one field of view in memory. Its colours are kept in
-16 bits a channel: those of 8- and 16-bit images exactly, of floats the nearest.
+Work that needs a pixel's neighbours, such as finding nuclei, holds one field of view in memory. Its colours have 16
+bits a channel: those of 8- and 16-bit images exactly, those of floats rounded.
 """
 
 from __future__ import annotations
@@ -24,14 +24,13 @@ from numpy.typing import NDArray
 
 from lutgen.errors import LutgenError
 from lutgen.names import SIGNAL
-from lutgen.pictures.encoding import Decoder, NotFiniteError, Storage
+from lutgen.pictures.encoding import Decoder, NotFiniteError, Storage, Stored, not_finite
 from lutgen.pictures.images import open_source
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from lutgen.colorimetry import Array
-    from lutgen.pictures.encoding import Stored
 
 #: Threads that the current work may use; 0: one for each core.
 _FEW = ContextVar("lutgen_threads", default=0)
@@ -81,11 +80,7 @@ class Slide:
     def read(self, x: int, y: int) -> Stored:
         """Read the region at (x, y): (rows, columns, 4); alpha is 0 where nothing was scanned. From any thread.
 
-        Raises
-        ------
-        LutgenError
-            The file is damaged there, or a tile is missing.
-
+        Raises LutgenError: the file is damaged there, or a tile is missing.
         """
         size = (min(REGION, self.width - x), min(REGION, self.height - y))
         try:
@@ -107,11 +102,7 @@ class Slide:
 def open_slide(path: Path) -> Iterator[Slide]:
     """Open a slide.
 
-    Raises
-    ------
-    LutgenError
-        OpenSlide is not installed, or the file is missing or no slide that it reads.
-
+    Raises LutgenError: OpenSlide is not installed, or the file is missing or no slide that it reads.
     """
     library = _openslide()
     if not path.is_file():
@@ -147,32 +138,22 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class Blocks:
-    """An image or a slide that is open for reading, block by block.
+    """An image or a slide that is open for reading, block by block."""
 
-    Attributes
-    ----------
-    storage
-        How its pixels are stored.
-    height, width
-        In pixels, as stored.
-    tile
-        Height and width of the file's tiles, in whole ones of which blocks are cut; None: blocks are whole rows.
-    orientation
-        The file's wish to be turned or mirrored, 1 to 8, as TIFF has it; 1: none.
-    places
-        Of all blocks, row by row.
-    workers
-        Blocks that may be read at the same time.
-
-    """
-
+    #: How its pixels are stored.
     storage: Storage
+    #: In pixels, as stored.
     height: int
     width: int
+    #: Height and width of the file's tiles, in whole ones of which blocks are cut; None: blocks are whole rows.
     tile: tuple[int, int] | None
+    #: The file's wish to be turned or mirrored, 1 to 8, as TIFF has it; 1: none.
     orientation: int
+    #: Of all blocks, row by row.
     places: tuple[Place, ...]
+    #: Reads one block.
     _read: Callable[[Place], Stored]
+    #: Blocks that may be read at the same time.
     workers: int = 1
 
     def read(self, progress: Callable[[int, int], None]) -> Iterator[tuple[Place, Stored]]:
@@ -195,11 +176,7 @@ class Blocks:
 def open_blocks(path: Path, source: str = "auto") -> Iterator[Blocks]:
     """Open a picture; ``source`` as for ``apply``.
 
-    Raises
-    ------
-    LutgenError
-        A file that is missing or cannot be read, as :func:`open_source` and :func:`open_slide` say.
-
+    Raises LutgenError: a file that is missing or cannot be read, as :func:`open_source` and :func:`open_slide` say.
     """
     if path.suffix.lower() in SUFFIXES:
         with open_slide(path) as slide:
@@ -239,21 +216,13 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Field:
-    """A field of view, whole in memory.
+    """A field of view, whole in memory."""
 
-    Attributes
-    ----------
-    file
-        Its path.
-    keys
-        Colour of each pixel as one number, shape (rows, columns).
-    visible
-        Where alpha is not 0, shape (rows, columns).
-
-    """
-
+    #: Its path.
     file: str
+    #: Colour of each pixel as one number, shape (rows, columns).
     keys: NDArray[np.uint64]
+    #: Where alpha is not 0, shape (rows, columns).
     visible: Mask
 
     @property
@@ -278,21 +247,10 @@ def code_of(keys: NDArray[np.uint64]) -> Array:
 
 
 def read_field(file: str | Path, source: str = "auto") -> Field:
-    """Read a field of view, whole.
+    """Read a whole field of view: PNG, JPEG, TIFF, EXR of at most ``FIELD_PIXELS`` pixels; ``source`` as for ``apply``.
 
-    Parameters
-    ----------
-    file
-        PNG, JPEG, TIFF or EXR of at most ``FIELD_PIXELS`` pixels.
-    source
-        What the numbers are: ``auto``, ``signal`` or ``linear``, as for ``apply``.
-
-    Raises
-    ------
-    LutgenError
-        A file that cannot be read to its end, a slide, more than ``FIELD_PIXELS`` pixels, a pixel that is NaN or
-        infinite, or nothing but pixels of one colour or of alpha 0.
-
+    Raises LutgenError: a file that cannot be read to its end, a slide, more than ``FIELD_PIXELS`` pixels, a pixel that
+    is NaN or infinite, or nothing but pixels of one colour or of alpha 0.
     """
     path = Path(file)
     if path.suffix.lower() in SUFFIXES:
@@ -333,9 +291,6 @@ def _keys(file: str | Path, decoder: Decoder, stored: NDArray[Any], first: int) 
         planes, _ = decoder(stored.reshape(-1, channels))
     except NotFiniteError as error:
         row, column = divmod(error.index, columns)
-        raise LutgenError(
-            f"{file}: pixel ({column}, {first + row}) is NaN or infinite, which no display can show. "
-            "Repair the image first."
-        ) from None
+        raise not_finite(file, column, first + row) from None
     red, green, blue = np.rint(planes * 65535.0).astype(np.uint64)
     return np.asarray((red << np.uint64(32) | green << np.uint64(16) | blue).reshape(rows, columns))

@@ -20,9 +20,9 @@ import numpy as np
 from lutgen.errors import LutgenError
 from lutgen.names import AGING_MODES
 from lutgen.pictures.blocks import threads
-from lutgen.pictures.cohort_slides import claim, find_slides, image_from_json
+from lutgen.pictures.cohort_slides import CohortSlide, RunFolder, claim, find_slides, image_from_json
 from lutgen.pictures.cohort_workers import CohortTask, on_cluster, on_this_machine
-from lutgen.pictures.difference import STATISTICS
+from lutgen.pictures.difference import STATISTICS, DifferenceCurve
 from lutgen.pictures.lifetime import TOLERANCES, ImageLifetime, Lifetimes, check_asked, csv_hours, csv_text
 
 if TYPE_CHECKING:
@@ -30,9 +30,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.display import DisplayModel
-    from lutgen.pictures.cohort_slides import CohortSlide, RunFolder
     from lutgen.pictures.cohort_workers import Outcomes
-    from lutgen.pictures.difference import DifferenceCurve
 
     Crew = Callable[[CohortTask, Sequence[CohortSlide]], Outcomes]
 

@@ -17,7 +17,7 @@ from lutgen.documents import from_json
 from lutgen.errors import LutgenError
 from lutgen.files import PARTIAL, bytes_at_most, files_below, read_at_most, write_atomically
 from lutgen.pictures import blocks
-from lutgen.pictures.difference import DifferenceCurve
+from lutgen.pictures.difference import DifferenceCurve, Intervals
 from lutgen.pictures.distinct import Tissue
 from lutgen.pictures.images import FORMATS
 from lutgen.pictures.lifetime import ImageLifetime
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from lutgen.pictures.cohort_workers import CohortTask
-    from lutgen.pictures.difference import Intervals
 
 #: Suffixes of the files that are taken from a folder.
 SUFFIXES = tuple(suffix for kind in FORMATS for suffix in kind.suffixes) + blocks.SUFFIXES
@@ -44,21 +43,13 @@ _WITH_FOLDER = ".mrxs"
 
 @dataclass(frozen=True)
 class CohortSlide:
-    """One slide of a cohort.
+    """One slide of a cohort."""
 
-    Attributes
-    ----------
-    name
-        Its path as it was given.
-    path
-        Its whole path, the same from every folder.
-    bytes, changed_ns
-        Its size, and when it was last changed, in nanoseconds since 1970; 0 where there is no such file.
-
-    """
-
+    #: Its path as it was given.
     name: str
+    #: Its whole path, the same from every folder.
     path: str
+    #: Its size, and when it was last changed, in nanoseconds since 1970; 0 where there is no such file.
     bytes: int
     changed_ns: int
 
@@ -70,11 +61,7 @@ def find_slides(given: Sequence[str | Path]) -> tuple[CohortSlide, ...]:
     a line, seen from the list's folder; empty lines and those that begin with # say nothing. A file that is not there
     is a slide too, one that cannot be read.
 
-    Raises
-    ------
-    LutgenError
-        Nothing was given, a folder or a list without slides, or one that cannot be read.
-
+    Raises LutgenError: nothing was given, a folder or a list without slides, or one that cannot be read.
     """
     if not given:
         raise LutgenError("no slide was given. Give slides, a folder of them, or a list (.txt) of a path a line.")
@@ -139,21 +126,13 @@ MAX_RESULT_BYTES = 64_000_000
 
 @dataclass(frozen=True)
 class RunFolder:
-    """The folder of a run, found fit for it: :func:`claim` checks it before anything is written.
+    """The folder of a run, found fit for it: :func:`claim` checks it before anything is written."""
 
-    Attributes
-    ----------
-    path
-        The folder.
-    recipe
-        What decides the results: written down before the first.
-    other
-        Whether it holds results of another recipe, which are removed when the run begins.
-
-    """
-
+    #: The folder.
     path: Path
+    #: What decides the results: written down before the first.
     recipe: Mapping[str, Any]
+    #: Whether it holds results of another recipe, which are removed when the run begins.
     other: bool
 
     def begin(self) -> None:
@@ -187,11 +166,7 @@ class RunFolder:
 def claim(path: Path, asked: CohortTask, *, force: bool) -> RunFolder:
     """Check, before anything is written, that a run may go into ``path``.
 
-    Raises
-    ------
-    LutgenError
-        Not a folder, someone else's files, or a run that asked something else, without ``force``.
-
+    Raises LutgenError: not a folder, someone else's files, or a run that asked something else, without ``force``.
     """
     in_the_way = next((place for place in (path, *path.parents) if place.exists()), path)
     if in_the_way.exists() and not in_the_way.is_dir():
@@ -212,11 +187,7 @@ def claim(path: Path, asked: CohortTask, *, force: bool) -> RunFolder:
 def recipe_of(asked: CohortTask, path: Path) -> dict[str, Any]:
     """Say what decides the results of a run into ``path``, in words of the command line, ready for JSON.
 
-    Raises
-    ------
-    LutgenError
-        The model cannot be found again: its readings, or an effect, come from no file.
-
+    Raises LutgenError: the model cannot be found again: its readings, or an effect, come from no file.
     """
     return {
         "schema": SCHEMA,
@@ -263,11 +234,7 @@ _COLUMNS = {"hours": "hours", "mean": "mean", "sd": "sd", "p95": "p95", "p99": "
 def image_from_json(content: Mapping[str, Any], file: str, tolerances: Sequence[float]) -> ImageLifetime:
     """Return the image that ``lifetime --json`` wrote, under the name ``file``.
 
-    Raises
-    ------
-    KeyError, TypeError, ValueError
-        It is none.
-
+    Raises KeyError, TypeError or ValueError where ``content`` is no such image.
     """
     tissue, modes = content["tissue"], content["modes"]
     return ImageLifetime(

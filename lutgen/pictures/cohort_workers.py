@@ -1,4 +1,4 @@
-"""Who does the slides of a cohort: processes of this machine, or workers of a Dask cluster, an optional extra.
+"""Who computes the slides of a cohort: processes of this machine, or workers of a Dask cluster, an optional extra.
 
 A pool of ``concurrent.futures`` breaks when one of its processes is killed (out of memory, a fault in a decoder). The
 slides in hand are then tried once more, each alone in a new pool; a slide under which that process dies too is named.
@@ -18,13 +18,14 @@ import re
 import signal
 import threading
 from collections import deque
-from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
 from logging import CRITICAL, getLogger
+from multiprocessing.connection import Connection
 from multiprocessing.connection import wait as wait_for_connections
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -42,8 +43,6 @@ if TYPE_CHECKING:
     from lutgen.pictures.cohort_slides import CohortSlide
 
     Outcomes = Generator[tuple[CohortSlide, "Outcome"], None, None]
-    from concurrent.futures import Future
-    from multiprocessing.connection import Connection
 
 
 @dataclass(frozen=True)
@@ -104,17 +103,10 @@ def outcomes(
     slides: Sequence[CohortSlide],
     deadly: str,
 ) -> Outcomes:
-    """Give each slide with its outcome; try those again, each alone, that were in hand when a process died.
+    """Give each slide with its outcome; try again, each alone, the slides that were in hand when a process died.
 
-    Parameters
-    ----------
-    done
-        Does slides: each with its outcome, None where a process died that may have had the slide in hand.
-    slides
-        All slides.
-    deadly
-        The reason for a slide under which a process dies when the slide is tried alone.
-
+    ``done`` works on slides and gives each with its outcome, None where a process died that may have had the slide in
+    hand; ``deadly`` is the reason of a slide under which a process dies although the slide is tried alone.
     """
     suspects = []
     for slide, outcome in done(slides):
@@ -145,11 +137,7 @@ def on_this_machine(asked: CohortTask, slides: Sequence[CohortSlide], jobs: int)
 
     When the iterator is closed or interrupted, the processes are ended.
 
-    Raises
-    ------
-    LutgenError
-        Processes cannot be started.
-
+    Raises LutgenError: processes cannot be started.
     """
     if jobs <= 1:
         for slide in slides:
@@ -259,11 +247,7 @@ _DEADLY_WORKERS = "the Dask workers that took it died, one after the other (out 
 def on_cluster(address: str) -> Iterator[Callable[[CohortTask, Sequence[CohortSlide]], Outcomes]]:
     """Connect to a scheduler; give what does slides there: each with its outcome, as they are done.
 
-    Raises
-    ------
-    LutgenError
-        Dask is not installed, no scheduler is there, or it has no worker; later, that the scheduler is gone.
-
+    Raises LutgenError: Dask is not installed, no scheduler answers, or it has no worker; later, the scheduler is gone.
     """
     dask = _distributed()
     if not _ADDRESS.fullmatch(address):

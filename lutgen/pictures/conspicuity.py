@@ -22,14 +22,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.colorimetry import CHUNK, delta_e_2000
-from lutgen.display import seen_on, what_pictures_carry
+from lutgen.colorimetry import CHUNK, Array, delta_e_2000
+from lutgen.display import AgedDisplay, DisplayModel, seen_on, what_pictures_carry
 from lutgen.errors import LutgenError, pick_one
 from lutgen.names import AGING_MODES, SOURCES
-from lutgen.pictures.blocks import code_of, read_field, threads
+from lutgen.pictures.blocks import Field, Mask, code_of, read_field, threads
 from lutgen.pictures.difference import shown_lab
 from lutgen.pictures.lifetime import hours_from_0
-from lutgen.pictures.nuclei import read_mask, segment
+from lutgen.pictures.nuclei import Labels, Nuclei, read_mask, segment
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -37,10 +37,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from lutgen.colorimetry import Array
-    from lutgen.display import AgedDisplay, DisplayModel
-    from lutgen.pictures.blocks import Field, Mask
-    from lutgen.pictures.nuclei import Labels, Nuclei
 
 #: Shares of a typical nucleus's width: the gap, whose pixels optics and compression mix from both sides, and the ring,
 #: 2 µm around a nucleus of 6 µm, which most cytoplasm reaches. At least so many pixels each.
@@ -53,18 +49,11 @@ LEAST_PIXELS = 8
 
 @dataclass(frozen=True)
 class Rings:
-    """The ring of pixels around each nucleus, with which its colour is compared.
+    """The ring of pixels around each nucleus, with which its colour is compared."""
 
-    Attributes
-    ----------
-    labels
-        Which pixels belong to the ring of which nucleus; 0: of none.
-    gap, width
-        Pixels between nucleus and ring, and pixels across the ring.
-
-    """
-
+    #: Which pixels belong to the ring of which nucleus; 0: of none.
     labels: Labels
+    #: Pixels between nucleus and ring, and pixels across the ring.
     gap: int
     width: int
 
@@ -117,30 +106,19 @@ _HELD = 1 << 22
 
 @dataclass(frozen=True)
 class Contrast:
-    """ΔE2000 between nuclei and rings in one mode, at h hours, of n nuclei.
+    """ΔE2000 between nuclei and rings in one mode, at h hours, of n nuclei."""
 
-    Attributes
-    ----------
-    unaged
-        On the un-aged display, shape (n,).
-    aged
-        On the aged one, shape (h, n).
-    percentiles
-        Of ``aged`` over nuclei, at ``PERCENT``, shape (h, 5).
-    change
-        Of the median, aged over un-aged − 1, shape (h,); NaN where the un-aged median is 0.
-    lost
-        Share of nuclei that lose more than was asked for, shape (h,).
-    intervals
-        Low and high ends, 95 %, of median, change and lost, shape (h, 3, 2); None for fewer than ``FEWEST`` nuclei.
-
-    """
-
+    #: On the un-aged display, shape (n,).
     unaged: Array
+    #: On the aged one, shape (h, n).
     aged: Array
+    #: Of ``aged`` over nuclei, at ``PERCENT``, shape (h, 5).
     percentiles: Array
+    #: Of the median, aged over un-aged − 1, shape (h,); NaN where the un-aged median is 0.
     change: Array
+    #: Share of nuclei that lose more than was asked for, shape (h,).
     lost: Array
+    #: Low and high ends, 95 %, of median, change and lost, shape (h, 3, 2); None for fewer than ``FEWEST`` nuclei.
     intervals: Array | None
 
     @property

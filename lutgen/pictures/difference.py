@@ -7,14 +7,14 @@ both, since the paper's observer is not adapted to the aged white.
 The un-aged display is the mode ``stable``, under the same conditions: a leak or a room light that was there from the
 first hour is no aging. With the paper's model and the reference ``relative`` it shows the picture as it is.
 
-How uncertain a lifetime is follows from models drawn like the one given. A refined model keeps the standard errors of
-its effects' parameters and the noise of a reading. Each draw takes every
-fitted parameter from a normal distribution, within its bounds, and moves the tips before the effects so that white and
-primaries are seen as before, since these were read; then it adds noise to each tip, that of one reading over the square
-root of how often the tip was read at that hour. Correlations between parameters, and between X, Y and Z of a reading,
-are in no model file: all are drawn independently, which makes intervals wide rather than narrow.
+The uncertainty of a lifetime comes from models drawn at random around the given one. A refined model file holds the
+standard errors of its effects' parameters and the noise of a reading. Each draw takes every fitted parameter from a
+normal distribution, within its bounds, and moves the tips before the effects so that white and primaries are seen as
+before, since these were read; then it adds noise to each tip, that of one reading over the square root of how often the
+tip was read at that hour. Model files hold no correlations between parameters, or between X, Y and Z of a reading: all
+are drawn independently, which makes intervals wide rather than narrow.
 
-A model of bare readings says nothing of its uncertainty, and no interval is made up for it.
+A model of bare readings states no uncertainty, and gets no interval.
 """
 
 from __future__ import annotations
@@ -25,20 +25,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import CHUNK, delta_e_2000, linear_to_lab, xyY_to_xyz, xyz_to_linear
-from lutgen.display import REFERENCE, LatentTips
+from lutgen.colorimetry import CHUNK, Array, delta_e_2000, linear_to_lab, xyY_to_xyz, xyz_to_linear
+from lutgen.display import REFERENCE, AgedDisplay, AppliedEffect, DisplayModel, LatentTips
 from lutgen.display.on_screen import seen_at
 from lutgen.pictures.blocks import threads
-from lutgen.pictures.distinct import Colours
+from lutgen.pictures.distinct import Colours, Counts
 from lutgen.readings.rest import TIP_DRIVES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from lutgen.colorimetry import Array
-    from lutgen.display import AgedDisplay, AppliedEffect, DisplayModel
     from lutgen.display.chain import Link
-    from lutgen.pictures.distinct import Counts
     from lutgen.readings import Measurements
 
 
@@ -53,19 +50,9 @@ def differences(
 ) -> Array:
     """ΔE2000 of ``size`` colours on each aged display, against the un-aged one: shape (len(aged), size).
 
-    Parameters
-    ----------
-    code
-        Slice of 0..size → the code values of these colours, (n, 3) in 0..1; called from several threads.
-    size
-        How many colours there are.
-    unaged, aged
-        The displays. What their chains have in common is computed once.
-    progress
-        Called with the colours done and the colours in all.
-    places
-        Slice of 0..size → where on the screen these colours lie, (n, 2); None: all at one place.
-
+    ``code``: slice of 0..size → the code values of these colours, (n, 3) in 0..1; it is called from several threads.
+    ``places``: slice → where on the screen these colours lie, (n, 2); None: all at one place. What the displays' chains
+    have in common is computed once. ``progress`` gets the colours done and all colours.
     """
     result = np.empty((len(aged), size))
 
@@ -119,26 +106,17 @@ _BINS = 4096
 
 @dataclass(frozen=True)
 class DifferenceCurve:
-    """ΔE2000 of an image in one mode, at increasing hours from 0; every array has shape (h,).
+    """ΔE2000 of an image in one mode, at increasing hours from 0; every array has shape (h,)."""
 
-    Attributes
-    ----------
-    hours
-        Operating hours.
-    mean, sd
-        Over all pixels.
-    p95, p99
-        The smallest ΔE2000 that at least 95 %, and 99 %, of the pixels do not exceed.
-    largest
-        Of all pixels.
-
-    """
-
+    #: Operating hours.
     hours: Array
+    #: Over all pixels.
     mean: Array
     sd: Array
+    #: The smallest ΔE2000 that at least 95 %, and 99 %, of the pixels do not exceed.
     p95: Array
     p99: Array
+    #: Of all pixels.
     largest: Array
 
     @property
@@ -166,24 +144,11 @@ def curves_of(
     hours: Sequence[float],
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> dict[str, DifferenceCurve]:
-    """Return the curve of each mode.
+    """Return the curve of each mode, at ``hours`` in increasing order.
 
-    The work is that of one image of ``len(colours)`` pixels; memory does not grow with hours or modes.
-
-    Parameters
-    ----------
-    colours
-        Distinct colours of an image.
-    model, modes, hours
-        The display, and how it is seen; hours in increasing order.
-    progress
-        Called with the differences computed and those in all.
-
-    Raises
-    ------
-    LutgenError
-        Hours outside the measured span or the luminance law's.
-
+    The work is that of one image of ``len(colours)`` pixels; memory does not grow with hours or modes. ``progress``
+    gets the differences computed and all differences. Raises LutgenError for hours outside the measured span or the
+    luminance law's.
     """
     unaged = model.at("stable", 0.0)
     displays = [model.at(mode, hour) for mode in modes for hour in hours]
@@ -214,13 +179,7 @@ def statistics(values: Array, counts: Counts) -> tuple[float, float, float, floa
     square = sum(float(((values[part] - mean) ** 2 * (counts[part] / total)).sum()) for part in parts)
     largest = float(values.max())
     # The rounded sum of equal values must not give a mean above these values.
-    return (
-        min(mean, largest),
-        square**0.5,
-        quantile(values, counts, 95),
-        quantile(values, counts, 99),
-        largest,
-    )
+    return (min(mean, largest), square**0.5, quantile(values, counts, 95), quantile(values, counts, 99), largest)
 
 
 def quantile(values: Array, counts: Counts, percent: int) -> float:

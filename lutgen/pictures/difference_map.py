@@ -18,15 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.bindings import oiio
-from lutgen.display import seen_on, what_pictures_carry
+from lutgen.display import AgedDisplay, DisplayModel, seen_on, what_pictures_carry
 from lutgen.display.on_screen import OnScreen
 from lutgen.errors import LutgenError, pick_one
-from lutgen.files import check_name, replacing
+from lutgen.files import check_name, check_new_file, replacing
 from lutgen.names import AGING_MODES, MAP_SUFFIXES, SIGNAL, SOURCES
-from lutgen.pictures.blocks import open_blocks
+from lutgen.pictures.blocks import Blocks, Place, open_blocks
 from lutgen.pictures.difference import differences, statistics
-from lutgen.pictures.distinct import count_colours
-from lutgen.pictures.encoding import Decoder
+from lutgen.pictures.distinct import Colours, Counts, count_colours
+from lutgen.pictures.encoding import Decoder, Storage, Stored
 from lutgen.pictures.frame import AreaMeans, Grid, whole_factor
 from lutgen.pictures.lifetime import binning_error
 
@@ -34,10 +34,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from lutgen.colorimetry import Array
-    from lutgen.display import AgedDisplay, DisplayModel
-    from lutgen.pictures.blocks import Blocks, Place
-    from lutgen.pictures.distinct import Colours, Counts
-    from lutgen.pictures.encoding import Storage, Stored
 
 #: Pixels of the longest side of a map for people: more do not fit on a screen beside its scale.
 LONGEST = 1000
@@ -53,48 +49,34 @@ Singles = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class DifferenceMap:
-    """ΔE2000 of an image's pixels in one mode at one hour.
+    """ΔE2000 of an image's pixels in one mode at one hour."""
 
-    Attributes
-    ----------
-    file, mode, hours
-        What was looked at.
-    model
-        The display.
-    pixels, colours
-        How many pixels count (not those of alpha 0), and of how many distinct colours.
-    binning_error
-        The most that a statistic is off because colours were counted in bins, as in ``lifetime``; 0: exact. The maps
-        themselves are exact.
-    mean, sd, p95, p99, largest
-        As in ``DifferenceCurve``.
-    shown
-        The map for people, (h, w): means over ``factor`` × ``factor`` pixels; NaN where there is nothing to see.
-    factor
-        1 for images of up to ``LONGEST`` pixels a side.
-    values, counts
-        ΔE2000 of the distinct colours, and pixels of each: (n,) both; where ``on_screen``, of all pixels that count.
-    on_screen
-        Where on the screen the image lies; None: every pixel is seen at one place.
-
-    """
-
+    #: The image, the mode and the hour.
     file: str
     mode: str
     hours: float
+    #: The display.
     model: DisplayModel
+    #: How many pixels count (not those of alpha 0), and of how many distinct colours.
     pixels: int
     colours: int
+    #: The most that a statistic is off because colours were counted in bins, as in ``lifetime``; 0: exact. The maps
+    #: themselves are exact.
     binning_error: float
+    #: As in ``DifferenceCurve``.
     mean: float
     sd: float
     p95: float
     p99: float
     largest: float
+    #: The map for people, (h, w): means over ``factor`` × ``factor`` pixels; NaN where there is nothing to see.
     shown: Array
+    #: 1 for images of up to ``LONGEST`` pixels a side.
     factor: int
+    #: ΔE2000 of the distinct colours, and pixels of each: (n,) both; where ``on_screen``, of all pixels that count.
     values: Array = field(repr=False)
     counts: Counts = field(repr=False)
+    #: Where on the screen the image lies; None: every pixel is seen at one place.
     on_screen: OnScreen | None = None
 
     def share(self, above: float) -> float:
@@ -147,32 +129,12 @@ def difference_map(
 ) -> DifferenceMap:
     """Find by how much aging changes each pixel of an image.
 
-    Parameters
-    ----------
-    image
-        PNG, JPEG, TIFF, EXR, RGB or RGBA; slides (.svs, .ndpi, .mrxs) with the extra ``slides``.
-    model
-        The display.
-    mode, hours
-        One of the modes that age, and the operating hours.
-    floats
-        Write the map in numbers here too: .exr, .tif.
-    on_screen
-        Where on the screen the image lies: every pixel is then computed at its own place, up to ``MOST_PLACED``.
-    source
-        What the numbers of the image are: ``auto``, ``signal`` or ``linear``, as for ``apply``.
-    force
-        Replace ``floats`` where it exists.
-    progress
-        Called with the work done and the work in all, in thousandths.
+    ``image``, ``source`` and ``progress`` are those of :func:`lutgen.pictures.frame.aged_series`. The map in numbers is
+    written to ``floats`` too (.exr, .tif), and replaces files there with ``force``. ``on_screen``: where on the screen
+    the image lies; every pixel is then computed at its own place, up to ``MOST_PLACED``.
 
-    Raises
-    ------
-    LutgenError
-        An image that cannot be read, or is larger than a screen where ``on_screen``, a mode that does not age, an
-        unknown source, an hour outside the measured span or the luminance law's, or a file that cannot be written;
-        nothing is written then.
-
+    Raises LutgenError: an image that cannot be read, a mode that does not age, an unknown source, an hour outside the
+    measured span or the luminance law's, or a file that cannot be written; nothing is written then.
     """
     path = Path(image)
     if mode not in AGING_MODES:
@@ -292,13 +254,9 @@ def _check_floats(path: Path, image: Path, *, force: bool) -> Path:
     if path.suffix.lower() not in MAP_SUFFIXES:
         raise pick_one("suffix of a map in numbers", path.suffix or path.name, MAP_SUFFIXES)
     check_name(path)
-    if path.is_dir():
-        raise LutgenError(f"{path}: is a folder. Choose the name of a file.")
     if path.exists() and image.exists() and path.samefile(image):
         raise LutgenError(f"{path}: is the image itself, which is never written to. Choose another name.")
-    if path.exists() and not force:
-        raise LutgenError(f"{path}: exists already. Choose another name, or replace it with force.")
-    return path
+    return check_new_file(path, force=force)
 
 
 @contextmanager

@@ -8,7 +8,7 @@ counted in 16 bits a channel, exactly for 16-bit images, until there are more th
 14, … bits, the finest that give no more. Neither counts nor bits depend on the order of the pixels. Pixels of alpha 0
 show nothing and are not counted; others count whole.
 
-Bare glass is told from tissue by the lightness of these colours. The threshold is Otsu's (1979,
+Bare glass is separated from tissue by the lightness of these colours. The threshold is Otsu's (1979,
 doi:10.1109/TSMC.1979.4310076) on the histogram of CIE L* of all pixels. It cuts every image in two, a field full of
 tissue too; so the bright part is left out only where it looks like bare glass in bright field: bright, nearly without
 colour, and clearly apart from the rest.
@@ -23,19 +23,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lutgen.colorimetry import CHUNK, code_to_linear, linear_to_lab
+from lutgen.colorimetry import CHUNK, Array, code_to_linear, linear_to_lab
 from lutgen.errors import LutgenError
 from lutgen.names import SIGNAL
-from lutgen.pictures.blocks import open_blocks
-from lutgen.pictures.encoding import Decoder, NotFiniteError
+from lutgen.pictures.blocks import Place, open_blocks
+from lutgen.pictures.encoding import Decoder, NotFiniteError, Storage, Stored, not_finite
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from lutgen.colorimetry import Array
-    from lutgen.pictures.blocks import Place
-    from lutgen.pictures.encoding import Storage, Stored
 
 #: Most distinct colours of images of more than 8 bits: 130 MB while they are sorted.
 LIMIT = 1 << 20
@@ -52,27 +49,17 @@ Counts = NDArray[Any]
 
 @dataclass(frozen=True)
 class Colours:
-    """The distinct colours of an image, and how often each occurs.
+    """The distinct colours of an image, and how often each occurs."""
 
-    Attributes
-    ----------
-    keys
-        One number a colour, increasing, shape (n,).
-    counts
-        Pixels of each colour, shape (n,).
-    decode
-        Keys (m,) → code values (m, 3) in 0..1.
-    bits
-        Bits a channel that colours are told apart by.
-    half_bin
-        How far a pixel's code values may lie from those of its colour; 0 where they are counted exactly.
-
-    """
-
+    #: One number a colour, increasing, shape (n,).
     keys: Keys
+    #: Pixels of each colour, shape (n,).
     counts: Counts
+    #: Keys (m,) → code values (m, 3) in 0..1.
     decode: Callable[[Keys], Array]
+    #: Bits a channel that colours are told apart by.
     bits: int
+    #: How far a pixel's code values may lie from those of its colour; 0 where they are counted exactly.
     half_bin: float = 0.0
 
     def __len__(self) -> int:
@@ -91,22 +78,12 @@ class Colours:
 def count_colours(
     path: Path, source: str = "auto", progress: Callable[[int, int], None] = lambda _done, _total: None
 ) -> Colours:
-    """Count the distinct colours of an image or a slide, reading it once.
+    """Count the distinct colours of an image or a slide (:data:`lutgen.pictures.blocks.SUFFIXES`), reading it once.
 
-    Parameters
-    ----------
-    path
-        PNG, JPEG, TIFF, EXR, or a slide (:data:`lutgen.pictures.blocks.SUFFIXES`).
-    source
-        What the numbers are: ``auto``, ``signal`` or ``linear``, as for ``apply``.
-    progress
-        Called with the blocks read and the blocks in all.
+    ``source`` says what the numbers are, as for ``apply``; ``progress`` gets the blocks read and all blocks.
 
-    Raises
-    ------
-    LutgenError
-        A file that cannot be read to its end, a pixel that is NaN or infinite, or nothing but pixels of alpha 0.
-
+    Raises LutgenError: a file that cannot be read to its end, a pixel that is NaN or infinite, or nothing but pixels of
+    alpha 0.
     """
     with open_blocks(path, source) as blocks:
         storage = blocks.storage
@@ -137,10 +114,7 @@ def _not_finite(path: Path, place: Place, stored: Stored) -> LutgenError:
     if stored.shape[2] == 4:
         bad &= stored[..., 3] != 0
     row, column = np.argwhere(bad)[0]
-    return LutgenError(
-        f"{path}: pixel ({place.left + column}, {place.top + row}) is NaN or infinite, which no display can show. "
-        "Repair the image first."
-    )
+    return not_finite(path, place.left + int(column), place.top + int(row))
 
 
 class _Exact:
@@ -161,13 +135,13 @@ class _Exact:
     def colours(self) -> Colours:
         """Give what was counted; the table is used up."""
         keys, counts = _squeezed(self._table)
-        # Released before keys are joined: both do not fit into the memory that is promised.
+        # Released before keys are joined: both together exceed the promised memory.
         del self._table
         return Colours(np.concatenate(keys), counts, partial(_code_of_bytes, self._decoder), 8)
 
 
 def _squeezed(table: Counts) -> tuple[list[Keys], Counts]:
-    """Return the places of a table that hold something, in parts, and what they hold; the table is written over."""
+    """Return in parts the places of a table that are not 0, and their values; the table is overwritten."""
     keys, size = [], 0
     for start in range(0, len(table), _SLICE):
         part = table[start : start + _SLICE]
@@ -274,18 +248,11 @@ CONTRAST = 8.0
 
 @dataclass(frozen=True)
 class Tissue:
-    """What was left out of an image as bare glass.
+    """What was left out of an image as bare glass."""
 
-    Attributes
-    ----------
-    threshold
-        L* above which pixels are glass; None where no glass was found and nothing was left out.
-    left_out_share
-        Share of pixels left out.
-
-    """
-
+    #: L* above which pixels are glass; None where no glass was found and nothing was left out.
     threshold: float | None
+    #: Share of pixels left out.
     left_out_share: float
 
 

@@ -9,18 +9,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lutgen.colorimetry import code_to_linear, linear_to_code
+from lutgen.colorimetry import Array, code_to_linear, linear_to_code
 from lutgen.display.chain import outside_gamut
+from lutgen.errors import LutgenError
 from lutgen.names import LINEAR
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-
 
 #: Pixels as stored, shape (n, channels): RGB, or RGB and alpha.
 Stored = NDArray[Any]
@@ -35,23 +32,22 @@ class NotFiniteError(ValueError):
         self.index = index
 
 
+def not_finite(path: object, column: int, row: int) -> LutgenError:
+    """Return the error of an image with such a pixel, for people."""
+    return LutgenError(
+        f"{path}: pixel ({column}, {row}) is NaN or infinite, which no display can show. Repair the image first."
+    )
+
+
 @dataclass(frozen=True)
 class Storage:
-    """How a file stores pixels.
+    """How a file stores pixels."""
 
-    Attributes
-    ----------
-    dtype
-        ``uint8``, ``uint16``, ``float16`` or ``float32``.
-    encoding
-        ``SIGNAL`` or ``LINEAR``.
-    alpha, associated
-        Whether there is a fourth channel, and whether colours are multiplied by it.
-
-    """
-
+    #: ``uint8``, ``uint16``, ``float16`` or ``float32``.
     dtype: np.dtype[Any]
+    #: ``SIGNAL`` or ``LINEAR``.
     encoding: str
+    #: Whether there is a fourth channel, and whether colours are multiplied by it.
     alpha: bool = False
     associated: bool = False
 
@@ -79,11 +75,7 @@ class Decoder:
     def __call__(self, stored: Stored) -> tuple[Array, int]:
         """Decode (n, channels) → planes (3, n), and how many pixels were outside 0..1 and are clipped.
 
-        Raises
-        ------
-        NotFiniteError
-            A pixel is NaN or infinite.
-
+        Raises NotFiniteError: a pixel is NaN or infinite.
         """
         if self.storage.associated and (stored[:, 3] != self.storage.white).any():
             return self._clipped(self._unassociated(_finite(stored)))

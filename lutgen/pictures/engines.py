@@ -16,22 +16,20 @@ from numpy.typing import NDArray
 
 from lutgen.bake.formats import lut_suffixes
 from lutgen.bindings import lut_processor
-from lutgen.colorimetry import XYZ_TO_LINEAR, linear_to_code, transform
+from lutgen.colorimetry import XYZ_TO_LINEAR, Array, linear_to_code, transform
 from lutgen.display.chain import outside_gamut
 from lutgen.display.on_screen import linear_at
 from lutgen.display.paper import TIE, Matrices, Selection, paper_links
 from lutgen.errors import LutgenError, pick_one
 from lutgen.files import is_file
 from lutgen.names import LINEAR, SIGNAL
-from lutgen.pictures.encoding import Decoder, Encoder
+from lutgen.pictures.encoding import Decoder, Encoder, Storage, Stored
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay
     from lutgen.display.on_screen import OnScreen
-    from lutgen.pictures.encoding import Storage, Stored
 
 #: Which pixels' aged colours lie outside the viewer's gamut, shape (n,); None where the engine cannot know.
 Clipped = NDArray[np.bool_] | None

@@ -16,23 +16,20 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lutgen.colorimetry import linear_to_code
+from lutgen.colorimetry import Array, linear_to_code
 from lutgen.errors import LutgenError, pick_one
 from lutgen.names import AGING_MODES, LINEAR, SOURCES
-from lutgen.pictures.blocks import open_blocks
+from lutgen.pictures.blocks import Blocks, Place, open_blocks
 from lutgen.pictures.difference import DifferenceCurve, curves_of, differences
 from lutgen.pictures.distinct import count_colours
-from lutgen.pictures.encoding import Decoder
+from lutgen.pictures.encoding import Decoder, Storage, Stored
 from lutgen.pictures.placed import placed_curves, placed_picture
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay, DisplayModel
     from lutgen.display.on_screen import OnScreen
-    from lutgen.pictures.blocks import Blocks, Place
-    from lutgen.pictures.encoding import Storage, Stored
 
 #: Pixels that are worked on at a time, in double precision.
 BAND = 1 << 17
@@ -143,24 +140,15 @@ def _cut(values: Array, edges: Array, axis: int) -> Array:
 
 @dataclass(frozen=True)
 class Frame:
-    """A picture of 8 bits, by its distinct colours.
+    """A picture of 8 bits, by its distinct colours."""
 
-    Attributes
-    ----------
-    colours
-        Distinct colours, code values 0..255, shape (n, 3).
-    places
-        Index of each pixel's colour, shape (h, w).
-    visible
-        Pixels that show something: those of alpha 0 do not; (h, w).
-    source_width, source_height
-        Of the image that it was shrunk from, turned as a viewer turns it.
-
-    """
-
+    #: Distinct colours, code values 0..255, shape (n, 3).
     colours: Pixels
+    #: Index of each pixel's colour, shape (h, w).
     places: NDArray[np.intp]
+    #: Pixels that show something: those of alpha 0 do not; (h, w).
     visible: NDArray[np.bool_]
+    #: Of the image that it was shrunk from, turned as a viewer turns it.
     source_width: int
     source_height: int
 
@@ -200,11 +188,8 @@ def read_frame(
 ) -> Frame:
     """Read an image or a slide, and shrink it to at most so many ``pixels``, at most ``width`` in a row.
 
-    Raises
-    ------
-    LutgenError
-        As :func:`lutgen.pictures.distinct.count_colours`, apart from pixels that are NaN: these are shown black.
-
+    Raises LutgenError as :func:`lutgen.pictures.distinct.count_colours`, apart from pixels that are NaN: these are
+    shown black.
     """
     code, visible, size = read_pixels(path, pixels=pixels, width=width, source=source, progress=progress)
     colours, places = np.unique(code.reshape(-1, 3), axis=0, return_inverse=True)
@@ -256,35 +241,23 @@ LONGEST = 1000
 
 @dataclass(frozen=True)
 class AgedSeries:
-    """One image at several ages.
+    """One image at several ages."""
 
-    Attributes
-    ----------
-    file
-        Its path.
-    model
-        The display.
-    source
-        The image as it is sent to the display, uint8 of shape (h, w, 3): its code values, or means over ``factor`` ×
-        ``factor`` pixels.
-    factor
-        1 for images that are no larger than was asked for.
-    pixels, colours
-        How many pixels count for ΔE2000, and of how many distinct colours.
-    curves
-        Mode → ΔE2000 at hour 0 and the hours asked for.
-    on_screen
-        Where on the screen the picture lies; None: every pixel is seen at one place.
-
-    """
-
+    #: Its path.
     file: str
+    #: The display.
     model: DisplayModel
+    #: The image as it is sent to the display, uint8 of shape (h, w, 3): its code values, or means over ``factor`` ×
+    #: ``factor`` pixels.
     source: Pixels
+    #: 1 for images that are no larger than was asked for.
     factor: int
+    #: How many pixels count for ΔE2000, and of how many distinct colours.
     pixels: int
     colours: int
+    #: Mode → ΔE2000 at hour 0 and the hours asked for.
     curves: dict[str, DifferenceCurve]
+    #: Where on the screen the picture lies; None: every pixel is seen at one place.
     on_screen: OnScreen | None = None
 
     @property
@@ -328,8 +301,6 @@ def aged_series(
     ----------
     image
         PNG, JPEG, TIFF, EXR, RGB or RGBA; slides (.svs, .ndpi, .mrxs) with the extra ``slides``.
-    model
-        The display.
     modes, hours
         Modes that age, and operating hours; hour 0 is added.
     longest
@@ -339,7 +310,7 @@ def aged_series(
     source
         What the numbers of the image are: ``auto``, ``signal`` or ``linear``, as for ``apply``.
     progress
-        Called with the work done and the work in all, in thousandths.
+        Called with the work done and all work, in thousandths.
 
     Raises
     ------

@@ -19,43 +19,31 @@ from lutgen.colorimetry import SRGB_XY
 from lutgen.errors import LutgenError, pick_one, reason_of
 from lutgen.files import is_unicode, under_its_name
 from lutgen.names import LINEAR, SIGNAL
-from lutgen.pictures.encoding import Storage
+from lutgen.pictures.encoding import Storage, Stored
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
 
-    from lutgen.pictures.encoding import Stored
-
 
 @dataclass(frozen=True)
 class ImageFormat:
-    """A kind of image file.
+    """A kind of image file."""
 
-    Attributes
-    ----------
-    name
-        OpenImageIO's name.
-    suffixes
-        The first is the usual one.
-    magic
-        First bytes, one or more kinds.
-    depths
-        OpenImageIO's name of a stored number → that of the number written for it.
-    encoding
-        What its files store unless they say otherwise.
-    lossless
-        Compressions that are kept; others become ``zip``, so that what is written is what was computed.
-
-    """
-
+    #: OpenImageIO's name.
     name: str
+    #: The first is the usual one.
     suffixes: tuple[str, ...]
+    #: First bytes, one or more kinds.
     magic: tuple[bytes, ...]
+    #: OpenImageIO's name of a stored number → that of the number written for it.
     depths: Mapping[str, str]
+    #: What its files store unless they say otherwise.
     encoding: str = SIGNAL
+    #: Whether its files may have alpha, and tiles.
     alpha: bool = True
     tiles: bool = False
+    #: Compressions that are kept; others become ``zip``, so that what is written is what was computed.
     lossless: tuple[str, ...] = ()
 
 
@@ -179,11 +167,7 @@ class ImageSource:
 def open_source(path: Path, source: str = "auto") -> Iterator[ImageSource]:
     """Open an image; ``source`` is ``auto``, ``SIGNAL`` or ``LINEAR``.
 
-    Raises
-    ------
-    LutgenError
-        Missing, empty, damaged, not an image of ``FORMATS``, or neither RGB nor RGBA.
-
+    Raises LutgenError: missing, empty, damaged, not an image of ``FORMATS``, or neither RGB nor RGBA.
     """
     kind = _sniff(path)
     if kind.name in ("png", "tiff") and not is_whole(path):

@@ -15,18 +15,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.display import seen_on, what_pictures_carry
+from lutgen.display import DisplayModel, seen_on, what_pictures_carry
 from lutgen.display.hours import MAX_HOURS
 from lutgen.errors import LutgenError, pick_one
 from lutgen.names import AGING_MODES, SOURCES
-from lutgen.pictures.difference import STATISTICS, DifferenceCurve, curves_of, differences, intervals
+from lutgen.pictures.difference import STATISTICS, DifferenceCurve, Intervals, curves_of, differences, intervals
 from lutgen.pictures.distinct import Colours, Tissue, count_colours, tissue_only
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from lutgen.display import DisplayModel
-    from lutgen.pictures.difference import Intervals
 
 #: ΔE2000 that the paper asks for: just noticeable side by side, and clearly seen.
 TOLERANCES = (3.0, 5.0)
@@ -110,11 +108,7 @@ class Lifetimes:
 
     def as_json(self) -> dict[str, Any]:
         """Return what ``--json`` writes: see ``lutgen/pictures/schema/lifetime.json``."""
-        return {
-            "schema": 1,
-            **seen_on(self.model),
-            "images": [self._image(image) for image in self.images],
-        }
+        return {"schema": 1, **seen_on(self.model), "images": [self._image(image) for image in self.images]}
 
     def as_csv(self) -> str:
         """Return what ``--csv`` writes: Table 1, a line an image and mode; hours, empty where never reached."""

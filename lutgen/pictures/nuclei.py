@@ -5,10 +5,11 @@ scikit-image does it. A pixel is nuclear where its haematoxylin, smoothed, excee
 doi:10.1109/TSMC.1979.4310076) over the field, which leaves the ground out, and the mean around it, which finds the
 gaps between crowded nuclei. Nuclei that still touch are cut by a watershed on the distance to their edge.
 
-All lengths are shares of the width of a typical nucleus in the field itself. That width is found among pixels, and of
-small nuclei not well: two H&E fields with nuclei of 6 and 7 pixels, enlarged twice, are cut into 1.36 and 1.44 times as
-many pieces, 1.5 times as wide. The median contrast stays (within 3 %; 4 % of the immunohistochemistry). What touches or
-lies folded is missed most. Nuclei at the border of the field are kept: their colours are as good as others'.
+All lengths are shares of the width of a typical nucleus in the field itself. That width is measured in pixels, and
+badly where nuclei are small: two H&E fields with nuclei of 6 and 7 pixels, enlarged twice, are cut into 1.36 and 1.44
+times as many pieces, 1.5 times as wide. The median contrast stays (within 3 %; 4 % of the immunohistochemistry). Nuclei
+that touch or overlap are missed most often. Nuclei at the border of the field are kept: their colours are as good as
+those of the others.
 """
 
 from __future__ import annotations
@@ -55,48 +56,27 @@ Labels = NDArray[np.int32]
 
 @dataclass(frozen=True)
 class Nuclei:
-    """The nuclei of a field of view: which pixels belong to which.
+    """The nuclei of a field of view: which pixels belong to which."""
 
-    Attributes
-    ----------
-    labels
-        Which pixels belong to which.
-    count
-        How many there are.
-    width
-        Width of a typical one in pixels.
-    small, large
-        How many were left out because they are smaller, or larger, than a nucleus.
-    found
-        How they were found: a clause for reports.
-
-    """
-
+    #: Which pixels belong to which.
     labels: Labels
+    #: How many there are.
     count: int
+    #: Width of a typical one in pixels.
     width: float
+    #: How many were left out because they are smaller, or larger, than a nucleus.
     small: int
     large: int
+    #: How they were found: a clause for reports.
     found: str
 
 
 def segment(field: Field, *, stain: str = "auto", min_area: int | None = None) -> Nuclei:
-    """Find the nuclei of a field.
+    """Find the nuclei of a field of stained tissue in bright field.
 
-    Parameters
-    ----------
-    field
-        Stained tissue in bright field.
-    stain
-        ``he``, ``hdab``, or ``auto``: by whether there is brown.
-    min_area
-        Pixels of the smallest nucleus; None: ``SMALLEST`` of a typical one's squared width.
-
-    Raises
-    ------
-    LutgenError
-        An unknown stain, no nuclei, or scikit-image is not installed.
-
+    ``stain`` is ``he``, ``hdab``, or ``auto``: by whether there is brown. ``min_area``: pixels of the smallest nucleus;
+    None: ``SMALLEST`` of a typical one's squared width. Raises LutgenError: an unknown stain, no nuclei, or
+    scikit-image is not installed.
     """
     from scipy import ndimage
 
@@ -260,23 +240,13 @@ _LARGEST = 2**31 - 1
 
 
 def read_mask(file: str | Path, field: Field, *, min_area: int | None = None) -> Nuclei:
-    """Read nuclei from a picture.
+    """Read nuclei from a PNG or TIFF of the size of ``field``.
 
-    Parameters
-    ----------
-    file
-        PNG or TIFF of the field's size. Of two values only (black and white): each connected piece is a nucleus. Of
-        more: each value but 0 is one.
-    field
-        The field that they lie in.
-    min_area
-        Pixels of the smallest nucleus; None: all are kept.
+    Of a picture of two values (black and white) each connected piece is a nucleus; of more values, each value but 0 is
+    one. ``min_area``: pixels of the smallest nucleus; None: all are kept.
 
-    Raises
-    ------
-    LutgenError
-        A file that cannot be read, is lossy, coloured, of another size, holds no whole numbers, or no nucleus.
-
+    Raises LutgenError: a file that cannot be read, is lossy, coloured, of another size, holds no whole numbers, or no
+    nucleus.
     """
     from scipy import ndimage
 
@@ -381,11 +351,7 @@ MOST_LABELS = 65_535
 def labels_png(labels: NDArray[np.int32]) -> bytes:
     """Return the PNG of labels (h, w) as grey levels of 16 bit, which masks are read from; below 0 is ground.
 
-    Raises
-    ------
-    LutgenError
-        There are more labels than such a file can tell apart.
-
+    Raises LutgenError: there are more labels than such a file can tell apart.
     """
     from PIL import Image
 

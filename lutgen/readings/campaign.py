@@ -28,53 +28,34 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class CampaignEntry:
-    """One session of a campaign.
+    """One session of a campaign."""
 
-    Attributes
-    ----------
-    session
-        Its readings.
-    where
-        For errors: file and line at which a campaign file names the session, or the file of the session.
-    date, hours
-        When the session was measured: a date, and operating hours as the campaign counts them; None: not known.
-    instrument, settings, note
-        As the campaign says; for the instrument else as the file of the session says.
-    conditions
-        ``ambient_lx``, ``warmup_min``, ``temperature_c``, ``window`` and the position ``u``, ``v``, where known.
-
-    """
-
+    #: Its readings.
     session: Session
+    #: For errors: file and line at which a campaign file names the session, or the file of the session.
     where: str
+    #: When the session was measured: a date, and operating hours as the campaign counts them; None: not known.
     date: date | None
     hours: float | None
+    #: As the campaign says; for the instrument else as the file of the session says.
     instrument: str
     settings: str
     note: str
+    #: ``ambient_lx``, ``warmup_min``, ``temperature_c``, ``window`` and the position ``u``, ``v``, where known.
     conditions: dict[str, float]
 
 
 @dataclass(frozen=True)
 class Campaign:
-    """Sessions of one display.
+    """Sessions of one display."""
 
-    Attributes
-    ----------
-    display
-        Its name.
-    hours_per_day
-        Operating hours a day, which turns dates into hours; None: not said.
-    entries
-        In the order of the file.
-    file, sha256
-        The campaign file, and the hash of its bytes and of all its sessions' in their order.
-
-    """
-
+    #: Its name.
     display: str
+    #: Operating hours a day, which turns dates into hours; None: not said.
     hours_per_day: float | None
+    #: In the order of the file.
     entries: tuple[CampaignEntry, ...]
+    #: The campaign file, and the hash of its bytes and of all its sessions' in their order.
     file: str
     sha256: str
 
@@ -83,11 +64,7 @@ class Campaign:
 
         A campaign of one session needs neither.
 
-        Raises
-        ------
-        LutgenError
-            An entry has neither, or some count hours and others only have dates.
-
+        Raises LutgenError: an entry has neither, or some entries have hours and others only dates.
         """
         if len(self.entries) == 1:
             return np.zeros(1)
@@ -111,11 +88,7 @@ class Campaign:
 
         ``files`` and ``lines`` are those of the sessions; ``order`` is known where every session has it.
 
-        Raises
-        ------
-        LutgenError
-            A session is relative, hours are not said, or the table is refused (tips are missing, …).
-
+        Raises LutgenError: a session is relative, hours are missing, or the table is refused (tips are missing, …).
         """
         hours = self.hours()
         places = np.argsort(hours, kind="stable")
@@ -162,14 +135,7 @@ def entry_of(session: Session) -> CampaignEntry:
 
 
 def campaign_of(entries: Sequence[CampaignEntry], *, file: str) -> Campaign:
-    """Return the campaign of sessions that no campaign file lists.
-
-    Raises
-    ------
-    LutgenError
-        Two of them are the same.
-
-    """
+    """Return the campaign of sessions that no campaign file lists. Raises LutgenError where two are the same."""
     check_once(entries)
     sha256 = hashlib.sha256("".join(entry.session.sha256 for entry in entries).encode()).hexdigest()
     display = next((entry.session.display for entry in entries if entry.session.display), "")

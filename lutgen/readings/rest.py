@@ -28,18 +28,11 @@ TIP_DRIVES = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 
 
 @dataclass(frozen=True)
 class Rest:
-    """Rest of each reading's session.
+    """Rest of each reading's session."""
 
-    Attributes
-    ----------
-    values
-        Column → its value at rest, (n,); NaN where nobody logged it.
-    away
-        Cell of a condition ("ambient", "cold", …) → which readings that condition takes away from rest, (n,).
-
-    """
-
+    #: Column → its value at rest, (n,); NaN where nobody logged it.
     values: Mapping[str, Array]
+    #: Cell of a condition ("ambient", "cold", …) → which readings that condition takes away from rest, (n,).
     away: Mapping[str, NDArray[np.bool_]]
 
     def reached(self, count: int) -> NDArray[np.bool_]:
@@ -60,15 +53,8 @@ def rest_of(
 ) -> Rest:
     """Find the rest of every session.
 
-    Parameters
-    ----------
-    sessions, hours
-        Number of each reading's session and its hour, (n,) each.
-    drive, capped
-        Code values (n, 3), and which readings were taken with the lens capped.
-    columns
-        The columns of conditions, (n,) each.
-
+    Of each reading: the number of its session and its hour, (n,) each; its code value, (n, 3); whether the lens was
+    capped, (n,); and the columns of conditions, (n,) each.
     """
     # A blank cell means warm in the column of minutes, and unknown in that of temperature.
     columns = {

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.colorimetry import xyz_to_xyY
+from lutgen.colorimetry import Array, xyz_to_xyY
 from lutgen.errors import LutgenError
 from lutgen.readings.conditions import COLUMNS, CONDITIONS
 from lutgen.readings.rest import Rest, is_tip, middle, rest_of
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from lutgen.colorimetry import Array
 
 #: The tips: white and the primaries at full drive, in the order of the paper's index i.
 TIP_NAMES = ("white", "red", "green", "blue")

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import linear_to_code, xy_to_uv, xyY_to_xyz, xyz_to_linear
-from lutgen.display.aging import show
+from lutgen.colorimetry import Array, linear_to_code, xy_to_uv, xyY_to_xyz, xyz_to_linear
+from lutgen.display.aging import Shown, show
 from lutgen.display.modes import luminance_law
 from lutgen.numerals import spaced
 from lutgen.readings import TIP_NAMES
-from lutgen.report.drawing import new_figure
+from lutgen.report.drawing import beside, new_figure
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -24,9 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure
 
-    from lutgen.colorimetry import Array
     from lutgen.display import DisplayModel
-    from lutgen.display.aging import Shown
 
 #: Inches: 1500 × 900 pixels, which a laptop shows whole.
 PAGE = (15.0, 9.0)
@@ -44,11 +42,7 @@ _KELVINS = (3000, 4000, 5000, 6500, 9300, 15000)
 def plot_display(model: DisplayModel, path: str | Path, *, force: bool = False) -> None:
     """Write the page of a display, over all its measured hours, as a PNG: the same bytes on every run.
 
-    Raises
-    ------
-    LutgenError
-        ``path`` is no .png, cannot be written, or exists and ``force`` is not given.
-
+    Raises LutgenError: ``path`` is no .png, cannot be written, or exists and ``force`` is not given.
     """
     with new_figure(path, PAGE, force=force) as figure:
         _draw_page(figure, show(model), model)
@@ -174,16 +168,8 @@ def _label_tips(axes: Axes, shown: Shown) -> None:
     """Write its Δu'v' beside each tip."""
     places = (("left", 12, -12), ("right", -16, -10), ("left", 6, -20), ("left", 12, 2))
     for i, (name, (align, right, up)) in enumerate(zip(TIP_NAMES, places, strict=True)):
-        axes.annotate(
-            f"{name}: {shown.shift[-1, i]:.3f}",
-            shown.uv[-1, i],
-            (right, up),
-            textcoords="offset points",
-            ha=align,
-            va="center",
-            fontsize=10,
-            weight="bold" if i == np.argmax(shown.shift[-1]) else "normal",
-        )
+        text, weight = f"{name}: {shown.shift[-1, i]:.3f}", "bold" if i == np.argmax(shown.shift[-1]) else "normal"
+        beside(axes, text, shown.uv[-1, i], (right, up), ha=align, va="center", fontsize=10, weight=weight)
 
 
 def _draw_inset(axes: Axes, shown: Shown) -> None:
@@ -208,16 +194,8 @@ def _label_ends(axes: Axes, shown: Shown) -> None:
     way = way / np.hypot(*way) if way.any() else np.array([0.0, 1.0])
     for row, away in ((0, -way), (-1, way)):
         sideways = abs(away[0]) > abs(away[1])
-        axes.annotate(
-            f"{spaced(shown.hours[row])} h",
-            shown.uv[row, 0],
-            (11.0 * away[0], 11.0 * away[1]),
-            textcoords="offset points",
-            ha=("left" if away[0] > 0 else "right") if sideways else "center",
-            va="center",
-            fontsize=9,
-            weight="bold",
-        )
+        text, align = f"{spaced(shown.hours[row])} h", ("left" if away[0] > 0 else "right") if sideways else "center"
+        beside(axes, text, shown.uv[row, 0], 11.0 * away, ha=align, va="center", fontsize=9, weight="bold")
 
 
 def _draw_rings(axes: Axes, centre: Array, reach: float) -> None:
@@ -257,13 +235,5 @@ def _draw_planck(axes: Axes, white: Array) -> None:
         nearest = white[np.argmin(np.hypot(*(white - place).T))]
         side, align = (-6, "right") if nearest[0] > place[0] else (6, "left")
         if _inside(axes, place, 0.18, 0.08):
-            axes.annotate(
-                f"{kelvin} K",
-                place,
-                (side, -0.8 * side),
-                textcoords="offset points",
-                ha=align,
-                va="center",
-                fontsize=8,
-                color="#8a5a2b",
-            )
+            offset = (side, -0.8 * side)
+            beside(axes, f"{kelvin} K", place, offset, ha=align, va="center", fontsize=8, color="#8a5a2b")

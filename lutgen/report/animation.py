@@ -20,14 +20,13 @@ from lutgen.errors import LutgenError, pick_one
 from lutgen.files import replacing
 from lutgen.names import ANIMATION_SUFFIXES
 from lutgen.numerals import spaced
-from lutgen.report.drawing import Text, grey_page, wrapped
+from lutgen.report.drawing import Pixels, Text, grey_page, wrapped
 from lutgen.report.sheets import footer
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from lutgen.pictures.frame import AgedSeries
-    from lutgen.report.drawing import Pixels
 
 #: Pixels of the longest side of the picture, and across a frame at least.
 LONGEST, ACROSS = 640, 420
@@ -43,12 +42,8 @@ _TEXT, _BAR = 14, 6
 def check_animation(path: str | Path, hours: Sequence[float], seconds: float) -> float:
     """Return the seconds of a frame.
 
-    Raises
-    ------
-    LutgenError
-        A suffix that is not of ``ANIMATION_SUFFIXES``, MP4 without ffmpeg, fewer than two hours, or frames shown too
-        short or too long.
-
+    Raises LutgenError: a suffix that is not of ``ANIMATION_SUFFIXES``, MP4 without ffmpeg, fewer than two hours, or
+    frames shown too short or too long.
     """
     path = Path(path)
     if path.suffix.lower() not in ANIMATION_SUFFIXES:
@@ -75,26 +70,11 @@ def animate(
     seconds: float = SECONDS,
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Path:
-    """Write an animation; an existing file is replaced. APNG: the same bytes on every run.
+    """Write an animation of ``hours``, in the order of the frames; an existing file is replaced.
 
-    Parameters
-    ----------
-    series
-        The image, with the curve of ``mode`` at ``hours``.
-    mode, hours
-        The mode, and the hours in the order of the frames.
-    path
-        .png or .apng (animated PNG), or .mp4.
-    seconds
-        Duration of the animation.
-    progress
-        Called with the frames done and the frames in all.
-
-    Raises
-    ------
-    LutgenError
-        As :func:`check_animation`, or a file that cannot be written.
-
+    ``series`` has the curve of ``mode`` at these hours; ``path`` ends in .png or .apng (animated PNG, the same bytes on
+    every run) or in .mp4; ``progress`` gets the frames done and all frames. Raises LutgenError as
+    :func:`check_animation`, and for a file that cannot be written.
     """
     path, each = Path(path), check_animation(path, hours, seconds)
 
@@ -192,11 +172,7 @@ def check_ffmpeg() -> str:
 def write_mp4(frames: Iterable[Pixels], seconds: float, path: Path, name: str) -> None:
     """Write frames, uint8 of one shape (h, w, 3), each shown for ``seconds``; error messages call the file ``name``.
 
-    Raises
-    ------
-    LutgenError
-        ffmpeg is not installed, or cannot write the file; the message quotes ffmpeg.
-
+    Raises LutgenError: ffmpeg is not installed, or cannot write the file; the message quotes ffmpeg.
     """
     program, frames = check_ffmpeg(), iter(frames)
     first = next(frames)

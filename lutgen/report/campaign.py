@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.history.history import QUANTITIES
-from lutgen.history.trend import ENOUGH, FEWEST, HORIZON, name_of
+from lutgen.history.trend import ENOUGH, FEWEST, HORIZON, Passing, Trend, name_of
 from lutgen.numerals import spaced
-from lutgen.report.drawing import BAND, BLACK, BLUE, GREY, RED, picture, tidy
-from lutgen.report.parts import Headline, Table
+from lutgen.report.drawing import BAND, BLACK, BLUE, GREY, RED, beside, picture, tidy
+from lutgen.report.parts import Headline, Part, Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -20,9 +20,7 @@ if TYPE_CHECKING:
 
     from lutgen.history.explain import Explanations
     from lutgen.history.limits import Limit
-    from lutgen.history.trend import Passing, Trend
     from lutgen.readings.campaign import Campaign
-    from lutgen.report.parts import Part
 
 
 def explanation_page(separation: Explanations) -> Iterator[Part]:
@@ -75,7 +73,7 @@ _DIGITS = {
 
 
 #: Most limits that the headline names.
-SAID = 2
+HEADLINED = 2
 
 #: Quantity → its name in a sentence; and the unit of its limits.
 _NAMES = {
@@ -124,8 +122,8 @@ def trend_headline(trend: Trend) -> str:
     name = seen.campaign.display or seen.campaign.file
     passed = [each for each in trend.passings if each.status == "passed"]
     if passed:
-        more = f"; limits not kept in all: {len(passed)}" if len(passed) > SAID else ""
-        return f"{name}: {'; '.join(_beyond(each, seen.unit) for each in passed[:SAID])}{more}."
+        more = f"; limits not kept in all: {len(passed)}" if len(passed) > HEADLINED else ""
+        return f"{name}: {'; '.join(_beyond(each, seen.unit) for each in passed[:HEADLINED])}{more}."
     ahead = [each for each in trend.passings if each.status == "ahead" and each.time is not None]
     if not ahead and any(each.status == "cannot-tell" for each in trend.passings):
         return f"{name}: no limit is seen passed, and when one will be cannot be told from these sessions."
@@ -184,13 +182,7 @@ def laws(trend: Trend) -> Table:
     """Tabulate for each quantity the likeliest law, its share of the evidence, and the laws beside it."""
     followed = [(name, course.as_good, course.decay) for name, course in trend.courses.items()]
     rows = [
-        (
-            name,
-            decay.law.name,
-            f"{decay.weights[decay.law.name]:.0%}",
-            ", ".join(also) or "–",
-            f"{decay.scatter:.1f}",
-        )
+        (name, decay.law.name, f"{decay.weights[decay.law.name]:.0%}", ", ".join(also) or "–", f"{decay.scatter:.1f}")
         for name, also, decay in followed
         if decay
     ]
@@ -200,11 +192,7 @@ def laws(trend: Trend) -> Table:
 def limits(trend: Trend) -> Table:
     """Tabulate the limits of quantities that were read, their bounds, and since or from when each is not kept."""
     rows = [
-        (
-            each.limit.text,
-            f"{each.bound:.4g}" if np.isfinite(each.bound) else "–",
-            when(each, trend.history.unit),
-        )
+        (each.limit.text, f"{each.bound:.4g}" if np.isfinite(each.bound) else "–", when(each, trend.history.unit))
         for each in trend.passings
         if _is_read(trend, each)
     ]
@@ -275,23 +263,13 @@ def _draw(axes: Axes, trend: Trend, name: str, end: float) -> None:
     for each in trend.passings:
         if each.limit.quantity == name and np.isfinite(each.bound):
             axes.axhline(each.bound, color=RED, linewidth=1.3)
-            axes.annotate(
-                each.limit.text, (0.01, each.bound), (0, 4), xycoords=axes.get_yaxis_transform(),
-                textcoords="offset points", color=RED, fontsize=9,
-            )  # fmt: skip
+            across = axes.get_yaxis_transform()
+            beside(axes, each.limit.text, (0.01, each.bound), (0, 4), xycoords=across, color=RED, fontsize=9)
             if each.status == "ahead" and each.time is not None and each.time <= end:
                 axes.plot(each.time, each.bound, "o", markersize=9, markerfacecolor="none", markeredgecolor=RED)
     axes.set(xlim=(-0.02 * end, end), ylim=(low, high), xlabel=f"{seen.unit} since the first session")
-    axes.text(
-        0.5 * (last + end),
-        1.0,
-        "ahead",
-        transform=axes.get_xaxis_transform(),
-        ha="center",
-        va="top",
-        fontsize=9,
-        color=GREY,
-    )
+    middle, across = 0.5 * (last + end), axes.get_xaxis_transform()
+    axes.text(middle, 1.0, "ahead", transform=across, ha="center", va="top", fontsize=9, color=GREY)
     tidy(axes)
 
 
@@ -306,9 +284,7 @@ def _draw_responses(axes: Axes, trend: Trend) -> None:
         label = f"{trend.history.time[here]:.0f} {trend.history.unit}"
         axes.plot(each.drive, 100.0 * each.deviation, ".-", color=colour, linewidth=1.5, label=label)
         reach = max(reach, 110.0 * each.worst)
-    axes.annotate(
-        "±10 % and ±20 %", (0.02, 100 * _SECONDARY), (0, 3), textcoords="offset points", fontsize=9, color=GREY
-    )
+    beside(axes, "±10 % and ±20 %", (0.02, 100 * _SECONDARY), (0, 3), fontsize=9, color=GREY)
     axes.set(xlim=(0, 1), ylim=(-reach, reach), xlabel="code value", ylabel="deviation, %")
     axes.legend(loc="lower right", fontsize=10, frameon=False)
     tidy(axes)

@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.criticism.compare import CLEAR
+from lutgen.criticism.compare import CLEAR, Comparison, Slice
 from lutgen.criticism.direction import CALLED
 from lutgen.criticism.families import dimension
-from lutgen.criticism.panels import panels
+from lutgen.criticism.panels import ResidualPanel, panels
 from lutgen.criticism.standing_out import OF_EVERY_READING, over_noise, standing_out
 from lutgen.numerals import spaced, times
 from lutgen.readings.conditions import CONDITIONS
-from lutgen.report.drawing import BAND, BLACK, BLUE, GREY, RED, picture, plain_log, tidy
-from lutgen.report.parts import Table
+from lutgen.report.drawing import BAND, BLACK, BLUE, GREY, RED, hour_axis, picture, plain_log, tidy, without_frame
+from lutgen.report.parts import Part, Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -24,10 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from lutgen.colorimetry import Array
-    from lutgen.criticism.compare import Comparison, Slice
-    from lutgen.criticism.panels import ResidualPanel
     from lutgen.criticism.problem import Problem
-    from lutgen.report.parts import Part
 
 #: Rows of the tables: slices that stand out, and single readings.
 SLICES, READINGS = 12, 5
@@ -315,7 +312,7 @@ def _ticks(axes: Axes, panel: ResidualPanel, *, labelled: bool) -> None:
     if panel.by == "hour":
         axes.set_xlim(-0.04 * panel.places[-1], 1.04 * panel.places[-1])
         if labelled:
-            axes.xaxis.set_major_formatter(lambda value, _: spaced(value))
+            hour_axis(axes)
             axes.xaxis.set_major_locator(MaxNLocator(4))
     else:
         labels = [label.removesuffix(" ramp") if panel.by == "family" else label for label in panel.labels]
@@ -348,8 +345,7 @@ def _map(axes: Axes, panel: ResidualPanel) -> None:
         axes.text(u, v, f"{value:+.2f}\n{_short(ratio)} ×", ha="center", va="center", fontsize=9)
     axes.set(xlim=(-0.08, 1.08), ylim=(1.08, -0.08), xticks=[], yticks=[])
     axes.set_xlabel("the screen: mean ΔL*, and × the noise", fontsize=9)
-    for side in ("top", "right", "left", "bottom"):
-        axes.spines[side].set_visible(False)
+    without_frame(axes)
 
 
 def _short(ratio: float) -> str:

@@ -7,19 +7,32 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from lutgen.criticism.compare import compare_problem
+from lutgen.criticism.compare import Comparison, compare_problem
 from lutgen.criticism.effect_size import relative_size
 from lutgen.criticism.fit_view import View
-from lutgen.numerals import percent, readable, spaced, times
+from lutgen.numerals import percent, readable, times
 from lutgen.report.comparison import LOGARITHMIC, plot_residuals
-from lutgen.report.drawing import BAND, BLACK, BLUE, GREEN, GREY, RED, YELLOW, picture, tidy
+from lutgen.report.drawing import (
+    BAND,
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    RED,
+    YELLOW,
+    beside,
+    hour_axis,
+    picture,
+    plain_log,
+    tidy,
+    without_frame,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from matplotlib.axes import Axes
 
-    from lutgen.criticism.compare import Comparison
     from lutgen.criticism.diagnose import Diagnosis
     from lutgen.criticism.refine import Refinement
     from lutgen.criticism.visibility import Visibility
@@ -168,23 +181,18 @@ def _ratios(axes: Axes, rows: Sequence[tuple[str, float, str]], most: float) -> 
     logarithmic = most > LOGARITHMIC
     start = 0.5 if logarithmic else 0.0
     if logarithmic:
-        axes.set_xscale("log")
-        axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
-        axes.xaxis.set_minor_formatter(lambda _value, _: "")
+        plain_log(axes, "x")
     # The label of the longest bar needs a fifth of the axis.
     axes.set_xlim(start, start * (most / start) ** 1.28 if logarithmic else max(1.25 * most, 2.0))
     axes.axvspan(1.0 - NEAR, 1.0 + NEAR, color=BAND, linewidth=0, zorder=0)
     for row, (_, ratio, colour) in enumerate(rows):
         axes.barh(row, max(ratio - start, 0.0), 0.62, left=start, color=colour)
         place = (max(ratio, 1.0 + NEAR), row)
-        axes.annotate(
-            times(ratio), place, (7, 0), textcoords="offset points", va="center", fontsize=10.5, weight="bold"
-        )
+        beside(axes, times(ratio), place, (7, 0), va="center", fontsize=10.5, weight="bold")
     axes.set_yticks(range(len(rows)), [name for name, _, _ in rows], fontsize=10.5)
     axes.set_ylim(max(len(rows), 4) - 0.4, -0.6)
     axes.set_xlabel("error, × the noise" + (" (logarithmic)" if logarithmic else ""), fontsize=10)
-    tidy(axes)
-    axes.grid(visible=False, axis="y")
+    tidy(axes, grid="x")
 
 
 def _colours(axes: Axes, stages: Sequence[Stage]) -> None:
@@ -203,8 +211,7 @@ def _colours(axes: Axes, stages: Sequence[Stage]) -> None:
     axes.set_xticks(range(len(keys)), list(keys), fontsize=11)
     axes.set_title("ΔE2000", loc="left", fontsize=12)
     axes.legend(frameon=False, fontsize=10)
-    tidy(axes)
-    axes.grid(visible=False, axis="x")
+    tidy(axes, grid="y")
 
 
 #: What is behind a label, so that it can be read over lines and bars.
@@ -228,12 +235,8 @@ def plot_visibility(
         "show it; left of the line it must be larger than typical. Right: how much of its signature white and "
         "primaries hide, since they are measured again. "
     )
-    height = 2.2 + ROW * len(order)
-    with picture(path, _visibility_title(order, sizes), foot=explained + foot, height=height, force=force) as (
-        figure,
-        low,
-        high,
-    ):
+    height, title = 2.2 + ROW * len(order), _visibility_title(order, sizes)
+    with picture(path, title, foot=explained + foot, height=height, force=force) as (figure, low, high):
         bottom, tall = low + 0.62 / height, high - low - 0.95 / height
         _bars(figure.add_axes((0.16, bottom, 0.60, tall)), order, sizes, effects)
         _hidden(figure.add_axes((0.84, bottom, 0.1, tall)), order)
@@ -276,13 +279,11 @@ def _bars(
             typical = readable(abs(effects[each.effect].parameters[each.parameter].value), 3)
             label = f"from {readable(each.smallest_detectable or 0.0, 3)}{unit} (typical: {typical})"
             place = max(1.0 / size, 1.0)
-        axes.annotate(label, (place, row), (6, 0), textcoords="offset points", va="center", fontsize=10, color=colour,
-                      bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0})  # fmt: skip
+        beside(axes, label, (place, row), (6, 0), va="center", fontsize=10, color=colour, bbox=_BOX)
     axes.set_yticks(range(len(order)), [each.effect for each in order], fontsize=11)
     axes.xaxis.set_major_formatter(lambda value, _: f"{value:,.12g} ×".replace(",", "\N{NO-BREAK SPACE}"))
     axes.set_xlabel("seen when so many times smaller than typical: a long bar is seen well")
-    tidy(axes)
-    axes.grid(visible=False, axis="y")
+    tidy(axes, grid="x")
 
 
 def _hidden(axes: Axes, order: Sequence[Visibility]) -> None:
@@ -295,8 +296,7 @@ def _hidden(axes: Axes, order: Sequence[Visibility]) -> None:
     axes.set(xlim=(0.0, 1.0), xticks=[], ylim=(len(order) - 0.4, -0.6))
     axes.text(0.5, -0.75, "hidden by re-measured\nwhite and primaries", ha="center", va="bottom", fontsize=10)
     axes.tick_params(left=False, labelleft=False)
-    for side in ("top", "right", "left", "bottom"):
-        axes.spines[side].set_visible(False)
+    without_frame(axes)
 
 
 #: Colours and marks of curves.
@@ -346,7 +346,7 @@ def _curves(axes: Axes, view: View) -> None:
         axes.set_xticks([*finite, _warm(np.append(finite, np.inf))], [*(f"{value:g}" for value in finite), "warm"])
         axes.minorticks_off()
     if view.way.columns == ("hour",):
-        axes.xaxis.set_major_formatter(lambda value, _: spaced(value))
+        hour_axis(axes)
         axes.locator_params(axis="x", nbins=4)
     _limit(axes, view)
     axes.set_xlabel(view.way.name)
@@ -383,8 +383,7 @@ def _patches(axes: Axes, view: View) -> None:
     axes.set_ylim(len(rows) - 0.4, -0.6)
     axes.set_title("Where it shows most, in σ; line: with the effect", loc="left", fontsize=10.5, x=-0.3)
     axes.margins(x=0.08)
-    tidy(axes)
-    axes.grid(visible=False, axis="y")
+    tidy(axes, grid="x")
 
 
 def _against(axes: Axes, view: View) -> None:

@@ -5,23 +5,21 @@ from __future__ import annotations
 from math import ceil
 from typing import TYPE_CHECKING, Any
 
-from lutgen.criticism.diagnose import parameters_of
+from lutgen.criticism.diagnose import Diagnosis, Ranked, parameters_of
 from lutgen.criticism.effect_size import relative_size, typical_size
 from lutgen.numerals import percent, readable, times, with_error
 from lutgen.report.comparison import data_line, fresh_lines
 from lutgen.report.effect_sketch import STUB_FILE, STUB_NAME, stub
-from lutgen.report.parts import Headline, Table
+from lutgen.report.parts import Headline, Part, Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from lutgen.criticism.compare import Comparison
-    from lutgen.criticism.diagnose import Diagnosis, Ranked
     from lutgen.criticism.refine import Refinement
     from lutgen.criticism.separate import Separation
     from lutgen.criticism.visibility import Visibility
     from lutgen.effects import Effect
-    from lutgen.report.parts import Part
 
 #: Rows of the ranking, and parameters that a row lists.
 RANKED, LISTED = 6, 2
@@ -297,9 +295,4 @@ def _steps_table(refinement: Refinement) -> Table:
 
 def _errors(name: str, comparison: Comparison) -> tuple[str, ...]:
     error, floor = comparison.error, comparison.floor
-    return (
-        name,
-        f"{error.delta_e_mean:.3f}",
-        f"{floor.delta_e_mean:.3f}",
-        times(comparison.ratio),
-    )
+    return (name, f"{error.delta_e_mean:.3f}", f"{floor.delta_e_mean:.3f}", times(comparison.ratio))

@@ -14,7 +14,7 @@ import numpy as np
 
 from lutgen.errors import LutgenError
 from lutgen.numerals import pixels_of_colours, spaced
-from lutgen.pictures.difference_map import BIN
+from lutgen.pictures.difference_map import BIN, DifferenceMap
 from lutgen.report.drawing import BLACK, DPI, WIDTH, picture, tidy
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from lutgen.pictures.difference_map import DifferenceMap
 
 #: The paper's Figure 6: its maps from top to bottom, and the ΔE2000 at the ends of its colour bar.
 MAPS = (("chroma", 8100.0), ("chroma-luma", 4100.0))
@@ -70,11 +69,7 @@ def plot_map(
 ) -> Path:
     """Draw a map as a PNG: the same bytes on every run.
 
-    Raises
-    ------
-    LutgenError
-        ``ends`` is no scale, as :func:`check_range` says, or ``path`` cannot be written.
-
+    Raises LutgenError: ``ends`` is no scale, as :func:`check_range` says, or ``path`` cannot be written.
     """
     _draw([difference], Path(path), title_of(difference), check_range(*ends), force=force)
     return Path(path)

@@ -18,12 +18,18 @@ from numpy.typing import NDArray
 
 from lutgen.errors import LutgenError
 from lutgen.files import check_new_file, replacing
+from lutgen.numerals import spaced
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from lutgen.colorimetry import Array
+
+    #: Across and up.
+    Point = tuple[float, float] | Array
 
 #: Metadata of a PNG that matplotlib writes: without the version of matplotlib, so that the bytes stay the same.
 METADATA: Any = {"Software": None}
@@ -32,11 +38,7 @@ METADATA: Any = {"Software": None}
 def check_new_png(path: str | Path, *, force: bool) -> Path:
     """Return ``path`` when a picture may be written there, before any work is done for it.
 
-    Raises
-    ------
-    LutgenError
-        Not a .png, a folder, or a file that exists, without ``force``.
-
+    Raises LutgenError: not a .png, a folder, or a file that exists, without ``force``.
     """
     path = Path(path)
     if path.suffix.lower() != ".png":
@@ -96,11 +98,7 @@ _LINES = {"title": 0.30, "second": 0.22, "foot": 0.19}
 def new_figure(path: str | Path, size: tuple[float, float], *, force: bool) -> Iterator[Figure]:
     """Give an empty figure of ``size`` inches; on success it becomes a PNG, the same bytes on every run.
 
-    Raises
-    ------
-    LutgenError
-        ``path`` is no .png, cannot be written, or exists and ``force`` is not given.
-
+    Raises LutgenError: ``path`` is no .png, cannot be written, or exists and ``force`` is not given.
     """
     from matplotlib import style
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -119,11 +117,7 @@ def picture(
 ) -> Iterator[tuple[Figure, float, float]]:
     """Give a figure to draw into between bottom and top, shares of its height; on success it becomes a PNG.
 
-    Raises
-    ------
-    LutgenError
-        ``path`` cannot be written, or exists and ``force`` is not given.
-
+    Raises LutgenError: ``path`` cannot be written, or exists and ``force`` is not given.
     """
     with new_figure(path, (WIDTH, height), force=force) as figure:
         top = height - 0.2
@@ -157,12 +151,27 @@ def plain_log(axes: Axes, which: Literal["x", "y"]) -> None:
     axis.set_minor_formatter(lambda _value, _: "")
 
 
-def tidy(axes: Axes) -> None:
-    """Draw a pale grid, and take the frame above and to the right away."""
-    axes.grid(color="#eeeeee")
+def hour_axis(axes: Axes) -> None:
+    """Write the hours along the horizontal axis as people read them: 18 000."""
+    axes.xaxis.set_major_formatter(lambda value, _: spaced(value))
+
+
+def tidy(axes: Axes, *, grid: Literal["both", "x", "y"] = "both") -> None:
+    """Draw a pale grid, of lines across one axis or both, and take the frame above and to the right away."""
+    axes.grid(color="#eeeeee", axis=grid)
     axes.set_axisbelow(True)
-    for side in ("top", "right"):
+    without_frame(axes, "top", "right")
+
+
+def without_frame(axes: Axes, *sides: str) -> None:
+    """Take the frame away, on these sides or on all."""
+    for side in sides or ("top", "right", "left", "bottom"):
         axes.spines[side].set_visible(False)
+
+
+def beside(axes: Axes, text: str, place: Point, offset: Point, **look: Any) -> None:
+    """Write a text so many points, across and up, from a place of the axes."""
+    axes.annotate(text, (place[0], place[1]), (offset[0], offset[1]), textcoords="offset points", **look)
 
 
 Pixels = NDArray[np.uint8]

@@ -11,11 +11,10 @@ import numpy as np
 from lutgen.criticism.probes import probe
 from lutgen.criticism.verdict import strongest
 from lutgen.effects import STAGES
-from lutgen.readings.conditions import CONDITIONS
+from lutgen.readings.conditions import CONDITIONS, Condition
 
 if TYPE_CHECKING:
     from lutgen.criticism.diagnose import Diagnosis
-    from lutgen.readings.conditions import Condition
 
 #: Suggested name of the file, and the name of the effect in it.
 STUB_FILE, STUB_NAME = "my_effect.py", "my-effect"

@@ -13,7 +13,7 @@ from lutgen.history.patches import CHANNELS, GAMUTS
 from lutgen.history.transfer import lightness
 from lutgen.report.aging_plot import TIP_COLOURS, chromaticity_diagram
 from lutgen.report.drawing import BAND, BLACK, GREY, RED, named_once, picture, tidy
-from lutgen.report.parts import Headline, Table
+from lutgen.report.parts import Headline, Part, Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from lutgen.history import Inspection
-    from lutgen.report.parts import Part
 
 
 def inspect_page(inspections: Sequence[Inspection]) -> Iterator[Part]:

@@ -9,20 +9,17 @@ import numpy as np
 
 from lutgen.display import seen_on
 from lutgen.numerals import pixels_of_colours, spaced
-from lutgen.pictures.cohort import coverage
-from lutgen.pictures.lifetime import TABLE_1, TABLE_1_COLUMNS, csv_hours, csv_text
-from lutgen.report.drawing import BLACK, BLUE, GREY, RED, named_once, picture, tidy
-from lutgen.report.parts import Headline, Table
+from lutgen.pictures.cohort import Cohort, Lives, coverage
+from lutgen.pictures.lifetime import TABLE_1, TABLE_1_COLUMNS, ImageLifetime, Lifetimes, csv_hours, csv_text
+from lutgen.report.drawing import BLACK, BLUE, GREY, RED, hour_axis, named_once, picture, tidy
+from lutgen.report.parts import Headline, Part, Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from matplotlib.axes import Axes
 
-    from lutgen.pictures.cohort import Cohort, Lives
     from lutgen.pictures.difference import DifferenceCurve
-    from lutgen.pictures.lifetime import ImageLifetime, Lifetimes
-    from lutgen.report.parts import Part
 
 #: The columns of Table 1 for each tolerance: statistic and its name in the paper.
 COLUMNS = {"max": "Max", "mean": "Avg"}
@@ -210,9 +207,8 @@ def draw_lives(axes: Axes, lifetimes: Lifetimes, image: ImageLifetime, mode: str
         axes.text(place, row, text, ha=side, va="center", fontsize=10, color=shade)
     axes.set_yticks(range(len(rows)), [f"{COLUMNS[name]} {tolerance:g}" for tolerance, name in rows], fontsize=10)
     axes.set_xlabel("operating hours", fontsize=11)
-    axes.xaxis.set_major_formatter(lambda value, _place: spaced(value))
-    tidy(axes)
-    axes.grid(visible=False, axis="y")
+    hour_axis(axes)
+    tidy(axes, grid="x")
 
 
 def table_1_page(lifetimes: Lifetimes) -> Iterator[Part]:

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lutgen.lint.finding import LEVELS, READS
-from lutgen.report.parts import Headline, Table
+from lutgen.lint.finding import LEVELS, READS, Linted
+from lutgen.report.parts import Headline, Part, Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from lutgen.bake.manifest import FileRecord
     from lutgen.bake.summary import SummaryRow
-    from lutgen.lint.finding import Linted
     from lutgen.merge import Merged
-    from lutgen.report.parts import Part
 
 _UNREACHABLE = {
     "clip": "Colours out of reach are clipped by channels of the drive; all others stay exact.",

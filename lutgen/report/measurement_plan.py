@@ -6,14 +6,13 @@ from typing import TYPE_CHECKING
 
 from lutgen.numerals import readable
 from lutgen.readings.conditions import COLUMNS
-from lutgen.report.parts import Headline, Table
+from lutgen.report.parts import Headline, Part, Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from lutgen.criticism.plan import MeasurementPlan
     from lutgen.criticism.separate import Patch
-    from lutgen.report.parts import Part
 
 #: Purpose of a plan → headings of the two numbers of each set: with the readings of today, and with the set.
 GAINS = {

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from lutgen.numerals import spaced
-from lutgen.pictures.conspicuity import outlines
-from lutgen.report.drawing import BLUE, GREY, RED, new_png, picture, save_page, tidy
-from lutgen.report.parts import Headline, Table
+from lutgen.pictures.conspicuity import Conspicuity, outlines
+from lutgen.report.drawing import BLUE, GREY, RED, hour_axis, new_png, picture, save_page, tidy
+from lutgen.report.parts import Headline, Part, Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from lutgen.pictures.conspicuity import Conspicuity
-    from lutgen.report.parts import Part
 
 #: Rows of the table of a mode, at most; JSON and the plot have all hours.
 ROWS = 5
@@ -141,11 +139,7 @@ def picture_names(image: str) -> list[str]:
 def plot_nuclei(conspicuity: Conspicuity, folder: str | Path, *, force: bool = False) -> list[Path]:
     """Draw both pictures into a folder; the same bytes on every run.
 
-    Raises
-    ------
-    LutgenError
-        One of them cannot be written, or exists and ``force`` is not given.
-
+    Raises LutgenError: one of them cannot be written, or exists and ``force`` is not given.
     """
     page, whole = (Path(folder) / name for name in picture_names(conspicuity.field.file))
     _page(conspicuity, page, force=force)
@@ -189,7 +183,7 @@ def draw_contrast(axes: Axes, conspicuity: Conspicuity, mode: str) -> None:
     axes.axhline(float(np.median(contrast.unaged)), color=RED, linestyle="--", linewidth=1.4, label="un-aged median")
     axes.set_xlabel("operating hours", fontsize=11)
     axes.locator_params(axis="x", nbins=5)
-    axes.xaxis.set_major_formatter(lambda value, _place: spaced(value))
+    hour_axis(axes)
     axes.legend(loc="lower left", frameon=False, fontsize=10, labelcolor=GREY)
     tidy(axes)
 

@@ -28,13 +28,15 @@ from lutgen.report.on_screen import on_screen_section
 from lutgen.report.page_scenes import (
     MODES_IN_WORDS,
     TILES,
+    PageScene,
+    Scenes,
     frames_section,
     numbers_in_words,
     script_data,
     viewer_section,
 )
 from lutgen.report.page_template import PageSection, chart, render, style_and_script
-from lutgen.report.parts import Headline, Table
+from lutgen.report.parts import Headline, Page, Part, Table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -45,8 +47,6 @@ if TYPE_CHECKING:
     from lutgen.effects import Effect
     from lutgen.pictures.lifetime import Lifetimes
     from lutgen.report.on_screen import PlacedStills
-    from lutgen.report.page_scenes import PageScene, Scenes
-    from lutgen.report.parts import Page, Part
 
 #: Picture → its caption, which programs that read the page aloud say in its place.
 CAPTIONS = {
@@ -59,24 +59,15 @@ CAPTIONS = {
 
 @dataclass(frozen=True)
 class Evidence:
-    """Readings compared with the model.
+    """Readings compared with the model."""
 
-    Attributes
-    ----------
-    refinement
-        The result of ``lutgen refine --auto``, with its diagnosis.
-    effects
-        All effects by name.
-    again
-        The readings and options, as arguments of a next command.
-    model
-        File of the display in the pictures, if it is not that of these readings; "" otherwise.
-
-    """
-
+    #: The result of ``lutgen refine --auto``, with its diagnosis.
     refinement: Refinement
+    #: All effects by name.
     effects: Mapping[str, Effect]
+    #: The readings and options, as arguments of a next command.
     again: str
+    #: File of the display in the pictures, if it is not that of these readings; "" otherwise.
     model: str = ""
 
     @property
@@ -217,21 +208,13 @@ _NOT_MEASURED = ("RECONSTRUCTED", "SIMULATED")
 
 @dataclass(frozen=True)
 class BuildFolder:
-    """A folder of LUTs that ``lutgen build`` has made.
+    """A folder of LUTs that ``lutgen build`` has made."""
 
-    Attributes
-    ----------
-    folder
-        As the user named it.
-    manifest
-        Its files with their certificates, from the time of the build.
-    sha256
-        Of the manifest.
-
-    """
-
+    #: As the user named it.
     folder: str
+    #: Its files with their certificates, from the time of the build.
     manifest: Manifest
+    #: Of the manifest.
     sha256: str
 
 
@@ -324,26 +307,15 @@ def _choices(model: DisplayModel) -> Iterator[tuple[str, str]]:
 
 @dataclass(frozen=True)
 class Run:
-    """The results that a report shows.
+    """The results that a report shows."""
 
-    Attributes
-    ----------
-    lifetimes
-        Lifetimes of one image.
-    scenes
-        The image on the aged displays, hour by hour.
-    built
-        A folder of LUTs, or None.
-    evidence
-        Readings compared with the model, or None.
-    placed
-        The image as it lies on the screen, or None.
-
-    """
-
+    #: Lifetimes of one image.
     lifetimes: Lifetimes
+    #: The image on the aged displays, hour by hour.
     scenes: Scenes
+    #: A folder of LUTs, or None.
     built: BuildFolder | None = None
+    #: Readings compared with the model, or None.
     evidence: Evidence | None = None
     placed: PlacedStills | None = None
 

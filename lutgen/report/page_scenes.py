@@ -16,7 +16,7 @@ import numpy as np
 
 from lutgen.bake.lut import Lut, Sampler
 from lutgen.bake.spaces import tetrahedra
-from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab, xyz_to_xyY
+from lutgen.colorimetry import Array, code_to_linear, delta_e_2000, linear_to_lab, xyz_to_xyY
 from lutgen.display.hours import parse_hours
 from lutgen.errors import LutgenError
 from lutgen.numerals import spaced
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay, DisplayModel
     from lutgen.pictures.difference import DifferenceCurve
     from lutgen.pictures.frame import Frame
@@ -103,47 +102,30 @@ class Blending:
 
 @dataclass(frozen=True)
 class Scenes:
-    """What the page shows of one image: mode by mode and hour by hour.
+    """What the page shows of one image: mode by mode and hour by hour."""
 
-    Attributes
-    ----------
-    frame
-        The picture.
-    unaged
-        Data address of what the un-aged display shows.
-    source
-        Data address of the picture itself, which tables are applied to.
-    hours
-        Increasing from 0.
-    modes
-        Mode → one scene for each hour.
-    stills
-        Mode → its last hour.
-    reach
-        ΔE2000 at the end of the colours of all maps; larger values have the last colour.
-    blending
-        How far the slider's pictures are from the model.
-
-    """
-
+    #: The picture.
     frame: Frame
+    #: Data address of what the un-aged display shows.
     unaged: str
+    #: Data address of the picture itself, which tables are applied to.
     source: str
+    #: Increasing from 0.
     hours: tuple[float, ...]
+    #: Mode → one scene for each hour.
     modes: dict[str, tuple[PageScene, ...]]
+    #: Mode → its last hour.
     stills: dict[str, Still]
+    #: ΔE2000 at the end of the colours of all maps; larger values have the last colour.
     reach: float
+    #: How far the slider's pictures are from the model.
     blending: Blending
 
 
 def hours_of(text: str | None, model: DisplayModel) -> tuple[list[float], list[float]]:
     """Return the hours of the tables, hour 0 first, and of the curve, which adds the measured times up to the last.
 
-    Raises
-    ------
-    LutgenError
-        ``text`` holds no hours, hours outside the measured span, or more than ``MOST``.
-
+    Raises LutgenError: ``text`` holds no hours, hours outside the measured span, or more than ``MOST``.
     """
     measured = model.tips.hours
     if text is None:
@@ -167,21 +149,10 @@ def scenes_of(
     hours: Sequence[float],
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Scenes:
-    """Make the tables, the numbers and the stills of every mode.
+    """Make the tables, the numbers and the stills of every mode at ``hours``, which increase from 0.
 
-    Parameters
-    ----------
-    frame
-        The picture.
-    model
-        The display.
-    lifetimes
-        Lifetimes of the whole image, at least at these hours: the numbers are those of the image, not of the frame.
-    hours
-        Increasing from 0.
-    progress
-        Called with the number of finished scenes and the number of all scenes.
-
+    ``lifetimes`` are those of the whole image, at least at these hours: the numbers are those of the image, not of the
+    frame. ``progress`` gets the number of finished scenes and of all scenes.
     """
     reach = reach_of(lifetimes, hours)
     curves, unaged = lifetimes.images[0].curves, model.at("stable", 0.0)
@@ -268,10 +239,7 @@ def map_colours() -> NDArray[np.uint8]:
 
 
 #: Mode → what happens to the display in it.
-MODES_IN_WORDS = {
-    "chroma": "while a sensor holds the luminance",
-    "chroma-luma": "when the luminance falls as well",
-}
+MODES_IN_WORDS = {"chroma": "while a sensor holds the luminance", "chroma-luma": "when the luminance falls as well"}
 
 #: Numbers that are shown beside the picture: key → name.
 TILES = {

@@ -34,30 +34,19 @@ _CLASS_SCRIPT = 'document.documentElement.className = "script";'
 
 @dataclass(frozen=True)
 class PageSection:
-    """One section of the page.
+    """One section of the page."""
 
-    Attributes
-    ----------
-    identifier
-        Its anchor in the page.
-    title
-        Its heading.
-    template
-        A file of ``report/templates``, which uses ``values`` by these names.
-    values
-        What the template shows.
-    kind
-        ``live``: seen where scripts run, not printed; ``still``: printed, and seen where no script runs; "": always.
-    label
-        Its name for programs that read the page aloud; "": its heading.
-
-    """
-
+    #: Its anchor in the page.
     identifier: str
+    #: Its heading.
     title: str
+    #: A file of ``report/templates``, which uses ``values`` by these names.
     template: str
+    #: What the template shows.
     values: Mapping[str, Any]
+    #: ``live``: seen where scripts run, not printed; ``still``: printed, and seen where no script runs; "": always.
     kind: str = ""
+    #: Its name for programs that read the page aloud; "": its heading.
     label: str = ""
 
 
@@ -119,51 +108,34 @@ _APART, _ABOVE_AXIS = 34.0, 18.0
 
 @dataclass(frozen=True)
 class Line:
-    """The curve of one mode; places in the drawing.
+    """The curve of one mode; places in the drawing."""
 
-    Attributes
-    ----------
-    mode, colour
-        Its name and what it is drawn in.
-    mean, most
-        Corners of the mean and of mean + 2 SD, as SVG writes them.
-    dots
-        The computed points of the mean.
-    label
-        Height of its name.
-
-    """
-
+    #: Its name and what it is drawn in.
     mode: str
     colour: str
+    #: Corners of the mean and of mean + 2 SD, as SVG writes them.
     mean: str
     most: str
+    #: The computed points of the mean.
     dots: list[tuple[float, float]]
+    #: Height of its name.
     label: float
 
 
 @dataclass(frozen=True)
 class Chart:
-    """What ``chart.svg`` draws; places in the drawing, texts of the ticks.
+    """What ``chart.svg`` draws; places in the drawing, texts of the ticks."""
 
-    Attributes
-    ----------
-    last
-        The last hour.
-    levels, tolerances
-        Height and text of each tick of ΔE2000, and of each tolerance that the axes hold.
-    hours
-        Place and text of each tick of the hours.
-    lines
-        One a mode.
-
-    """
-
+    #: The last hour.
     last: float
+    #: Height and text of each tick of ΔE2000; place and text of each tick of the hours.
     levels: list[tuple[float, str]]
     hours: list[tuple[float, str]]
+    #: Height and text of each tolerance that the axes hold.
     tolerances: list[tuple[float, str]]
+    #: One a mode.
     lines: list[Line]
+    #: Of the drawing, and ends of its axes.
     width: int = WIDTH
     height: int = HEIGHT
     left: int = LEFT

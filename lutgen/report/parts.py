@@ -20,39 +20,22 @@ class Headline:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of texts; where it is rendered decides its look.
+    """A table of texts; where it is rendered decides its look. Raises ValueError for a row of another length."""
 
-    Attributes
-    ----------
-    headings
-        One text a column.
-    rows
-        One text a cell, as many as there are headings; the first cell names the row.
-    words
-        Numbers of the columns that hold words, which are aligned left; the others hold figures, aligned right.
-    strong, faint
-        Numbers of the rows that stand out, and of those that step back.
-    unbroken
-        Whether the cells of the first column are never broken into lines, however narrow the terminal is.
-    caption
-        What the table is; "" where the page says so.
-    notes
-        Sentences below the table that explain it.
-
-    Raises
-    ------
-    ValueError
-        A row has more or fewer cells than there are headings.
-
-    """
-
+    #: One text a column.
     headings: Sequence[str]
+    #: One text a cell, as many as there are headings; the first cell names the row.
     rows: Sequence[Sequence[str]]
+    #: Numbers of the columns that hold words, which are aligned left; the others hold figures, aligned right.
     words: Collection[int] = (0,)
+    #: Numbers of the rows that stand out, and of those that step back.
     strong: Collection[int] = ()
     faint: Collection[int] = ()
+    #: Whether the cells of the first column are never broken into lines, however narrow the terminal is.
     unbroken: bool = False
+    #: What the table is; "" where the page says so.
     caption: str = ""
+    #: Sentences below the table that explain it.
     notes: Sequence[str] = ()
 
     def __post_init__(self) -> None:

@@ -16,8 +16,8 @@ import numpy as np
 from lutgen.errors import LutgenError, pick_one
 from lutgen.names import FIGURES
 from lutgen.numerals import spaced
-from lutgen.pictures.difference_map import difference_map
-from lutgen.pictures.frame import aged_series
+from lutgen.pictures.difference_map import DifferenceMap, difference_map
+from lutgen.pictures.frame import AgedSeries, aged_series
 from lutgen.pictures.lifetime import lifetime
 from lutgen.report.difference_map import MAPS, plot_figure_6
 from lutgen.report.drawing import Pixels, Text, grey_page, new_png, save_page, wrapped
@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
     from lutgen.display import DisplayModel
     from lutgen.display.on_screen import OnScreen
-    from lutgen.pictures.difference_map import DifferenceMap
-    from lutgen.pictures.frame import AgedSeries
 
 #: The paper's Figures 2 to 4: the aged pictures around the un-aged one, clockwise from the top.
 AGES = (("chroma", 10_000.0), ("chroma", 18_000.0), ("chroma-luma", 10_000.0), ("chroma-luma", 18_000.0))
@@ -50,26 +48,17 @@ PLACES = {"centre": (1, 1), "top": (1, 0), "right": (2, 1), "bottom": (1, 2), "l
 
 @dataclass(frozen=True)
 class Layout:
-    """Where everything is on a sheet of pictures of ``height`` × ``width`` pixels; as given, that of a contact sheet.
-
-    Attributes
-    ----------
-    columns
-        Pictures beside one another.
-    narrowest
-        Least width of a column in pixels, so that the captions of small pictures do not meet.
-    smallest
-        Least height of the text in pixels; it grows with the pictures, because people look at a sheet as a whole.
-    gap_lines
-        Grey between columns, and around the sheet, in heights of the text.
-
-    """
+    """Where everything is on a sheet of pictures of ``height`` × ``width`` pixels; by default a contact sheet."""
 
     height: int
     width: int
+    #: Pictures beside one another.
     columns: int = 3
+    #: Least width of a column in pixels, so that the captions of small pictures do not meet.
     narrowest: int = 400
+    #: Least height of the text in pixels; it grows with the pictures, because people look at a sheet as a whole.
     smallest: int = 13
+    #: Grey between columns, and around the sheet, in heights of the text.
     gap_lines: int = 2
 
     @property
@@ -134,11 +123,7 @@ def longest(columns: int) -> int:
 def age_sheet(series: AgedSeries, hours: Sequence[float], path: str | Path, *, force: bool = False) -> Path:
     """Write a sheet of the modes of ``series`` and of ``hours`` of it, as a PNG: the same bytes on every run.
 
-    Raises
-    ------
-    LutgenError
-        Too many hours, or a path that cannot be written.
-
+    Raises LutgenError: too many hours, or a path that cannot be written.
     """
     chosen, modes = check_hours(hours), list(series.curves)
     high, wide = series.source.shape[:2]
@@ -194,25 +179,11 @@ def contact_sheet(
 ) -> Path:
     """Write a contact sheet as a PNG: the same bytes on every run.
 
-    Parameters
-    ----------
-    images
-        Caption (two lines of up to 50 letters) → code values, uint8 of shape (h, w, 3), all of one size, in the order
-        of ``PLACES``: un-aged, then clockwise from the top.
-    path
-        A .png file.
-    title
-        Written in the free corner at the upper left; wrapped.
-    footer
-        Display and model of the images; wrapped.
-    force
-        Replace an existing file.
+    ``images``: caption (two lines of up to 50 letters) → code values, uint8 of shape (h, w, 3), all of one size, in the
+    order of ``PLACES``: un-aged, then clockwise from the top. The title stands in the free corner at the upper left,
+    the footer below; both are wrapped.
 
-    Raises
-    ------
-    LutgenError
-        Not five images of one size and of type uint8, or a path that cannot be written.
-
+    Raises LutgenError: not five images of one size and of type uint8, or a path that cannot be written.
     """
     layout = _checked(images)
     with new_png(path, force=force) as partial:
@@ -268,30 +239,12 @@ def draw_figure(
 ) -> Path:
     """Draw a figure of the paper from an image, as a PNG: the same bytes on every run.
 
-    Parameters
-    ----------
-    number
-        One of ``FIGURES``.
-    image
-        PNG, JPEG, TIFF, EXR, RGB or RGBA; slides (.svs, .ndpi, .mrxs) with the extra ``slides``.
-    model
-        The display. Its measured span must hold the figure's hours.
-    path
-        A .png file.
-    on_screen
-        Where on the screen the image lies; not for Figure 5, whose curves know no places.
-    source
-        What the numbers of the image are: ``auto``, ``signal`` or ``linear``, as for ``apply``.
-    force
-        Replace an existing file.
-    progress
-        Called with the work done and the work in all, in thousandths.
+    ``number`` is one of ``FIGURES``; ``image``, ``source`` and ``progress`` are those of
+    :func:`lutgen.pictures.frame.aged_series`. ``on_screen``: where on the screen the image lies; not for Figure 5,
+    whose curves know no places.
 
-    Raises
-    ------
-    LutgenError
-        Another figure, an image that cannot be read, hours outside the measured span, or a path that cannot be written.
-
+    Raises LutgenError: another figure, an image that cannot be read, a display whose measured span lacks the figure's
+    hours, or a path that cannot be written.
     """
     if number not in FIGURES:
         raise pick_one("figure", number, FIGURES)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.report.drawing import BLACK, BLUE, GREEN, GREY, RED, picture, tidy
-from lutgen.report.parts import Headline, Table
-from lutgen.study.statistics import MEASURES
+from lutgen.report.drawing import BLACK, BLUE, GREEN, GREY, RED, beside, picture, tidy
+from lutgen.report.parts import Headline, Part, Table
+from lutgen.study.statistics import MEASURES, Interval
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -19,10 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from lutgen.colorimetry import Array
-    from lutgen.report.parts import Part
     from lutgen.study.analysis import Analysis
     from lutgen.study.mixed import MixedModel
-    from lutgen.study.statistics import Interval
 
 #: Measure → decimals of its mean, as in the paper's Table 2.
 _DIGITS = {"time": 1, "ease": 1}
@@ -137,13 +135,7 @@ def _agreement(analysis: Analysis) -> Iterator[Part]:
     if analysis.kappas:
         yield "Cohen's κ, agreement beyond chance, on sides and on categories:"
         rows = [
-            (
-                row.condition,
-                row.of,
-                str(row.n),
-                f"{row.percent:.1f}",
-                f"{figure(row.kappa, 2)} {between(row.ci95, 2)}",
-            )
+            (row.condition, row.of, str(row.n), f"{row.percent:.1f}", f"{figure(row.kappa, 2)} {between(row.ci95, 2)}")
             for row in analysis.kappas
         ]
         yield Table(("condition", "of", "pairs", "percent", "κ [95 %]"), rows, words=range(2))
@@ -293,8 +285,7 @@ def plot_study(analysis: Analysis, folder: str | Path, *, force: bool = False) -
                 _draw_agreement(axes, analysis)
             else:
                 _draw_means(axes, analysis, panel)
-            tidy(axes)
-            axes.grid(visible=False, axis="x")
+            tidy(axes, grid="y")
     return path
 
 
@@ -358,9 +349,9 @@ def _point(axes: Axes, place: int, value: float, ends: tuple[float, float], text
     colour = _COLOURS[place % len(_COLOURS)]
     axes.vlines(place, *ends, color=colour, linewidth=4, zorder=3)
     axes.plot(place, value, "o", color=colour, markeredgecolor="white", markersize=13, zorder=4)
-    beside = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}
-    axes.annotate(text, (place, value), (12, 0), textcoords="offset points", va="center", fontsize=letters,
-                  weight="bold", color=BLACK, bbox=beside, zorder=5)  # fmt: skip
+    box = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}
+    look = {"fontsize": letters, "weight": "bold", "color": BLACK, "bbox": box, "zorder": 5}
+    beside(axes, text, (place, value), (12, 0), va="center", **look)
 
 
 def _name(axes: Axes, conditions: Sequence[str], analysis: Analysis, what: str) -> None:

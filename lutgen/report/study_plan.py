@@ -10,9 +10,9 @@ import numpy as np
 
 from lutgen.numerals import percent, spaced
 from lutgen.report.drawing import BLACK, BLUE, GREEN, GREY, RED, picture, tidy
-from lutgen.report.parts import Headline, Table
+from lutgen.report.parts import Headline, Part, Table
 from lutgen.study.design import UNAGED
-from lutgen.study.power import ALPHA, ANSWERS, FISHER, LEAST, MOST, ONE_TAILED, TARGET, TWO_SIDED, power_of
+from lutgen.study.power import ALPHA, ANSWERS, FISHER, LEAST, MOST, ONE_TAILED, TARGET, TWO_SIDED, Power, Seen, power_of
 from lutgen.study.protocol import PROTOCOL
 
 if TYPE_CHECKING:
@@ -21,10 +21,8 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from lutgen.report.parts import Part
     from lutgen.study.answers import SessionProgress, StudyStatus
     from lutgen.study.plan import Planned
-    from lutgen.study.power import Power, Seen
 
 #: Test → its name in tables.
 TESTS = {TWO_SIDED: "t, two-sided", ONE_TAILED: "t, one-tailed", FISHER: "Fisher, one-tailed"}

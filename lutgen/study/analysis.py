@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import pick_one
 from lutgen.names import INTERVALS
-from lutgen.study.answers import sensible
+from lutgen.study.answers import Answer, sensible
 from lutgen.study.comparisons import (
     Agreement,
     AgreementTest,
@@ -32,8 +32,6 @@ from lutgen.study.statistics import UNAGED, Kappa, condition_order, counts, kapp
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from lutgen.study.answers import Answer
-    from lutgen.study.comparisons import AgreementTest, Corrected, FurtherAgreement
     from lutgen.study.statistics import AgreementCounts, ReadingPair, StudySample
 
 
@@ -112,7 +110,7 @@ def figure_limits(
     further: Sequence[FurtherAgreement],
     corrected: Sequence[Corrected],
 ) -> Iterator[str]:
-    """Say what follows from the figures: how wide, how many tests, and which findings hang on the choice of test."""
+    """Say what follows from the figures: width of intervals, number of tests, findings that depend on one test."""
     least = min((row.n for row in rows), default=0)
     if len(rows) > 1 and LEAST <= least <= MOST and rows[0].agreed:
         yield _width(rows[0].share, least)
@@ -124,7 +122,7 @@ def figure_limits(
             f"{len(corrected)} tests at 5 %: were nothing true and they independent, {chance:.0%} of such "
             f"studies would report something. {alone} of them are below 0.05, {after} after Holm's correction."
         )
-    yield from _hanging(table_4, further)
+    yield from _depending_on_the_test(table_4, further)
 
 
 def _width(share: float, pairs: int) -> str:
@@ -138,7 +136,7 @@ def _width(share: float, pairs: int) -> str:
     )
 
 
-def _hanging(table_4: Sequence[AgreementTest], further: Sequence[FurtherAgreement]) -> Iterator[str]:
+def _depending_on_the_test(table_4: Sequence[AgreementTest], further: Sequence[FurtherAgreement]) -> Iterator[str]:
     both = {(each.first, each.second): each for each in further}
     for test in table_4:
         other = both.get((test.greater, test.less))
@@ -251,11 +249,7 @@ def analyse_figures(
 ) -> Analysis:
     """Analyse figures that are already counted: agreement, and samples without values; either may be empty.
 
-    Raises
-    ------
-    LutgenError
-        ``ci`` is unknown.
-
+    Raises LutgenError: ``ci`` is unknown.
     """
     remarks = ["Rank tests, paired tests, κ and mixed models need the answers themselves, not their figures."]
     return _analysis(

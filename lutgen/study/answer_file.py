@@ -1,9 +1,9 @@
 """A reader's file: SQLite that only grows, each row carrying a hash of itself and of the row before.
 
-What the chain shows: a row that was changed, moved, put in or taken out by hand is found and named. Rows cut off at
-the end are found by SQLite's own count of the rows ever written (AUTOINCREMENT), and by the row which ends a session,
-which says how many answers it has. What none of this can show, since there is no key: somebody who computes every hash
-anew or sets that count back; and an older copy of the file in its place.
+The chain of hashes finds and names a row that was changed, moved, inserted or removed by hand. Rows cut off at the end
+are found by SQLite's own count of the rows ever written (AUTOINCREMENT), and by the row that ends a session, which
+states the session's number of answers. Since there is no key, two things stay unseen: somebody computes every hash anew
+and sets that count back, or puts an older copy of the file in its place.
 """
 
 from __future__ import annotations
@@ -44,28 +44,18 @@ class NotSavedError(LutgenError):
 
 @dataclass(frozen=True)
 class AnswerRow:
-    """A row of a reader's file.
+    """A row of a reader's file."""
 
-    Attributes
-    ----------
-    row
-        Its number, from 1 without gaps.
-    at
-        When it was written: UTC by the computer's clock, ISO 8601. No time to score is taken from it.
-    session
-        The session that it belongs to; 0 for the first row.
-    kind, content
-        What happened.
-    hash
-        SHA-256 of the row before's hash (the protocol's, for the first) and of all of the above.
-
-    """
-
+    #: Its number, from 1 without gaps.
     row: int
+    #: When it was written: UTC by the computer's clock, ISO 8601. No time to score is taken from it.
     at: str
+    #: The session that it belongs to; 0 for the first row.
     session: int
+    #: What happened.
     kind: str
     content: Mapping[str, Any]
+    #: SHA-256 of the row before's hash (the protocol's, for the first) and of all of the above.
     hash: str
 
 
@@ -73,22 +63,10 @@ class AnswerFile:
     """A reader's file that is open for appending."""
 
     def __init__(self, path: Path, anchor: str, *, first: tuple[str, Mapping[str, Any]]) -> None:
-        """Open the file, or make it with a first row.
+        """Open the file, or make it, readable for its owner alone, with a first row.
 
-        Parameters
-        ----------
-        path
-            The file. It is made readable for its owner alone.
-        anchor
-            The protocol's hash.
-        first
-            Time and content of the first row, which is written when there is none yet.
-
-        Raises
-        ------
-        LutgenError
-            The file cannot be opened, is damaged, or was altered.
-
+        ``anchor`` is the protocol's hash; ``first`` are time and content of the first row, which is written when there
+        is none yet. Raises LutgenError: the file cannot be opened, is damaged, or was altered.
         """
         self.path = path
         self._anchor = anchor
@@ -116,11 +94,7 @@ class AnswerFile:
     def append(self, at: str, session: int, events: Sequence[tuple[str, Mapping[str, Any]]]) -> None:
         """Write rows, all of them or none, and return when they are on disk.
 
-        Raises
-        ------
-        NotSavedError
-            The disk is full, or cannot be written to.
-
+        Raises NotSavedError: the disk is full, or cannot be written to.
         """
         new = self._chained(at, session, events)
         try:
@@ -154,11 +128,7 @@ class AnswerFile:
 def read_entries(path: Path, anchor: str) -> list[AnswerRow]:
     """Return the rows of a reader's file, verified; none where its first row was never written.
 
-    Raises
-    ------
-    LutgenError
-        The file cannot be read, is damaged, or was altered; names the row.
-
+    Raises LutgenError: the file cannot be read, is damaged, or was altered; names the row.
     """
     with _explained(path):
         # Not mode=ro: a journal that a killed process left must be rolled back before anything is read.
@@ -173,11 +143,7 @@ def read_entries(path: Path, anchor: str) -> list[AnswerRow]:
 def held(path: Path) -> Iterator[None]:
     """Lock a reader's place for this process. The lock ends with the process, however that ends.
 
-    Raises
-    ------
-    LutgenError
-        Another process holds it.
-
+    Raises LutgenError: another process holds it.
     """
     beside = path.with_name(f".{path.stem}.lock")
     with _explained(beside):

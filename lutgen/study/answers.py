@@ -22,12 +22,11 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from lutgen.study.answer_file import AnswerRow
 
 #: Kinds of rows: an image of the session was read, an image to practise on was, the session is complete.
 ANSWERED, PRACTISED, ENDED = "answered", "practised", "ended"
 
-#: Letters of a reader's name, at most.
+#: Most letters of a reader's name.
 LONGEST_NAME = 64
 
 _PLACE = re.compile(r"reader-([1-9][0-9]*)\.sqlite")
@@ -36,11 +35,7 @@ _PLACE = re.compile(r"reader-([1-9][0-9]*)\.sqlite")
 def reader_name(text: str) -> str:
     """Return a reader's name as it is kept: Unicode NFC, blanks at the ends and doubled ones taken out.
 
-    Raises
-    ------
-    LutgenError
-        Empty, too long, or with characters that cannot be seen: control, bidirectional, undecodable.
-
+    Raises LutgenError: empty, too long, or with characters that cannot be seen: control, bidirectional, undecodable.
     """
     name = re.sub(" +", " ", unicodedata.normalize("NFC", text)).strip(" ")
     if name.isprintable() and 1 <= len(name) <= LONGEST_NAME:
@@ -51,22 +46,10 @@ def reader_name(text: str) -> str:
 def take_place(study: Path, protocol: Protocol, name: str, *, session: int, at: str) -> AnswerFile:
     """Open the file of a reader; a new name takes the next free place.
 
-    Parameters
-    ----------
-    study, protocol
-        Folder and protocol.
-    name
-        As from :func:`reader_name`; capitals do not matter.
-    session
-        Which is to be read: a new name begins with the first.
-    at
-        The time now, ISO 8601.
+    ``name`` is one from :func:`reader_name`, and its capitals do not matter; ``session`` is the session to be read;
+    ``at`` is the time now, ISO 8601.
 
-    Raises
-    ------
-    LutgenError
-        All places are taken, a new name would begin with a later session, or a file cannot be read.
-
+    Raises LutgenError: all places are taken, a new name would begin with a later session, or a file cannot be read.
     """
     for place in range(1, protocol.readers + 1):
         path = study / ANSWERS / f"reader-{place}.sqlite"
@@ -189,7 +172,7 @@ class Answer:
     reader
         As the reader was named when the session was run.
     session, position
-        Which session, and the how manieth of its images, both from 1.
+        Number of the session, and of the image within the session, both from 1.
     image, condition
         Names of the protocol's image and condition.
     seconds
@@ -217,11 +200,7 @@ class Answer:
 def sensible(answers: Sequence[Answer]) -> tuple[tuple[Answer, ...], list[str]]:
     """Return the answers with a possible time to score, and a sentence for each answer that is left out.
 
-    Raises
-    ------
-    LutgenError
-        None is left.
-
+    Raises LutgenError where no answer is left.
     """
     kept = tuple(answer for answer in answers if 0 <= answer.seconds <= MAX_SECONDS)
     left_out = [
@@ -241,30 +220,20 @@ STARTED, RESUMED, OVERRIDDEN = "started", "resumed", "overridden"
 
 @dataclass(frozen=True)
 class SessionProgress:
-    """How far one session of a reader is.
+    """How far one session of a reader is."""
 
-    Attributes
-    ----------
-    session
-        Its number, from 1.
-    images, read, practised
-        How many images it has, how many of them were read, how many were practised on before.
-    started, ended
-        When, by the computer's clock; None: not yet.
-    resumed
-        How often it went on after the program had ended.
-    overrides
-        Reasons given for beginning against the protocol or the clock.
-
-    """
-
+    #: Its number, from 1.
     session: int
+    #: How many images it has, how many of them were read, how many were practised on before.
     images: int
     read: int
     practised: int
+    #: When, by the computer's clock; None: not yet.
     started: datetime | None
     ended: datetime | None
+    #: How often it went on after the program had ended.
     resumed: int
+    #: Reasons given for beginning against the protocol or the clock.
     overrides: tuple[str, ...]
 
     @property
@@ -304,24 +273,15 @@ def may_begin(entries: Sequence[AnswerRow], session: int, washout_days: float) -
 
 @dataclass(frozen=True)
 class ReaderStatus:
-    """A reader's place in the study, and how far its sessions are.
+    """A reader's place in the study, and how far its sessions are."""
 
-    Attributes
-    ----------
-    place
-        Its number, from 1.
-    reader
-        Who took it; None: nobody yet.
-    sessions
-        How far each is.
-    may_begin
-        When each may begin, after the washout; None: it need not wait, has begun, or the one before is not complete.
-
-    """
-
+    #: Its number, from 1.
     place: int
+    #: Who took it; None: nobody yet.
     reader: str | None
+    #: How far each is.
     sessions: tuple[SessionProgress, ...]
+    #: When each may begin, after the washout; None: it need not wait, has begun, or the one before is not complete.
     may_begin: tuple[datetime | None, ...]
 
 
@@ -350,11 +310,7 @@ class StudyStatus:
 def study_status(study: Path) -> StudyStatus:
     """Return how far the readers of a study are.
 
-    Raises
-    ------
-    LutgenError
-        The protocol or a file of answers cannot be read, or was altered.
-
+    Raises LutgenError: the protocol or a file of answers cannot be read, or was altered.
     """
     protocol = read_protocol(study)
     paths = dict(answer_files(study))

@@ -16,7 +16,9 @@ from typing import TYPE_CHECKING
 
 from lutgen.study.statistics import (
     MEASURES,
+    AgreementCounts,
     Interval,
+    ReadingPair,
     StudySample,
     equal_variances,
     hedges_g,
@@ -35,7 +37,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lutgen.study.answers import Answer
-    from lutgen.study.statistics import AgreementCounts, ReadingPair, StudySample
 
 
 @dataclass(frozen=True)
@@ -179,33 +180,23 @@ def holm(p: Sequence[float]) -> list[float]:
 
 @dataclass(frozen=True)
 class FurtherMeans:
-    """Two means compared by tests that the paper does not have.
+    """Two means compared by tests that the paper does not have."""
 
-    Attributes
-    ----------
-    measure, first, second
-        What is compared.
-    difference, difference_ci95
-        second − first, with Welch's interval.
-    welch_t, welch_df, welch_p
-        Welch's t-test, two-sided: no equal variances assumed.
-    rank_p
-        Mann–Whitney's, two-sided: no normal distribution assumed; NaN where the answers themselves are not known,
-        or all the same.
-    hedges_g, hedges_g_ci95
-        The difference in standard deviations.
-
-    """
-
+    #: What is compared.
     measure: str
     first: str
     second: str
+    #: second − first, with Welch's interval.
     difference: float
     difference_ci95: Interval
+    #: Welch's t-test, two-sided: no equal variances assumed.
     welch_t: float
     welch_df: float
     welch_p: float
+    #: Mann–Whitney's, two-sided: no normal distribution assumed; NaN where the answers themselves are not known, or all
+    #: the same.
     rank_p: float
+    #: The difference in standard deviations.
     hedges_g: float
     hedges_g_ci95: Interval
 
@@ -222,31 +213,21 @@ class McNemar:
 
 @dataclass(frozen=True)
 class FurtherAgreement:
-    """Two shares of agreement compared by tests that the paper does not have.
+    """Two shares of agreement compared by tests that the paper does not have."""
 
-    Attributes
-    ----------
-    first, second
-        What is compared.
-    fisher_one_tailed, fisher
-        p of Fisher's exact test that ``first`` agrees more often, and of the two-sided one.
-    difference, difference_ci95
-        second − first in percentage points, with Newcombe's interval.
-    odds_ratio, odds_ratio_ci95
-        Odds of agreeing, second over first.
-    mcnemar
-        Exact, two-sided, where the same reader read the same images under both conditions; else None.
-
-    """
-
+    #: What is compared.
     first: str
     second: str
+    #: p of Fisher's exact test that ``first`` agrees more often, and of the two-sided one.
     fisher_one_tailed: float
     fisher: float
+    #: second − first in percentage points, with Newcombe's interval.
     difference: float
     difference_ci95: Interval
+    #: Odds of agreeing, second over first.
     odds_ratio: float
     odds_ratio_ci95: Interval
+    #: Exact, two-sided, where the same reader read the same images under both conditions; else None.
     mcnemar: McNemar | None
 
 

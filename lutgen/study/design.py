@@ -1,4 +1,4 @@
-"""Who reads which image under which condition, and when: the balanced design of a study, drawn by chance.
+"""Who reads which image under which condition, and when: the balanced, random design of a study.
 
 Session 1, as in section 2.3 of Avanaki et al. (Proc. SPIE 9420, 2015): as many images under each condition, which
 image falls to which condition is drawn. A further reader reads the same images with the conditions moved on by one (a
@@ -53,21 +53,13 @@ MOST_READINGS = 200_000
 
 @dataclass(frozen=True)
 class Design:
-    """Which reader reads which image, under which condition, in which session.
+    """Which reader reads which image, under which condition, in which session."""
 
-    Attributes
-    ----------
-    conditions
-        All that a trial names, in the order given, ``none`` last where only later sessions show it.
-    trials
-        By reader, session and position.
-    left_out
-        Names of images that were given and that nobody reads.
-
-    """
-
+    #: All that a trial names, in the order given, ``none`` last where only later sessions show it.
     conditions: tuple[StudyCondition, ...]
+    #: By reader, session and position.
     trials: tuple[StudyTrial, ...]
+    #: Names of images that were given and that nobody reads.
     left_out: tuple[str, ...]
 
     @property
@@ -127,24 +119,12 @@ def balanced_design(
 ) -> Design:
     """Draw the balanced design that this module's docstring describes.
 
-    Parameters
-    ----------
-    images
-        Names. Of more than are needed a random part is read.
-    conditions
-        Of session 1.
-    per_condition
-        Images that a reader reads under each.
-    readers, sessions
-        How many; all sessions after the first are un-aged.
-    seed
-        From 0; the same seed and input give the same design.
+    Of more ``images`` than are needed a random part is read. ``conditions`` are those of session 1, each with
+    ``per_condition`` images for every reader; all later sessions are un-aged. ``seed`` counts from 0; the same seed and
+    input give the same design.
 
-    Raises
-    ------
-    LutgenError
-        Fewer images than are needed, numbers that make no study, or more readings than one can hold.
-
+    Raises LutgenError: fewer images than are needed, numbers that make no study, or more readings than a study can
+    hold.
     """
     _check_counts(per_condition=per_condition, readers=readers, sessions=sessions)
     needed = len(conditions) * per_condition
@@ -209,23 +189,13 @@ class _Shown(NamedTuple):
 
 
 def read_design(path: Path, images: Sequence[str], *, readers: int | None, seed: int) -> Design:
-    """Read a design from a table.
+    """Read a design from a table, of images with the given names.
 
-    Without ``reader`` every reader gets all rows; without ``position`` each reader's sessions are put into an order
-    drawn as for a balanced design. Lines that are empty or begin with # say nothing.
+    Without a column ``reader`` every reader gets all rows, and ``readers`` says how many there are (None: 1); without
+    ``position`` each reader's sessions are put into an order drawn as for a balanced design. Lines that are empty or
+    begin with # are skipped.
 
-    Parameters
-    ----------
-    images
-        Names of the images that were given.
-    readers
-        How many, where the table does not say it; 1 for None.
-
-    Raises
-    ------
-    LutgenError
-        Not such a table, with the line; a session or reader that is left out; an image twice in a session.
-
+    Raises LutgenError: no such table, with the line; a session or reader that is left out; an image twice in a session.
     """
     rows = [_shown(row, images) for row in read_rows(path, NEEDED, optional=OPTIONAL)[1]]
     named = {row.reader for row in rows if row.reader is not None}

@@ -10,9 +10,9 @@ Agreement: logistic regression on the condition with readers as fixed effects, b
 readings of the same image in a cluster (Liang & Zeger 1986, doi:10.1093/biomet/73.1.13): what several readers do with
 one image is not independent.
 
-What cannot be told apart is left out and said: one reader has no differences between readers, images that were read
-once none between images and answers. :mod:`lutgen.study.reml` fits time and ease, statsmodels agreement
-(``lutgen[study]``).
+The models leave out what the answers cannot separate, and a note says so: with one reader there are no differences
+between readers, and an image that was read once cannot be separated from its answer. :mod:`lutgen.study.reml` fits time
+and ease, statsmodels agreement (``lutgen[study]``).
 """
 
 from __future__ import annotations
@@ -27,14 +27,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.study.reml import NOTHING, MixedFit, fit_crossed
-from lutgen.study.statistics import UNAGED, Interval
+from lutgen.study.statistics import UNAGED, Interval, ReadingPair
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from lutgen.colorimetry import Array
     from lutgen.study.answers import Answer
-    from lutgen.study.statistics import ReadingPair
 
 #: The remark where statsmodels is not installed.
 MISSING = "Mixed models are left out: statsmodels is not installed. Install lutgen[study]."
@@ -61,32 +60,21 @@ class ConditionEffect:
 
 @dataclass(frozen=True)
 class MixedModel:
-    """A mixed model that was fitted, or the reason why it was not.
+    """A mixed model that was fitted, or the reason why it was not."""
 
-    Attributes
-    ----------
-    measure, effect
-        A key and its value of ``EFFECTS``.
-    against
-        The condition with which the others are compared.
-    n
-        Answers, or pairs of readings.
-    effects
-        Of each other condition; none where the model could not be fitted.
-    sd
-        Standard deviations of readers, readers under a condition, images and what is left, where they are in the model;
-        of log seconds or ease.
-    notes
-        What was left out, and what went wrong.
-
-    """
-
+    #: A key and its value of ``EFFECTS``.
     measure: str
     effect: str
+    #: The condition with which the others are compared.
     against: str
+    #: Answers, or pairs of readings.
     n: int
+    #: Of each other condition; none where the model could not be fitted.
     effects: tuple[ConditionEffect, ...]
+    #: Standard deviations of readers, readers under a condition, images and what is left, where they are in the model; of
+    #: log seconds or ease.
     sd: Mapping[str, float] = field(default_factory=dict)
+    #: What was left out, and what went wrong.
     notes: tuple[str, ...] = ()
 
 

@@ -1,9 +1,9 @@
 """The pictures of a study: the images that are given, and what readers are shown of them.
 
-Given images become 8-bit RGB; each is there once, by name, by file and by pixels. Each image is rendered under each of
-its conditions, through a baked LUT. A render is a PNG of 8-bit pixels and nothing else, stored without compression: all
-renders of a picture have one size, and one time. Only the pixels tell conditions apart: names are hashes under a key,
-which show neither image nor condition, and files are written in the order of their names.
+Given images become 8-bit RGB; no two may have the same name, the same bytes or the same pixels. Each image is rendered
+under each of its conditions, through a baked LUT. A render is a PNG of 8-bit pixels and nothing else, without
+compression, so that all renders of an image have the same size and time. Only the pixels differ between conditions:
+file names are keyed hashes, which show neither image nor condition, and files are written in the order of their names.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from lutgen.bake.build import Plan, build
 from lutgen.errors import LutgenError
 from lutgen.files import file_sha256, files_below, scratch
 from lutgen.pictures.apply import apply_to_images
-from lutgen.pictures.frame import plain_png
-from lutgen.pictures.images import FORMATS, open_source
+from lutgen.pictures.frame import Pixels, plain_png
+from lutgen.pictures.images import FORMATS, ImageSource, open_source
 from lutgen.study.design import UNAGED
 from lutgen.study.protocol import IMAGES, Render, StudyCondition, StudyImage
 
@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from lutgen.display import DisplayModel
-    from lutgen.pictures.frame import Pixels
-    from lutgen.pictures.images import ImageSource
 
 #: Formats of files that a study shows: those that store code values.
 KINDS = ("png", "jpeg", "tiff")
@@ -43,29 +41,19 @@ SUFFIXES = tuple(suffix for kind in FORMATS if kind.name in KINDS for suffix in 
 
 @dataclass(frozen=True)
 class Picture:
-    """One image given for a study.
+    """One image given for a study."""
 
-    Attributes
-    ----------
-    name
-        In the study: the file's name without its suffix where that is enough to tell it from the others.
-    path
-        As it was given, or found in a folder.
-    sha256, pixels_sha256
-        Hashes of the file, and of what is shown of it: size and 8-bit pixels.
-    width, height
-        In pixels.
-    rounded
-        Whether it has 16 bits a channel, of which 8 are shown.
-
-    """
-
+    #: In the study: the file's name without its suffix where that is enough to tell it from the others.
     name: str
+    #: As it was given, or found in a folder.
     path: Path
+    #: Hashes of the file, and of what is shown of it: size and 8-bit pixels.
     sha256: str
     pixels_sha256: str
+    #: In pixels.
     width: int
     height: int
+    #: Whether it has 16 bits a channel, of which 8 are shown.
     rounded: bool
 
     @property
@@ -77,11 +65,7 @@ class Picture:
 def find_images(given: Iterable[str | Path]) -> list[Path]:
     """Return the images that files and folders name, in that order; those of a folder, and below it, by path.
 
-    Raises
-    ------
-    LutgenError
-        A folder without images or that cannot be read, or a file that is named twice.
-
+    Raises LutgenError: a folder without images or that cannot be read, or a file that is named twice.
     """
     images: dict[Path, Path] = {}
     for path in (path for each in given for path in _images_of(Path(each))):
@@ -104,11 +88,7 @@ def _images_of(given: Path) -> list[Path]:
 def look_at(paths: Sequence[Path], progress: Callable[[int], None]) -> tuple[Picture, ...]:
     """Look at every image; ``progress`` is called with how many are done.
 
-    Raises
-    ------
-    LutgenError
-        One that cannot be read or shown, and two that have one name, are one file, or look the same.
-
+    Raises LutgenError: one that cannot be read or shown, and two that have one name, are one file, or look the same.
     """
     pictures = []
     for name, path in zip(_names(paths), paths, strict=True):
@@ -157,12 +137,8 @@ def _picture(name: str, path: Path) -> Picture:
 def shown_pixels(path: Path) -> Pixels:
     """Read an image as readers see it: uint8, shape (height, width, 3); of 16 bits the nearest 8.
 
-    Raises
-    ------
-    LutgenError
-        Not a PNG, TIFF or JPEG of 8 or 16 bits a channel, transparent somewhere, to be turned by the viewer, or
-        damaged.
-
+    Raises LutgenError: not a PNG, TIFF or JPEG of 8 or 16 bits a channel, transparent somewhere, to be turned by the
+    viewer, or damaged.
     """
     with open_source(path) as source:
         _check_shown(source)
@@ -205,22 +181,14 @@ _WRITTEN = 315_532_800
 
 @dataclass(frozen=True)
 class BakedLut:
-    """The baked LUT of a condition.
+    """The baked LUT of a condition."""
 
-    Attributes
-    ----------
-    path
-        The file.
-    sha256
-        Of the file.
-    worst, smooth
-        The certificate's largest ΔE2000 to the model: over all colours, and over those that neither a jump of the model
-        nor the gamut's edge is mixed into.
-
-    """
-
+    #: The file.
     path: Path
+    #: Of the file.
     sha256: str
+    #: The certificate's largest ΔE2000 to the model: over all colours, and over those that neither a jump of the model
+    #: nor the gamut's edge is mixed into.
     worst: float
     smooth: float
 
@@ -237,11 +205,7 @@ class BakedLut:
 def bake_conditions(conditions: Iterable[StudyCondition], model: DisplayModel, folder: Path) -> dict[str, BakedLut]:
     """Bake and certify the LUT of every condition but the un-aged one, by the condition's name.
 
-    Raises
-    ------
-    LutgenError
-        Hours outside the measured span, or a display that cannot be baked.
-
+    Raises LutgenError: hours outside the measured span, or a display that cannot be baked.
     """
     baked = {}
     for condition in conditions:
@@ -274,11 +238,7 @@ def render_images(
 
     The un-aged picture is the image itself; of 16 bits a channel the nearest 8 are shown, after aging.
 
-    Raises
-    ------
-    LutgenError
-        An image that cannot be read or aged. What is written so far is the caller's to remove.
-
+    Raises LutgenError: an image that cannot be read or aged. What is written so far is the caller's to remove.
     """
     renders: dict[tuple[str, str], Render] = {}
     (study / IMAGES).mkdir()

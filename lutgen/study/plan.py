@@ -14,21 +14,17 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen import __version__
 from lutgen.bake.manifest import model_as_json, without_ways
-from lutgen.display import what_luts_carry
+from lutgen.display import DisplayModel, what_luts_carry
 from lutgen.errors import LutgenError, reason_of
 from lutgen.files import PARTIAL, file_sha256, scratch
-from lutgen.study.design import UNAGED
-from lutgen.study.pictures import bake_conditions, find_images, look_at, render_images
-from lutgen.study.power import MOST, study_power
+from lutgen.study.design import UNAGED, Design
+from lutgen.study.pictures import BakedLut, Picture, bake_conditions, find_images, look_at, render_images
+from lutgen.study.power import MOST, Power, study_power
 from lutgen.study.protocol import ANSWERS, IMAGES, PAPER_CATEGORIES, PAPER_SCALE, PROTOCOL, Protocol, write_protocol
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from lutgen.display import DisplayModel
-    from lutgen.study.design import Design
-    from lutgen.study.pictures import BakedLut, Picture
-    from lutgen.study.power import Power
     from lutgen.study.protocol import Category
 
 #: A longer washout is treated as a typing error.

@@ -125,11 +125,7 @@ class Power:
 def study_power(per_condition: int, readers: int = 1) -> Power:
     """Work out the power of a study with so many images per condition and reader.
 
-    Raises
-    ------
-    LutgenError
-        No images or readers, or more than ``MOST`` answers per condition.
-
+    Raises LutgenError: no images or readers, or more than ``MOST`` answers per condition.
     """
     for option, count in (("--per-condition", per_condition), ("--readers", readers)):
         if count < 1:

@@ -35,7 +35,7 @@ MAX_BYTES = 256_000_000
 
 @dataclass(frozen=True)
 class StudyCondition:
-    """A display that images are shown as: ``none`` is the un-aged one, ``chroma@18000`` a mode at an hour."""
+    """A display on which images are shown: ``none`` is the un-aged one, ``chroma@18000`` a mode at an hour."""
 
     name: str
     mode: str
@@ -84,46 +84,31 @@ class StudyTrial:
 
 @dataclass(frozen=True)
 class Protocol:
-    """All that was decided before the first answer.
+    """All that was decided before the first answer."""
 
-    Attributes
-    ----------
-    title
-        For people.
-    conditions, images, practice
-        What is compared, what is read, and what is shown first to practise on, un-aged and not analysed.
-    categories
-        Diagnoses to choose from.
-    ease
-        Smallest and largest ease of reading; larger is easier.
-    readers, sessions
-        How many of each.
-    washout_days
-        Least days from the end of a reader's session to the start of the next.
-    seed
-        Of the design.
-    model
-        The display model whose LUTs made the renders: name, hash, and per condition the hash of the LUT.
-    renders, trials
-        What is shown, and to whom, when.
-    version
-        Of the lutgen that planned it.
-
-    """
-
+    #: For people.
     title: str
+    #: What is compared, what is read, and what is shown first to practise on, un-aged and not analysed.
     conditions: tuple[StudyCondition, ...]
     images: tuple[StudyImage, ...]
     practice: tuple[StudyImage, ...]
+    #: Diagnoses to choose from.
     categories: tuple[Category, ...]
+    #: Smallest and largest ease of reading; larger is easier.
     ease: tuple[int, int]
+    #: How many of each.
     readers: int
     sessions: int
+    #: Least days from the end of a reader's session to the start of the next.
     washout_days: float
+    #: Of the design.
     seed: int
+    #: The display model whose LUTs made the renders: name, hash, and per condition the hash of the LUT.
     model: Mapping[str, Any]
+    #: What is shown, and to whom, when.
     renders: tuple[Render, ...]
     trials: tuple[StudyTrial, ...]
+    #: Of the lutgen that planned it.
     version: str
 
     def session(self, reader: int, session: int) -> list[StudyTrial]:
@@ -156,11 +141,7 @@ def write_protocol(study: Path, protocol: Protocol) -> None:
 def read_protocol(study: Path) -> Protocol:
     """Read a study's protocol.
 
-    Raises
-    ------
-    LutgenError
-        There is none, it is none of ours or too large for one, or it was altered after it was frozen.
-
+    Raises LutgenError: the file is missing, is no protocol or too large for one, or was altered after it was frozen.
     """
     path = study / PROTOCOL
     advice = "Give the folder that lutgen study plan made."
@@ -221,11 +202,7 @@ def categories_of(negative: str, positive: str) -> tuple[Category, ...]:
 
     The key of each is the digit that its name begins with, where all begin with different ones, else its number.
 
-    Raises
-    ------
-    LutgenError
-        A side without diagnoses, one that is named twice, too many, or a name that no key can carry.
-
+    Raises LutgenError: a side without diagnoses, one that is named twice, too many, or a name that no key can carry.
     """
     sides = [(name.strip(), side) for text, side in ((negative, False), (positive, True)) for name in text.split(",")]
     names = [name for name, _ in sides]
@@ -247,11 +224,7 @@ def categories_of(negative: str, positive: str) -> tuple[Category, ...]:
 def ease_of(text: str) -> tuple[int, int]:
     """Return smallest and largest ease of reading of text such as ``1..10``; every step has its digit, 10 has 0.
 
-    Raises
-    ------
-    LutgenError
-        No such scale.
-
+    Raises LutgenError where the text is no such scale.
     """
     first, dots, last = text.partition("..")
     lowest = whole(first, least=0, most=1)

@@ -1,11 +1,11 @@
-"""A reading session as a state machine, without a browser: which image is read next, and what was said of it.
+"""A reading session as a state machine, without a browser: which image is read next, and the answer to each image.
 
 Order: the images to practise on, then those of the session, each answered once, none twice, none left out. An answer is
 on disk before the next image may be shown. Whatever happens is a row in the reader's file: started, resumed, shown,
 paused, continued, warned, accepted, overridden, practised, answered, ended.
 
-Two clocks are kept apart. The computer's, for when things happened and for the washout, may be set wrong: set back, it
-is noticed; set forward, it is not. The page's own, which only runs, gives the time to score.
+There are two clocks. The computer's clock dates the rows and measures the washout; it may be set wrong: a clock set
+back is noticed, one set forward is not. The page's own clock, which nobody can set, measures the time to score.
 """
 
 from __future__ import annotations
@@ -49,53 +49,34 @@ SHOWN = "shown"
 
 @dataclass(frozen=True)
 class Task:
-    """An image to be read.
+    """An image to be read."""
 
-    Attributes
-    ----------
-    number, of
-        Its number among the images to practise on or among those of the session, from 1, and how many these are.
-    practice
-        Whether it is to practise on.
-    file, sha256
-        Path in the study's folder, and the hash that it had when the study was planned.
-
-    """
-
+    #: Its number among the images to practise on or among those of the session, from 1, and how many these are.
     number: int
     of: int
+    #: Whether it is to practise on.
     practice: bool
+    #: Path in the study's folder, and the hash that it had when the study was planned.
     file: str
     sha256: str
 
 
 @dataclass(frozen=True)
 class Decision:
-    """What a reader said of an image, and the times that the page measured.
+    """A reader's answer to an image, and the times that the page measured."""
 
-    Attributes
-    ----------
-    category
-        Name of the protocol's category.
-    ease
-        Ease of reading.
-    seconds
-        From the first paint of the last showing to the choice of the category that was confirmed, pauses left out.
-    first_choice_seconds
-        The same, to the first choice: less where the reader changed it.
-    pauses, paused_seconds
-        How often and how long the image was hidden, up to the confirmation.
-    paint
-        How the page knew of the first paint: element-timing (the browser's own record) or animation-frame.
-
-    """
-
+    #: Name of the protocol's category.
     category: str
+    #: Ease of reading.
     ease: int
+    #: From the first paint of the last showing to the choice of the category that was confirmed, pauses left out.
     seconds: float
+    #: The same, to the first choice: less where the reader changed it.
     first_choice_seconds: float
+    #: How often and how long the image was hidden, up to the confirmation.
     pauses: int
     paused_seconds: float
+    #: How the page knew of the first paint: element-timing (the browser's own record) or animation-frame.
     paint: str
 
 
@@ -163,15 +144,9 @@ class ReadingSession:
     def answer(self, number: int, decision: Decision, *, practice: bool = False) -> None:
         """Record an answer; when this returns, it is on disk. The same answer again changes nothing.
 
-        Raises
-        ------
-        PastError
-            ``number`` is not the image to be read now, or was answered otherwise.
-        NotSavedError
-            The disk is full, or cannot be written to: nothing was recorded.
-        LutgenError
-            No such category or ease, or a time that is none.
-
+        Raises PastError: ``number`` is not the image to be read now, or was answered otherwise; NotSavedError: the disk
+        is full, or cannot be written to, and nothing was recorded; LutgenError: no such category or ease, or an
+        impossible time.
         """
         kind = PRACTISED if practice else ANSWERED
         self._check(decision)
@@ -216,11 +191,7 @@ class ReadingSession:
 def tasks_of(protocol: Protocol, place: int, session: int) -> tuple[list[Task], list[Task]]:
     """Return what a reader is shown in a session: the images to practise on, and those of the session.
 
-    Raises
-    ------
-    LutgenError
-        The protocol has no such session, or names an image that was not rendered.
-
+    Raises LutgenError: the protocol has no such session, or names an image that was not rendered.
     """
     first = {render.image: render for render in reversed(protocol.renders)}
     trials = protocol.session(place, session)
@@ -286,18 +257,14 @@ def begin_reading(
 
     Parameters
     ----------
-    study
-        Folder of the study.
-    reader
-        Name; a new one takes the next free place.
-    session
-        From 1; each after the one before, and after the washout.
+    reader, session
+        Name, of which a new one takes the next free place; number from 1, after the session before and the washout.
     override
-        A reason to begin before the washout is over, or with a clock that was set back. Recorded when it was needed.
+        A reason to begin before the washout is over, or with a clock that was set back; recorded when it was needed.
     clock
         Gives the time now, UTC.
     progress
-        Told how many of the images were compared with the protocol.
+        Called with the number of images compared with the protocol, and of all.
 
     Raises
     ------

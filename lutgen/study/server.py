@@ -1,7 +1,8 @@
-"""The page of a reading session: what it may ask, what it is told, and the local server that it asks.
+"""The page of a reading session: its requests, the answers to them, and the local server.
 
-One tab at a time holds the session. It is told an image's number and an identifier that means nothing, of the one image
-to be read now; no name of an image or condition, no title, which may tell them, no answer, nothing of other readers.
+One tab at a time holds the session. It gets the number and a meaningless identifier of the one image to be read now. It
+gets no name of an image or condition, no title (which may contain such a name), no answer, and nothing about other
+readers.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from lutgen.errors import LutgenError
 from lutgen.server import NOTHING, RefusedError, application, json_body, page_file, port_taken, served
 from lutgen.study.answer_file import NotSavedError
-from lutgen.study.reading import Decision, PastError
+from lutgen.study.reading import Decision, PastError, ReadingSession, Task
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
     from starlette.responses import Response
     from starlette.types import ASGIApp
 
-    from lutgen.study.reading import ReadingSession, Task
 
 #: Seconds after its last sign of life for which a tab keeps the session. It gives one every two seconds.
 LEASE = 7.0
@@ -241,11 +241,7 @@ def serving(conversation: Conversation, listening: socket | None = None) -> Iter
 
     Gives its address.
 
-    Raises
-    ------
-    LutgenError
-        No port is free, or what serves pages is not installed.
-
+    Raises LutgenError: no port is free, or what serves pages is not installed.
     """
     try:
         with served(session_application(conversation), listening or port_taken(0)) as address:
@@ -263,22 +259,9 @@ def serve(
 ) -> None:
     """Serve a session until it is complete and its closing page was shown.
 
-    Parameters
-    ----------
-    reading
-        The session.
-    opened
-        Told the page's address once it is served.
-    say
-        Told of troubles, in sentences for whoever runs the study.
-    listening
-        As :func:`lutgen.server.port_taken` gives it; None: any port that is free.
-
-    Raises
-    ------
-    LutgenError
-        No port is free, or what serves pages is not installed.
-
+    ``opened`` is called with the page's address once the page is served, ``say`` with sentences on troubles for whoever
+    runs the study. ``listening`` is a socket from :func:`lutgen.server.port_taken`; None: any free port. Raises
+    LutgenError: no port is free, or what serves pages is not installed.
     """
     conversation = Conversation(reading, say)
     with serving(conversation, listening) as address:

@@ -42,12 +42,12 @@ from zlib import crc32
 
 import numpy as np
 
-from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab
+from lutgen.colorimetry import Array, code_to_linear, delta_e_2000, linear_to_lab
 from lutgen.errors import LutgenError
 from lutgen.pictures.blocks import code_of, read_field
 from lutgen.pictures.nuclei import segment
 from lutgen.study.answers import Answer
-from lutgen.study.protocol import PAPER_CATEGORIES, Category, StudyTrial
+from lutgen.study.protocol import PAPER_CATEGORIES, Category, Protocol, StudyTrial
 from lutgen.study.statistics import UNAGED
 
 if TYPE_CHECKING:
@@ -56,8 +56,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from lutgen.colorimetry import Array
-    from lutgen.study.protocol import Protocol
 
 #: ΔE2000 at nuclei that is taken for the paper's images, by its conditions: see the calibration above.
 PAPER_DIFFERENCES = {"none": 0.0, "chroma": 5.1, "chroma-luma": 17.0}
@@ -76,47 +74,32 @@ class Readings(NamedTuple):
 
 @dataclass(frozen=True)
 class SimulatedReader:
-    """A reader who is disturbed by ΔE at nuclei; equations and calibration in the module's docstring.
+    """A reader who is disturbed by ΔE at nuclei; equations and calibration in the module's docstring."""
 
-    Attributes
-    ----------
-    seed
-        Of everything drawn: the same seed gives the same answers, trial by trial, in any order.
-    scale
-        ΔE2000 that disturbs by 63 %: at ΔE 5.1 agreement falls to Table 3's 52.5 %.
-    median
-        Seconds for an un-aged image of middling difficulty: with the spreads below, Table 2's mean of 41.0.
-    spread, spread_images, pace
-        SD of log seconds: of a reading and of images (together 0.40, Table 2's 17 s of 41); of readers (assumed).
-    slowdown
-        Log seconds lost at full disturbance: Table 2's 51.2 over 41.0.
-    ease_middle, ease_spread, ease_images
-        Ease of reading on 1..10 before it is cut to the scale, SD of a reading and of images: Table 2's 9.7, SD 0.6.
-    ease_loss
-        Ease lost at full disturbance: Table 2's 8.4 to 8.7.
-    doubt, doubt_images
-        Of the diagnosis of an un-aged image: Table 3's 69.23 %; how much it differs between images (assumed).
-    neighbour
-        Chance to name another category of the same side, which the paper does not count (assumed).
-    categories, ease
-        Of the study.
-
-    """
-
+    #: Of everything drawn: the same seed gives the same answers, trial by trial, in any order.
     seed: int = 1
+    #: ΔE2000 that disturbs by 63 %: at ΔE 5.1 agreement falls to Table 3's 52.5 %.
     scale: float = 2.5
+    #: Seconds for an un-aged image of middling difficulty: with the spreads below, Table 2's mean of 41.0.
     median: float = 37.9
+    #: SD of log seconds: of a reading and of images (together 0.40, Table 2's 17 s of 41); of readers (assumed).
     spread: float = 0.31
     spread_images: float = 0.25
     pace: float = 0.2
+    #: Log seconds lost at full disturbance: Table 2's 51.2 over 41.0.
     slowdown: float = 0.225
+    #: Ease of reading on 1..10 before it is cut to the scale, SD of a reading and of images: Table 2's 9.7, SD 0.6.
     ease_middle: float = 10.59
     ease_spread: float = 1.3
     ease_images: float = 0.5
+    #: Ease lost at full disturbance: Table 2's 8.4 to 8.7.
     ease_loss: float = 2.07
+    #: Of the diagnosis of an un-aged image: Table 3's 69.23 %; how much it differs between images (assumed).
     doubt: float = 0.478
     doubt_images: float = 0.5
+    #: Chance to name another category of the same side, which the paper does not count (assumed).
     neighbour: float = 0.2
+    #: Of the study.
     categories: Sequence[Category] = PAPER_CATEGORIES
     ease: tuple[int, int] = PAPER_EASE
 
@@ -127,7 +110,7 @@ class SimulatedReader:
     def readings(
         self, difference: Array | float, difficulty: Array | float, random: np.random.Generator, pace: float = 0.0
     ) -> Readings:
-        """Read images: arrays of ΔE2000 at nuclei and of difficulty that broadcast, to arrays of answers."""
+        """Read images: arrays of ΔE2000 at nuclei and of difficulty, which broadcast, become arrays of answers."""
         difference, difficulty = np.broadcast_arrays(np.asarray(difference, np.float64), np.asarray(difficulty))
         disturbed = self.disturbance(difference)
         log_seconds = np.log(self.median) + pace + self.spread_images * difficulty + self.slowdown * disturbed
@@ -144,15 +127,9 @@ class SimulatedReader:
     def answer(self, trial: StudyTrial, difference: float, difficulty: float) -> tuple[float, int, str]:
         """Answer one trial: seconds, ease on the study's scale, name of a category.
 
-        Parameters
-        ----------
-        trial
-            What is shown; reader, session and position choose the noise, the image its settled category.
-        difference
-            ΔE2000 at nuclei, aged against un-aged, at least 0.
-        difficulty
-            Of the image, from :meth:`difficulty`.
-
+        The trial's reader, session and position choose the noise, its image the category that the reader settles on.
+        ``difference`` is ΔE2000 at nuclei, aged against un-aged, at least 0; ``difficulty`` is that of the image, from
+        :meth:`difficulty`.
         """
         pace = self.pace * float(self._random(1, trial.reader).standard_normal())
         random = self._random(2, trial.reader, trial.session, trial.position)
@@ -177,22 +154,11 @@ class SimulatedReader:
 def simulate(
     trials: Iterable[StudyTrial], differences: Mapping[tuple[str, str], float], reader: SimulatedReader
 ) -> tuple[Answer, ...]:
-    """Answer all trials of a study.
+    """Answer all trials, of a protocol or from :func:`paper_trials`.
 
-    Parameters
-    ----------
-    trials
-        Of a protocol, or from :func:`paper_trials`.
-    differences
-        (image, condition) → ΔE2000 at nuclei; what is not there, such as un-aged images, has 0.
-    reader
-        Who reads: every place in the study is one such reader with a pace of its own.
-
-    Raises
-    ------
-    LutgenError
-        A difference is negative or not finite.
-
+    ``differences``: (image, condition) → ΔE2000 at nuclei; an image that is missing there, such as an un-aged one, has
+    0. Every place in the study is one such ``reader``, with a pace of its own. Raises LutgenError: a difference is
+    negative or not finite.
     """
     for (image, condition), difference in differences.items():
         if not 0 <= difference < float("inf"):
@@ -234,20 +200,10 @@ def paper_trials(seed: int, *, per_condition: int = 40, readers: int = 1) -> tup
 
 
 def nuclear_difference(unaged: Path, aged: Mapping[str, Path]) -> dict[str, float]:
-    """Mean ΔE2000 over the pixels of nuclei, for each aged picture of an image.
+    """Mean ΔE2000 over the pixels of nuclei, for each aged picture of an image: condition → picture of the same size.
 
-    Parameters
-    ----------
-    unaged
-        Picture in which nuclei are looked for.
-    aged
-        Condition → picture of the same size.
-
-    Raises
-    ------
-    LutgenError
-        A picture cannot be read, has no nuclei or another size; scikit-image is missing.
-
+    The nuclei are those of the un-aged picture. Raises LutgenError: a picture cannot be read, has no nuclei or another
+    size; scikit-image is missing.
     """
     field = read_field(unaged)
     nuclei = segment(field).labels > 0
@@ -267,11 +223,7 @@ def measured_differences(
 ) -> dict[tuple[str, str], float]:
     """Measure every image of a study under every aged condition that it is read under: (image, condition) → ΔE2000.
 
-    Raises
-    ------
-    LutgenError
-        As :func:`nuclear_difference`, or an image is never read un-aged.
-
+    Raises LutgenError as :func:`nuclear_difference`, or an image is never read un-aged.
     """
     files: dict[str, dict[str, Path]] = {}
     for render in protocol.renders:

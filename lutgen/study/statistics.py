@@ -42,26 +42,17 @@ MEASURES = {"time": "time to score, s", "ease": "ease of reading"}
 
 @dataclass(frozen=True)
 class StudySample:
-    """One measure under one condition.
+    """One measure under one condition."""
 
-    Attributes
-    ----------
-    measure
-        A key of ``MEASURES``.
-    condition
-        How images were shown.
-    n, mean, sd
-        Answers, their mean, and their standard deviation with n − 1; NaN where n does not allow it.
-    values
-        The answers themselves; empty where only figures are known.
-
-    """
-
+    #: A key of ``MEASURES``.
     measure: str
+    #: How images were shown.
     condition: str
+    #: Answers, their mean, and their standard deviation with n − 1; NaN where n does not allow it.
     n: int
     mean: float
     sd: float
+    #: The answers themselves; empty where only figures are known.
     values: tuple[float, ...] = ()
 
 
@@ -101,13 +92,9 @@ def mean_interval(sample: StudySample, kind: str = "normal") -> Interval:
 
 
 def wilson(count: int, n: int) -> Interval:
-    """Score interval of a share (Wilson 1927, doi:10.1080/01621459.1927.10502953), no continuity correction.
+    """Score interval of the share ``count`` of ``n`` ≥ 1, without continuity correction.
 
-    Parameters
-    ----------
-    count, n
-        How many of how many, n ≥ 1.
-
+    Wilson 1927, doi:10.1080/01621459.1927.10502953.
     """
     share, weight = count / n, Z**2 / n
     middle = (share + weight / 2) / (1 + weight)
@@ -148,13 +135,8 @@ class Tested(NamedTuple):
 def pooled(first: Any, second: Any, *, one_tailed: bool = False) -> Tested:
     """Student's two-sample t of equal variances.
 
-    Parameters
-    ----------
-    first, second
-        Anything with n, mean and sd: ``SampleFigures``, ``StudySample``.
-    one_tailed
-        p is that of a larger mean of ``first``; else of a different one.
-
+    ``first`` and ``second`` have n, mean and sd, as ``SampleFigures`` and ``StudySample`` have. p is that of different
+    means; with ``one_tailed`` that of a larger mean of ``first``.
     """
     df = np.asarray(first.n + second.n - 2, np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,4 +1,4 @@
-"""Tables of a study as CSV: answers, what others counted or averaged, and the tables of an analysis.
+"""Tables of a study as CSV: answers, published counts and means, and the tables of an analysis.
 
 A table that users bring has a header, cells that are checked one by one, and comments in lines that begin with ``#``.
 """
@@ -88,12 +88,8 @@ def read_rows(file: str | Path, columns: Sequence[str], *, optional: Sequence[st
     rows
         At least one.
 
-    Raises
-    ------
-    LutgenError
-        The file cannot be read, is too large or no UTF-8, has other columns, or no rows; a line has more or fewer
-        cells.
-
+    Raises LutgenError: the file cannot be read, is too large or no UTF-8, has other columns, or no rows; a line has
+    more or fewer cells.
     """
     advice = f"Give a .csv with {','.join(columns)}."
     data = read_at_most(Path(file), MAX_BYTES, what="the table", none="such table", advice=advice)
@@ -144,12 +140,8 @@ COLUMNS = tuple(field.name for field in fields(Answer))
 def read_answer_table(file: str | Path) -> tuple[str, tuple[Answer, ...]]:
     """Read a table of answers: the remark in its first line, and the answers in the order of the lines.
 
-    Raises
-    ------
-    LutgenError
-        As :func:`lutgen.study.tables.read_rows`; a cell out of range; an image twice in a reader's session;
-        a category that is positive in one line and negative in another.
-
+    Raises LutgenError as :func:`lutgen.study.tables.read_rows`; a cell out of range; an image twice in a reader's
+    session; a category that is positive in one line and negative in another.
     """
     remark, rows = read_rows(file, COLUMNS)
     answers = []
@@ -204,12 +196,8 @@ MOST = 10_000
 def read_counts(file: str | Path) -> tuple[str, tuple[AgreementCounts, ...]]:
     """Read ``condition,agreed,disagreed``: the remark in the first line, and the rows.
 
-    Raises
-    ------
-    LutgenError
-        As :func:`lutgen.study.tables.read_rows`; a cell that is no count, a condition twice or without
-        any pair.
-
+    Raises LutgenError as :func:`lutgen.study.tables.read_rows`; a cell that is no count, a condition twice or without
+    any pair.
     """
     remark, rows = read_rows(file, COUNTS)
     counts = []
@@ -229,11 +217,7 @@ def read_summary(file: str | Path, *, ci: str = "normal") -> tuple[str, tuple[St
     ``ci95`` is the half width: mean ± ci95. The standard deviation is taken back from it as ``ci`` says, a key of
     ``INTERVALS``: ``normal``, ci95 = 1.96 SD/√n, or ``t``.
 
-    Raises
-    ------
-    LutgenError
-        As :func:`read_counts`; a measure that is none of ``MEASURES``, or an interval below 0.
-
+    Raises LutgenError as :func:`read_counts`; a measure that is none of ``MEASURES``, or an interval below 0.
     """
     remark, rows = read_rows(file, SUMMARY)
     samples = []
@@ -315,7 +299,7 @@ def _table_text(rows: list[dict[str, Any]], sources: Iterable[str]) -> str:
 
 
 def _cell(value: Any) -> Any:
-    """Write twelve figures, which no last bit of another processor reaches; nothing for what is not finite."""
+    """Write twelve digits, which rounding on other processors does not change; nothing for what is not finite."""
     if not isinstance(value, float):
         return value
     return f"{value:.12g}" if isfinite(value) else ""

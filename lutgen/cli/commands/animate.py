@@ -7,16 +7,7 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import (
-    NUMBER,
-    WHOLE,
-    check_output,
-    force_option,
-    image_argument,
-    model_from,
-    model_options,
-    source_option,
-)
+from lutgen.cli.options import NUMBER, WHOLE, check_output, image_argument, model_from, picture_options
 from lutgen.cli.terminal import progress_bar, say
 from lutgen.names import AGING_MODES, ANIMATION_SUFFIXES
 
@@ -41,9 +32,7 @@ SECONDS, SIZE = 8.0, 640
 @click.option(
     "-o", "--output", required=True, metavar="FILE", help="An animated PNG (.png, .apng), or .mp4 through ffmpeg."
 )
-@source_option
-@force_option
-@model_options
+@picture_options
 def command(
     *,
     image: str,

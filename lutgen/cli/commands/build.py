@@ -87,10 +87,7 @@ def _modes(context: click.Context, option: click.Parameter, text: str) -> tuple[
     "--no-certificates", cls=Advanced, is_flag=True, help="Do not read the files back and compare them with the model."
 )
 @click.option(
-    "--gpu",
-    cls=Advanced,
-    is_flag=True,
-    help="Run the configs' shaders too, and record their difference from the CPU.",
+    "--gpu", cls=Advanced, is_flag=True, help="Run the configs' shaders too, and record their difference from the CPU."
 )
 @click.option("--verbose", is_flag=True, help="Print the errors of each mode, format and group of colours.")
 @click.option("--jobs", cls=Advanced, type=WholeFrom(min=1), help="Processes [default: one per core].")

@@ -8,16 +8,7 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import (
-    WholeFrom,
-    hours_option,
-    json_option,
-    model_from,
-    model_options,
-    numbers,
-    source_option,
-    tolerance_option,
-)
+from lutgen.cli.options import WholeFrom, json_option, life_options, model_from, model_options, numbers, source_option
 from lutgen.cli.outputs import Outputs
 from lutgen.cli.terminal import progress_bar, say
 
@@ -25,8 +16,7 @@ from lutgen.cli.terminal import progress_bar, say
 @click.command(cls=Command, section=Section.PICTURES, place=2)
 @click.argument("slides", nargs=-1, required=True, metavar="SLIDE|FOLDER|LIST.txt...")
 @click.option("-o", "--output", required=True, metavar="DIR", help="Folder for the result of every slide.")
-@tolerance_option
-@hours_option
+@life_options
 @click.option("--tissue", is_flag=True, help="Leave out bare glass, by a threshold on L*.")
 @source_option
 @click.option("--jobs", type=WholeFrom(min=1), help="Processes, up to 0.5 GB each [default: one per core].")

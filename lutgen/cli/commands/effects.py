@@ -10,14 +10,13 @@ import click
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import NumberFrom
 from lutgen.cli.outputs import print_json, print_page
-from lutgen.report.parts import Headline, Table
+from lutgen.report.parts import Headline, Page, Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from lutgen.effects import Effect
     from lutgen.effects.contract import Report
-    from lutgen.report.parts import Page
 
 #: Letters in a line of the built-in effects' docstrings.
 SOURCE_WIDTH = 120
@@ -129,7 +128,7 @@ def _explain(effect: Effect, plot: str | None, *, force: bool, as_json: bool) ->
 
     if plot:
         check_new_png(plot, force=force)
-    text = "" if as_json and not plot else _said(effect, must_be_sound=bool(plot))
+    text = "" if as_json and not plot else _size_in_words(effect, must_be_sound=bool(plot))
     if plot:
         from lutgen.report.effect_plot import plot_effect
 
@@ -165,7 +164,7 @@ def _unwrapped(text: str) -> str:
     return joined
 
 
-def _said(effect: Effect, *, must_be_sound: bool) -> str:
+def _size_in_words(effect: Effect, *, must_be_sound: bool) -> str:
     """Say how large an effect is, or, of anybody's own, that it breaks the contract."""
     from lutgen.display.signature import Signature
     from lutgen.effects.contract import check, refuse_broken

@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import check_output, force_option, image_argument, model_from, model_options, source_option
+from lutgen.cli.options import check_output, image_argument, model_from, picture_options
 from lutgen.cli.screen_options import screen_from, screen_options
 from lutgen.cli.terminal import progress_bar, say
 from lutgen.names import FIGURES
@@ -17,10 +17,8 @@ from lutgen.names import FIGURES
 @click.argument("number", type=click.Choice(FIGURES), metavar="2|3|4|5|6")
 @image_argument
 @click.option("-o", "--output", required=True, metavar="FILE.png", help="Picture to write.")
-@source_option
-@force_option
+@picture_options
 @screen_options
-@model_options
 def command(
     *,
     number: str,

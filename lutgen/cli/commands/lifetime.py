@@ -7,24 +7,14 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import (
-    NumberFrom,
-    hours_option,
-    json_option,
-    model_from,
-    model_options,
-    numbers,
-    source_option,
-    tolerance_option,
-)
+from lutgen.cli.options import NumberFrom, json_option, life_options, model_from, model_options, numbers, source_option
 from lutgen.cli.outputs import Outputs
 from lutgen.cli.terminal import progress_bar
 
 
 @click.command(cls=Command, section=Section.PICTURES, place=1)
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
-@tolerance_option
-@hours_option
+@life_options
 @click.option("--tissue", is_flag=True, help="Leave out bare glass, by a threshold on L* that the report gives.")
 @click.option(
     "--hours-per-day",

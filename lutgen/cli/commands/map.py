@@ -7,15 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import (
-    NUMBER,
-    check_output,
-    force_option,
-    image_argument,
-    model_from,
-    model_options,
-    source_option,
-)
+from lutgen.cli.options import NUMBER, check_output, image_argument, model_from, picture_options
 from lutgen.cli.outputs import Outputs
 from lutgen.cli.screen_options import screen_from, screen_options
 from lutgen.cli.terminal import progress_bar
@@ -40,10 +32,8 @@ if TYPE_CHECKING:
 )
 @click.option("--range", "ends", metavar="LOW,HIGH", default="0,12", show_default=True, help="Scale of the picture.")
 @click.option("--json", "json_to", metavar="FILE|-", help="Write statistics and histogram; - prints them alone.")
-@source_option
-@force_option
+@picture_options
 @screen_options
-@model_options
 def command(
     *,
     image: str,

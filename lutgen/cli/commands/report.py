@@ -105,12 +105,7 @@ def _evidence(data: str, model: DisplayModel, options: dict[str, Any], instrumen
     from lutgen.report.page import Evidence
 
     question = question_from(
-        data,
-        baseline=None,
-        selection=options["selection"],
-        model=options["model"],
-        instrument=instrument,
-        files=(),
+        data, baseline=None, selection=options["selection"], model=options["model"], instrument=instrument, files=()
     )
     with progress_bar("trying effects") as progress:
         refinement = refine(

@@ -29,14 +29,7 @@ _ROWS = 8
 @click.option("--force", is_flag=True, help="Replace FILE.png where it exists.")
 @click.option("--json", "as_json", is_flag=True, help="Print all numbers as JSON.")
 @model_options
-def command(
-    *,
-    hours: str | None,
-    plot: str | None,
-    force: bool,
-    as_json: bool,
-    **options: Any,
-) -> None:
+def command(*, hours: str | None, plot: str | None, force: bool, as_json: bool, **options: Any) -> None:
     """Show how a display has aged: white point, primaries, luminance.
 
     Prints a summary of the readings in one sentence, then a table: x, y, Y and correlated colour temperature of white;

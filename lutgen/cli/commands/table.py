@@ -47,8 +47,4 @@ def command(
     model = model_from(**options)
     with progress_bar("aging colours", quiet=outputs.alone) as progress:
         lifetimes = lifetime(images, model, source=source, progress=progress)
-    outputs.write(
-        table_1_page(lifetimes),
-        lambda: table_1_json(lifetimes),
-        as_csv=lambda: table_1_csv(lifetimes),
-    )
+    outputs.write(table_1_page(lifetimes), lambda: table_1_json(lifetimes), as_csv=lambda: table_1_csv(lifetimes))

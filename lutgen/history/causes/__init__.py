@@ -26,92 +26,47 @@ if TYPE_CHECKING:
 ON_THE_DISPLAY = ("unchanged", "changed", "cannot tell")
 
 
-def _even(_pair: SessionPair) -> float:
-    return 0.0
-
-
-def _silent(_pair: SessionPair) -> str:
-    return ""
-
-
-def _always(_pair: SessionPair) -> bool:
-    return True
-
-
-def _never(_pair: SessionPair) -> bool:
-    return False
-
-
-def _sound(_values: Values, _pair: SessionPair) -> bool:
-    return True
-
-
-def _no_rival(_names: tuple[str, ...], _values: Values, _pair: SessionPair) -> str:
-    return ""
-
-
 @dataclass(frozen=True)
 class Cause:
-    """One cause.
+    """One cause."""
 
-    Attributes
-    ----------
-    name, meaning
-        Its name in verdicts, and what happened, to be read after "it looks as if".
-    test
-        The measurement that would confirm or refute it.
-    display
-        What the cause says about the display itself, one of ``ON_THE_DISPLAY``.
-    moves
-        Facts of ``pair.FACTS`` that the cause may move; it does not move the others.
-    possible
-        Whether the records of a pair allow the cause; asked where the facts alone speak for it.
-    ways
-        Sets of parameters of ``colour_points.PARAMETERS``: the ways in which the cause changes white, primaries, black.
-    prior
-        Natural logarithm of the factor by which the records of a pair make the cause likelier; -inf: they exclude it.
-    sound
-        Whether this cause can have the fitted parameters.
-    loose
-        Share by which the cause may move the colour of a primary in addition.
-    proof, rank, alone
-        A sentence where something other than white, primaries and black proves the cause, else "". Of several proofs
-        the one with the lowest rank counts. Unless ``alone``, other causes that can move the same facts stay rivals.
-    sign
-        A sentence where something speaks for the cause without proving it: the cause is named if no other explains the
-        pair.
-    bends
-        Whether the cause may have bent the transfer curves as far as they are bent.
-    beside
-        A sentence where the cause happened in addition to any other and was corrected: a reading was left out.
-    rival
-        Names, fitted values and pair of another explanation → the parameter whose change this cause can make as well;
-        "" where there is none.
-    over_time
-        How light changes with the cause over many sessions: "steady", "step", or "" (unknown).
-    spoils
-        Whether a session with this cause says nothing about the age of the display.
-
-    """
-
+    #: Its name in verdicts, and what happened, to be read after "it looks as if".
     name: str
     meaning: str
+    #: The measurement that would confirm or refute it.
     test: str
+    #: What the cause says about the display itself, one of ``ON_THE_DISPLAY``.
     display: str
+    #: Facts of ``pair.FACTS`` that the cause may move; it does not move the others.
     moves: frozenset[str]
-    possible: Callable[[SessionPair], bool] = _always
+    #: Whether the records of a pair allow the cause; asked where the facts alone speak for it.
+    possible: Callable[[SessionPair], bool] = lambda _pair: True
+    #: Sets of parameters of ``colour_points.PARAMETERS``: the ways in which the cause changes white, primaries, black.
     ways: tuple[tuple[str, ...], ...] = ()
-    prior: Callable[[SessionPair], float] = _even
-    sound: Callable[[Values, SessionPair], bool] = _sound
+    #: Natural logarithm of the factor by which the records of a pair make the cause likelier; -inf: they exclude it.
+    prior: Callable[[SessionPair], float] = lambda _pair: 0.0
+    #: Whether this cause can have the fitted parameters.
+    sound: Callable[[Values, SessionPair], bool] = lambda _values, _pair: True
+    #: Share by which the cause may move the colour of a primary in addition.
     loose: float = 0.0
-    proof: Callable[[SessionPair], str] = _silent
+    #: A sentence where something other than white, primaries and black proves the cause, else "". Of several proofs the
+    #: one with the lowest rank counts. Unless ``alone``, other causes that can move the same facts stay rivals.
+    proof: Callable[[SessionPair], str] = lambda _pair: ""
     rank: int = 9
     alone: bool = True
-    sign: Callable[[SessionPair], str] = _silent
-    bends: Callable[[SessionPair], bool] = _never
-    beside: Callable[[SessionPair], str] = _silent
-    rival: Callable[[tuple[str, ...], Values, SessionPair], str] = _no_rival
+    #: A sentence where something speaks for the cause without proving it: the cause is named if no other explains the
+    #: pair.
+    sign: Callable[[SessionPair], str] = lambda _pair: ""
+    #: Whether the cause may have bent the transfer curves as far as they are bent.
+    bends: Callable[[SessionPair], bool] = lambda _pair: False
+    #: A sentence where the cause happened in addition to any other and was corrected: a reading was left out.
+    beside: Callable[[SessionPair], str] = lambda _pair: ""
+    #: Names, fitted values and pair of another explanation → the parameter whose change this cause can make as well; ""
+    #: where there is none.
+    rival: Callable[[tuple[str, ...], Values, SessionPair], str] = lambda _names, _values, _pair: ""
+    #: How light changes with the cause over many sessions: "steady", "step", or "" (unknown).
     over_time: str = ""
+    #: Whether a session with this cause says nothing about the age of the display.
     spoils: bool = True
 
 

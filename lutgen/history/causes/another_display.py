@@ -34,10 +34,6 @@ def _sign(pair: SessionPair) -> str:
     return f"{_colour(pair)}, and the transfer curve by ΔL* {pair.bend:+.1f}" if other_curve else _colour(pair)
 
 
-def _possible(pair: SessionPair) -> bool:
-    return bool(_sign(pair))
-
-
 def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
     """Another matrix, of the instrument's or the channels', may be another panel's primaries."""
     changed = next((name for name in ("matrix", "gamut") if name in values), "")
@@ -53,7 +49,7 @@ CAUSE = Cause(
     test="look at the serial number, and read both displays on one day with one instrument",
     display="cannot tell",
     moves=frozenset({"blue", "colour", "curve", "contrast"}),
-    possible=_possible,
+    possible=lambda pair: bool(_sign(pair)),
     proof=_proof,
     rank=3,
     sign=_sign,

@@ -14,14 +14,6 @@ if TYPE_CHECKING:
 _LEAP = 0.15
 
 
-def _prior(pair: SessionPair) -> float:
-    return 2.0 if pair.other_settings else 0.0
-
-
-def _bends(pair: SessionPair) -> bool:
-    return pair.bent and not pair.recalibrated
-
-
 def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
     """A change of all light that the instrument explains may be a setting instead."""
     if pair.other_instrument or len(names) > 1:
@@ -38,9 +30,9 @@ CAUSE = Cause(
     display="unchanged",
     moves=frozenset({"curve"}),
     ways=(("scale",), ("gains",), ("scale", "gains")),
-    prior=_prior,
+    prior=lambda pair: 2.0 if pair.other_settings else 0.0,
     loose=0.006,
-    bends=_bends,
+    bends=lambda pair: pair.bent and not pair.recalibrated,
     rival=_rival,
     over_time="step",
 )

@@ -2,22 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from lutgen.history.causes import Cause
-
-if TYPE_CHECKING:
-    from lutgen.history.pair import SessionPair
-
-
-def _prior(pair: SessionPair) -> float:
-    # Where both files hold their curves, the comparison is made behind these curves already.
-    return -8.0 if pair.curves_known else 0.0
-
-
-def _bends(pair: SessionPair) -> bool:
-    return pair.recalibrated or (pair.bent and not pair.curves_known)
-
 
 CAUSE = Cause(
     name="calibration",
@@ -26,7 +11,8 @@ CAUSE = Cause(
     display="unchanged",
     moves=frozenset({"curve"}),
     ways=(("gains",),),
-    prior=_prior,
+    # Where both files hold their curves, the comparison is made behind these curves already.
+    prior=lambda pair: -8.0 if pair.curves_known else 0.0,
     loose=0.006,
-    bends=_bends,
+    bends=lambda pair: pair.recalibrated or (pair.bent and not pair.curves_known),
 )

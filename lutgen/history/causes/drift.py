@@ -24,17 +24,13 @@ def _proof(pair: SessionPair) -> str:
     return f"{' and '.join(changes)}; levels of this pair are uncertain by as much" if changes else ""
 
 
-def _possible(pair: SessionPair) -> bool:
-    return pair.unwatched
-
-
 CAUSE = Cause(
     name="drift",
     meaning="the display warmed up or dimmed itself while it was read",
     test="switch automatic brightness off, let it warm up for half an hour, and read white every ten patches",
     display="cannot tell",
     moves=frozenset({"sum"}),
-    possible=_possible,
+    possible=lambda pair: pair.unwatched,
     proof=_proof,
     rank=1,
 )

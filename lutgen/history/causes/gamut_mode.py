@@ -27,17 +27,13 @@ def _prior(pair: SessionPair) -> float:
     return 2.0 if pair.other_settings else -2.0
 
 
-def _possible(pair: SessionPair) -> bool:
-    return _sound({}, pair)
-
-
 CAUSE = Cause(
     name="gamut-mode",
     meaning="another preset (gamut mode) of the display was chosen",
     test="put the display's preset or colour space back as it was and read the primaries again",
     display="unchanged",
     moves=frozenset({"blue", "colour", "curve"}),
-    possible=_possible,
+    possible=lambda pair: _sound({}, pair),
     ways=(("gamut",), ("scale", "gamut")),
     prior=_prior,
     sound=_sound,

@@ -19,23 +19,10 @@ def _proof(pair: SessionPair) -> str:
     if pair.seen is None or not {"sum", "curve"} & moved:
         return ""
     before, after = pair.additivity
-    shown = ("sum" in moved and (len(moved) > 1 or abs(after - before) >= _NOT_ADDITIVE)) or {
-        "curve",
-        "contrast",
-    } <= moved
-    return (
-        ", ".join(pair.told(fact) for fact in ("sum", "curve", "colour", "blue", "contrast") if fact in moved)
-        if shown
-        else ""
-    )
-
-
-def _bends(pair: SessionPair) -> bool:
-    return pair.strongly_bent and not pair.recalibrated
-
-
-def _possible(pair: SessionPair) -> bool:
-    return bool({"sum", "contrast"} & pair.moved)
+    much = len(moved) > 1 or abs(after - before) >= _NOT_ADDITIVE
+    if not ("sum" in moved and much) and not {"curve", "contrast"} <= moved:
+        return ""
+    return ", ".join(pair.told(fact) for fact in ("sum", "curve", "colour", "blue", "contrast") if fact in moved)
 
 
 CAUSE = Cause(
@@ -44,9 +31,9 @@ CAUSE = Cause(
     test="switch HDR and dynamic contrast off in system and display, and read the same chart again",
     display="cannot tell",
     moves=frozenset({"blue", "colour", "curve", "sum", "contrast"}),
-    possible=_possible,
+    possible=lambda pair: bool({"sum", "contrast"} & pair.moved),
     proof=_proof,
     rank=4,
     alone=False,
-    bends=_bends,
+    bends=lambda pair: pair.strongly_bent and not pair.recalibrated,
 )

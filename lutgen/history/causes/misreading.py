@@ -2,17 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from lutgen.history.causes import Cause
-
-if TYPE_CHECKING:
-    from lutgen.history.pair import SessionPair
-
-
-def _beside(pair: SessionPair) -> str:
-    return "; ".join(pair.misread)
-
 
 CAUSE = Cause(
     name="misreading",
@@ -20,6 +10,6 @@ CAUSE = Cause(
     test="read the patch again, with no window over it",
     display="unchanged",
     moves=frozenset(),
-    beside=_beside,
+    beside=lambda pair: "; ".join(pair.misread),
     spoils=False,
 )

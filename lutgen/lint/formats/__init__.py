@@ -6,39 +6,30 @@ readers refuse the file or silently show something else. The module ends in ``FO
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any
 
-from lutgen.lint.finding import Finding, Linted
+from lutgen.lint.finding import Linted, LintFinding
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
     from pathlib import Path
 
 #: Reads a scan and yields what it finds. Its name, with hyphens, is printed with each finding.
-Rule = Callable[[Any], Iterator[Finding]]
+Rule = Callable[[Any], Iterator[LintFinding]]
 
 
 @dataclass(frozen=True)
 class FileKind:
-    """A kind of file.
+    """A kind of file."""
 
-    Attributes
-    ----------
-    suffixes
-        What its files end in, in small letters.
-    lint
-        Lints a file; with True it also asks the readers that are installed.
-    rules
-        All its rules.
-
-    """
-
+    #: What its files end in, in small letters.
     suffixes: tuple[str, ...]
+    #: Lints a file; with True it also asks the readers that are installed.
     lint: Callable[[Path, bool], Linted]
+    #: All its rules.
     rules: tuple[Rule, ...]
 
 
@@ -52,7 +43,7 @@ def rule_names() -> list[str]:
     return sorted({_name(rule) for form in formats() for rule in form.rules})
 
 
-def findings(rules: Iterable[Rule], scan: object) -> Iterator[Finding]:
+def findings(rules: Iterable[Rule], scan: object) -> Iterator[LintFinding]:
     """Yield what rules find in a scan, in the order of the rules' names."""
     for rule in sorted(rules, key=_name):
         for finding in rule(scan):

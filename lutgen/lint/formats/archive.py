@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError
 from lutgen.files import scratch
-from lutgen.lint.finding import OCIO_26, Finding, Linted, refused
+from lutgen.lint.finding import OCIO_26, Linted, LintFinding, refused
 from lutgen.lint.formats import FileKind, clf, config, cube, findings, tables
 
 if TYPE_CHECKING:
@@ -39,23 +39,15 @@ _LARGE = {"loads", "cube-size"}
 
 @dataclass(frozen=True)
 class ArchiveScan:
-    """What a scan of an archive finds.
-
-    Attributes
-    ----------
-    broken
-        Why it cannot be unpacked; empty where it can.
-    names
-        Names of its files, from its directory.
-    unsafe
-        Files that are not unpacked, each with the reason: names that lead out of the folder, links, encrypted files.
-
-    """
+    """What a scan of an archive finds."""
 
     path: Path
     bytes: int
+    #: Why it cannot be unpacked; empty where it can.
     broken: str
+    #: Names of its files, from its directory.
     names: tuple[str, ...]
+    #: Files that are not unpacked, each with the reason: names that lead out of the folder, links, encrypted files.
     unsafe: tuple[tuple[str, str], ...]
 
 
@@ -63,11 +55,7 @@ class ArchiveScan:
 def scan_archive(path: Path) -> Iterator[tuple[ArchiveScan, Path]]:
     """Read an archive's directory, unpack what is safe, and give the folder, which is removed at the end.
 
-    Raises
-    ------
-    LutgenError
-        The file cannot be read.
-
+    Raises LutgenError: the file cannot be read.
     """
     with scratch() as folder:
         try:
@@ -145,18 +133,18 @@ def _write(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, target: Path, left:
     return written
 
 
-def archive_form(scan: ArchiveScan) -> Iterator[Finding]:
+def archive_form(scan: ArchiveScan) -> Iterator[LintFinding]:
     """Faults of the archive: a program that opens it unpacks it, so that a bad archive can do harm."""
     fates = refused(OCIO_26, how="opens no such archive")
     if scan.broken:
-        yield Finding(scan.broken, "Do not unpack it; create it again with ocioarchive.", 0, fates)
+        yield LintFinding(scan.broken, "Do not unpack it; create it again with ocioarchive.", 0, fates)
         return
     for name, reason in scan.unsafe[:3]:
         what = f"holds {name!r}, which {reason}"
-        yield Finding(what, "Do not unpack it; create it again with ocioarchive.", 0, fates)
+        yield LintFinding(what, "Do not unpack it; create it again with ocioarchive.", 0, fates)
     if CONFIG not in scan.names:
-        yield Finding(f"has no {CONFIG} at its root", "Create it again with ocioarchive.", 0, fates)
-    yield Finding("is not read by OpenColorIO 2.1, which has no archives", "Unpack it for that.")
+        yield LintFinding(f"has no {CONFIG} at its root", "Create it again with ocioarchive.", 0, fates)
+    yield LintFinding("is not read by OpenColorIO 2.1, which has no archives", "Unpack it for that.")
 
 
 RULES = (archive_form,)
@@ -175,19 +163,19 @@ def lint_archive(path: Path, _ask_readers: bool) -> Linted:
         if any(each.rule in _LARGE for each in of_luts):
             # Loading the config loads its LUTs, and a LUT that claims a huge size would fill the memory.
             all_findings.append(
-                Finding(f"{CONFIG} was not loaded, since a LUT may be too large", "Correct that first.")
+                LintFinding(f"{CONFIG} was not loaded, since a LUT may be too large", "Correct that first.")
             )
         elif (folder / CONFIG).is_file():
             all_findings += _inside(folder, CONFIG, config.FORMAT)
     return Linted(path, "archive", (f"{len(scan.names)} files, {scan.bytes} bytes",), tuple(all_findings))
 
 
-def _inside(folder: Path, name: str, form: FileKind) -> list[Finding]:
+def _inside(folder: Path, name: str, form: FileKind) -> list[LintFinding]:
     """Lint a file of an archive, and put its name before each finding."""
     try:
         of_file = form.lint(folder / name, False).findings  # noqa: FBT003 - no reader is asked
     except LutgenError as error:
-        return [Finding(_named(str(error), folder), "Create it again.", rule="archive-form")]
+        return [LintFinding(_named(str(error), folder), "Create it again.", rule="archive-form")]
     return [replace(each, what=_named(f"{name}: {each.what}", folder)) for each in of_file]
 
 

@@ -12,7 +12,7 @@ from xml.parsers import expat
 
 from lutgen.cells import LONGEST, NON_FINITE, number
 from lutgen.errors import LutgenError, reason_of
-from lutgen.lint.finding import CLF_IO, OCIO, OCIO_21, Finding, Linted, refused, wrong
+from lutgen.lint.finding import CLF_IO, OCIO, OCIO_21, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.programs import MAX_BYTES, loading, refusal
 from lutgen.lint.stream import BLOCK, shown
@@ -71,14 +71,7 @@ class ClfScan:
 
 
 def scan_clf(path: Path) -> ClfScan:
-    """Read a CLF in one pass, then ask the installed OpenColorIO.
-
-    Raises
-    ------
-    LutgenError
-        The file cannot be read.
-
-    """
+    """Read a CLF in one pass, then ask the installed OpenColorIO. Raises LutgenError: the file cannot be read."""
     reader = _Reader()
     broken, line = "", 0
     try:
@@ -196,30 +189,30 @@ def _non_finite_half(bits: int) -> bool:
     return bits & 0x7C00 == 0x7C00
 
 
-def loads(scan: ClfScan) -> Iterator[Finding]:
+def loads(scan: ClfScan) -> Iterator[LintFinding]:
     """Whether the installed OpenColorIO, which reads this format strictly, reads the file."""
     if not scan.broken:
         without_id = scan.of_smpte and "id" not in scan.root
         yield from loading(scan.refusal, *([OCIO_21] if without_id else OCIO))
 
 
-def clf_form(scan: ClfScan) -> Iterator[Finding]:
+def clf_form(scan: ClfScan) -> Iterator[LintFinding]:
     """Faults of form: OpenColorIO refuses most of them with a clear message, but shows a wrong scale."""
     if scan.broken:
         fates = refused(*OCIO, CLF_IO, how="stops at invalid XML")
-        yield Finding(f"is not valid XML: {scan.broken}", "Export it again.", scan.broken_line, fates)
+        yield LintFinding(f"is not valid XML: {scan.broken}", "Export it again.", scan.broken_line, fates)
         return
     smpte = scan.of_smpte
     if smpte:
         fates = refused(CLF_IO, how="knows the Academy's namespace only")
-        yield Finding("is in SMPTE 2136's namespace", "Write version 3 without it.", 1, fates)
+        yield LintFinding("is in SMPTE 2136's namespace", "Write version 3 without it.", 1, fates)
     if "id" not in scan.root:
         fates = refused(OCIO_21, CLF_IO, how="requires an id") | ({} if smpte else refused(*OCIO, how="requires an id"))
-        yield Finding("has no id", "Give ProcessList an id.", 1, fates)
+        yield LintFinding("has no id", "Give ProcessList an id.", 1, fates)
     for node in scan.nodes:
         if node.name == "LUT3D" and "interpolation" not in node.attributes:
             what = "states no interpolation for its LUT3D, so that each reader chooses one"
-            yield Finding(what, 'Write interpolation="tetrahedral".', node.line)
+            yield LintFinding(what, 'Write interpolation="tetrahedral".', node.line)
         if node.odd:
             fates = wrong(*OCIO, CLF_IO, how="computes with the value, or reads 0")
             if number(node.odd, non_finite=True) is None:
@@ -227,11 +220,11 @@ def clf_form(scan: ClfScan) -> Iterator[Finding]:
                 hexadecimal = wrong(*OCIO, how="reads a hexadecimal number")
                 fates = refused(CLF_IO, how="finds no number") | (hexadecimal if "0x" in node.odd.lower() else {})
             what = f"has a value in its {node.name} that is no finite decimal number of float32: {node.odd}"
-            yield Finding(what, "Compute it again.", node.line, fates)
+            yield LintFinding(what, "Compute it again.", node.line, fates)
         depth = node.attributes.get("outBitDepth", "")
         if node.name.startswith("LUT") and depth.endswith("i") and 0 < node.largest <= 2:
             fates = wrong(*OCIO, CLF_IO, how="divides by the largest integer and shows almost black")
-            yield Finding(
+            yield LintFinding(
                 f"says outBitDepth {depth}, and has values up to {node.largest:g}", "Write 32f.", node.line, fates
             )
 

@@ -23,7 +23,7 @@ from lutgen.bindings import (
     warnings_logged,
 )
 from lutgen.errors import LutgenError, reason_of
-from lutgen.lint.finding import BLENDER, DJV, NUKE, OCIO, OCIO_21, Finding, Linted, refused, wrong
+from lutgen.lint.finding import BLENDER, DJV, NUKE, OCIO, OCIO_21, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.trial import try_config
 
@@ -54,32 +54,21 @@ MAX_BYTES = 64 << 20
 
 @dataclass(frozen=True)
 class ConfigScan:
-    """What a scan of a config finds.
-
-    Attributes
-    ----------
-    version
-        The profile version, (0, 0) where it states none.
-    config
-        OpenColorIO's object, None where it does not load or a name is not UTF-8.
-    decodes
-        Whether its names and texts are UTF-8.
-    refusal
-        Why the installed OpenColorIO does not load or validate it; empty where it does.
-    warnings
-        What OpenColorIO logs while loading it.
-    broken
-        Part → why it cannot be instantiated.
-
-    """
+    """What a scan of a config finds."""
 
     path: Path
     text: str
+    #: The profile version, (0, 0) where it states none.
     version: tuple[int, int]
+    #: OpenColorIO's object, None where it does not load or a name is not UTF-8.
     config: Any
+    #: Whether its names and texts are UTF-8.
     decodes: bool
+    #: Why the installed OpenColorIO does not load or validate it; empty where it does.
     refusal: str
+    #: What OpenColorIO logs while loading it.
     warnings: tuple[str, ...]
+    #: Part → why it cannot be instantiated.
     broken: tuple[tuple[str, str], ...]
 
     def line_of(self, words: str) -> int:
@@ -96,11 +85,7 @@ class ConfigScan:
 def scan_config(path: Path) -> ConfigScan:
     """Load a config and instantiate its parts.
 
-    Raises
-    ------
-    LutgenError
-        The file cannot be read, or is far larger than any config.
-
+    Raises LutgenError: the file cannot be read, or is far larger than any config.
     """
     try:
         if path.stat().st_size > MAX_BYTES:
@@ -157,23 +142,27 @@ def _broken(config: Any) -> list[tuple[str, str]]:
     return [(name, why) for name, why in fails.items() if name not in works]
 
 
-def config_version(scan: ConfigScan) -> Iterator[Finding]:
+def config_version(scan: ConfigScan) -> Iterator[LintFinding]:
     """OpenColorIO 2.1 refuses version 2.2 and later. Any other refusal of the installed version stands for all."""
     line = scan.line_of("ocio_profile_version")
     installed = str(ocio().__version__)
     if scan.version == (0, 0) and not scan.refusal:
         fates = wrong(*OCIO, BLENDER, NUKE, DJV, how="reads it as an empty config")
-        yield Finding("states no ocio_profile_version, so it is not a config", "Export it again.", 0, fates)
+        yield LintFinding("states no ocio_profile_version, so it is not a config", "Export it again.", 0, fates)
     elif scan.version > (2, 6):
         fates = refused(*OCIO, BLENDER, NUKE, DJV, how="does not know this version")
-        yield Finding(f"asks for profile version {_said(scan)}", "Write 2.1 where nothing newer is used.", line, fates)
+        yield LintFinding(
+            f"asks for profile version {_said(scan)}", "Write 2.1 where nothing newer is used.", line, fates
+        )
     elif scan.version > (2, 1):
         fates = refused(OCIO_21, how="does not know versions after 2.1")
-        yield Finding(f"asks for profile version {_said(scan)}", "Write 2.1 where nothing newer is used.", line, fates)
+        yield LintFinding(
+            f"asks for profile version {_said(scan)}", "Write 2.1 where nothing newer is used.", line, fates
+        )
     too_new = scan.version > (2, 6) or (scan.version > (2, 1) and installed.startswith("2.1."))
     if scan.refusal and not too_new:
         fates = refused(*OCIO, BLENDER, NUKE, DJV, how=f"OpenColorIO {installed} was asked")
-        yield Finding(
+        yield LintFinding(
             f"does not load: {scan.refusal[:300]}", "Correct it; `lutgen lint --try` asks ociocheck.", 0, fates
         )
 
@@ -182,14 +171,14 @@ def _said(scan: ConfigScan) -> str:
     return ".".join(str(part) for part in scan.version)
 
 
-def config_parts(scan: ConfigScan) -> Iterator[Finding]:
+def config_parts(scan: ConfigScan) -> Iterator[LintFinding]:
     """Parts that cannot be instantiated: a user who chooses one gets an error, and Debian's oiiotool aborts."""
     reasons: dict[str, list[str]] = {}
     for part, reason in scan.broken:
         reasons.setdefault(reason.partition(" The following attempts")[0], []).append(part)
     for reason, parts in reasons.items():
         missing = "could not be located" in reason
-        yield Finding(
+        yield LintFinding(
             f"{', '.join(parts[:3])}{f' and {len(parts) - 3} more' if len(parts) > 3 else ''} cannot be shown: "
             f"{reason[:200]}",
             "Put the file on the search path." if missing else "Correct it or remove it.",
@@ -198,7 +187,7 @@ def config_parts(scan: ConfigScan) -> Iterator[Finding]:
         )
 
 
-def config_files(scan: ConfigScan) -> Iterator[Finding]:
+def config_files(scan: ConfigScan) -> Iterator[LintFinding]:
     """Paths that work in this folder alone, and tables without an interpolation: notes, since the config works here."""
     if scan.config is None:
         return
@@ -206,18 +195,18 @@ def config_files(scan: ConfigScan) -> Iterator[Finding]:
     absolute = [each for each in [*files, *search_path(scan.config)] if Path(each).is_absolute()]
     if absolute:
         what = f"names {absolute[0]} by an absolute path: it works on this machine only"
-        yield Finding(what, "Name it relative to the config.", scan.line_of(absolute[0]))
+        yield LintFinding(what, "Name it relative to the config.", scan.line_of(absolute[0]))
     outside = [each for each in search_path(scan.config) if leads_out(each)]
     if outside:
         what = f"searches {outside[0]}, outside its folder: moving the folder breaks it"
-        yield Finding(what, "Keep LUT files below the config.", scan.line_of(outside[0]))
+        yield LintFinding(what, "Keep LUT files below the config.", scan.line_of(outside[0]))
     unsaid = [
         transform.getSrc()
         for transform in scan.file_transforms
         if transform.getSrc().lower().endswith(TABLES) and _says_nothing(transform)
     ]
     if unsaid:
-        yield Finding(
+        yield LintFinding(
             f"states no interpolation for {unsaid[0]}: OpenColorIO then takes trilinear, and tetrahedral follows the "
             "grey axis of a 3D table better",
             "Add interpolation: tetrahedral for 3D tables.",
@@ -230,7 +219,7 @@ def _says_nothing(transform: object) -> bool:
     return "interpolation=default" in str(transform) or "interpolation" not in str(transform)
 
 
-def config_environment(scan: ConfigScan) -> Iterator[Finding]:
+def config_environment(scan: ConfigScan) -> Iterator[LintFinding]:
     """A context variable without a default is an error in each program that does not set it."""
     if scan.config is None:
         return
@@ -239,20 +228,22 @@ def config_environment(scan: ConfigScan) -> Iterator[Finding]:
     without = [name for name in used if not scan.config.getEnvironmentVarDefault(name)]
     if without:
         what = f"chooses files by the variable {without[0]}, which has no default"
-        yield Finding(what, "Give it one under environment.", scan.line_of(used[without[0]]))
+        yield LintFinding(what, "Give it one under environment.", scan.line_of(used[without[0]]))
     elif used:
         what = f"chooses files by the variable {min(used)}: programs that cannot set it show its default"
-        yield Finding(what, "Give those programs a config of their own.", scan.line_of(used[min(used)]))
+        yield LintFinding(what, "Give those programs a config of their own.", scan.line_of(used[min(used)]))
 
 
-def config_keys(scan: ConfigScan) -> Iterator[Finding]:
+def config_keys(scan: ConfigScan) -> Iterator[LintFinding]:
     """OpenColorIO skips an unknown key, such as a misspelt one, with a warning."""
     for warning in scan.warnings:
         quoted = warning.split("'")[1] if warning.count("'") > 1 else ""
-        yield Finding(f"OpenColorIO warns: {warning[:200]}", "Correct the word, or remove it.", scan.line_of(quoted))
+        yield LintFinding(
+            f"OpenColorIO warns: {warning[:200]}", "Correct the word, or remove it.", scan.line_of(quoted)
+        )
 
 
-def config_roles(scan: ConfigScan) -> Iterator[Finding]:
+def config_roles(scan: ConfigScan) -> Iterator[LintFinding]:
     """Missing roles: notes, since programs then choose another colour space."""
     if scan.config is None:
         return
@@ -260,23 +251,23 @@ def config_roles(scan: ConfigScan) -> Iterator[Finding]:
     missing = {role: why for role, why in wanted.items() if not scan.config.hasRole(role)}
     if missing:
         listed = "; ".join(f"{role} ({why})" for role, why in missing.items())
-        yield Finding(f"has no role {listed}", "Add them under roles.", scan.line_of("roles:"))
+        yield LintFinding(f"has no role {listed}", "Add them under roles.", scan.line_of("roles:"))
     default = scan.config.getColorSpace("default") if scan.config.hasRole("default") else None
     if default is not None and default.isData():
-        yield Finding(
+        yield LintFinding(
             "has a default colour space that holds data: views leave files without a rule unchanged, silently",
             "Make the role default a colour space with colours.",
             scan.line_of("default:"),
         )
 
 
-def config_views(scan: ConfigScan) -> Iterator[Finding]:
+def config_views(scan: ConfigScan) -> Iterator[LintFinding]:
     """Many views, and looks, which DJV leaves out."""
     if scan.config is None:
         return
     pairs = [(display, view) for display in scan.config.getDisplays() for view in scan.config.getViews(display)]
     if len(pairs) > MANY:
-        yield Finding(
+        yield LintFinding(
             f"has {len(pairs)} views on its displays: Nuke lists every one",
             "Keep ten or fewer active.",
             scan.line_of("displays:"),
@@ -284,7 +275,7 @@ def config_views(scan: ConfigScan) -> Iterator[Finding]:
     looks = [pair for pair in pairs if scan.config.getDisplayViewLooks(*pair)]
     if looks:
         display, view = looks[0]
-        yield Finding(
+        yield LintFinding(
             f"has looks in the view {view} of {display}",
             "For DJV, build the look into a colour space or a view transform.",
             scan.line_of("looks:"),
@@ -292,15 +283,15 @@ def config_views(scan: ConfigScan) -> Iterator[Finding]:
         )
 
 
-def config_encoding(scan: ConfigScan) -> Iterator[Finding]:
+def config_encoding(scan: ConfigScan) -> Iterator[LintFinding]:
     """Bytes that are not UTF-8: OpenColorIO takes them, its Python binding fails on names; comments do no harm."""
     # Bytes that are not UTF-8 were read as this letter.
     line = scan.line_of("\ufffd")
     if not scan.decodes:
         fates = refused(*OCIO, how="its Python binding raises UnicodeDecodeError")
-        yield Finding("has names or texts that are not UTF-8", "Save it as UTF-8.", line, fates)
+        yield LintFinding("has names or texts that are not UTF-8", "Save it as UTF-8.", line, fates)
     elif line and scan.config is not None:
-        yield Finding("has comments that are not UTF-8", "Save it as UTF-8.", line)
+        yield LintFinding("has comments that are not UTF-8", "Save it as UTF-8.", line)
 
 
 RULES = (

@@ -12,7 +12,7 @@ import numpy as np
 
 from lutgen.bake.fitted_nodes import HEADROOM
 from lutgen.lint.cube_scan import CubeScan, Entry, scan_cube
-from lutgen.lint.finding import COLOUR, FFMPEG, OCIO, OCIO_21, OCIO_26, PILLOW, Fate, Finding, Linted, refused, wrong
+from lutgen.lint.finding import COLOUR, FFMPEG, OCIO, OCIO_21, OCIO_26, PILLOW, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.trial import try_cube
 
@@ -52,57 +52,58 @@ _CUT = "It was cut off or edited by hand; export it again."
 _OWN_LINE = "Give the comment a line of its own, before LUT_3D_SIZE."
 
 
-def byte_order_mark(scan: CubeScan) -> Iterator[Finding]:
+def byte_order_mark(scan: CubeScan) -> Iterator[LintFinding]:
     """The mark becomes part of the first word: where that is LUT_3D_SIZE, no reader finds the size."""
     if scan.marked:
         fates = refused(COLOUR, how="cannot read the marked line")
         if scan.size_line == 1:
             fates |= refused(FFMPEG, PILLOW, *OCIO, how="the mark hides LUT_3D_SIZE")
-        yield Finding("starts with a UTF-8 byte order mark", "Save it as ASCII, without the mark.", 1, fates)
+        yield LintFinding("starts with a UTF-8 byte order mark", "Save it as ASCII, without the mark.", 1, fates)
 
 
-def cube_title(scan: CubeScan) -> Iterator[Finding]:
+def cube_title(scan: CubeScan) -> Iterator[LintFinding]:
     """pillow_lut looks for the quotes, and raises an IndexError without them."""
     for entry in scan.named("TITLE"):
         if '"' not in "".join(entry.words):
             fates = refused(PILLOW, how="ends with an IndexError")
-            yield Finding(f"has a TITLE without quotes: {entry.text}", 'Write TITLE "…".', entry.line, fates)
+            yield LintFinding(f"has a TITLE without quotes: {entry.text}", 'Write TITLE "…".', entry.line, fates)
 
 
-def cube_size(scan: CubeScan) -> Iterator[Finding]:
+def cube_size(scan: CubeScan) -> Iterator[LintFinding]:
     """LUT_3D_SIZE: missing, odd, given twice or too late, and the largest that each reader takes."""
     sizes = scan.named("LUT_3D_SIZE")
     if not sizes and not scan.named("LUT_1D_SIZE"):
         what = "is empty" if not scan.bytes else "has no LUT_3D_SIZE"
-        yield Finding(what, "Export it again; no reader knows its size.", 0, refused(*EVERYONE, how="finds no size"))
+        fates = refused(*EVERYONE, how="finds no size")
+        yield LintFinding(what, "Export it again; no reader knows its size.", 0, fates)
     for entry in sizes[:1]:
         yield from _size(scan, entry)
     for entry in sizes[1:]:
         fates = refused(*EVERYONE, how="reads two sizes")
-        yield Finding(f"states its size twice: {entry.text}", "Leave one.", entry.line, fates)
+        yield LintFinding(f"states its size twice: {entry.text}", "Leave one.", entry.line, fates)
 
 
-def _size(scan: CubeScan, entry: Entry) -> Iterator[Finding]:
+def _size(scan: CubeScan, entry: Entry) -> Iterator[LintFinding]:
     word = entry.words[0] if entry.words else ""
     if entry.rows_before:
         fates = refused(FFMPEG, PILLOW, how="finds no rows after the size")
-        yield Finding("states its size after its rows", "Put LUT_3D_SIZE before them.", entry.line, fates)
+        yield LintFinding("states its size after its rows", "Put LUT_3D_SIZE before them.", entry.line, fates)
     if scan.size < 1:
         fates = refused(*EVERYONE, how="makes no table of that size")
-        yield Finding(f"has a size that no table has: {entry.text}", "Export it again.", entry.line, fates)
+        yield LintFinding(f"has a size that no table has: {entry.text}", "Export it again.", entry.line, fates)
     elif scan.size == 1:
         fates = refused(OCIO_26, FFMPEG, PILLOW, how="expects 2 or more")
-        yield Finding("has a table of a single colour: size 1", "Export it again.", entry.line, fates)
+        yield LintFinding("has a table of a single colour: size 1", "Export it again.", entry.line, fates)
     elif not re.fullmatch(r"[0-9]+", word):
         fates = refused(PILLOW, COLOUR, how="expects a whole number")
-        yield Finding(f"has a size that is no whole number: {entry.text}", f"Write {scan.size}.", entry.line, fates)
+        yield LintFinding(f"has a size that is no whole number: {entry.text}", f"Write {scan.size}.", entry.line, fates)
     too_large = [refused(reader, how=f"takes {most} at most") for reader, most in LARGEST.items() if scan.size > most]
     if too_large:
         fates = {reader: fate for each in too_large for reader, fate in each.items()}
-        yield Finding(f"has {scan.size} points an axis", "Resample it to 65 or 33.", entry.line, fates)
+        yield LintFinding(f"has {scan.size} points an axis", "Resample it to 65 or 33.", entry.line, fates)
 
 
-def cube_domain(scan: CubeScan) -> Iterator[Finding]:
+def cube_domain(scan: CubeScan) -> Iterator[LintFinding]:
     """OpenColorIO and colour use the domain, pillow_lut ignores it, ffmpeg uses a DOMAIN_MAX after LUT_3D_SIZE."""
     for entry in scan.named(*DOMAIN):
         after_size = 0 < scan.size_line < entry.line
@@ -113,40 +114,38 @@ def cube_domain(scan: CubeScan) -> Iterator[Finding]:
     low, high = scan.domain
     if (low >= high).any():
         line, fates = scan.named(*DOMAIN)[0].line, wrong(*EVERYONE, how="shows meaningless colours")
-        yield Finding("has a domain that ends before it begins", "Export it again.", line, fates)
+        yield LintFinding("has a domain that ends before it begins", "Export it again.", line, fates)
 
 
-def _malformed(entry: Entry, *, after_size: bool) -> Finding:
+def _malformed(entry: Entry, *, after_size: bool) -> LintFinding:
     fates = refused(COLOUR, how="expects three numbers")
     if after_size:
         fates |= refused(*OCIO, how="expects three numbers")
         if entry._replace(words=entry.words[:3]).domain is None:
             fates |= refused(FFMPEG, how="expects three numbers")
     what = f"has a {entry.keyword} that is not three numbers: {entry.text}"
-    return Finding(what, "Leave it out, or write three.", entry.line, fates)
+    return LintFinding(what, "Leave it out, or write three.", entry.line, fates)
 
 
-def _narrowed(entry: Entry, *, after_size: bool) -> Finding:
+def _narrowed(entry: Entry, *, after_size: bool) -> LintFinding:
     fates = wrong(PILLOW, how="ignores it and takes 0..1 as the domain")
     if not after_size:
         fates |= wrong(FFMPEG, how="ignores the line before LUT_3D_SIZE")
     elif entry.keyword.upper() == "DOMAIN_MIN":
         fates |= wrong(FFMPEG, how="does not subtract the minimum")
     remedy = "Resample it to 0..1 and leave DOMAIN out (`ociobakelut --format iridas_cube` writes none)."
-    return Finding(f"has a domain that is not 0..1: {entry.text}", remedy, entry.line, fates)
+    return LintFinding(f"has a domain that is not 0..1: {entry.text}", remedy, entry.line, fates)
 
 
-def cube_input_range(scan: CubeScan) -> Iterator[Finding]:
+def cube_input_range(scan: CubeScan) -> Iterator[LintFinding]:
     """DaVinci Resolve's keywords for a domain; OpenColorIO refuses them together with TITLE or DOMAIN."""
     mixed = scan.named(*ADOBES)
     for entry in scan.named(*RANGES):
         ends = entry.numbers(2)
-        fates: dict[str, Fate] = {}
-        if ends is None:
-            fates |= refused(*OCIO, COLOUR, how="expects two numbers")
-        elif not ends[0] < ends[1]:
+        fates = refused(*OCIO, COLOUR, how="expects two numbers") if ends is None else {}
+        if ends and not ends[0] < ends[1]:
             fates |= wrong(*EVERYONE, how="shows meaningless colours")
-        elif ends != (0.0, 1.0):
+        elif ends and ends != (0.0, 1.0):
             fates |= wrong(PILLOW, how="ignores it and takes 0..1 as the range")
             fates |= wrong(FFMPEG, how="ignores the line before LUT_3D_SIZE")
         if 0 < scan.size_line < entry.line:
@@ -154,17 +153,17 @@ def cube_input_range(scan: CubeScan) -> Iterator[Finding]:
         if mixed:
             fates |= refused(*OCIO, how=f"does not take it together with {mixed[0].keyword}")
         what = f"states its input range as DaVinci Resolve does: {entry.text}"
-        yield Finding(what, "Leave it out where it says 0 1; else resample to 0..1.", entry.line, fates)
+        yield LintFinding(what, "Leave it out where it says 0 1; else resample to 0..1.", entry.line, fates)
 
 
-def cube_shaper(scan: CubeScan) -> Iterator[Finding]:
+def cube_shaper(scan: CubeScan) -> Iterator[LintFinding]:
     """A 1D part, alone or before the 3D table: ffmpeg's lut3d takes its rows for the first ones of the table."""
     for entry in scan.named("LUT_1D_SIZE")[:1]:
         fates = refused(PILLOW, how="reads no 1D tables")
         if not scan.size_line:
             fates |= refused(FFMPEG, how="finds no LUT_3D_SIZE")
             remedy = "Apply it with ffmpeg's lut1d, or bake it into a 3D table."
-            yield Finding(f"is a 1D table: {entry.text}", remedy, entry.line, fates)
+            yield LintFinding(f"is a 1D table: {entry.text}", remedy, entry.line, fates)
             continue
         if entry.line > scan.size_line:
             fates |= refused(FFMPEG, how="reads LUT_1D_SIZE as a row")
@@ -181,10 +180,10 @@ def cube_shaper(scan: CubeScan) -> Iterator[Finding]:
                 f"Delete LUT_1D_SIZE, LUT_1D_INPUT_RANGE and the 1D part's {scan.size_1d} rows: with them darktable "
                 "and OBS show the picture unchanged, three.js shifts the table's rows."
             )
-        yield Finding(what, remedy, entry.line, fates)
+        yield LintFinding(what, remedy, entry.line, fates)
 
 
-def cube_keyword(scan: CubeScan) -> Iterator[Finding]:
+def cube_keyword(scan: CubeScan) -> Iterator[LintFinding]:
     """Most readers skip an unknown word before the size; after the size they expect rows."""
     unknown = [entry for entry in scan.entries if entry.keyword.upper() not in KNOWN]
     small = [entry for entry in scan.entries if entry.keyword != entry.keyword.upper() and entry not in unknown]
@@ -198,13 +197,15 @@ def cube_keyword(scan: CubeScan) -> Iterator[Finding]:
             fates |= refused(FFMPEG, PILLOW, how=how)
         elif any(0 < scan.size_line < entry.line for entry in small):
             fates |= refused(FFMPEG, how=how)
-        yield Finding(f"writes a keyword in small letters: {small[0].text}", "Write capitals.", small[0].line, fates)
+        yield LintFinding(
+            f"writes a keyword in small letters: {small[0].text}", "Write capitals.", small[0].line, fates
+        )
     if late:
         fates = refused(OCIO_26, PILLOW, how="reads it as a row")
-        yield Finding(f"has a keyword among its rows: {late[0].text}", "Put it before them.", late[0].line, fates)
+        yield LintFinding(f"has a keyword among its rows: {late[0].text}", "Put it before them.", late[0].line, fates)
 
 
-def _unknown(scan: CubeScan, entry: Entry) -> Finding:
+def _unknown(scan: CubeScan, entry: Entry) -> LintFinding:
     how = "reads it as a row"
     fates = refused(COLOUR, how="knows no such word")
     if 0 < scan.size_line < entry.line:
@@ -216,52 +217,52 @@ def _unknown(scan: CubeScan, entry: Entry) -> Finding:
     flag = entry.keyword.upper() in RANGE_FLAGS
     what = "states a video or full range, which no reader uses" if flag else "has a word that is no keyword"
     remedy = "Leave it out" + (", and convert to full range." if flag else ".")
-    return Finding(f"{what}: {entry.text[:60]}", remedy, entry.line, fates)
+    return LintFinding(f"{what}: {entry.text[:60]}", remedy, entry.line, fates)
 
 
-def encoding(scan: CubeScan) -> Iterator[Finding]:
+def encoding(scan: CubeScan) -> Iterator[LintFinding]:
     """Readers written in Python decode comments and titles; the others take the bytes as they are."""
     if odd := scan.oddities.get("not UTF-8"):
         fates = refused(PILLOW, COLOUR, how="cannot decode it")
-        yield Finding("has text that is not UTF-8", "Write comments and TITLE in ASCII.", odd.line, fates)
+        yield LintFinding("has text that is not UTF-8", "Write comments and TITLE in ASCII.", odd.line, fates)
 
 
-def line_ends(scan: CubeScan) -> Iterator[Finding]:
+def line_ends(scan: CubeScan) -> Iterator[LintFinding]:
     """CRLF is read by all; a lone CR ends no line for OpenColorIO and ffmpeg."""
     if "CR" in scan.ends:
         fates = refused(*OCIO, FFMPEG, how="reads the whole file as one line")
-        yield Finding("has line ends of a single CR", "Save it with LF line ends.", 1, fates)
+        yield LintFinding("has line ends of a single CR", "Save it with LF line ends.", 1, fates)
 
 
-def tabs(scan: CubeScan) -> Iterator[Finding]:
+def tabs(scan: CubeScan) -> Iterator[LintFinding]:
     """pillow_lut splits rows at spaces only."""
     if odd := scan.oddities.get("tab"):
         fates = refused(PILLOW, how="splits rows at spaces only")
-        yield Finding("has tabs between numbers", "Write spaces.", odd.line, fates)
+        yield LintFinding("has tabs between numbers", "Write spaces.", odd.line, fates)
 
 
-def trailing_comment(scan: CubeScan) -> Iterator[Finding]:
+def trailing_comment(scan: CubeScan) -> Iterator[LintFinding]:
     """Only ffmpeg ignores what follows three numbers; in the header colour ignores it too."""
     if odd := scan.oddities.get("comment"):
         fates = refused(*OCIO, PILLOW, COLOUR, how="expects three numbers and nothing else")
-        yield Finding(f"has a comment after a row: {odd.sample}", _OWN_LINE, odd.line, fates)
+        yield LintFinding(f"has a comment after a row: {odd.sample}", _OWN_LINE, odd.line, fates)
     for entry in scan.named("LUT_3D_SIZE", "LUT_1D_SIZE"):
         if any(word.startswith("#") for word in entry.words):
             fates = refused(*OCIO, PILLOW, how="expects a size and nothing else")
-            yield Finding(f"has a comment in its header: {entry.text}", _OWN_LINE, entry.line, fates)
+            yield LintFinding(f"has a comment in its header: {entry.text}", _OWN_LINE, entry.line, fates)
 
 
-def comma(scan: CubeScan) -> Iterator[Finding]:
+def comma(scan: CubeScan) -> Iterator[LintFinding]:
     """OpenColorIO reads up to a decimal comma, and skips a comma after a number."""
     others = refused(FFMPEG, PILLOW, COLOUR, how="finds no number")
     if odd := scan.oddities.get("decimal comma"):
         fates = wrong(*OCIO, how="reads up to the comma: 0,5 is 0") | others
-        yield Finding(f"has decimal commas: {odd.sample}", "Write decimal points.", odd.line, fates)
+        yield LintFinding(f"has decimal commas: {odd.sample}", "Write decimal points.", odd.line, fates)
     if odd := scan.oddities.get("comma"):
-        yield Finding(f"has commas between numbers: {odd.sample}", "Put spaces between them.", odd.line, others)
+        yield LintFinding(f"has commas between numbers: {odd.sample}", "Put spaces between them.", odd.line, others)
 
 
-def cube_rows(scan: CubeScan) -> Iterator[Finding]:
+def cube_rows(scan: CubeScan) -> Iterator[LintFinding]:
     """Too few rows, too many, or rows that are not three numbers. Only ffmpeg ignores rows after the last it needs."""
     strict = refused(*OCIO, PILLOW, COLOUR, how="finds the wrong number of rows")
     rows, wanted = scan.table.rows, scan.size**3
@@ -271,25 +272,25 @@ def cube_rows(scan: CubeScan) -> Iterator[Finding]:
             refused(FFMPEG, how="finds too few rows") if few else wrong(FFMPEG, how=f"reads the first {wanted} rows")
         )
         what = f"has {rows} rows where LUT_3D_SIZE {scan.size} asks for {wanted}"
-        yield Finding(what, _CUT, scan.size_line, strict | fates)
+        yield LintFinding(what, _CUT, scan.size_line, strict | fates)
     yield from _curve_rows(scan)
     if odd := scan.oddities.get("columns"):
         few = len(odd.sample.split()) < 3
         surplus = wrong(FFMPEG, how="ignores what follows three numbers")
         fates = strict | (refused(FFMPEG, how="finds too few numbers") if few else surplus)
-        yield Finding(f"has rows of other than three numbers: {odd.sample}", _CUT, odd.line, fates)
+        yield LintFinding(f"has rows of other than three numbers: {odd.sample}", _CUT, odd.line, fates)
     if odd := scan.oddities.get("text"):
         fates = refused(*EVERYONE, how="finds no number")
         if _NUMBERS.match(odd.sample):
             fates |= wrong(*OCIO, how="reads each word up to the first letter that no number has: 1.0D-2 is 1")
-        yield Finding(f"has a row that is not numbers: {odd.sample}", _CUT, odd.line, fates)
+        yield LintFinding(f"has a row that is not numbers: {odd.sample}", _CUT, odd.line, fates)
     if odd := scan.oddities.get("NUL"):
         fates = refused(OCIO_21, PILLOW, COLOUR, how="finds no number")
         fates |= wrong(OCIO_26, FFMPEG, how="reads the line as empty")
-        yield Finding("has NUL bytes, so it is no text", _CUT, odd.line, fates)
+        yield LintFinding("has NUL bytes, so it is no text", _CUT, odd.line, fates)
 
 
-def _curve_rows(scan: CubeScan) -> Iterator[Finding]:
+def _curve_rows(scan: CubeScan) -> Iterator[LintFinding]:
     """Rows of a 1D table that stands alone."""
     rows = scan.shaper_rows + scan.table.rows
     if scan.size_line or not scan.size_1d or rows == scan.size_1d:
@@ -298,33 +299,33 @@ def _curve_rows(scan: CubeScan) -> Iterator[Finding]:
     few = refused(*OCIO, how="finds the wrong number of rows")
     fates = wrong(COLOUR, how=how) | (few if rows < scan.size_1d else wrong(*OCIO, how=how))
     line = scan.named("LUT_1D_SIZE")[0].line
-    yield Finding(f"has {rows} rows where LUT_1D_SIZE asks for {scan.size_1d}", _CUT, line, fates)
+    yield LintFinding(f"has {rows} rows where LUT_1D_SIZE asks for {scan.size_1d}", _CUT, line, fates)
 
 
-def not_a_number(scan: CubeScan) -> Iterator[Finding]:
+def not_a_number(scan: CubeScan) -> Iterator[LintFinding]:
     """NaN becomes 0 in OpenColorIO and ffmpeg; numbers of 3.4e38 and more are refused by OpenColorIO alone."""
     anew, extremes = "Compute these rows again.", "shows the largest or the smallest value there"
     if odd := scan.oddities.get("nan"):
         fates = wrong(*OCIO, FFMPEG, PILLOW, how="shows black or noise there") | wrong(COLOUR, how="gives NaN")
-        yield Finding(f"has NaN in {odd.rows}: {odd.sample}", anew, odd.line, fates)
+        yield LintFinding(f"has NaN in {odd.rows}: {odd.sample}", anew, odd.line, fates)
     if odd := scan.oddities.get("infinite"):
         fates = wrong(*EVERYONE, how=extremes)
-        yield Finding(f"has infinity in {odd.rows}: {odd.sample}", anew, odd.line, fates)
+        yield LintFinding(f"has infinity in {odd.rows}: {odd.sample}", anew, odd.line, fates)
     if odd := scan.oddities.get("overflow"):
         fates = refused(*OCIO, how="float32 cannot hold it") | wrong(FFMPEG, PILLOW, COLOUR, how=extremes)
         what = f"has numbers beyond float32 in {odd.rows}: {odd.sample}"
-        yield Finding(what, "Scale to 0..1.", odd.line, fates)
+        yield LintFinding(what, "Scale to 0..1.", odd.line, fates)
 
 
-def subnormal(scan: CubeScan) -> Iterator[Finding]:
+def subnormal(scan: CubeScan) -> Iterator[LintFinding]:
     """Programs that compute curves write such numbers near black; OpenColorIO does not read them."""
     if odd := scan.oddities.get("subnormal"):
         fates = refused(*OCIO, how="does not read a number this small")
         what = f"has numbers below 1.2e-38: {odd.sample}"
-        yield Finding(what, "Write them as 0; seven decimals do.", odd.line, fates)
+        yield LintFinding(what, "Write them as 0; seven decimals do.", odd.line, fates)
 
 
-def channel_order(scan: CubeScan) -> Iterator[Finding]:
+def channel_order(scan: CubeScan) -> Iterator[LintFinding]:
     """CLF and .3dl store blue fastest; a ``.cube`` stored that way swaps red and blue in every reader."""
     follows = scan.table.correlation
     red, blue = follows[0, 2] - follows[0, 0], follows[2, 0] - follows[2, 2]
@@ -334,10 +335,10 @@ def channel_order(scan: CubeScan) -> Iterator[Finding]:
             f"(correlation {follows[0, 2]:.2f}, with the fastest {follows[0, 0]:.2f}), blue the fastest"
         )
         fates = wrong(*EVERYONE, how="swaps red and blue")
-        yield Finding(what, "Reorder the rows so that red changes fastest.", 0, fates, in_the_file=True)
+        yield LintFinding(what, "Reorder the rows so that red changes fastest.", 0, fates, in_the_file=True)
 
 
-def grey_axis(scan: CubeScan) -> Iterator[Finding]:
+def grey_axis(scan: CubeScan) -> Iterator[LintFinding]:
     """A falling grey axis is meant in some tables and a fault in others; every reader shows it, so this is a note."""
     falls = -np.diff(scan.table.greys, axis=0)
     if not len(falls) or falls.max() < FALL:
@@ -345,37 +346,37 @@ def grey_axis(scan: CubeScan) -> Iterator[Finding]:
     where, channel = np.unravel_index(int(np.argmax(falls)), falls.shape)
     name = ("red", "green", "blue")[int(channel)]
     what = f"has greys whose {name} falls by {falls.max():.4g} between points {where} and {where + 1}"
-    yield Finding(what, "Check a grey ramp through the LUT.")
+    yield LintFinding(what, "Check a grey ramp through the LUT.")
 
 
-def unfinished(scan: CubeScan) -> Iterator[Finding]:
+def unfinished(scan: CubeScan) -> Iterator[LintFinding]:
     """The last rows are white and its neighbours; where they are black, the writing program stopped early."""
     table = scan.table
     if scan.size < 2 or table.rows < scan.size**3:
         return
     if (table.low == table.high).all():
         what = f"has the same colour in every row: {' '.join(f'{value:g}' for value in table.low)}"
-        yield Finding(what, "Export it again.", 0, wrong(*EVERYONE, how="shows one colour"), in_the_file=True)
+        yield LintFinding(what, "Export it again.", 0, wrong(*EVERYONE, how="shows one colour"), in_the_file=True)
     elif table.black_tail > 1:
         what = f"ends in {table.black_tail} rows of 0 0 0, where white and its neighbours should be"
-        yield Finding(what, "Export it again.", 0, wrong(*EVERYONE, how="shows white as black"), in_the_file=True)
+        yield LintFinding(what, "Export it again.", 0, wrong(*EVERYONE, how="shows white as black"), in_the_file=True)
 
 
-def value_range(scan: CubeScan) -> Iterator[Finding]:
+def value_range(scan: CubeScan) -> Iterator[LintFinding]:
     """Readers clip values outside 0..1 in integer pictures and keep them in float pictures: either may be meant."""
     table = scan.table
     low, high = float(table.low.min()), float(table.high.max())
     if high >= INTEGERS and "overflow" not in scan.oddities and "infinite" not in scan.oddities:
         what = f"has values up to {high:g}: integers, not 0..1"
         fates = wrong(*EVERYONE, how="shows almost everything as white")
-        yield Finding(what, "Divide by the largest code.", 0, fates, in_the_file=True)
+        yield LintFinding(what, "Divide by the largest code.", 0, fates, in_the_file=True)
     elif low < 0 or high > HEADROOM:
         what = f"has values from {low:g} to {high:g}; readers clip them where they write integers"
-        yield Finding(what, "Keep float pictures.")
+        yield LintFinding(what, "Keep float pictures.")
     greys = table.greys
     if 2 <= len(greys) == scan.size and all(abs(greys[end] - NARROW[end]).max() < NEAR for end in (0, -1)):
         what = f"puts black at {greys[0].mean():.4f} and white at {greys[-1].mean():.4f}: video's narrow range"
-        yield Finding(what, "Use it only where the picture is meant to stay in narrow range.")
+        yield LintFinding(what, "Use it only where the picture is meant to stay in narrow range.")
 
 
 RULES = (

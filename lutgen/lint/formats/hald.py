@@ -8,17 +8,16 @@ from __future__ import annotations
 import struct
 import zlib
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, BinaryIO
 
 from lutgen.bake.table_picture import POINTS, TILES, read_table
 from lutgen.errors import LutgenError, reason_of
-from lutgen.lint.finding import HALDCLUT, Finding, Linted, refused, wrong
+from lutgen.lint.finding import HALDCLUT, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
-    from typing import BinaryIO
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
@@ -46,32 +45,22 @@ COLOURS = {2: "RGB", 6: "RGB and alpha"}
 
 @dataclass(frozen=True)
 class HaldScan:
-    """What a scan of a PNG finds.
-
-    Attributes
-    ----------
-    width, height, depth, colour
-        As its header has them, 0 without a header; ``colour`` is PNG's colour type.
-    chunks
-        Names of its chunks that state a colour space or gamma: gAMA, cHRM, iCCP, sRGB, cICP.
-    whole
-        Whether it is a PNG that ends in its last chunk.
-    tiles
-        Whether its pixels lie as OBS Studio reads them, in tiles of 64 × 64.
-    missing
-        Bytes of pixels that the header asks for and the data lack; 0 where none lack or pixels were not read.
-
-    """
+    """What a scan of a PNG finds."""
 
     path: Path
     bytes: int
+    #: As its header has them, 0 without a header; ``colour`` is PNG's colour type.
     width: int
     height: int
     depth: int
     colour: int
+    #: Names of its chunks that state a colour space or gamma: gAMA, cHRM, iCCP, sRGB, cICP.
     chunks: tuple[str, ...]
+    #: Whether it is a PNG that ends in its last chunk.
     whole: bool
+    #: Bytes of pixels that the header asks for and the data lack; 0 where none lack or pixels were not read.
     missing: int
+    #: Whether its pixels lie as OBS Studio reads them, in tiles of 64 × 64.
     tiles: bool
 
     @property
@@ -81,7 +70,7 @@ class HaldScan:
         return level if level**3 == self.width else 0
 
 
-_TELL = (b"gAMA", b"cHRM", b"iCCP", b"sRGB", b"cICP")
+_OF_COLOUR = (b"gAMA", b"cHRM", b"iCCP", b"sRGB", b"cICP")
 
 
 def scan_hald(path: Path) -> HaldScan:
@@ -131,7 +120,7 @@ class _Chunks:
                 self.missing = self._wanted()
             elif name == b"IDAT":
                 self._unpack(length)
-            elif name in _TELL and name.decode() not in self.told:
+            elif name in _OF_COLOUR and name.decode() not in self.told:
                 self.told.append(name.decode())
             self.file.seek(end)
             if name == b"IEND":
@@ -157,37 +146,37 @@ class _Chunks:
                 return
 
 
-def hald_form(scan: HaldScan) -> Iterator[Finding]:
+def hald_form(scan: HaldScan) -> Iterator[LintFinding]:
     """A Hald image of level L has L³ pixels a side."""
     if not scan.width:
         fates = refused(HALDCLUT, how="cannot read it")
-        yield Finding("is empty" if not scan.bytes else "is not a PNG", "Export it again.", 0, fates)
+        yield LintFinding("is empty" if not scan.bytes else "is not a PNG", "Export it again.", 0, fates)
         return
     sides = f"has {scan.width} × {scan.height} pixels"
     if scan.level not in LEVELS or scan.height < scan.width:
         fates = refused(HALDCLUT, how="expects as many pixels a side as a cube number, such as 512")
-        yield Finding(f"{sides}; no Hald image has so many", "A Hald image of level 8 has 512 × 512.", 0, fates)
+        yield LintFinding(f"{sides}; no Hald image has so many", "A Hald image of level 8 has 512 × 512.", 0, fates)
     elif scan.height > scan.width:
         fates = wrong(HALDCLUT, how="reads the upper square only")
-        yield Finding(f"{sides}, and a Hald image is square", "Cut it to the square.", 0, fates)
+        yield LintFinding(f"{sides}, and a Hald image is square", "Cut it to the square.", 0, fates)
     if not scan.whole:
         fates = wrong(HALDCLUT, how="shows missing pixels as black, or refuses the file")
-        yield Finding("is cut off: its last chunk is missing", "Copy or export it again.", 0, fates)
+        yield LintFinding("is cut off: its last chunk is missing", "Copy or export it again.", 0, fates)
     elif scan.missing:
         fates = wrong(HALDCLUT, how="shows missing pixels as black, or refuses the file")
         what = f"holds {scan.missing} bytes of pixels fewer than {sides.removeprefix('has ')} of {scan.depth} bits"
-        yield Finding(what, "Copy or export it again.", 0, fates)
+        yield LintFinding(what, "Copy or export it again.", 0, fates)
     if scan.tiles:
         fates = wrong(HALDCLUT, how="takes the rows of its tiles for rows of a Hald image")
         what = "has the layout of OBS Studio, a tile of 64 × 64 pixels for each step of blue"
-        yield Finding(what, "Give it to OBS; for other programs take a Hald image (`--format hald`).", 0, fates)
+        yield LintFinding(what, "Give it to OBS; for other programs take a Hald image (`--format hald`).", 0, fates)
     if scan.colour not in COLOURS:
         fates = wrong(HALDCLUT, how="shows only the colours that it has")
-        yield Finding("is a picture of greys or of a palette", "Save it as RGB.", 0, fates, in_the_file=True)
+        yield LintFinding("is a picture of greys or of a palette", "Save it as RGB.", 0, fates, in_the_file=True)
     elif scan.depth < FINE and not scan.tiles:
-        yield Finding(f"has {scan.depth} bits: dark greys move in steps of half a code", "Save it with 16 bits.")
+        yield LintFinding(f"has {scan.depth} bits: dark greys move in steps of half a code", "Save it with 16 bits.")
     if scan.chunks:
-        yield Finding(
+        yield LintFinding(
             f"states a colour space or gamma ({', '.join(scan.chunks)}): ffmpeg ignores it, an editor with "
             "colour management may convert the table",
             "Save it without a colour profile and gamma.",

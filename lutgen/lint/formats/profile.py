@@ -6,7 +6,7 @@ import hashlib
 from dataclasses import dataclass
 from itertools import pairwise
 from math import prod
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
 import numpy as np
 
@@ -14,13 +14,12 @@ from lutgen.bake.littlecms import through_profile
 from lutgen.bindings import LARGEST_LUT, littlecms
 from lutgen.errors import LutgenError, reason_of
 from lutgen.icc_tags import HEADER, MOST_TAGS, SMALLEST_TAG, Tag, is_profile, tags_claimed
-from lutgen.lint.finding import ARGYLL, CHROMIUM, LCMS_8, LCMS_16, Fate, Finding, Linted, refused, wrong
+from lutgen.lint.finding import ARGYLL, CHROMIUM, LCMS_8, LCMS_16, Fate, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
-    from typing import BinaryIO
 
     from lutgen.colorimetry import Array
 
@@ -71,33 +70,22 @@ class TableHead(NamedTuple):
 
 @dataclass(frozen=True)
 class ProfileScan:
-    """What a scan of a profile finds.
-
-    Attributes
-    ----------
-    length, head
-        Size of the file in bytes, and its first 128 bytes.
-    count, tags
-        Number of tags that the tag table claims, and the tags that are read, ``MOST_TAGS`` at most.
-    tables
-        Heads of the tables of types mft1, mft2 and mAB that lie in the file.
-    identifier
-        Whether the MD5 in the header is that of the profile; None where the header has none.
-    white
-        Code values on an sRGB screen that LittleCMS computes for code 1, 1, 1 in floating point; None where it fails.
-    unasked
-        Why LittleCMS could not be used; empty where it was.
-
-    """
+    """What a scan of a profile finds."""
 
     path: Path
+    #: Size of the file in bytes, and its first 128 bytes.
     length: int
     head: bytes
+    #: Number of tags that the tag table claims, and the tags that are read, ``MOST_TAGS`` at most.
     count: int
     tags: tuple[Tag, ...]
+    #: Heads of the tables of types mft1, mft2 and mAB that lie in the file.
     tables: tuple[TableHead, ...]
+    #: Whether the MD5 in the header is that of the profile; None where the header has none.
     identifier: bool | None
+    #: Code values on an sRGB screen that LittleCMS computes for code 1, 1, 1 in floating point; None where it fails.
     white: Array | None
+    #: Why LittleCMS could not be used; empty where it was.
     unasked: str = ""
 
     @property
@@ -127,11 +115,7 @@ class ProfileScan:
 def scan_profile(path: Path) -> ProfileScan:
     """Scan a profile; of a file larger than any profile only header, tag table and heads of tables are read.
 
-    Raises
-    ------
-    LutgenError
-        The file cannot be read.
-
+    Raises LutgenError: the file cannot be read.
     """
     try:
         with path.open("rb") as file:
@@ -198,40 +182,40 @@ def _white(path: Path) -> tuple[Array | None, str]:
     return (white if np.isfinite(white).all() else None), ""
 
 
-def profile_header(scan: ProfileScan) -> Iterator[Finding]:
+def profile_header(scan: ProfileScan) -> Iterator[LintFinding]:
     """Browsers ignore a profile that they cannot use, and give no message."""
     everyone = refused(LCMS_8, LCMS_16, ARGYLL, how="opens no such profile") | IGNORED
     if not is_profile(scan.head):
         what = "is empty" if not scan.length else "is not an ICC profile: the signature acsp is missing"
-        yield Finding(what, "Export it again.", 0, everyone)
+        yield LintFinding(what, "Export it again.", 0, everyone)
         return
     kind, space = scan.word(12), scan.word(16)
     if kind not in (*DEVICES, *OTHERS):
-        yield Finding(f"is of class {kind!r}, which does not exist", "Export it as a display profile.", 0, everyone)
+        yield LintFinding(f"is of class {kind!r}, which does not exist", "Export it as a display profile.", 0, everyone)
     elif kind in {"abst", "nmcl"}:
         fates = refused(LCMS_8, LCMS_16, ARGYLL, how="cannot convert with it")
-        yield Finding(f"is of class {kind!r}, which no picture has", "Export it as a display profile.", 0, fates)
+        yield LintFinding(f"is of class {kind!r}, which no picture has", "Export it as a display profile.", 0, fates)
     if space != "RGB ":
         fates = refused(LCMS_8, LCMS_16, how="does not take it for RGB pictures") | IGNORED
-        yield Finding(f"is for colours of {space!r}, and displays are RGB", "Export it for RGB.", 0, fates)
+        yield LintFinding(f"is for colours of {space!r}, and displays are RGB", "Export it for RGB.", 0, fates)
     if not scan.link and scan.word(20) not in {"XYZ ", "Lab "}:
         what = f"has the connection space {scan.word(20).strip()!r}, and only XYZ and Lab are allowed"
-        yield Finding(what, "Export it again.", 0, everyone)
+        yield LintFinding(what, "Export it again.", 0, everyone)
 
 
-def profile_size(scan: ProfileScan) -> Iterator[Finding]:
+def profile_size(scan: ProfileScan) -> Iterator[LintFinding]:
     """Readers accept a stated size that is too large, and bytes after the end, as long as all tags are there."""
     if scan.length > LARGEST_LUT:
         what = f"has {scan.length >> 20} MiB, more than any profile"
-        yield Finding(what, "Is it the right file?")
+        yield LintFinding(what, "Is it the right file?")
     if is_profile(scan.head) and scan.size != scan.length:
         outside = [tag for tag in scan.tags if scan.size < tag.start + tag.size <= scan.length]
         fates = refused(LCMS_8, LCMS_16, ARGYLL, how="ignores tags after that size") if outside else {}
         what = f"states a size of {scan.size} bytes, and has {scan.length}"
-        yield Finding(what, "Copy or export it again.", 0, fates)
+        yield LintFinding(what, "Copy or export it again.", 0, fates)
 
 
-def profile_version(scan: ProfileScan) -> Iterator[Finding]:
+def profile_version(scan: ProfileScan) -> Iterator[LintFinding]:
     """Every reader takes version 2; Argyll takes nothing newer, Chromium 2 to 4."""
     if not is_profile(scan.head):
         return
@@ -244,16 +228,18 @@ def profile_version(scan: ProfileScan) -> Iterator[Finding]:
     if scan.version > NEWEST:
         fates |= refused(LCMS_8, LCMS_16, how="does not know this version")
     if fates:
-        yield Finding(f"is of version {major}.{minor}", "Export it as version 2 for these readers.", 0, fates)
+        yield LintFinding(f"is of version {major}.{minor}", "Export it as version 2 for these readers.", 0, fates)
 
 
-def profile_id(scan: ProfileScan) -> Iterator[Finding]:
-    """The ID is the MD5 of the profile: no reader compares it, but it tells that bytes were changed."""
+def profile_id(scan: ProfileScan) -> Iterator[LintFinding]:
+    """The ID is the MD5 of the profile: no reader compares it, but a wrong ID shows that bytes were changed."""
     if scan.identifier is False:
-        yield Finding("has an ID that is not that of its bytes: it was changed after it was made", "Export it again.")
+        yield LintFinding(
+            "has an ID that is not that of its bytes: it was changed after it was made", "Export it again."
+        )
 
 
-def profile_tags(scan: ProfileScan) -> Iterator[Finding]:
+def profile_tags(scan: ProfileScan) -> Iterator[LintFinding]:
     """The tag table. ``profile-parts`` says what a profile lacks without the tags that lie outside the file."""
     if not is_profile(scan.head):
         return
@@ -261,25 +247,25 @@ def profile_tags(scan: ProfileScan) -> Iterator[Finding]:
     if scan.count > min(MOST_TAGS, room):
         what = f"claims {scan.count} tags, and {min(MOST_TAGS, room)} are the most that a file of this size may have"
         fates = refused(LCMS_8, LCMS_16, ARGYLL, how="opens no such profile") | (IGNORED if scan.count > room else {})
-        yield Finding(what, "It was cut off or damaged; export it again.", 0, fates)
+        yield LintFinding(what, "It was cut off or damaged; export it again.", 0, fates)
         return  # What follows the real tags is no tag table.
     outside = [tag for tag in scan.tags if tag.start + tag.size > scan.length or tag.size < SMALLEST_TAG]
     if outside:
         what = f"has the tag {outside[0].name!r} outside the file"
         fates = _left_out(scan, outside) | IGNORED
-        yield Finding(what, "It was cut off or damaged; export it again.", 0, fates)
+        yield LintFinding(what, "It was cut off or damaged; export it again.", 0, fates)
     names = [tag.name for tag in scan.tags]
     doubled = next((name for name in names if names.count(name) > 1), None)
     if doubled:
         fates = refused(LCMS_8, LCMS_16, how="opens no such profile")
         if len({tag for tag in scan.tags if tag.name == doubled}) > 1:
             fates |= refused(ARGYLL, how="opens no such profile")
-        yield Finding(f"has the tag {doubled!r} twice", "Export it again.", 0, fates)
+        yield LintFinding(f"has the tag {doubled!r} twice", "Export it again.", 0, fates)
     across = _across(scan.tags)
     if across:
         one, other = across
         what = f"has the tags {one.name!r} and {other.name!r} sharing some bytes"
-        yield Finding(what, "It was edited by hand; export it again.")
+        yield LintFinding(what, "It was edited by hand; export it again.")
 
 
 def _left_out(scan: ProfileScan, outside: list[Tag]) -> dict[str, Fate]:
@@ -297,20 +283,20 @@ def _across(tags: tuple[Tag, ...]) -> tuple[Tag, Tag] | None:
     return next(((one, other) for one, other in pairwise(ordered) if other.start < one.start + one.size), None)
 
 
-def profile_parts(scan: ProfileScan) -> Iterator[Finding]:
+def profile_parts(scan: ProfileScan) -> Iterator[LintFinding]:
     """A display profile needs a table or a matrix with curves, a device link a table."""
     if scan.word(12) not in (*DEVICES, "link"):
         return
     needed = "a table (A2B0)" if scan.link else f"a table (A2B0) or all of {', '.join(MATRIX)}"
     if not (scan.has("A2B0") or (not scan.link and scan.has(*MATRIX)) or scan.has("D2B0")):
         fates = refused(LCMS_8, LCMS_16, ARGYLL, how="cannot convert with it") | IGNORED
-        yield Finding(f"lacks {needed}", "Export it again.", 0, fates)
+        yield LintFinding(f"lacks {needed}", "Export it again.", 0, fates)
     missing = [name for name in ASKED["link" if scan.link else "profile"] if not scan.has(name)]
     if missing:
-        yield Finding(f"lacks {', '.join(missing)}, which the standard requires", "Export it again.")
+        yield LintFinding(f"lacks {', '.join(missing)}, which the standard requires", "Export it again.")
 
 
-def profile_table(scan: ProfileScan) -> Iterator[Finding]:
+def profile_table(scan: ProfileScan) -> Iterator[LintFinding]:
     """A table of version 2 with more bytes than its head asks for shows nonsense in every reader."""
     for table in scan.tables:
         shape = f"{table.tag.name} states {table.points} points an edge for {table.inputs} colours"
@@ -318,20 +304,22 @@ def profile_table(scan: ProfileScan) -> Iterator[Finding]:
         if table.points < 2 or table.inputs != 3 or table.outputs != 3 or lacks:
             what = f"{shape} to {table.outputs}"
             what += f", which is {table.needs} bytes, and it has {table.tag.size}" if lacks else ""
-            yield Finding(what, "Export it again.", 0, _unusable(scan, table))
+            yield LintFinding(what, "Export it again.", 0, _unusable(scan, table))
         elif table.kind != _V4 and table.needs + PADDING < table.tag.size:
             fates = wrong(LCMS_8, LCMS_16, ARGYLL, CHROMIUM, how="reads the wrong numbers")
             what = f"{shape}, which is {table.needs} bytes, and it has {table.tag.size}"
-            yield Finding(what, "Export it again.", 0, fates)
+            yield LintFinding(what, "Export it again.", 0, fates)
     if scan.tables and not scan.link and scan.word(20) == "XYZ ":
         fates = wrong(CHROMIUM, how="shows it half as bright")
-        yield Finding("has a table of XYZ", "Export it with a table of L*a*b*.", 0, fates)
+        yield LintFinding("has a table of XYZ", "Export it with a table of L*a*b*.", 0, fates)
     if any(table.kind == b"mft2" for table in scan.tables) and not scan.link and scan.word(20) == "Lab ":
         fates = wrong(CHROMIUM, how="reads its numbers as those of version 4, a code or more off")
         remedy = "Export it as version 4 for browsers, with a table of type mAB."
-        yield Finding("has a table of L*a*b* in the 16 bits of version 2", remedy, 0, fates)
+        yield LintFinding("has a table of L*a*b* in the 16 bits of version 2", remedy, 0, fates)
     if scan.link:
-        yield Finding("is a device link: viewers and browsers take profiles, not links", "Use it to convert pictures.")
+        yield LintFinding(
+            "is a device link: viewers and browsers take profiles, not links", "Use it to convert pictures."
+        )
 
 
 def _unusable(scan: ProfileScan, table: TableHead) -> dict[str, Fate]:
@@ -342,13 +330,13 @@ def _unusable(scan: ProfileScan, table: TableHead) -> dict[str, Fate]:
     return fates | wrong(CHROMIUM, how="uses the matrix, or shows the picture unchanged")
 
 
-def profile_white(scan: ProfileScan) -> Iterator[Finding]:
-    """LittleCMS sets white on white where it resamples: tables for integers, a matrix for 16 bits.
+def profile_white(scan: ProfileScan) -> Iterator[LintFinding]:
+    """LittleCMS maps white to white where it resamples a profile: tables for integers, a matrix for 16 bits.
 
-    It does not for the absolute intent.
+    With the absolute intent it does not.
     """
     if scan.unasked:
-        yield Finding(f"was not checked for its white: {scan.unasked}", "Install it to check.")
+        yield LintFinding(f"was not checked for its white: {scan.unasked}", "Install it to check.")
     if scan.white is None or np.abs(np.clip(scan.white, 0, 1) - 1).max() <= SAME:
         return
     shown = " ".join(f"{255 * value:.0f}" for value in np.clip(scan.white, 0, 1))
@@ -358,7 +346,7 @@ def profile_white(scan: ProfileScan) -> Iterator[Finding]:
     if not table:
         remedy = "Convert 16-bit pictures, and in Ghostscript all, by the absolute intent"
     remedy += " (vips --intent absolute, gs -dRenderIntent=3, tificc -t3)."
-    yield Finding(f"shows pure white as {shown}, where the screen's is 255 255 255", remedy, 0, fates)
+    yield LintFinding(f"shows pure white as {shown}, where the screen's is 255 255 255", remedy, 0, fates)
 
 
 RULES = (

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from lutgen.bindings import unclosed_metadata
 from lutgen.cells import NON_FINITE, NUMBER
-from lutgen.lint.finding import FFMPEG, OCIO, Finding, Linted, refused, wrong
+from lutgen.lint.finding import FFMPEG, OCIO, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.programs import MAX_BYTES, loading, refusal
 from lutgen.lint.stream import blocks, shown
@@ -53,39 +53,29 @@ TWELVE_BITS = range(2048, 4096)
 
 @dataclass
 class TableScan:
-    """What a scan of such a file finds; it is filled line by line.
-
-    Attributes
-    ----------
-    ends
-        Its line ends, of "LF", "CRLF", "CR".
-    size
-        Points along each axis by the header, () without one.
-    rows
-        Number of rows after the header.
-    head, largest
-        The first line of a .3dl that is no comment, and the largest number of its rows.
-    nan, comma, unclosed
-        The first line with NaN or infinity, with a decimal comma, and with metadata that are never closed; 0 for none.
-    odd, sample
-        The first other line that holds anything but the numbers that belong there, 0 for none, and its text.
-    refusal
-        Why the installed OpenColorIO does not read the file; empty where it does, None where it was not asked.
-
-    """
+    """What a scan of such a file finds; it is filled line by line. Lines count from 1; 0 stands for no line."""
 
     path: Path
+    #: Bytes of the file.
     length: int = 0
+    #: The line that opens metadata which are never closed.
     unclosed: int = 0
+    #: Its line ends, of "LF", "CRLF", "CR".
     ends: frozenset[str] = frozenset()
+    #: Points along each axis by the header, () without one.
     size: tuple[int, ...] = ()
+    #: Number of rows after the header.
     rows: int = 0
+    #: The first line of a .3dl that is no comment, and the largest number of its rows.
     head: str = ""
     largest: int = 0
+    #: The first line with NaN or infinity, and the first with a decimal comma.
     nan: int = 0
     comma: int = 0
+    #: The first other line that holds anything but the numbers that belong there, and its text.
     odd: int = 0
     sample: str = ""
+    #: Why the installed OpenColorIO does not read the file; empty where it does, None where it was not asked.
     refusal: str | None = None
 
     def __post_init__(self) -> None:
@@ -162,11 +152,7 @@ class _CspLines:
 def scan_table(path: Path) -> TableScan:
     """Read such a file in one pass, then ask the installed OpenColorIO, unless its header would take all memory.
 
-    Raises
-    ------
-    LutgenError
-        The file cannot be read, or is no text.
-
+    Raises LutgenError: the file cannot be read, or is no text.
     """
     scan = TableScan(path)
     for block in blocks(path):
@@ -179,25 +165,25 @@ def scan_table(path: Path) -> TableScan:
     return scan
 
 
-def loads(scan: TableScan) -> Iterator[Finding]:
+def loads(scan: TableScan) -> Iterator[LintFinding]:
     """Whether the installed OpenColorIO, which reads these formats strictly, reads the file."""
     if not scan.unclosed:
         yield from loading(scan.refusal, *OCIO)
 
 
-def line_ends(scan: TableScan) -> Iterator[Finding]:
+def line_ends(scan: TableScan) -> Iterator[LintFinding]:
     """CRLF is read by all; a lone CR ends no line for OpenColorIO and ffmpeg."""
     if scan.suffix == ".3dl" and "CR" in scan.ends:
         fates = wrong(*OCIO, how="reads all numbers as one curve") | refused(
             FFMPEG, how="reads the whole file as one line"
         )
-        yield Finding("has line ends of a single CR", "Save it with LF line ends.", 1, fates)
+        yield LintFinding("has line ends of a single CR", "Save it with LF line ends.", 1, fates)
 
 
-def table_metadata(scan: TableScan) -> Iterator[Finding]:
+def table_metadata(scan: TableScan) -> Iterator[LintFinding]:
     """OpenColorIO searches for END METADATA beyond the end of the file, so it is never given such a file."""
     if scan.unclosed:
-        yield Finding(
+        yield LintFinding(
             "opens its metadata and never closes them",
             "Write END METADATA after them.",
             scan.unclosed,
@@ -205,21 +191,21 @@ def table_metadata(scan: TableScan) -> Iterator[Finding]:
         )
 
 
-def table_numbers(scan: TableScan) -> Iterator[Finding]:
+def table_numbers(scan: TableScan) -> Iterator[LintFinding]:
     """OpenColorIO reads NaN as 0, and each other word up to the first letter that belongs to no number."""
     if scan.nan:
-        yield Finding("has NaN or infinity", "Compute these rows again.", scan.nan, wrong(*OCIO, how="reads 0"))
+        yield LintFinding("has NaN or infinity", "Compute these rows again.", scan.nan, wrong(*OCIO, how="reads 0"))
     if scan.comma:
         fates = wrong(*OCIO, how="reads up to the comma: 0,5 is 0")
-        yield Finding("has decimal commas", "Write decimal points.", scan.comma, fates)
+        yield LintFinding("has decimal commas", "Write decimal points.", scan.comma, fates)
     if scan.odd:
         what = f"has a line with surplus or malformed numbers: {scan.sample}"
         fates = wrong(*OCIO, how="reads each word up to the first letter that no number has: 0;75 is 0, 1/2 is 1")
         if scan.suffix == ".3dl":
             fates = wrong(*OCIO, how="ignores the line")
-        yield Finding(what, "Write numbers with a decimal point and blanks between them.", scan.odd, fates)
+        yield LintFinding(what, "Write numbers with a decimal point and blanks between them.", scan.odd, fates)
     if scan.size and scan.rows > prod(scan.size):
-        yield Finding(
+        yield LintFinding(
             f"has {scan.rows} rows where its header asks for {prod(scan.size)}",
             "It was edited by hand; export it again.",
             0,
@@ -227,7 +213,7 @@ def table_numbers(scan: TableScan) -> Iterator[Finding]:
         )
 
 
-def table_3dl(scan: TableScan) -> Iterator[Finding]:
+def table_3dl(scan: TableScan) -> Iterator[LintFinding]:
     """The lut3d of ffmpeg skips the first line, reads 17³ rows and divides by 4096; it ignores everything else."""
     if scan.suffix != ".3dl":
         return
@@ -235,16 +221,16 @@ def table_3dl(scan: TableScan) -> Iterator[Finding]:
     behind = scan.rows - (not mesh and bool(scan.rows))
     remedy = "Make a .cube for ffmpeg of it: `ociobakelut --lut FILE --format iridas_cube OUT`."
     if scan.head.upper().startswith("3DMESH"):
-        yield Finding("begins with 3DMESH", remedy, 0, refused(FFMPEG, how="reads its second line as a row"))
+        yield LintFinding("begins with 3DMESH", remedy, 0, refused(FFMPEG, how="reads its second line as a row"))
     elif behind < FFMPEG_ROWS:
         fates = refused(FFMPEG, how=f"expects {FFMPEG_ROWS} rows after the first line")
-        yield Finding(f"has {scan.rows} rows" + ("" if mesh else " and no mesh line"), remedy, 0, fates)
+        yield LintFinding(f"has {scan.rows} rows" + ("" if mesh else " and no mesh line"), remedy, 0, fates)
     elif behind > FFMPEG_ROWS:
         fates = wrong(FFMPEG, how=f"reads the first {FFMPEG_ROWS} rows as a table of 17³")
-        yield Finding(f"has {scan.rows} rows, and ffmpeg reads only tables of 17³", remedy, 0, fates)
+        yield LintFinding(f"has {scan.rows} rows, and ffmpeg reads only tables of 17³", remedy, 0, fates)
     elif scan.largest not in TWELVE_BITS:
         fates = wrong(FFMPEG, how="reads its numbers as 12 bits")
-        yield Finding(f"has numbers up to {scan.largest}, and ffmpeg divides by 4096", remedy, 0, fates)
+        yield LintFinding(f"has numbers up to {scan.largest}, and ffmpeg divides by 4096", remedy, 0, fates)
 
 
 RULES = (loads, line_ends, table_metadata, table_numbers, table_3dl)

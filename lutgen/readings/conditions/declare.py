@@ -16,36 +16,24 @@ Values = Mapping[str, Array]
 
 @dataclass(frozen=True)
 class Column:
-    """One optional column of the table of readings.
+    """One optional column of the table of readings."""
 
-    Attributes
-    ----------
-    name, unit
-        Its heading and unit; the unit is "" for a ratio.
-    low, high, meaning
-        Allowed range, and what the values are: completes "must be …". A value outside is a typing error.
-    blank
-        What an empty cell, or a missing column, means in the table; NaN: unknown, or warm.
-    usual
-        The value that effects take for a blank cell or a missing column.
-    unlogged
-        A value that the condition may have had throughout if nobody logged it.
-    tried
-        Values under which the contract of effects tries an effect, the usual one first.
-    shown, axis, words
-        For pictures of an effect: a value at which the effect is visible, the ends of an axis, and its label.
-
-    """
-
+    #: Its heading and unit; the unit is "" for a ratio.
     name: str
     unit: str
+    #: Allowed range, and what the values are: completes "must be …". A value outside is a typing error.
     low: float
     high: float
     meaning: str
+    #: What an empty cell, or a missing column, means in the table; NaN: unknown, or warm.
     blank: float
+    #: The value that effects take for a blank cell or a missing column.
     usual: float
+    #: A value that the condition may have had throughout if nobody logged it.
     unlogged: float
+    #: Values under which the contract of effects tries an effect, the usual one first.
     tried: tuple[float, ...]
+    #: For pictures of an effect: a value at which the effect is visible, the ends of an axis, and its label.
     shown: float
     axis: tuple[float, float]
     words: str
@@ -89,61 +77,40 @@ def everywhere(values: Values) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class Condition:
-    """One condition under which a reading is taken.
+    """One condition under which a reading is taken."""
 
-    Attributes
-    ----------
-    name
-        As people call it: "room light".
-    place
-        Where it stands among the conditions, in tables and files.
-    columns
-        Its columns.
-    cell
-        Name of the readings that are away from rest by it, in tables of errors.
-    span
-        Of a column's values in one session, (n,), and the value at which its colour points were read: the smallest and
-        the largest value that still count as rest. NaN counts as rest.
-    depends
-        What an effect depends on that needs its columns: completes "depends on …".
-    told
-        Values by column → the condition in words; window and surround, which make one picture, give the same words.
-    label
-        One value → how a table calls it; of several columns, all of them in their order.
-    sentence
-        Where a sentence puts a label: "in a room of {}".
-    heading
-        Heading of its part of a table of errors; "" where it has none.
-    short, before
-        Format of its values in the name of a patch, "{:g} lx", and the word before that name in a sentence.
-    axis
-        Label of an axis along which the condition runs.
-    matters
-        Values → which readings the condition can affect, (n,).
-    signatures
-        Values and rest values → name → weight of a signature in the light, (n,), which is tried on the residual of a
-        fit.
-    strange
-        Those signatures that no effect of the catalogue has.
-    variations
-        How a plan varies it.
-
-    """
-
+    #: As people call it: "room light".
     name: str
+    #: Where it stands among the conditions, in tables and files.
     place: int
+    #: Its columns.
     columns: tuple[Column, ...]
+    #: Name of the readings that are away from rest by it, in tables of errors.
     cell: str
+    #: Of a column's values in one session, (n,), and the value at which its colour points were read: the smallest and
+    #: the largest value that still count as rest. NaN counts as rest.
     span: Callable[[Array, float], tuple[float, float]]
+    #: What an effect depends on that needs its columns: completes "depends on …".
     depends: str
+    #: Values by column → the condition in words; window and surround, which make one picture, give the same words.
     told: Callable[[Mapping[str, float]], str]
+    #: One value → how a table calls it; of several columns, all of them in their order.
     label: Callable[..., str]
+    #: Where a sentence puts a label: "in a room of {}".
     sentence: str
+    #: Heading of its part of a table of errors; "" where it has none.
     heading: str
+    #: Format of its values in the name of a patch, "{:g} lx", and the word before that name in a sentence.
     short: str
     before: str
+    #: Label of an axis along which the condition runs.
     axis: str
+    #: Values → which readings the condition can affect, (n,).
     matters: Callable[[Values], NDArray[np.bool_]] = everywhere
+    #: Values and rest values → name → weight of a signature in the light, (n,), which is tried on the residual of a
+    #: fit.
     signatures: Callable[[Values, Values], dict[str, Array]] = nothing
+    #: Those signatures that no effect of the catalogue has.
     strange: tuple[str, ...] = ()
+    #: How a plan varies it.
     variations: tuple[Variation, ...] = field(default=())

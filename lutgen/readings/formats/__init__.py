@@ -21,15 +21,13 @@ from typing import TYPE_CHECKING
 from lutgen.errors import LutgenError, reason_of
 from lutgen.files import is_folder, read_at_most
 from lutgen.icc_tags import is_profile
-from lutgen.readings.campaign import campaign_of
-from lutgen.readings.formats._source import FileText, decoded
+from lutgen.readings.campaign import Campaign, CampaignEntry, campaign_of
+from lutgen.readings.formats._source import FileText, Readable, decoded
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from types import ModuleType
 
-    from lutgen.readings.campaign import Campaign, CampaignEntry
-    from lutgen.readings.formats._source import Readable
     from lutgen.readings.session import Session
     from lutgen.readings.table import Measurements
 

@@ -32,27 +32,17 @@ _FIELDS, _SETS = "NUMBER_OF_FIELDS", "NUMBER_OF_SETS"
 
 @dataclass(frozen=True)
 class CgatsTable:
-    """One table.
+    """One table."""
 
-    Attributes
-    ----------
-    kind
-        Its identifier, such as CTI3, CAL or CGATS.17; "" where it has none.
-    line
-        Where it begins.
-    keywords
-        Keyword → value; free text by the name of its block.
-    fields
-        Names of the columns, in capitals.
-    rows, lines
-        Cells of each row, all as long as ``fields``, and the line that each begins on.
-
-    """
-
+    #: Its identifier, such as CTI3, CAL or CGATS.17; "" where it has none.
     kind: str
+    #: Where it begins.
     line: int
+    #: Keyword → value; free text by the name of its block.
     keywords: Mapping[str, str]
+    #: Names of the columns, in capitals.
     fields: tuple[str, ...]
+    #: Cells of each row, all as long as ``fields``, and the line that each begins on.
     rows: tuple[tuple[str, ...], ...]
     lines: tuple[int, ...]
 
@@ -70,11 +60,8 @@ class _Open:
 def tables(source: FileText) -> list[CgatsTable]:
     """Read all tables of a CGATS file.
 
-    Raises
-    ------
-    LutgenError
-        Cut off, a wrong number of fields or sets, a doubled column, a string without end: names the line.
-
+    Raises LutgenError: a file that was cut off, a wrong number of fields or sets, a doubled column, or a string without
+    end; names the line.
     """
     closed: list[CgatsTable] = []
     lines = _lines(source)

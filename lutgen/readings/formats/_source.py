@@ -45,8 +45,7 @@ _NAMED = re.compile(
     re.ASCII,
 )
 _ISO = re.compile(
-    r"(\d{4})-(\d{1,2})-(\d{1,2})(?:[T ](\d{1,2}):(\d{2})(?::(\d{2}))?)?(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?",
-    re.ASCII,
+    r"(\d{4})-(\d{1,2})-(\d{1,2})(?:[T ](\d{1,2}):(\d{2})(?::(\d{2}))?)?(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?", re.ASCII
 )
 #: 26.05.2020, 05/26/2020, 5/26/20: the order is only known where one of the numbers cannot be a month.
 _SLASHED = re.compile(
@@ -122,11 +121,7 @@ def decoded(data: bytes, file: str) -> str:
 def full_drive(drive: Array, file: str) -> float:
     """Return full drive by the largest value of a file that does not state it: 1, 100, 255 or 1023.
 
-    Raises
-    ------
-    LutgenError
-        No channel reaches one of them: the range would be a guess.
-
+    Raises LutgenError: no channel reaches one of these values, so that the range would be a guess.
     """
     top = float(drive.max(initial=0.0))
     for full in FULL_DRIVE:

@@ -29,11 +29,10 @@ from lutgen.errors import LutgenError
 from lutgen.readings.campaign import Campaign, CampaignEntry, check_once
 from lutgen.readings.conditions import COLUMNS
 from lutgen.readings.formats import open_source, reader_of
-from lutgen.readings.formats._source import YEARS
+from lutgen.readings.formats._source import YEARS, FileText
 from lutgen.readings.table import RANGES
 
 if TYPE_CHECKING:
-    from lutgen.readings.formats._source import FileText
     from lutgen.readings.session import Session
 
 NAME = "campaign file"
@@ -62,11 +61,7 @@ def claims(source: FileText) -> bool:
 def read(source: FileText) -> Campaign:
     """Read a campaign file and all sessions that it names, which lie beside it.
 
-    Raises
-    ------
-    LutgenError
-        No TOML, a key that is unknown or wrong, or a session that is: names file and line.
-
+    Raises LutgenError: no TOML, an unknown or wrong key, or a session that cannot be read; names file and line.
     """
     text, file = source.text, source.file
     try:

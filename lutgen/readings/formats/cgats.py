@@ -16,17 +16,15 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from lutgen.cells import number
-from lutgen.colorimetry import D65, xyY_to_xyz
+from lutgen.colorimetry import D65, Array, xyY_to_xyz
 from lutgen.errors import LutgenError
 from lutgen.readings.formats._cgats_tables import CgatsTable, tables
-from lutgen.readings.formats._source import date_of, full_drive, whites
+from lutgen.readings.formats._source import FileText, date_of, full_drive, whites
 from lutgen.readings.session import Session
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lutgen.colorimetry import Array
-    from lutgen.readings.formats._source import FileText
 
 NAME = "CGATS"
 SUFFIXES = (".ti3", ".cgats", ".cgt", ".txt")

@@ -18,19 +18,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.cells import first_doubled, has_decimal_comma, is_comment, metadata, number, separator_of
-from lutgen.colorimetry import xyY_to_xyz
+from lutgen.colorimetry import Array, xyY_to_xyz
 from lutgen.errors import LutgenError, pick_one
-from lutgen.readings.campaign import sessions_of
-from lutgen.readings.formats._source import FULL_DRIVE, date_of, full_drive, whites
+from lutgen.readings.campaign import Campaign, sessions_of
+from lutgen.readings.formats._source import FULL_DRIVE, FileText, date_of, full_drive, whites
 from lutgen.readings.session import MOST_READINGS, Session
 from lutgen.readings.table import OPTIONAL, RANGES, Measurements, in_any_order
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from lutgen.colorimetry import Array
-    from lutgen.readings.campaign import Campaign
-    from lutgen.readings.formats._source import FileText
 
 NAME = "CSV of readings"
 SUFFIXES = (".csv", ".tsv")
@@ -91,29 +88,19 @@ def read(source: FileText) -> CsvTable:
 
 @dataclass(frozen=True)
 class CsvTable:
-    """A table whose header and number of fields are checked; its values are read on demand.
+    """A table whose header and number of fields are checked; its values are read on demand."""
 
-    Attributes
-    ----------
-    source
-        The file.
-    metadata
-        The ``# key: value`` lines.
-    header, columns
-        Names of the columns as written, and without their units.
-    cells, lines
-        Fields of each reading, and its line in the file.
-    remarks
-        Sentences on columns that are ignored.
-
-    """
-
+    #: The file.
     source: FileText
+    #: The ``# key: value`` lines.
     metadata: Mapping[str, str]
+    #: Names of the columns as written, and without their units.
     header: tuple[str, ...]
     columns: tuple[str, ...]
+    #: Fields of each reading, and its line in the file.
     cells: list[list[str]]
     lines: list[int]
+    #: Sentences on columns that are ignored.
     remarks: tuple[str, ...]
 
     def measurements(self) -> Measurements:

@@ -10,14 +10,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError
-from lutgen.icc_tags import is_profile, tag_table
+from lutgen.icc_tags import Tag, is_profile, tag_table
 from lutgen.readings.formats import cgats
 from lutgen.readings.formats._source import FileText, decoded
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lutgen.icc_tags import Tag
     from lutgen.readings.session import Session
 
 NAME = "ICC profile with readings"
@@ -38,11 +37,7 @@ def claims(source: FileText) -> bool:
 def read(source: FileText) -> Session:
     """Read the session in a profile.
 
-    Raises
-    ------
-    LutgenError
-        No tag holds readings, the profile's table lies, or the readings are refused.
-
+    Raises LutgenError: no tag holds readings, the tag table points outside the file, or the readings are refused.
     """
     tag, text = _readings_in(source.data, source.file)
     session = cgats.read(FileText(decoded(text, source.file), f"{source.file}, tag {tag}", source.sha256))

@@ -32,30 +32,20 @@ MAX_BYTES = 100_000
 
 @dataclass(frozen=True)
 class Instrument:
-    """The noise of an instrument, 1 σ each; None: nobody said.
+    """The noise of an instrument, 1 σ each; None: nobody said."""
 
-    Attributes
-    ----------
-    name, source
-        As people call it, and where its figures come from; "" for bare numbers.
-    relative, floor_cd_m2
-        Of X, Y, Z: share of the light, and cd/m² that are there in the dark too.
-    decimals, significant
-        Digits that it prints: after the point, or in all.
-    dark_offset_cd_m2
-        By how much its zero differs from session to session.
-    gain_wander
-        By how much its gain wanders within a session, a share of the light.
-
-    """
-
+    #: Of X, Y, Z: share of the light, and cd/m² that are there in the dark too.
     relative: tuple[float, float, float]
     floor_cd_m2: tuple[float, float, float]
+    #: As people call it, and where its figures come from; "" for bare numbers.
     name: str = ""
     source: str = ""
+    #: Digits that it prints: after the point, or in all.
     decimals: int | None = None
     significant: int | None = None
+    #: By how much its zero differs from session to session.
     dark_offset_cd_m2: float | None = None
+    #: By how much its gain wanders within a session, a share of the light.
     gain_wander: float | None = None
 
     @property
@@ -68,11 +58,7 @@ class Instrument:
 def instrument_of(text: str) -> Instrument:
     """Return the instrument of ``--instrument``: two numbers, a name, or a TOML file.
 
-    Raises
-    ------
-    LutgenError
-        None of these, or a file that is none of an instrument: names file, key and what is allowed.
-
+    Raises LutgenError: none of these, or a file that describes no instrument; names file, key and what is allowed.
     """
     if text.endswith(".toml"):
         return _read(Path(text))

@@ -71,9 +71,7 @@ def command(
     if csv_to:
         _write_tables(analysis, csv_to)
     outputs.write(
-        study_page(analysis),
-        analysis.as_json,
-        plot=lambda folder: [plot_study(analysis, folder, force=force)],
+        study_page(analysis), analysis.as_json, plot=lambda folder: [plot_study(analysis, folder, force=force)]
     )
 
 
