@@ -223,7 +223,7 @@ class Judge:
         above, below = linear.T > 1, linear.T < 0
         side = above[0] + 2 * above[1] + 4 * above[2] + 8 * below[0] + 16 * below[1] + 32 * below[2]
         nodes = self._mixing_in(table, self.code).nodes
-        before = _before_clip(linear.reshape(table.size, table.size, table.size, 3))
+        before = _before_clip(linear, table.size)
         return _differ(side.astype(np.uint8)[nodes]) | before[nodes].any(axis=1)
 
 
@@ -284,13 +284,12 @@ def mixing_of(code: Array, space: str, size: int, source: SourceProfile | None =
     return Mixing(nodes, _differ(np.column_stack([own, region[nodes]])), np.asarray(fitted[nodes].any(axis=1)))
 
 
-def _before_clip(linear: Array) -> NDArray[np.bool_]:
-    """Which nodes of a clipped table lie right before the clip: (n, n, n, 3) linear light, unclipped → (n³,)."""
-    nodes = np.zeros(linear.shape[:3], dtype=bool)
-    for channel in range(3):
-        own = 2 - channel
-        np.moveaxis(nodes, own, -1)[before_clip(np.moveaxis(linear[..., channel], own, -1))] = True
-    return nodes.reshape(-1)
+def _before_clip(linear: Array, size: int) -> NDArray[np.bool_]:
+    """Which nodes of a clipped table lie right before the clip: (n³, 3) linear light, unclipped → (n³,)."""
+    nodes = np.zeros(len(linear), dtype=bool)
+    for channel, own in enumerate(linear.T):
+        nodes[before_clip(own, channel, size)] = True
+    return nodes
 
 
 def _differ(labels: NDArray[np.uint8]) -> NDArray[np.bool_]:
