@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -221,11 +222,14 @@ class _Work:
 
 
 def _parts(manifest: Manifest) -> list[tuple[FileRecord, ...]]:
-    """Group the files by display, so that one worker has a display's LUTs and config together."""
+    """Group the files by display, its LUTs first, and displays by four: a worker is handed all of them at once."""
     groups: dict[tuple[str | None, float | None], list[FileRecord]] = {}
     for record in manifest.files:
         groups.setdefault((record.mode, record.hours), []).append(record)
-    return [tuple(group) for group in groups.values()]
+    displays = list(groups.values())
+    for display in displays:
+        display.sort(key=lambda record: record.kind == "config")
+    return [tuple(chain(*displays[start : start + 4])) for start in range(0, len(displays), 4)]
 
 
 def _manifest(folder: Path) -> tuple[Manifest | None, list[Finding]]:
@@ -245,7 +249,7 @@ def _check_part(work: _Work) -> Checked:
     findings: list[Finding] = []
     certificates: dict[str, Certificate] = {}
     shaders: dict[str, GpuRun] = {}
-    for record in sorted(work.records, key=lambda record: record.kind == "config"):
+    for record in work.records:
         path = work.folder / record.path
         problem, readable = altered(path, record)
         if problem:
