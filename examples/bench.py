@@ -4,6 +4,7 @@
     python -m examples.bench --only criticism    one part of it
     python -m examples.bench --quick             small work, few repetitions: does every row still run?
     python -m examples.bench --json              the same for programs
+    python -m examples.bench --processor-time    time of processors, all cores summed: for a machine that others use
 
 A ratio is the peer's time over lutgen's: above 1 lutgen is faster. Contestants take turns; ratios are formed turn by
 turn, and the table gives their median and, in brackets, the smallest and largest. Times are medians. Files are in the
@@ -28,7 +29,19 @@ import numpy as np
 
 from examples import bench_appearance, bench_explore
 from examples.bench_criticism import Work, criticism
-from examples.racing import LUTGEN, Peer, Row, against_limit, peak_memory, program, race, run, seconds_of
+from examples.racing import (
+    CLOCK,
+    LUTGEN,
+    Peer,
+    Row,
+    against_limit,
+    peak_memory,
+    processor_seconds,
+    program,
+    race,
+    run,
+    seconds_of,
+)
 from lutgen import DisplayModel, apply_to_image, read_measurements
 from lutgen.bake.formats import Provenance, format_named
 from lutgen.bake.lut import Lut, Sampler
@@ -225,6 +238,12 @@ def building(bench: Bench, built: Path, folder: Path) -> Iterator[Row]:
             Peer(name, bake_all if baker else None, goal, len(configs) / len(bakes)),
             times=bench.long,
         )
+    yield from race(
+        "check that build",
+        lambda: run([*LUTGEN, "check", str(folder / "build")]),
+        Peer("lutgen build, the same", partial(build, bench, folder / "again"), 1.0),
+        times=bench.long,
+    )
     peaks = [peak_memory([*LUTGEN, *_build_arguments(bench, folder / "build")], folder) for _ in range(bench.long)]
     yield against_limit("peak memory of that build (PSS, parent and workers)", peaks, MEMORY_LIMIT_MB, "MB")
 
@@ -442,7 +461,10 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="small work, few repetitions: does every row run?")
     parser.add_argument("--json", action="store_true", dest="as_json", help="print rows as JSON")
     parser.add_argument("--only", choices=PARTS, action="append", help="this part of the table; repeat for more")
+    parser.add_argument("--processor-time", action="store_true", help="not the wall's clock: for a busy machine")
     arguments = parser.parse_args()
+    if arguments.processor_time:
+        CLOCK.read = processor_seconds
     bench = Bench.quick() if arguments.quick else Bench()
     with tempfile.TemporaryDirectory(prefix="bench-") as folder:
         rows = []

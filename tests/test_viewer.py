@@ -13,7 +13,7 @@ import pytest
 from skimage.io import imread, imsave
 
 from lutgen import DisplayModel, read_measurements
-from lutgen.bake.fidelity import certificate_colours
+from lutgen.bake.fidelity import Counts, certificate_colours
 from lutgen.bake.lut import Sampler
 from lutgen.display import default_display
 from lutgen.pictures.viewer import FOLDER
@@ -65,8 +65,8 @@ window.pixels = () => {{
 
 @pytest.fixture(scope="module")
 def colours() -> NDArray[np.uint8]:
-    """All colours of a certificate as a picture of 8 bits."""
-    code = np.rint(certificate_colours() * 255).astype(np.uint8)
+    """Four times as many colours as a certificate has, as a picture of 8 bits."""
+    code = np.rint(certificate_colours(Counts(50_000, 4_096, 32_000, 16_384)) * 255).astype(np.uint8)
     assert len(code) == 118_864
     rest = -len(code) % ROW
     return np.vstack([code, code[:rest]]).reshape(-1, ROW, 3)

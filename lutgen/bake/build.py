@@ -229,21 +229,23 @@ def _bake_lut(work: _Work, aged: AgedDisplay, path: str, form: Format, size: int
     )
 
 
-def certified(path: Path, aged: AgedDisplay, form: Format, lut: Lut | MatrixLut) -> Certificate:
-    """Read a file back and compare it with ``aged``; equal tables share a certificate."""
+def certified(
+    path: Path, aged: AgedDisplay, form: Format, lut: Lut | MatrixLut, data: bytes | None = None
+) -> Certificate:
+    """Read a file back and compare it with ``aged``; equal tables share a certificate. ``data``: what it holds."""
     key = (form.name, aged.head, aged.tail, lut.space, lut.size)
     if key not in _CERTIFICATES:
         kind = TableKind(lut.space, lut.size, not form.unclipped)
-        _CERTIFICATES[key] = JUDGE.compare(_shown(path, form, lut, kind), aged, kind)
+        _CERTIFICATES[key] = JUDGE.compare(_shown(path, data, form, lut, kind), aged, kind)
     return _CERTIFICATES[key]
 
 
-def _shown(path: Path, form: Format, lut: Lut | MatrixLut, kind: TableKind) -> Array:
+def _shown(path: Path, data: bytes | None, form: Format, lut: Lut | MatrixLut, kind: TableKind) -> Array:
     """Code values that a file gives for the judge's colours, (n, 3).
 
     A file that lutgen reads itself OpenColorIO reads as a whole when it is the first of its kind.
     """
-    own = checked_table(path, lut) if isinstance(lut, Lut) and is_read_here(lut, form.suffix) else None
+    own = checked_table(path, lut, data) if isinstance(lut, Lut) and is_read_here(lut, form.suffix) else None
     told = JUDGE.shown(own) if own else None
     if told is not None and kind in _READ_WHOLE:
         return told

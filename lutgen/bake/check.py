@@ -3,7 +3,7 @@
 Every LUT is read again through OpenColorIO and compared with the model, every number of its table with what the code
 writes, its certificate with a new one, and every config as a whole with what the code writes. Pixels are sent through
 every display, view, look and named transform of a config that differs, and of the last hour of the last mode, and
-through the look of the last hour of the others.
+through the look of the common config for the last hour of each mode.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -221,11 +222,14 @@ class _Work:
 
 
 def _parts(manifest: Manifest) -> list[tuple[FileRecord, ...]]:
-    """Group the files by display, so that one worker has a display's LUTs and config together."""
+    """Group the files by display, its LUTs first, and displays by four: a worker is handed all of them at once."""
     groups: dict[tuple[str | None, float | None], list[FileRecord]] = {}
     for record in manifest.files:
         groups.setdefault((record.mode, record.hours), []).append(record)
-    return [tuple(group) for group in groups.values()]
+    displays = list(groups.values())
+    for display in displays:
+        display.sort(key=lambda record: record.kind == "config")
+    return [tuple(chain(*displays[start : start + 4])) for start in range(0, len(displays), 4)]
 
 
 def _manifest(folder: Path) -> tuple[Manifest | None, list[Finding]]:
@@ -245,12 +249,12 @@ def _check_part(work: _Work) -> Checked:
     findings: list[Finding] = []
     certificates: dict[str, Certificate] = {}
     shaders: dict[str, GpuRun] = {}
-    for record in sorted(work.records, key=lambda record: record.kind == "config"):
+    for record in work.records:
         path = work.folder / record.path
-        problem, readable = altered(path, record)
+        problem, data = altered(path, record)
         if problem:
             findings.append(Finding(record.path, problem))
-        if not readable:
+        if data is None:
             continue
         try:
             if record.kind == "config":
@@ -261,7 +265,7 @@ def _check_part(work: _Work) -> Checked:
                     findings += _shader_findings(record.path, shaders[record.path])
             else:
                 aged = _claimed(work, record)
-                found, certificate = _check_built_lut(path, aged, record, work)
+                found, certificate = _check_built_lut(path, data, aged, record, work)
                 findings += found
                 if certificate:
                     certificates[record.path] = certificate
@@ -303,15 +307,15 @@ def _config_problems(path: Path, record: FileRecord, work: _Work) -> list[str]:
 
 
 def _check_built_lut(
-    path: Path, aged: AgedDisplay, record: FileRecord, work: _Work
+    path: Path, data: bytes, aged: AgedDisplay, record: FileRecord, work: _Work
 ) -> tuple[list[Finding], Certificate | None]:
     """Compare a file with what the code writes, and its certificate with a new one."""
-    form, data = format_named(str(record.format)), path.read_bytes()
+    form = format_named(str(record.format))
     size = record.size if work.plan.tolerance is not None and record.size in SIZES else work.plan.cubesize
     lut, expected = best_candidate(work.model, aged, form, int(size))
     name = record.path
     if data == expected:
-        certificate = certified(path, aged, form, lut)
+        certificate = certified(path, aged, form, lut, data)
         findings = [Finding(name, problem) for problem in _over_budget(certificate, record, work.budget)]
     else:
         findings, fresh = _check_lut(path, name, aged, record, work.budget)

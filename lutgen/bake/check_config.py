@@ -42,15 +42,14 @@ def check_config(path: Path, root: Path, record: FileRecord, manifest: Manifest,
     """Return what is wrong with a config of ``manifest``, whose files lie under ``root``.
 
     The whole config is compared with ``written``, which the code writes. A display's own config is run with the LUT
-    beside it, the common one with every mode and hour. Of those that are as written only the last hour of each mode is
-    run, and what has no LUT: the last mode through all parts of its config, the others, and the common one, through the
-    look.
+    beside it, the common one with every mode and hour. Of those that are as written only the last hour is run, and what
+    has no LUT: of the last mode through all parts of its config, of each mode through the look of the common one.
     """
     lib = ocio()
-    sampled = record.mode is None or record.hours == max(
-        (lut.hours or 0.0 for lut in manifest.files if lut.mode == record.mode), default=0.0
-    )
     display = record.mode, record.hours
+    last_mode = [file.mode for file in manifest.files if file.mode is not None][-1:]
+    last_hour = max((file.hours or 0.0 for file in manifest.files if file.mode == record.mode), default=0.0)
+    sampled = record.mode is None or display == (*last_mode, last_hour)
     there = all((root / lut.path).is_file() for lut in manifest.files if (lut.mode, lut.hours) == display)
     if not sampled and there and path.read_bytes() == config_text(written):
         return []

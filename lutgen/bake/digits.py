@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from functools import cache
+from io import BytesIO
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,21 +20,25 @@ if TYPE_CHECKING:
 DECIMALS = 7
 _SCALE = 10**DECIMALS
 
+#: Added to a double below 2^32, the sum is the whole number that is nearest to it (of two the even one), in the last
+#: bits: a double of this size has no bits for fractions, and 32 zeros behind its own.
+_WHOLE = 1.5 * 2.0**52
+
 
 @cache
-def _pieces() -> tuple[NDArray[np.uint32], NDArray[np.uint32], NDArray[np.uint16]]:
-    """Text of every ``d.dd``, ``dddd`` and ``d `` as machine words, so that one look-up writes several bytes."""
-    head = b"".join(b"%d.%02d" % divmod(number, 100) for number in range(1000))
-    middle = b"".join(b"%04d" % number for number in range(10_000))
-    last = b"".join(b"%d " % number for number in range(10))
-    return np.frombuffer(head, np.uint32), np.frombuffer(middle, np.uint32), np.frombuffer(last, np.uint16)
+def _pieces() -> tuple[NDArray[np.uint64], NDArray[np.uint32]]:
+    """Text of every ``d.ddd``, as words of eight bytes of which five count, and of every ``dddd``."""
+    first = b"".join(b"%d.%03d   " % divmod(number, 1000) for number in range(10_000))
+    last = b"".join(b"%04d" % number for number in range(10_000))
+    return np.frombuffer(first, np.uint64), np.frombuffer(last, np.uint32)
 
 
-def rows_of_text(values: Array) -> memoryview:
+def rows_of_text(values: Array, *, head: bytes = b"") -> bytes:
     """Return ``values``, shape (n, k), as n lines of k numbers with seven decimals, separated by one space.
 
     Numbers must lie in (-10, 10): one digit before the point. When any is negative every number gets a column
-    for its sign. Equals ``"%.7f"`` digit for digit, except where the eighth decimal is an exact half.
+    for its sign. Equals ``"%.7f"`` digit for digit, except where the eighth decimal is an exact half. ``head`` stands
+    before the lines.
 
     Raises
     ------
@@ -47,26 +53,32 @@ def rows_of_text(values: Array) -> memoryview:
         message = "a table holds NaN, infinity or a number of 10 or more"
         raise ValueError(message)
     signed = int(smallest < -0.5 / _SCALE)
-    width = DECIMALS + 3 + signed
-    text = np.empty((values.size, width), dtype=np.uint8)
-    raw = text.reshape(-1)
-    head = np.ndarray(values.size, np.uint32, raw, signed, (width,))
-    middle = np.ndarray(values.size, np.uint32, raw, signed + 4, (width,))
-    last = np.ndarray(values.size, np.uint16, raw, signed + 8, (width,))
-    heads, middles, lasts = _pieces()
-    rows, columns = values.shape
-    for start in range(0, rows, CHUNK // columns):
-        scaled = values[start : start + CHUNK // columns].reshape(-1) * _SCALE
-        np.rint(scaled, out=scaled)
-        part = slice(start * columns, start * columns + scaled.size)
+    # It gives its bytes away without a copy, which would cost a large table as much again as its text.
+    file = BytesIO(head)
+    file.seek(len(head) + values.size * (DECIMALS + 3 + signed) - 1)
+    file.write(b"\n")
+    with file.getbuffer() as buffer:
+        _put_rows(np.frombuffer(buffer, np.uint8)[len(head) :].reshape(len(values), -1), values)
+    return file.getvalue()
+
+
+def _put_rows(text: NDArray[np.uint8], values: Array) -> None:
+    """Write ``values`` as :func:`rows_of_text` says into lines of letters, (n, k · width)."""
+    width = text.shape[1] // values.shape[1]
+    signed = width - DECIMALS - 3
+    text[:, width - 1 :: width] = ord(" ")
+    text[:, -1] = ord("\n")
+    first, last = _pieces()
+    # So many rows at a time that their text stays near the processor for each column.
+    for top, column in product(range(0, len(values), CHUNK), range(values.shape[1])):
+        here, lines, start = values[top : top + CHUNK, column], text[top : top + CHUNK], column * width + signed
+        steps = (np.abs(here) if signed else here) * _SCALE
+        steps += _WHOLE
+        whole = steps.view(np.int64).astype(np.uint32)
         if signed:
-            text[part, 0] = np.where(scaled < 0, ord("-"), ord(" "))
-            np.abs(scaled, out=scaled)
-        # Of whole numbers below 2^27 half a unit keeps the product off the next whole number; processors multiply
-        # several doubles at once, and divide integers one by one.
-        high = ((scaled + 0.5) * 1e-5).astype(np.int32)
-        low = scaled.astype(np.int32) - high * 100_000
-        tens = ((low + 0.5) * 0.1).astype(np.int32)
-        head[part], middle[part], last[part] = heads.take(high), middles.take(tens), lasts.take(low - tens * 10)
-    text.reshape(len(values), -1)[:, -1] = ord("\n")
-    return raw.data
+            lines[:, start - 1] = np.where((here < 0) & (whole > 0), ord("-"), ord(" "))
+        high = whole // 10_000
+        whole -= high * 10_000
+        # The eight bytes reach over the first of the last four digits, which are written after them.
+        np.ndarray(len(lines), np.uint64, lines, start, lines.strides[:1])[:] = first.take(high)
+        np.ndarray(len(lines), np.uint32, lines, start + 5, lines.strides[:1])[:] = last.take(whole)

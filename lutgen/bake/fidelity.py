@@ -56,16 +56,20 @@ INFLUENCE = 1e-6
 
 
 class Counts(NamedTuple):
-    """How many colours of each kind: uniform in code values, greys, tissue, and pairs on both sides of the border."""
+    """How many colours of each kind: uniform in code values, greys, tissue, pairs on both sides of the border, dark."""
 
     uniform: int
     grey: int
     tissue: int
     pairs: int
+    dark: int = 0
 
 
 #: A certificate's colours, and those on which a table by itself is judged when candidates are chosen.
-CERTIFIED, JUDGED = Counts(50_000, 4_096, 32_000, 16_384), Counts(1_562, 128, 1_000, 512)
+CERTIFIED, JUDGED = Counts(12_500, 1_024, 8_000, 4_096, 2_048), Counts(1_562, 128, 1_000, 512)
+
+#: The mark of a node right before the clip, beside six of the channels beyond it.
+_BEFORE = np.uint8(64)
 
 #: Where tissue lies among a certificate's.
 _TISSUE = slice(CERTIFIED.uniform + CERTIFIED.grey, CERTIFIED.uniform + CERTIFIED.grey + CERTIFIED.tissue)
@@ -221,10 +225,13 @@ class Judge:
             return np.zeros(len(self.code), dtype=bool)
         linear = self.sampler.linear(aged, table.size, table.space)
         above, below = linear.T > 1, linear.T < 0
-        side = above[0] + 2 * above[1] + 4 * above[2] + 8 * below[0] + 16 * below[1] + 32 * below[2]
-        nodes = self._mixing_in(table, self.code).nodes
-        before = _before_clip(linear.reshape(table.size, table.size, table.size, 3))
-        return _differ(side.astype(np.uint8)[nodes]) | before[nodes].any(axis=1)
+        beside = np.zeros(len(linear), dtype=np.uint8)
+        for bit, side in enumerate((*above, *below)):
+            beside |= side.view(np.uint8) << bit
+        for channel, own in enumerate(linear.T):
+            beside[before_clip(own, channel, table.size)] |= _BEFORE
+        mixed = beside[self._mixing_in(table, self.code).nodes]
+        return _differ(mixed) | (mixed[:, 0] >= _BEFORE)
 
 
 def _seen_apart(linear: Array, code: Array) -> Array:
@@ -234,12 +241,16 @@ def _seen_apart(linear: Array, code: Array) -> Array:
 
 
 def certificate_colours(counts: Counts = CERTIFIED) -> Array:
-    """Return the certificate's colours, shape (n, 3): uniform, greys, tissue, then both colours of each border pair."""
+    """Return the certificate's colours, shape (n, 3): uniform, greys, tissue, dark, then both colours of each pair.
+
+    Dark ones are squares of uniform code values: where curves bend most, in the first cells of a table, it errs most.
+    """
     random = np.random.default_rng(SEED)
     uniform = random.random((counts.uniform, 3))
     grey = np.repeat(np.linspace(0.0, 1.0, counts.grey)[:, np.newaxis], 3, axis=1)
     tissue, pairs = tissue_colours(random, counts.tissue), border_pairs(random, counts.pairs)
-    code = np.concatenate([uniform, grey, tissue, pairs])
+    dark = random.random((counts.dark, 3)) ** 2
+    code = np.concatenate([uniform, grey, tissue, dark, pairs])
     return code.astype(np.float32).astype(np.float64)
 
 
@@ -282,15 +293,6 @@ def mixing_of(code: Array, space: str, size: int, source: SourceProfile | None =
     fitted = np.zeros(size**3, dtype=bool)
     fitted[ramps_at_white(space, size)[0]] = True
     return Mixing(nodes, _differ(np.column_stack([own, region[nodes]])), np.asarray(fitted[nodes].any(axis=1)))
-
-
-def _before_clip(linear: Array) -> NDArray[np.bool_]:
-    """Which nodes of a clipped table lie right before the clip: (n, n, n, 3) linear light, unclipped → (n³,)."""
-    nodes = np.zeros(linear.shape[:3], dtype=bool)
-    for channel in range(3):
-        own = 2 - channel
-        np.moveaxis(nodes, own, -1)[before_clip(np.moveaxis(linear[..., channel], own, -1))] = True
-    return nodes.reshape(-1)
 
 
 def _differ(labels: NDArray[np.uint8]) -> NDArray[np.bool_]:

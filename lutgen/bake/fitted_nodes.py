@@ -46,31 +46,33 @@ _PLACES_OF_STEP, _STEPS, _STEP = 3, 4, 1.5
 def fit_beside_clip(table: Array) -> None:
     """Clip a table of code values, unclipped, to 0..``HEADROOM``, nodes beside the clip at 1 fitted; in place.
 
-    Shape (n, n, n, 3), axes blue, green, red.
+    Shape (n, n, n, 3), axes blue, green, red; a view of contiguous rows or columns.
     """
-    raised = []
+    size, values, raised = len(table), table.reshape(-1, 3), []
     for channel in range(3):
-        along = np.moveaxis(table[..., channel], 2 - channel, -1)
-        node = before_clip(along)
-        if not node[0].size:
+        own = values[:, channel]
+        node = before_clip(own, channel, size)
+        if not node.size:
             continue
-        before = along[..., :-1][node]
-        beyond = along[..., 1:][node]
-        raised.append((along[..., :-1], node, before + _raise(before, beyond, np.minimum(beyond, HEADROOM))))
-    np.clip(table, 0.0, HEADROOM, out=table)
-    for along, node, value in raised:
-        along[node] = np.minimum(value, HEADROOM)
+        beyond = own[node + size**channel]
+        raised.append((own, node, own[node] + _raise(own[node], beyond, np.minimum(beyond, HEADROOM))))
+    np.clip(values, 0.0, HEADROOM, out=values)
+    for own, node, value in raised:
+        own[node] = np.minimum(value, HEADROOM)
 
 
-def before_clip(model: Array) -> tuple[NDArray[np.intp], ...]:
-    """Where the nodes (..., n) have the clip between themselves and the next: indices along each axis."""
-    above = model > 1.0
-    if not above.any():
-        return (np.empty(0, np.intp),) * model.ndim
-    nodes = np.nonzero(above[..., 1:] & ~above[..., :-1])
-    near = model[nodes]
-    inside = (near > 0.0) & (near < 1.0)
-    return tuple(axis[inside] for axis in nodes)
+def before_clip(own: Array, channel: int, size: int) -> NDArray[np.intp]:
+    """Find nodes with the clip between themselves and the next along a channel's own axis.
+
+    The channel at each node of a lattice, unclipped, red fastest, (n³,) → flat indices.
+    """
+    step = size**channel
+    beyond = np.flatnonzero(own > 1.0)
+    if not beyond.size:
+        return beyond
+    before = beyond[beyond // step % size > 0] - step
+    near = own[before]
+    return np.asarray(before[(near > 0.0) & (near < 1.0)])
 
 
 def _raise(before: Array, beyond: Array, held: Array) -> Array:

@@ -166,6 +166,7 @@ def renderer_name() -> str:
 
 def check_renderer() -> None:
     """Raise LutgenError where no shader can be run. In a process of its own: a context does not survive a fork."""
+    _moderngl()
     list(in_parallel(_renderer_names, [0, 1], 2))
 
 
@@ -180,11 +181,7 @@ def _context() -> Any:
 @cache
 def _context_in(_process: int) -> Any:
     """One context a process, made in the worker that draws."""
-    try:
-        moderngl = import_module("moderngl")
-    except ImportError as error:
-        message = f"running shaders needs moderngl ({error}). `pip install lutgen[gpu]`."
-        raise LutgenError(message) from None
+    moderngl = _moderngl()
     try:
         return moderngl.create_context(**_EGL)
     except BaseException as error:
@@ -195,4 +192,12 @@ def _context_in(_process: int) -> Any:
             f"no OpenGL 4.0 through EGL here ({' '.join(str(error).split())}), so no shader can be run. Install a "
             f"driver; without a graphics card Debian's libegl1 and libgl1-mesa-dri will do."
         )
+        raise LutgenError(message) from None
+
+
+def _moderngl() -> Any:
+    try:
+        return import_module("moderngl")
+    except ImportError as error:
+        message = f"running shaders needs moderngl ({error}). `pip install lutgen[gpu]`."
         raise LutgenError(message) from None

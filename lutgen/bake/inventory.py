@@ -13,6 +13,7 @@ from lutgen.bake.formats import format_named, format_names
 from lutgen.bake.manifest import JOURNAL, MANIFEST, FileRecord, sha256
 from lutgen.bake.plan import Plan, direction_of
 from lutgen.bake.source_profile import source_profile_of
+from lutgen.bindings import LARGEST_LUT
 from lutgen.display import hour_name
 from lutgen.errors import LutgenError, reason_of
 from lutgen.files import PARTIAL
@@ -123,18 +124,20 @@ def _contradictions(record: FileRecord, asked: FileRecord) -> list[str]:
     ]
 
 
-def altered(path: Path, record: FileRecord) -> tuple[str | None, bool]:
-    """Return what became of a file, if anything, and whether there is one to read."""
+def altered(path: Path, record: FileRecord) -> tuple[str | None, bytes | None]:
+    """Return what became of a file, if anything, and its bytes, where it can be a file of a build."""
     try:
         if not stat.S_ISREG(path.stat().st_mode):
-            return "is no file any more", False
-        # A file of another size is not even read: it may be huge.
-        same = path.stat().st_size == record.bytes and sha256(path.read_bytes()) == record.sha256
+            return "is no file any more", None
+        if path.stat().st_size > LARGEST_LUT:
+            return f"altered: larger than {LARGEST_LUT // 1_000_000} MB, which no file of a build is", None
+        data = path.read_bytes()
     except (FileNotFoundError, NotADirectoryError):
-        return "missing", False
+        return "missing", None
     except OSError as error:
-        return f"cannot be read: {reason_of(error)}", False
-    return None if same else "altered: its bytes are not those that lutgen wrote", True
+        return f"cannot be read: {reason_of(error)}", None
+    same = len(data) == record.bytes and sha256(data) == record.sha256
+    return None if same else "altered: its bytes are not those that lutgen wrote", data
 
 
 def unknown_values(plan: Plan) -> list[str]:

@@ -132,25 +132,37 @@ class Sampler:
 
     def linear(self, aged: AgedDisplay, size: int, space: str) -> Array:
         """Aged linear light, unclipped, on a lattice uniform in ``space``: shape (size³, 3), red fastest."""
-        return self.linear_of(aged, (size, space), lambda: lattice(size, space))
+        if compensation_of(aged):
+            return self.linear_of(aged, (size, space), lambda: lattice(size, space))
+        return _linear(aged, self._lattice(aged, size, space)[: size**3])
 
     def linear_of(self, aged: AgedDisplay, name: object, code: Callable[[], Array]) -> Array:
         """Aged linear light, unclipped, of the code values that go by a name, both (n, 3)."""
         correction = compensation_of(aged)
         if correction is None:
-            return _linear(aged, self._signal(aged, name, code))
+            return _linear(aged, self._signal(aged, name, lambda: aged.head_signal(code())))
         if correction != self._correction:
             self._drives, self._correction = {}, correction
         if name not in self._drives:
             # Whole: the search takes the slow ones of all colours together.
-            self._drives[name] = xyz_to_linear(aged.xyz(self._signal(aged, name, code)))
+            self._drives[name] = xyz_to_linear(aged.xyz(aged.head_signal(code())))
         return self._drives[name]
 
-    def _signal(self, aged: AgedDisplay, name: object, code: Callable[[], Array]) -> Array:
+    def _signal(self, aged: AgedDisplay, name: object, made: Callable[[], Array]) -> Array:
         key = (name, aged.head)
         if key not in self._signals:
-            self._signals[key] = aged.head_signal(code())
+            self._signals[key] = made()
         return self._signals[key]
+
+    def _lattice(self, aged: AgedDisplay, size: int, space: str) -> Array:
+        """Signal of a lattice behind the head; then that of the nodes beside a jump, as both of its sides have them."""
+        jumps = selects_nearest(aged)
+
+        def made() -> Array:
+            signal = aged.head_signal(lattice(size, space))
+            return np.concatenate([signal, on_both_sides(signal[ramps_at_white(space, size)[0]])]) if jumps else signal
+
+        return self._signal(aged, (size, space, jumps), made)
 
     def lut(self, aged: AgedDisplay, size: int, space: str, *, clip: bool, whole: bool = False) -> Lut:
         """Bake a table; ``clip`` to the viewer's sRGB gamut, or leave aged colours outside it as they are.
@@ -159,22 +171,21 @@ class Sampler:
         in a correction, whose numbers are a display's drive. Nodes beside the jump of the paper's display are fitted.
         """
         held, correction = SPACES[space].held, compensation_of(aged)
-        signal = None if correction else self._signal(aged, (size, space), lambda: lattice(size, space))
-        if signal is None:
+        if correction:
             values = held(self.linear(aged, size, space)).copy()
         else:
-            values = in_chunks(lambda part: held(_linear(aged, part)), signal)
+            values = in_chunks(lambda part: held(_linear(aged, part)), self._lattice(aged, size, space))
+        values, beside = values[: size**3], values[size**3 :]
         table = values.reshape(size, size, size, 3)
         top = 1.0 if whole or correction else HEADROOM
         if clip and top > 1.0:
             fit_beside_clip(table)
         elif clip:
             np.clip(table, 0.0, top, out=table)
-        if signal is not None and selects_nearest(aged):
+        if len(beside):
             nodes, shares = ramps_at_white(space, size)
-            sides = self._signal(aged, (size, space, "sides"), lambda: lattice(size, space)[nodes])
-            jump = held(_linear(aged, on_both_sides(sides))).reshape(2, -1, 3)
-            moved = values[nodes] + np.clip(shares[:, np.newaxis] * (jump[0] - jump[1]), -MOST_MOVED, MOST_MOVED)
+            white, primary = beside.reshape(2, -1, 3)
+            moved = values[nodes] + np.clip(shares[:, np.newaxis] * (white - primary), -MOST_MOVED, MOST_MOVED)
             values[nodes] = np.clip(moved, 0.0, top) if clip else moved
         if not clip and np.abs(values).max() > BRIGHTEST:
             message = (

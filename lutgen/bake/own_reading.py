@@ -55,8 +55,10 @@ def refuse_other(path: Path, shown: Array, read: Array) -> None:
         )
 
 
-def checked_table(path: Path, baked: Lut) -> Lut:
+def checked_table(path: Path, baked: Lut, data: bytes | None = None) -> Lut:
     """Read a file strictly, and compare it with the table that was baked, and a sample of it with OpenColorIO.
+
+    ``data`` is what the file holds, where it was read already.
 
     Raises
     ------
@@ -65,7 +67,7 @@ def checked_table(path: Path, baked: Lut) -> Lut:
 
     """
     try:
-        data = path.read_bytes()
+        data = path.read_bytes() if data is None else data
         head, text = _parts(data)
         steps = _same(whole_steps(text), baked)
         _sample(data, head, text, steps)

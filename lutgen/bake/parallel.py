@@ -5,11 +5,12 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-import sys
 import threading
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
 from multiprocessing.connection import wait
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from lutgen.errors import LutgenError
@@ -24,16 +25,13 @@ _R = TypeVar("_R")
 def in_parallel(function: Callable[[_T], _R], items: Sequence[_T], jobs: int | None) -> Iterator[_R]:
     """Give the results in the order of ``items``, from ``jobs`` processes (default: one per core).
 
-    ``function`` lives in a module, and items and results can be pickled. With one process nothing is forked.
+    ``function`` lives in a module, and items and results can be pickled. With one process no other is started.
     """
     jobs = min(jobs or os.cpu_count() or 1, len(items))
     if jobs <= 1:
         yield from map(function, items)
         return
-    # A forked worker has numpy and OpenColorIO loaded; later Pythons warn of forking beside other threads.
-    method = "fork" if sys.platform == "linux" and sys.version_info < (3, 12) else "spawn"
-    context = multiprocessing.get_context(method)
-    with ProcessPoolExecutor(jobs, context, _begin_worker) as pool:
+    with ProcessPoolExecutor(jobs, multiprocessing.get_context(_way_to_start()), _begin_worker) as pool:
         try:
             yield from pool.map(function, items)
         except BrokenProcessPool:
@@ -42,6 +40,16 @@ def in_parallel(function: Callable[[_T], _R], items: Sequence[_T], jobs: int | N
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise
+
+
+def _way_to_start() -> str:
+    """Fork where no other thread runs: a forked worker has numpy and OpenColorIO loaded, and what was prepared.
+
+    A lock that another thread holds (OpenGL's drivers and servers have threads) would stay locked in it for ever.
+    """
+    with suppress(OSError):
+        return "fork" if len(list(Path("/proc/self/task").iterdir())) == 1 else "spawn"
+    return "spawn"
 
 
 def _begin_worker() -> None:

@@ -32,9 +32,9 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     curve = rows_of_text(np.stack([code, place]))
     # A line that says END METADATA alone would end it: each begins with #.
     head = b"CSPLUTV100\n3D\n\nBEGIN METADATA\n%sEND METADATA\n\n" % provenance.comments()
-    prelut = b"%d\n%s" % (len(code), bytes(curve)) * 3
+    prelut = b"%d\n%s" % (len(code), curve) * 3
     size = b"\n%d %d %d\n" % ((lut.size,) * 3)
-    return b"".join((head, prelut, size, rows_of_text(table.reshape(-1, 3))))
+    return rows_of_text(table.reshape(-1, 3), head=b"".join((head, prelut, size)))
 
 
 FORMAT = Format(

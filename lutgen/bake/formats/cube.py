@@ -27,7 +27,7 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     title = provenance.title.replace('"', "'")
     first = f'TITLE "{title}"\n'.encode("ascii", errors="replace")
     size = b"LUT_3D_SIZE %d\n" % lut.size
-    return b"".join((first, provenance.comments(title=False), size, rows_of_text(table.reshape(-1, 3))))
+    return rows_of_text(table.reshape(-1, 3), head=b"".join((first, provenance.comments(title=False), size)))
 
 
 FORMAT = Format(

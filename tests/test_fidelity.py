@@ -1,0 +1,31 @@
+"""A certificate's colours: how much of the largest error do they find?"""
+
+from __future__ import annotations
+
+import pytest
+
+from lutgen import DisplayModel, read_measurements
+from lutgen.bake import fidelity
+from lutgen.bake.fidelity import CERTIFIED, Counts, Judge, certificate_colours
+from lutgen.bake.lut import Sampler
+from lutgen.bake.readback import TableKind
+from lutgen.display import default_display
+
+#: Ten times as many, half of them where tables err most.
+MANY = Counts(150_000, 0, 0, 0, 150_000)
+
+
+@pytest.mark.parametrize("hours", [6_000.0, 18_000.0])
+@pytest.mark.parametrize("mode", ["chroma", "chroma-luma"])
+def test_seven_tenths_of_the_largest_smooth_error_are_found(
+    mode: str, hours: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    aged = DisplayModel(read_measurements(default_display())).at(mode, hours)
+    lut, kind = Sampler().lut(aged, 33, "code", clip=True), TableKind("code", 33, clipped=True)
+    few, many = Judge(), Judge()
+    said = few.compare(few.shown(lut), aged, kind)
+    many.code = certificate_colours(MANY)
+    monkeypatch.setattr(fidelity, "CERTIFIED", MANY)
+    found = many.compare(many.shown(lut), aged, kind)
+    assert found.smooth.colours > 2 * sum(CERTIFIED)
+    assert said.smooth.max >= 0.7 * found.smooth.max
