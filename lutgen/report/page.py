@@ -317,6 +317,7 @@ class Run:
     built: BuildFolder | None = None
     #: Readings compared with the model, or None.
     evidence: Evidence | None = None
+    #: The image as it lies on the screen, or None.
     placed: PlacedStills | None = None
 
 

@@ -71,8 +71,8 @@ class MixedModel:
     n: int
     #: Of each other condition; none where the model could not be fitted.
     effects: tuple[ConditionEffect, ...]
-    #: Standard deviations of readers, readers under a condition, images and what is left, where they are in the model; of
-    #: log seconds or ease.
+    #: Standard deviations of readers, readers under a condition, images and what is left, where they are in the model;
+    #: of log seconds or ease.
     sd: Mapping[str, float] = field(default_factory=dict)
     #: What was left out, and what went wrong.
     notes: tuple[str, ...] = ()
