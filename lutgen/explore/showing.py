@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class Shown:
+class ShownModel:
     """A model, and what is kept of it."""
 
     model: DisplayModel
@@ -40,8 +40,8 @@ class Showing:
 
     def __init__(self, _tell: Callable[..., None]) -> None:
         """Begin with neither."""
-        self._with: Shown | None = None
-        self._without: Shown | None = None
+        self._with: ShownModel | None = None
+        self._without: ShownModel | None = None
         self._colours: Colours | None = None
         self._first: dict[str, Any] = {}
 
@@ -55,19 +55,19 @@ class Showing:
     def open(self, *, data: str, baseline: str | None, model: str | None) -> dict[str, Any]:
         """Show readings, or a saved model, as they are before anything is fitted."""
         opened = Opened(data, baseline, model)
-        self._with = self._without = Shown(opened.fresh)
+        self._with = self._without = ShownModel(opened.fresh)
         overview = opened.overview()
         self._first = overview["first"]
         return overview
 
     def show(self, body: bytes, *, without: bool = False) -> dict[str, Any]:
         """Show another model; ``without``: one without effects, which is shown until another comes."""
-        self._with = Shown(pickle.loads(body))  # noqa: S301 - the other process's
+        self._with = ShownModel(pickle.loads(body))  # noqa: S301 - the other process's
         if without:
             self._without = self._with
         return {}
 
-    def _shown(self, *, without: bool) -> Shown:
+    def _shown(self, *, without: bool) -> ShownModel:
         shown = self._without if without else self._with
         if shown is None:
             raise LutgenError("no readings are open. Drop a table of readings (.csv) first.")
