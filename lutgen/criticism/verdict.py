@@ -20,6 +20,7 @@ from lutgen.numerals import percent
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from lutgen.criticism.fit import Fit
     from lutgen.criticism.influence import Suspicion
     from lutgen.criticism.stepwise import Explanation, Step
     from lutgen.criticism.visibility import Visibility
@@ -241,21 +242,15 @@ def _needed(
     return tuple(kept)
 
 
-def _stand_apart(kept: Sequence[Step], explanation: Explanation) -> bool:
-    """Whether each of several effects does more than half of what it does alone that no other of them does.
+def _stand_apart(kept: Sequence[Step], base: Fit) -> bool:
+    """Whether several effects share less than half of what they explain together.
 
     Two effects that each explain nearly all, and need one another for the rest, are how a third one is mimicked.
     """
-    if len(kept) < 2:
-        return True
-    base, chosen = explanation.base, [step.chosen for step in kept]
-    alone = {each.name: each.best.gain for each in explanation.first}
-    all_of_them = together(base, chosen).chi2
-    for each in chosen:
-        own = together(base, [other for other in chosen if other is not each]).chi2 - all_of_them
-        if own <= HALF * alone[each.effect.name]:
-            return False
-    return True
+    chosen = [step.chosen for step in kept]
+    left = together(base, chosen).chi2
+    own = sum(together(base, [other for other in chosen if other is not each]).chi2 - left for each in chosen)
+    return own > HALF * (base.chi2 - left)
 
 
 def _is_at_its_limit(step: Step) -> bool:
@@ -290,7 +285,7 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
     # One family may leave what its formula misses; several that leave a misfit are what greedy search makes of another.
     enough = explained > MOST_OF_IT and (len(kept) == 1 or is_within_scatter(error, final))
     physical = not any(_is_at_its_limit(step) for step in kept)
-    sound = (clean or enough) and physical and _stand_apart(kept, explanation)
+    sound = (clean or enough) and physical and _stand_apart(kept, base)
     if not kept or base.bic - nothing.evidence < both - STRONG or not sound:
         return _unexplained(explanation, remarks, probed if probed.names else nothing)
     if shadows := [step.name for step in steps if step not in kept]:
