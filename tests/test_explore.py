@@ -564,19 +564,20 @@ def at_once(count: int, ask: Callable[[], Any]) -> list[Any]:
 
 
 @pytest.mark.slow
-def test_of_many_pages_at_once_few_are_opened(address: str) -> None:
+def test_of_many_pages_at_once_few_are_opened() -> None:
     """Each has a window, and so processes of its own."""
-    page = Visitor(address)
+    with exploring() as address:
+        page = Visitor(address)
 
-    def open_page() -> bool:
-        with closing(HTTPConnection(HOST, page.port, timeout=60)) as connection:
-            connection.request("GET", page.path)
-            return b"windows are open. Close one" in connection.getresponse().read()
+        def open_page() -> bool:
+            with closing(HTTPConnection(HOST, page.port, timeout=60)) as connection:
+                connection.request("GET", page.path)
+                return b"windows are open. Close one" in connection.getresponse().read()
 
-    refused = at_once(20, open_page)
-    assert refused.count(False) <= MOST_WINDOWS
-    assert any(refused)
-    assert json.loads(page.see("overview"))["name"] == "display-a.csv"
+        refused = at_once(20, open_page)
+        assert refused.count(False) <= MOST_WINDOWS
+        assert any(refused)
+        assert json.loads(page.see("overview"))["name"] == "display-a.csv"
 
 
 @pytest.mark.slow

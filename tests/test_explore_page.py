@@ -442,9 +442,9 @@ def test_another_baseline_gives_the_error_and_the_commands_of_that_baseline(
     click(page, "#effect-black-level")
     page.wait(f"document.querySelector('.parameter') && {FINAL}", LONG)
     commands = commands_of(page)
-    assert [each[each.index("--baseline") + 1] for each in commands[:2]] == ["first-hour", "first-hour"]
-    # What the model file says already is not said twice.
-    assert not any("--baseline" in each for each in commands[2:])
+    # Of refine, diagnose and plan; what the model file says already is not said twice.
+    assert [each[each.index("--baseline") + 1] for each in commands[:3]] == ["first-hour"] * 3
+    assert not any("--baseline" in each for each in commands[3:])
 
 
 def test_the_diagnosis_is_cancelled(page_of_either: Page) -> None:

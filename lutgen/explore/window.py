@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from lutgen.errors import LutgenError
 from lutgen.explore.commands import Asked
 from lutgen.explore.example import tissue
-from lutgen.explore.process import DIED, ENDED, Process
+from lutgen.explore.process import DIED, Process
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
@@ -55,7 +55,7 @@ class Window:
     _verdict: dict[str, Any] = field(default_factory=dict)
     _unfinished: bool = False
     _finding: asyncio.Task[None] | None = None
-    _mending: asyncio.Task[None] | None = None
+    _mending: dict[str, asyncio.Task[None]] = field(default_factory=dict)
     _tasks: set[asyncio.Task[None]] = field(default_factory=set)
 
     async def start(self) -> None:
@@ -87,7 +87,9 @@ class Window:
 
     async def gone(self) -> None:
         """Wait until all processes have ended."""
-        while tasks := [each for each in (*self._tasks, self._finding, self._mending) if each and not each.done()]:
+        while tasks := [
+            each for each in (*self._tasks, self._finding, *self._mending.values()) if each and not each.done()
+        ]:
             await asyncio.wait(tasks)
         await asyncio.gather(*(process.gone() for process in self._processes))
 
@@ -110,7 +112,7 @@ class Window:
 
     def _hear_fitting(self, what: str, body: bytes) -> None:
         if what == DIED:
-            self._mend(self._restart_fitting(()), body)
+            self._mend(FITTING, self._restart_fitting(()), body)
         elif what in ("without", "model"):
             # Without effects comes first of a session's models.
             self._models = {**(self._models if what == "model" else {}), what: body}
@@ -122,7 +124,7 @@ class Window:
 
     def _hear_showing(self, what: str, body: bytes) -> None:
         if what == DIED:
-            self._mend(self._restart_showing(), body)
+            self._mend(SHOWING, self._restart_showing(), body)
 
     def tell(self, what: str, body: bytes) -> None:
         """Tell the page news, and remember what lasts."""
@@ -162,12 +164,8 @@ class Window:
 
     async def _fits(self) -> Process:
         """What fits. It begins when it is asked, or listened to: until then the picture has the processors."""
-        if not self._fitting:
-            self._mend(self._restart_fitting(self.asked.on))
-        if self._mending:
-            await self._mending
-        if not self._fitting:
-            raise LutgenError(ENDED)
+        while FITTING in self._mending or not self._fitting:
+            await (self._mending.get(FITTING) or self._mend(FITTING, self._restart_fitting(self.asked.on)))
         return self._fitting
 
     async def fits(self, method: str, **values: Any) -> bytes:
@@ -177,8 +175,8 @@ class Window:
 
     async def shows(self, method: str, **values: Any) -> bytes:
         """Ask what shows pictures (:class:`lutgen.explore.showing.Showing`)."""
-        if self._mending:
-            await self._mending
+        if SHOWING in self._mending:
+            await self._mending[SHOWING]
         return await self._soon(self._showing, self._showing.ask(method, **values))
 
     async def _soon(self, process: Process, asking: Coroutine[Any, Any, bytes], patience: float = PATIENCE) -> bytes:
@@ -189,18 +187,19 @@ class Window:
             process.kill()
             raise LutgenError(f"this took longer than {patience:g} s and was ended.") from None
 
-    def _mend(self, work: Coroutine[Any, Any, None], why: bytes = b"") -> None:
+    def _mend(self, what: str, work: Coroutine[Any, Any, None], why: bytes = b"") -> asyncio.Task[None]:
         async def mended() -> None:
             try:
                 await work
             except LutgenError as error:
                 self.tell("failed", _failure(str(error)))
             finally:
-                self._mending = None
+                self._mending.pop(what, None)
             if why:
                 self.tell("failed", _failure(why.decode()))
 
-        self._mending = asyncio.create_task(mended())
+        self._mending[what] = asyncio.create_task(mended())
+        return self._mending[what]
 
     async def _restart_fitting(self, on: tuple[str, ...]) -> None:
         """Begin, or begin again, with these effects switched on."""

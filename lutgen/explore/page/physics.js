@@ -91,7 +91,7 @@ export function physicsOf(server, page) {
     const places = [...byId("effects").children].map((each) => each.id);
     const tried = effects.length > 0 && effects.every((each) => each.tried || each.given || !each.visible);
     kept ||= effects.some((each) => each.on && !each.given);
-    const held = kept || !tried || byId("catalogue").matches(":hover, :focus-within");
+    const held = kept || !tried || byId("catalogue").matches(":focus-within");
     if (!anew && places.length === effects.length && held) {
       const place = (/** @type {Effect} */ each) => places.indexOf(`row-${each.name}`);
       return [...effects].sort((a, b) => place(a) - place(b));
