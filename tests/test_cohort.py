@@ -287,7 +287,7 @@ def test_a_folder_of_others_is_left_alone(tmp_path: Path) -> None:
         sparse.truncate(10**9)
     for name, message in (
         ("theirs", "no run of lutgen's, such as thesis.tex"),
-        ("odd", "says nothing of a cohort"),
+        ("odd", "does not describe a cohort"),
         ("huge", r"cohort\.json: larger than 64 MB, which no run is\. Was it edited\? Choose another folder with -o\."),
         ("in/s00.png/x", "is a file, and a run is a folder"),
     ):

@@ -352,7 +352,7 @@ def test_a_session_without_black_is_compared_without(tmp_path: Path) -> None:
 
 def test_a_campaign_of_one_session_and_an_unknown_reference_are_refused(tmp_path: Path) -> None:
     texts = life([State(), State()])
-    with pytest.raises(LutgenError, match="causes are told from two or more"):
+    with pytest.raises(LutgenError, match="a comparison needs two or more"):
         explain(read_campaign(write(tmp_path, texts[:1], [0])))
     with pytest.raises(LutgenError, match=r"'x' names 0 of its sessions. Pick one of: 0.txt, 1.txt"):
         explain(read_campaign(write(tmp_path, texts, [0, 1])), reference="x")

@@ -176,11 +176,11 @@ def test_spectra_come_with_their_wavelengths(tmp_path: Path) -> None:
         ("2020-05-26T13:21:48", 2020, ""),
         ("May 26, 2020", 2020, ""),
         ("26.05.2020", 2020, ""),
-        ("05/06/2020", None, "cannot be read for certain"),
-        ("2020-13-01", None, "is none"),
-        ("Fri Jan  1 00:00:00 1904", None, "not believed"),
-        ("2106-02-07", None, "not believed"),
-        ("last Tuesday", None, "cannot be read"),
+        ("05/06/2020", None, "is unknown or ambiguous"),
+        ("2020-13-01", None, "is no date"),
+        ("Fri Jan  1 00:00:00 1904", None, "not plausible"),
+        ("2106-02-07", None, "not plausible"),
+        ("last Tuesday", None, "is unknown or ambiguous"),
     ],
 )
 def test_a_date_is_read_or_doubted_in_a_sentence(tmp_path: Path, text: str, year: int | None, remark: str) -> None:
@@ -250,7 +250,7 @@ BAD: dict[str, tuple[str | bytes, str]] = {
     "perhaps normalised": (ti3(keywords=('NORMALIZED_TO_Y_100 "MAYBE"',)), "Pick one of: YES, NO"),
     "Lab under nothing": (ti3(kind="CGATS.17", xyz=lab_under(D50), names=LAB, keywords=()), "reference white"),
     "drive of unknown range": (ti3(DRIVE[1:9], kind="CGATS.17", scale=255.0), "the largest drive is 229.5"),
-    "no white to tell by": (ti3(DRIVE[1:9], keywords=()), "has no white to tell by"),
+    "no white to tell by": (ti3(DRIVE[1:9], keywords=()), "has no white that shows it"),
     "wavelengths that fall": (
         ti3(xyz=np.hstack([100 * light(), light()[:, :2]]), names=(*XYZ, "SPEC_390", "SPEC_380")), "must rise"
     ),

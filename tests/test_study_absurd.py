@@ -45,5 +45,5 @@ def test_nothing_is_left_out_of_what_can_be() -> None:
 
 
 def test_an_analysis_of_nothing_is_refused() -> None:
-    with pytest.raises(LutgenError, match="no answer has a time that can be one"):
+    with pytest.raises(LutgenError, match="no answer has a possible time to score"):
         analyse_answers([replace(each, seconds=1e308) for each in ANSWERS])

@@ -189,7 +189,7 @@ def test_limits_are_read_as_they_are_written() -> None:
 
 def test_campaigns_that_have_no_trend_are_refused(tmp_path: Path) -> None:
     texts = life([State(), State()])
-    with pytest.raises(LutgenError, match="a trend is told from two or more"):
+    with pytest.raises(LutgenError, match="a trend needs two or more"):
         trend(read_campaign(write(tmp_path, texts[:1], [0])), [])
-    with pytest.raises(LutgenError, match="sessions months apart"):
+    with pytest.raises(LutgenError, match="sessions that are months apart"):
         trend(read_campaign(write(tmp_path, texts, [0, 0])), [])

@@ -66,7 +66,7 @@ def explain(
     Raises LutgenError: fewer than two sessions, or a reference that names no session or several.
     """
     if len(campaign.entries) < 2:
-        raise LutgenError(f"{campaign.file}: one session; causes are told from two or more. Add another [[sessions]].")
+        raise LutgenError(f"{campaign.file}: one session; a comparison needs two or more. Add another [[sessions]].")
     place = _reference(campaign, reference)
     cleaned = [left_out(entry.session) for entry in campaign.entries]
     entries = [replace(entry, session=each) for entry, (each, _) in zip(campaign.entries, cleaned, strict=True)]

@@ -112,11 +112,11 @@ def trend(
     Raises LutgenError: fewer than two sessions, no hours and no dates, all at one time, or a relative session.
     """
     if len(campaign.entries) < 2:
-        message = f"{campaign.file}: one session; a trend is told from two or more. Add another [[sessions]]."
+        message = f"{campaign.file}: one session; a trend needs two or more. Add another [[sessions]]."
         raise LutgenError(message)
     seen = history(campaign, ambient_cd_m2)
     if seen.time[-1] <= 0:
-        message = f"{campaign.file}: all sessions are of one time; a trend takes sessions months apart."
+        message = f"{campaign.file}: all sessions have the same time; a trend needs sessions that are months apart."
         raise LutgenError(message)
     why = {} if all_sessions else _left_out(seen, progress)
     kept = np.array([place not in why for place in range(len(seen.places))])

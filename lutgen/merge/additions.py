@@ -140,19 +140,19 @@ def add_aged(config: Any, names: AgedNames, *, source: str, onto: Sequence[str],
 
 def _from_reference(lib: Any, space: Any) -> list[Any]:
     """Return the transforms from a config's reference to a colour space; none for the reference itself."""
-    forward = space.getTransform(lib.COLORSPACE_DIR_FROM_REFERENCE)
-    if forward is not None:
-        return [forward]
-    backward = space.getTransform(lib.COLORSPACE_DIR_TO_REFERENCE)
-    return [] if backward is None else [lib.GroupTransform([backward], lib.TRANSFORM_DIR_INVERSE)]
+    return _one_way(lib, space, lib.COLORSPACE_DIR_FROM_REFERENCE, lib.COLORSPACE_DIR_TO_REFERENCE)
 
 
 def _to_reference(lib: Any, space: Any) -> list[Any]:
-    forward = space.getTransform(lib.COLORSPACE_DIR_TO_REFERENCE)
-    if forward is not None:
-        return [forward]
-    backward = space.getTransform(lib.COLORSPACE_DIR_FROM_REFERENCE)
-    return [] if backward is None else [lib.GroupTransform([backward], lib.TRANSFORM_DIR_INVERSE)]
+    return _one_way(lib, space, lib.COLORSPACE_DIR_TO_REFERENCE, lib.COLORSPACE_DIR_FROM_REFERENCE)
+
+
+def _one_way(lib: Any, space: Any, way: Any, back: Any) -> list[Any]:
+    """Return a colour space's transform, or the inverse of the one for the way back; none where it has neither."""
+    there, again = space.getTransform(way), space.getTransform(back)
+    if there is not None:
+        return [there]
+    return [] if again is None else [lib.GroupTransform([again], lib.TRANSFORM_DIR_INVERSE)]
 
 
 def _free(name: str, taken: Sequence[str], what: str, otherwise: str = "") -> None:

@@ -219,7 +219,7 @@ def _read(path: Path) -> dict[str, Any] | None:
     except (OSError, ValueError) as error:
         raise LutgenError(f"{path / OPTIONS}: cannot be read ({error}). {advice}") from None
     if not isinstance(content, dict) or "tolerances" not in content:
-        raise LutgenError(f"{path / OPTIONS}: says nothing of a cohort. Choose another folder with -o.")
+        raise LutgenError(f"{path / OPTIONS}: does not describe a cohort. Choose another folder with -o.")
     return content
 
 

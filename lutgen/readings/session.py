@@ -154,7 +154,7 @@ class Session:
         """XYZ in cd/m², (n, 3). Raises LutgenError where the session is relative."""
         if not self.absolute:
             raise LutgenError(
-                f"{self.file}: XYZ are relative to white; how bright white was, the file does not say. "
+                f"{self.file}: XYZ are relative to white, and the file does not say how bright white was. "
                 "Measure again with absolute values, or add LUMINANCE_XYZ_CDM2 to a CGATS file."
             )
         return self.xyz

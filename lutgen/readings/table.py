@@ -269,8 +269,8 @@ def check_rows(readings: Measurements) -> None:
     if hours[0] != 0:
         row = int(np.argmin(np.where(hours == hours[0], readings.lines, np.inf)))
         raise LutgenError(
-            f"{_where(readings, row)}: the first hour is {hours[0]:g}, but aging is told from the un-aged display at "
-            f"hour 0. Add its readings, or subtract {hours[0]:g} from every hour: in a .csv a line "
+            f"{_where(readings, row)}: the first hour is {hours[0]:g}, but aging is measured from the un-aged display "
+            f"at hour 0. Add its readings, or subtract {hours[0]:g} from every hour: in a .csv a line "
             f"'# start_hour: {hours[0]:g}' does that."
         )
 

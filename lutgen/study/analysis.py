@@ -210,7 +210,7 @@ def analyse_answers(
     Parameters
     ----------
     answers
-        At least one. Those whose time cannot be one are left out, and named in the remarks.
+        At least one. Those with an impossible time are left out, and named in the remarks.
     conditions
         Their order; None: ``none``, then by mode and hour.
     sources
@@ -221,14 +221,14 @@ def analyse_answers(
     Raises
     ------
     LutgenError
-        ``ci`` is unknown, or no answer has a time that can be one.
+        ``ci`` is unknown, or no answer has a possible time.
 
     """
     answers, left_out = sensible(answers)
     order = tuple(conditions or condition_order(answers))
     reading_pairs = pairs(answers)
     rows, measured = counts(order, reading_pairs), samples(order, answers)
-    remarks = [] if rows else ["No image was read by a reader un-aged and once more: there is no agreement to tell of."]
+    remarks = [] if rows else ["No image was read by a reader un-aged and once more: there is no agreement to report."]
     remarks += [] if available() else [MISSING]
     remarks += left_out
     return _analysis(

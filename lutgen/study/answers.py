@@ -102,7 +102,7 @@ def whose(entries: Sequence[AnswerRow], path: Path) -> str:
     """Return the reader's name in a file. Raises LutgenError where the file is at another reader's place."""
     first = entries[0].content
     if path.name != f"reader-{first['place']}.sqlite":
-        raise LutgenError(f"{path}: is a copy of reader-{first['place']}.sqlite, under another name. Take it away.")
+        raise LutgenError(f"{path}: is a copy of reader-{first['place']}.sqlite, under another name. Remove it.")
     return str(first["reader"])
 
 
@@ -205,12 +205,12 @@ def sensible(answers: Sequence[Answer]) -> tuple[tuple[Answer, ...], list[str]]:
     kept = tuple(answer for answer in answers if 0 <= answer.seconds <= MAX_SECONDS)
     left_out = [
         f"Left out: {answer.reader}, session {answer.session}, image {answer.position} ({answer.image}): "
-        f"{str(answer.seconds)[:12]} seconds is no time to score."
+        f"{str(answer.seconds)[:12]} seconds is no possible time to score."
         for answer in answers
         if not 0 <= answer.seconds <= MAX_SECONDS
     ]
     if left_out and not kept:
-        raise LutgenError(f"no answer has a time that can be one. {left_out[0]}")
+        raise LutgenError(f"no answer has a possible time to score. {left_out[0]}")
     return kept, left_out
 
 

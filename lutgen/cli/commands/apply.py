@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import NUMBER, model_from, model_options
+from lutgen.cli.options import NUMBER, model_from, model_options, source_option
 from lutgen.cli.outputs import print_json
 from lutgen.cli.screen_options import screen_from, screen_options
 from lutgen.cli.terminal import progress_bar, say
-from lutgen.names import MODES, SOURCES
+from lutgen.names import MODES
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -33,13 +33,7 @@ if TYPE_CHECKING:
 )
 @click.option("--build", metavar="DIR", help="Apply the LUT for --mode and --hours of a folder that lutgen build made.")
 @click.option("--side-by-side", is_flag=True, help="Un-aged on the left, aged on the right.")
-@click.option(
-    "--source",
-    type=click.Choice(SOURCES),
-    default="auto",
-    show_default=True,
-    help="What the image stores: signal (code values) or linear light; auto: EXR linear, others signal.",
-)
+@source_option
 @click.option("--force", is_flag=True, help="Replace an existing output; never the image itself.")
 @click.option("--json", "as_json", is_flag=True, help="Print a record of each image as JSON.")
 @click.option("-o", "--output", required=True, metavar="PATH", help="File to write; for several images a folder.")

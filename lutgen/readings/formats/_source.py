@@ -129,7 +129,7 @@ def full_drive(drive: Array, file: str) -> float:
             return full
     known = ", ".join(f"{full:g} ({name})" for full, name in FULL_DRIVE.items())
     raise LutgenError(
-        f"{file}: the largest drive is {top:g}, and full drive is one of {known}: which, the file does not say. "
+        f"{file}: the largest drive is {top:g}, and full drive is one of {known}; the file does not say which. "
         "Add the reading of white, or convert drive to 0..1."
     )
 
@@ -147,11 +147,11 @@ def date_of(text: str) -> tuple[datetime | None, str]:
     try:
         date = _date(" ".join(text.split()))
     except ValueError as error:
-        return None, f"Its date, {text[:40]!r}, is none: {error}."
+        return None, f"Its date, {text[:40]!r}, is no date: {error}."
     if date is None:
-        return None, f"Its date, {text[:40]!r}, cannot be read for certain; give it as 2020-05-26."
+        return None, f"Its date, {text[:40]!r}, is unknown or ambiguous; write it as 2020-05-26."
     if date.year not in YEARS:
-        return None, f"Its date, {text[:40]!r}, is not believed: displays are measured since {YEARS[0]}."
+        return None, f"Its date, {text[:40]!r}, is not plausible: displays have been measured since {YEARS[0]}."
     return date, ""
 
 

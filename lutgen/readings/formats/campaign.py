@@ -90,7 +90,9 @@ def read(source: FileText) -> Campaign:
         sha256.update(bytes.fromhex(entry.session.sha256))
     per_day = _number(display, "hours_per_day", f"{file}, [display]")
     if per_day is not None and not 0 < per_day <= 24:
-        raise LutgenError(f"{file}, [display]: hours_per_day = {per_day:g}; a day has above 0 and at most 24.")
+        raise LutgenError(
+            f"{file}, [display]: hours_per_day = {per_day:g}; a day has more than 0 and at most 24 hours."
+        )
     return Campaign(_text(display, "name", f"{file}, [display]"), per_day, entries, file, sha256.hexdigest())
 
 
@@ -174,5 +176,7 @@ def _date(block: dict[str, Any], session: Session, where: str) -> date | None:
     if not isinstance(day, date):
         raise LutgenError(f"{where}: date must be a TOML date without quotes, such as 2020-05-26, not {value!r}.")
     if day.year not in YEARS:
-        raise LutgenError(f"{where}: date = {day}: between {YEARS[0]} and {YEARS[-1]}, please: displays are not older.")
+        raise LutgenError(
+            f"{where}: date = {day}: must lie between {YEARS[0]} and {YEARS[-1]}: displays are not older."
+        )
     return day

@@ -190,7 +190,7 @@ def _from_lab(source: FileText, table: CgatsTable, *, argyll: bool) -> _Light:
     if name is None:
         raise LutgenError(
             f"{source.file}: Lab without its reference white (keyword ILLUMINANT or WEIGHTING_FUNCTION with D50 or "
-            "D65): XYZ cannot be told from it. Export XYZ."
+            "D65): XYZ cannot be computed from it. Export XYZ."
         )
     lab = _columns(source, table, _LAB)
     high = (lab[:, 0] < -1.0) | (lab[:, 0] > 150.0) | (np.abs(lab[:, 1:]) > 300.0).any(axis=1)
@@ -246,7 +246,8 @@ def _undeclared(source: FileText, xyz: Array, white: float | None, *, argyll: bo
     """Take XYZ of an unknown unit as relative: divided by white, XYZ in cd/m² are correct too."""
     if white is None:
         raise LutgenError(
-            f"{source.file}: does not say whether XYZ are in cd/m², and has no white to tell by. Add its reading."
+            f"{source.file}: does not say whether XYZ are in cd/m², and has no white that shows it. Add a reading of "
+            "white."
         )
     near = argyll or white <= 2.0 or abs(white - 100.0) <= _LOOKS_RELATIVE
     doubt = (

@@ -203,7 +203,7 @@ class CsvTable:
         if hours.min() != start:
             raise LutgenError(
                 f"{file}: start_hour is {start:g}, and the smallest hour is {hours.min():g}. They must be the same: "
-                f"aging is told from the first session."
+                f"aging is measured from the first session."
             )
         return hours - start
 
