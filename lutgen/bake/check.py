@@ -2,8 +2,8 @@
 
 Every LUT is read again through OpenColorIO and compared with the model, every number of its table with what the code
 writes, its certificate with a new one, and every config as a whole with what the code writes. Pixels are sent through
-every display, view, look and named transform of a config that differs, and of the last hour of the last mode, and
-through the look of the common config for the last hour of each mode.
+every display, view, look and named transform of a config that differs, and of the common config for the last hour of
+the last mode, and through its look for the last hour of the others.
 """
 
 from __future__ import annotations

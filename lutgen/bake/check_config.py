@@ -42,16 +42,14 @@ def check_config(path: Path, root: Path, record: FileRecord, manifest: Manifest,
     """Return what is wrong with a config of ``manifest``, whose files lie under ``root``.
 
     The whole config is compared with ``written``, which the code writes. A display's own config is run with the LUT
-    beside it, the common one with every mode and hour. Of those that are as written only the last hour is run, and what
-    has no LUT: of the last mode through all parts of its config, of each mode through the look of the common one.
+    beside it, the common one with every mode and hour. As written, a display's own is not run, unless its LUT is not
+    there; the common one is with the last hour of each mode: the last mode through all its parts, others through the
+    look.
     """
     lib = ocio()
     display = record.mode, record.hours
-    last_mode = [file.mode for file in manifest.files if file.mode is not None][-1:]
-    last_hour = max((file.hours or 0.0 for file in manifest.files if file.mode == record.mode), default=0.0)
-    sampled = record.mode is None or display == (*last_mode, last_hour)
     there = all((root / lut.path).is_file() for lut in manifest.files if (lut.mode, lut.hours) == display)
-    if not sampled and there and path.read_bytes() == config_text(written):
+    if record.mode is not None and there and path.read_bytes() == config_text(written):
         return []
     lib.ClearAllCaches()
     try:
@@ -74,23 +72,21 @@ def check_config(path: Path, root: Path, record: FileRecord, manifest: Manifest,
     luts = [file for file in manifest.files if file.kind == "lut" and format_named(str(file.format)).reader is None]
     every = _luts_of_configs(luts)
     last = {mode: max(hours for other, hours in every if other == mode) for mode, _ in every}
-    expected = {
-        key: lut for key, lut in every.items() if differs or key[1] == last[key[0]] or not (root / lut.path).is_file()
-    }
-    parts = None if differs or [record.mode] == list(last)[-1:] else 1
     if record.mode is None:
         return problems + [
             f"AGING_MODE={mode}, AGING_HOURS={hour_name(hours)[:-1]}: {problem}"
-            for (mode, hours), lut in expected.items()
-            for problem in _Run(lib, config, root, lut, words, context=(mode, hour_name(hours)[:-1])).problems(parts)
+            for (mode, hours), lut in every.items()
+            if differs or hours == last[mode] or not (root / lut.path).is_file()
+            for problem in _Run(lib, config, root, lut, words, context=(mode, hour_name(hours)[:-1])).problems(
+                None if differs or mode == list(last)[-1] else 1
+            )
         ]
-    key = str(record.mode), float(record.hours or 0.0)
-    if key not in every:
-        return [*problems, "the manifest names no LUT for it"]
-    lut = expected.get(key)
-    if lut is None:
+    if there and not differs:
         return problems
-    return [*problems, *_Run(lib, config, root, lut, words, context=None).problems(parts)]
+    lut = every.get((str(record.mode), float(record.hours or 0.0)))
+    if lut is None:
+        return [*problems, "the manifest names no LUT for it"]
+    return [*problems, *_Run(lib, config, root, lut, words, context=None).problems()]
 
 
 def _luts_of_configs(luts: list[FileRecord]) -> dict[tuple[str, float], FileRecord]:
