@@ -30,6 +30,15 @@ LINEAR = (0.2, 0.5, 0.9)
 HALF = 9000.0
 #: exp(−0.4·τ^(2·bend)) at τ = ½ for bends of 2, 1 and ½.
 GAINS = np.exp([[-0.4 / 16], [-0.4 / 4], [-0.4 / 2]])
+
+
+def _faded(gains: list[float]) -> Array:
+    """Tips whose primaries have these gains; what white has beside them takes the mean."""
+    red, green, blue = (gain * tip for gain, tip in zip(gains, TIPS[1:], strict=True))
+    beside = TIPS[0] - TIPS[1] - TIPS[2] - TIPS[3]
+    return np.array([[red + green + blue + beside * (sum(gains) / 3), red, green, blue]])
+
+
 TWINS: tuple[tuple[str, Mapping[str, float], Scene, object, object], ...] = (
     ("eotf-drift", {"new": 0.1, "grown": 0.2}, at(HALF), [LINEAR], [[x**1.2 for x in LINEAR]]),
     ("eotf-drift", {"grown": 0.2, "power": 2.0}, at(HALF), [LINEAR], [[x**1.05 for x in LINEAR]]),
@@ -119,6 +128,23 @@ TWINS: tuple[tuple[str, Mapping[str, float], Scene, object, object], ...] = (
         TIPS[None],
         TIPS[None] * 0.97,
     ),
+    (
+        "temperature-gamma",
+        {"slope": 0.01, "red": 0.01, "blue": -0.02},
+        at(temperature_c=35.0),
+        [LINEAR],
+        [[0.2**1.2, 0.5**1.1, 0.9**0.9]],
+    ),
+    ("temperature-gamma", {"slope": 0.01}, at(temperature_c=25.0), [LINEAR], [LINEAR]),
+    (
+        "dynamic-contrast",
+        {"depth": 0.4, "exponent": 2.0},
+        at(code=(0.2, 0.4, 0.6), window=0.5, surround=0.0),
+        TIPS[None],
+        TIPS[None] * (1 - 0.4 * 0.8**2) / (1 - 0.4 * 0.6**2),
+    ),
+    ("dynamic-contrast", {"depth": 0.4}, at(code=(0, 0, 0), window=0.1, surround=1.0), TIPS[None], TIPS[None] * 1.6),
+    ("dynamic-contrast", {"depth": 0.4}, at(code=(0.3, 0.3, 0.3)), TIPS[None], TIPS[None]),
     ("backlight-decay", {"loss": 0.5}, at(HALF), TIPS[None], TIPS[None] * np.exp(-0.25)),
     (
         "backlight-decay",
@@ -136,6 +162,13 @@ TWINS: tuple[tuple[str, Mapping[str, float], Scene, object, object], ...] = (
         at(1000.0),
         TIPS[None],
         TIPS[None] * (0.1 * np.exp(-4) + 0.9 * np.exp(-0.5 / 18)),
+    ),
+    (
+        "burn-in-decay",
+        {"share": 0.1, "early_h": 500.0, "red": -0.05, "blue": 0.2},
+        at(500.0),
+        TIPS[None],
+        _faded([1 - 0.05 * (1 - 1 / np.e), 1 - 0.1 * (1 - 1 / np.e), 1 - 0.3 * (1 - 1 / np.e)]),
     ),
     ("channel-decay", dict.fromkeys(("red", "green", "blue"), 0.3), at(HALF), TIPS[None], TIPS[None] * np.exp(-0.15)),
     ("stabilizer-headroom", {"headroom": 0.5, "loss": 0.4}, at(HALF), TIPS[None], TIPS[None]),

@@ -24,6 +24,24 @@ COLOURS, ROUNDS = 32, 3
 _POINTS = re.compile(r"^(?=Meaning of 0 and 1:|Valid |Sources?:|Assumption:)", re.MULTILINE)
 
 
+#: What ages in a display, as the paper's first section and the displays of today have it, and the effects that hold it.
+CAUSES = {
+    "phosphors wear out": ("phosphor-wear", "backlight-decay"),
+    "optical layers absorb more: short wavelengths most; all alike": ("yellowing", "backlight-decay"),
+    "liquid crystal absorbs more": ("yellowing", "backlight-decay"),
+    "liquid crystal responds less to its drive; in another shape; no longer closes":
+        ("drive-loss", "eotf-drift", "black-level"),
+    "contacts corrode, drive levels fall": ("drive-loss",),
+    "dust and dirt take light; scatter that of the screen; scatter that of the room":
+        ("backlight-decay", "veiling-glare", "ambient-reflection"),
+    "the screen ages unevenly": ("edge-falloff",),
+    "emitters of an OLED burn in, at first quickly": ("burn-in-decay", "channel-decay"),
+    "local dimming, dynamic contrast": ("dynamic-contrast",),
+    "the curve moves with the temperature": ("temperature-gamma",),
+    "a colorimeter's filters drift; do not match the observer": ("meter-drift",),
+}  # fmt: skip
+
+
 def pages() -> dict[str, str]:
     """Path below docs/reference → text."""
     effects = catalogue().values()
@@ -41,10 +59,18 @@ def _index() -> str:
         "page gives the equation, what 0 and 1 mean, where it holds, what its size rests on, and what it is confused "
         "with. Most sizes are assumptions and say so: a fit starts from them, and its bounds are wide.",
         table(("effect", "stage", "what happens", "seen with `--baseline`", "columns it needs"), rows),
+        "What ages or disturbs, and the effects that it is inside. Causes that give the same readings share an effect: "
+        "a further one would be a rival that no reading could refute.",
+        table(("cause", "inside"), [(cause, _inside(names)) for cause, names in CAUSES.items()]),
         "A stage is where an effect acts, and on which signal:",
         table(("stage", "signal"), STAGES.items()),
         "Add one: [effects of your own](../../guides/your-own-effects.md).",
     )
+
+
+def _inside(names: tuple[str, ...]) -> str:
+    """Links to effects; a name that the catalogue does not have is a KeyError."""
+    return ", ".join(f"[{catalogue()[name].name}]({name}.md)" for name in names)
 
 
 def _needs(effect: Effect) -> str:

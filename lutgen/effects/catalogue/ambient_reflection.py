@@ -2,7 +2,7 @@
 
 XYZ += R_d·E·lamp, with the diffuse reflection coefficient R_d in cd/m² per lx (1/sr) and E the light that falls on the
 screen in lx, so that R_d·E is the luminance that is added and no π is left over; lamp is the lamp's XYZ with Y = 1, D65
-unless tinted.
+unless tinted. Dust on the screen reflects the room as well, and is inside R_d.
 
 Meaning of 0 and 1: ``reflectance`` 0 is a screen that reflects nothing, or a dark room; 1/sr would add 1 cd/m² for
 every lx, three times what a perfectly white matt surface reflects (1/π).

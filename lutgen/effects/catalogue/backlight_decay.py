@@ -2,7 +2,9 @@
 
 L = exp(−(t/T)^β), written with the loss at 18 000 h as exp(−ℓ·τ^β), so that T = 18 000 h/ℓ^(1/β). β = 1 is the
 exponential of IES TM-21. A decay that slows down has a tail: L = (1 + κ·ℓ·τ^β)^(−1/κ), a log-logistic law at κ = 1,
-second-order kinetics where β = 1 as well. LED lamps may first rise by 1 to 3 %: × (1 + r·(1 − e^(−t/t_r))).
+second-order kinetics where β = 1 as well. LED lamps may first rise by 1 to 3 %: × (1 + r·(1 − e^(−t/t_r))). Dust and
+dirt, and layers that absorb all wavelengths alike, take a share of the light in the same way: they are inside this
+effect, and what dust scatters is in ``veiling-glare``.
 
 Meaning of 0 and 1: ``loss`` 0 keeps the light of hour 0; ``loss`` 1 leaves 1/e, 37 %, at 18 000 h. ``beta`` 1 is an
 exponential, above 1 slow first. ``tail`` 0 is the exponential of that, 1 the log-logistic law.

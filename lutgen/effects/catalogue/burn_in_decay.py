@@ -1,10 +1,12 @@
 """A quick loss in the first hundreds of hours, then a slow one: OLEDs burn in.
 
-L = c·e^(−(t/T₁)^β) + (1 − c)·e^(−ℓ·τ), ℓ = 18 000 h/T₂ the slow loss in nepers by 18 000 h.
+L = c·e^(−(t/T₁)^β) + (1 − c)·e^(−ℓ·τ), ℓ = 18 000 h/T₂ the slow loss in nepers by 18 000 h. The emitters burn in
+unequally: a refined form gives red and blue a share c of their own, and white is the sum of its primaries.
 
 Meaning of 0 and 1: ``share`` 0 is slow loss alone; 1 would be a display whose whole light belongs to the quick part.
 ``beta`` 1 is an exponential, below 1 a stretched one.
-Valid for all channels alike; unequal emitters are ``channel-decay``. Needs readings at 50 to 1000 h.
+Valid where the slow loss is that of all channels alike; unequal slow losses are ``channel-decay``. Needs readings at
+50 to 1000 h.
 Source: a stretched exponential describes the decay of OLEDs: Féry et al., Appl. Phys. Lett. 87, 213502 (2005),
 doi:10.1063/1.2133922.
 Assumption: the split into two parts, c of 2 to 10 % and T₁ of 200 to 1500 h.
@@ -17,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.shapes import scaled
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -25,21 +28,34 @@ if TYPE_CHECKING:
 
 @effect(
     stage="emission",
-    neutral={"share": 0.0, "loss": 0.0},
-    forms=(("share", "early_h"), ("share", "early_h", "loss"), ("share", "early_h", "beta", "loss")),
+    neutral={"share": 0.0, "loss": 0.0, "red": 0.0, "blue": 0.0},
+    forms=(
+        ("share", "early_h"),
+        ("share", "early_h", "loss"),
+        ("share", "early_h", "beta", "loss"),
+        ("share", "early_h", "loss", "red", "blue"),
+    ),
     refined=2,
     baseline="first-hour",
     confused_with={
         "warm-up": "hours of operation against minutes since power-on: log both",
         "backlight-decay": "readings at 50 to 1000 h",
+        "channel-decay": "readings at 50 to 1000 h",
     },
     source="Féry et al. 2005, doi:10.1063/1.2133922 (form); size: an assumption",
     share=Parameter(0.05, (0.0, 0.8), "1", "share of the light that is lost quickly"),
     early_h=Parameter(600.0, (20.0, 15_000.0), "h", "time constant of the quick loss (63 %)"),
     beta=Parameter(1.0, (0.3, 3.0), "1", "shape of the quick loss: 1 exponential, below 1 stretched"),
     loss=Parameter(0.3, (-0.3, 6.0), "1", "nepers that the rest has lost by 18 000 h"),
+    red=Parameter(0.0, (-0.8, 0.8), "1", "share of red that is lost quickly, less that of green"),
+    blue=Parameter(0.0, (-0.8, 0.8), "1", "share of blue that is lost quickly, less that of green"),
 )
-def burn_in_decay(tips: Array, scene: Scene, *, share: float, early_h: float, beta: float, loss: float) -> Array:
+def burn_in_decay(
+    tips: Array, scene: Scene, *, share: float, early_h: float, beta: float, loss: float, red: float, blue: float
+) -> Array:
     """Dim all tips, quickly at first."""
-    left = share * np.exp(-((scene.hours / early_h) ** beta)) + (1.0 - share) * np.exp(-loss * scene.tau)
-    return np.asarray(tips * left[..., np.newaxis])
+    quick, slow = np.exp(-((scene.hours / early_h) ** beta)), np.exp(-loss * scene.tau)
+    if red or blue:
+        shares = np.clip(share + np.array([red, 0.0, blue]), 0.0, 1.0)
+        return scaled(tips, shares * quick + (1.0 - shares) * slow)
+    return np.asarray(tips * (share * quick + (1.0 - share) * slow)[..., np.newaxis])

@@ -3,7 +3,9 @@
 d → (1 − ρ(τ))·d. Contacts oxidise and driver outputs sag. Under a pure power law a smaller drive is a gain of each
 channel, and white and primaries that are measured again contain this gain; only the straight toe of sRGB leaves a small
 residual in the mid-tones. Where a high drive loses more than a low one, as over the resistance of a contact, the curve
-bends too: ρ(τ)·(1 + ``lean``·d).
+bends too: ρ(τ)·(1 + ``lean``·d). A liquid crystal that breaks down responds less, as if its drive were smaller, and is
+inside this effect; where the shape of its response changes it is inside ``eotf-drift``, and where it no longer closes
+inside ``black-level``.
 
 Meaning of 0 and 1: ρ 0 passes the code value as it is; ρ 1 leaves none.
 Valid for analogue drive; a digital link either passes a code value or breaks.

@@ -1,7 +1,8 @@
 """Light scatters within the screen's glass and the meter's lens: a share of the mean light lies over every patch.
 
 XYZ += g·(mean XYZ of the whole screen), patch and surround. On patches that fill the screen the glare is a factor,
-which white and primaries contain already; a black patch in a white surround shows the glare.
+which white and primaries contain already; a black patch in a white surround shows the glare. Dust on the screen
+scatters too: the light that it sends astray is inside this effect, the light that it takes in ``backlight-decay``.
 
 Meaning of 0 and 1: g 0 scatters nothing; 1 would lay the whole mean light of the screen over every patch.
 Valid for light that spreads evenly over the screen; a halo near a bright edge is not part of it.

@@ -1,0 +1,75 @@
+"""Effects that depend on conditions, planted by formulas of their own into simulated campaigns, are named."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from lutgen.criticism.diagnose import diagnose
+from lutgen.effects import catalogue
+from lutgen.readings import read_measurements
+from tests.virtual_display.campaign import Campaign, header, table
+from tests.virtual_display.display import xyz_at_eye
+from tests.virtual_display.instrument import NOISE
+from tests.virtual_display.physics.effect import code_to_linear, linear_to_code
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tests.virtual_display.readings import Readings
+
+REFERENCE_C = 25.0
+
+
+def warm_curve(campaign: Campaign) -> Any:
+    """The light of each channel to a power that grows by 0.005 a kelvin; unlogged temperatures are those of rest."""
+    readings = campaign.readings
+    warmer = np.nan_to_num(readings.temperature_c - REFERENCE_C)[:, np.newaxis]
+    drive = linear_to_code(code_to_linear(readings.drive) ** (1.0 + 0.005 * warmer))
+    return xyz_at_eye(campaign.made, replace(readings, drive=drive), (), seed=campaign.seed)
+
+
+def dimmed(campaign: Campaign) -> Any:
+    """A backlight that falls as 1/(1 + 0.3·darkness²), darkness that of the mean code value of the screen."""
+    readings = campaign.readings
+    own = readings.drive.mean(axis=1)
+    mean = readings.window * own + (1.0 - readings.window) * readings.surround
+    factor = (1.0 + 0.3 * (1.0 - own) ** 2) / (1.0 + 0.3 * (1.0 - mean) ** 2)
+    return xyz_at_eye(campaign.made, readings, (), seed=campaign.seed) * factor[:, np.newaxis]
+
+
+def text(campaign: Campaign, xyz: Any, readings: Readings) -> str:
+    """The campaign as a table, with the noise of its instrument."""
+    session = np.unique(readings.hours, return_inverse=True)[1]
+    read = NOISE[campaign.noise].read(xyz, session, np.random.default_rng([campaign.seed, 0x501]))
+    return table(readings, read, header(campaign), conditions=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "plant", "verdicts"),
+    [("temperature-gamma", warm_curve, {"named"}), ("dynamic-contrast", dimmed, {"named", "form"})],
+)
+def test_it_is_named(name: str, plant: Any, verdicts: set[str], tmp_path: Path) -> None:
+    campaign = Campaign(seed=970)
+    file = tmp_path / "readings.csv"
+    file.write_text(text(campaign, plant(campaign), campaign.readings), encoding="utf-8")
+    verdict = diagnose(read_measurements(file)).verdict
+    assert (verdict.effects, verdict.name in verdicts) == ((name,), True)
+
+
+@pytest.mark.parametrize("name", ["temperature-gamma", "dynamic-contrast"])
+def test_without_its_column_no_campaign_has_it_for_a_candidate(name: str, tmp_path: Path) -> None:
+    """The design ``colours`` logs no conditions: the effect is listed as one that these readings cannot show."""
+    campaign = Campaign(seed=971, design="colours", hours=(0.0, 9000.0, 18_000.0))
+    file = tmp_path / "readings.csv"
+    readings = campaign.readings
+    xyz = xyz_at_eye(campaign.made, readings, (), seed=campaign.seed)
+    file.write_text(table(readings, xyz, header(campaign), conditions=False), encoding="utf-8")
+    known = catalogue()
+    some = {each: known[each] for each in (name, "black-level")}
+    rows = {row.effect: row.visible for row in diagnose(read_measurements(file), effects=some).visibility}
+    assert rows == {name: False, "black-level": True}
