@@ -393,3 +393,20 @@ def test_real_displays_are_nearer_to_their_own_first_session(
     assert own.first_session.paper > paper
     assert own.first_session.native < native
     assert own.error.delta_e_mean < usual.error.delta_e_mean
+
+
+def test_what_curves_miss_of_mixtures_is_no_aging() -> None:
+    """Few mixtures make no own model; what the curves miss of them on the first day tells how far they err later."""
+    from lutgen.criticism.diagnose import diagnose
+    from lutgen.criticism.problem import Problem
+
+    plain = Campaign(design="full", hours=(0.0, 2500.0, 6000.0, 11_500.0, 18_000.0), seed=8)
+    readings = read(csv_text(plain), file="display.csv", sha256="")
+    assert not Problem.of(readings, baseline="native").discrepancy
+    lit = (readings.drive > 0).sum(axis=1, keepdims=True) > 1
+    # Products of code values make mixtures brighter, as on most real displays; white and primaries stay.
+    pairs = np.sin(np.pi * readings.drive).clip(0.0).prod(axis=1, keepdims=True)
+    bright = replace(readings, xyz_cd_m2=readings.xyz_cd_m2 * (1.0 + 0.04 * lit * pairs))
+    problem = Problem.of(bright, baseline="native")
+    assert problem.discrepancy
+    assert diagnose(bright, baseline="native").verdict.name == "consistent"

@@ -195,11 +195,11 @@ def test_the_discrepancy_is_what_was_put_in_beside_the_noise() -> None:
     truth = Discrepancy(0.008, 0.05, np.full((3, 3), 0.7) + 0.3 * np.eye(3))
     root = np.linalg.cholesky(noise.covariance(light) + truth.covariance(light))
     off = np.einsum("nij,nj->ni", root, rng.standard_normal(light.shape))
-    found = discrepancy_of(off, light, noise)
+    found = discrepancy_of(off, light, noise.covariance(light))
     assert found.share == pytest.approx(truth.share, rel=0.06)
     assert found.floor_cd_m2 == pytest.approx(truth.floor_cd_m2, rel=0.06)
     np.testing.assert_allclose(found.correlation, truth.correlation, atol=0.05)
-    none = discrepancy_of(np.zeros_like(off), light, noise)
+    none = discrepancy_of(np.zeros_like(off), light, noise.covariance(light))
     assert none.share < 1e-4
 
 

@@ -256,3 +256,15 @@ def test_what_the_catalogue_lacks_is_not_named_after_two_that_mimic_it(case: Cas
         if len(family.best.form) > 3:
             formulas = [form.gain for form in forms_of(base, family.effect) if len(form.form) <= 3]
             assert max(formulas) > 0.5 * family.best.gain, family.name
+
+
+def test_a_luminance_that_the_file_calls_held_and_that_falls_is_taken_as_free() -> None:
+    case = Case(
+        "one-of",
+        hidden=(("backlight-decay", "same", 60.0),),
+        campaign=(("display", "OLED"), ("held", True)),
+        baseline="first-hour",
+    )
+    found = diagnose(case.measured(), baseline="first-hour")
+    assert "backlight-decay" in {*found.verdict.effects, *sum(found.verdict.rivals, ())}, found.verdict.sentence
+    assert any("Luminance is taken as free" in remark for remark in found.verdict.remarks)

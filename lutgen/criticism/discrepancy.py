@@ -14,17 +14,29 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy  # its parts load when they are first used: the first comparison needs few of them
+from scipy.special import chdtrc
+
+from lutgen.display.native import first_session_rows
+from lutgen.display.own_model import Sample
+from lutgen.display.own_model.native_curves import added_up, parts_of
+from lutgen.readings.rest import is_tip
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from lutgen.colorimetry import Array
     from lutgen.criticism.noise import Noise
     from lutgen.display.native import NativeDisplay
+    from lutgen.readings import Measurements
 
 #: Where the search for share and cd/m² starts, and its bounds.
 START, LOW, HIGH = (0.005, 0.01), (1e-6, 1e-6), (0.3, 10.0)
 
 #: A reading further off than this, in σ of three numbers, is a misreading, not the model's fault.
 MISREAD = 8.0
+
+#: With fewer colours nobody can tell what curves miss; and the chance at which noise is taken for it.
+FEW, SIGNIFICANT = 6, 0.01
 
 #: Share and floor are found for the correlation, and the correlation for these, in turns.
 ROUNDS = 3
@@ -62,9 +74,12 @@ class Discrepancy:
 NONE = Discrepancy()
 
 
-def discrepancy_of(residual: Array, xyz_cd_m2: Array, noise: Noise) -> Discrepancy:
-    """Estimate the discrepancy from what a model missed, (n, 3) in cd/m², of light (n, 3) that it had not seen."""
-    meter, found = noise.covariance(xyz_cd_m2), Discrepancy(*START)
+def discrepancy_of(residual: Array, xyz_cd_m2: Array, noise: Array) -> Discrepancy:
+    """Estimate the discrepancy from what a model missed, (n, 3) in cd/m², of light (n, 3) that it had not seen.
+
+    ``noise``: covariance of what would be missed without a discrepancy, (n, 3, 3).
+    """
+    meter, found = noise, Discrepancy(*START)
     kept = np.ones(len(residual), dtype=bool)
     for _ in range(ROUNDS):
         found = _most_likely(residual[kept], xyz_cd_m2[kept], meter[kept], found.correlation)
@@ -95,10 +110,45 @@ def _most_likely(residual: Array, xyz: Array, meter: Array, correlation: Array) 
     return at(scipy.optimize.minimize(loss, np.log(START), method="L-BFGS-B", bounds=bounds).x)
 
 
-def discrepancy_of_own(native: NativeDisplay | None, noise: Noise) -> Discrepancy:
-    """What the display's own model misses of the first session; none where it has no such model."""
-    if native is None or native.own is None or native.ladder is None:
+def discrepancy_of_native(
+    native: NativeDisplay | None, drawn: Sequence[NativeDisplay], readings: Measurements, noise: Noise
+) -> Discrepancy:
+    """What a native display misses of the readings of the first session that it was not made of.
+
+    ``drawn``: the display as the noise of that session might have had it.
+    """
+    if native is None:
         return NONE
+    if native.own is None or native.ladder is None:
+        return _of_curves(native, drawn, readings, noise)
     sample, held_out = native.ladder.sample, native.ladder.held_out
     seen = sample.fold >= 0
-    return discrepancy_of(((sample.share - held_out) * sample.white)[seen], (sample.share * sample.white)[seen], noise)
+    missed, light = ((sample.share - held_out) * sample.white)[seen], (sample.share * sample.white)[seen]
+    return discrepancy_of(missed, light, noise.covariance(light))
+
+
+def _of_curves(
+    native: NativeDisplay, drawn: Sequence[NativeDisplay], readings: Measurements, noise: Noise
+) -> Discrepancy:
+    """What curves of ramps or greys miss of all other colours; none where noise alone would miss as much."""
+    here = first_session_rows(readings)
+    drive, made_from = readings.drive[here], native.made_from(readings)[here]
+    sample = Sample.of(drive, readings.xyz_cd_m2[here], file=readings.file)
+    unseen = ~made_from & ~is_tip(drive).any(axis=1)
+    if len(np.unique(drive[unseen], axis=0)) < FEW:
+        return NONE
+    told = added_up(sample, native.curves, drive)[unseen]
+    missed, light = (sample.share[unseen] - told) * sample.white, sample.share[unseen] * sample.white
+    covariance = noise.covariance(light) + _of_tips(sample, parts_of(native.curves, drive[unseen]), noise)
+    if drawn:
+        off = np.array([added_up(sample, each.curves, drive)[unseen] - told for each in drawn]) * sample.white
+        covariance = covariance + np.einsum("kni,knj->nij", off, off) / len(drawn)
+    squares = np.einsum("ni,nij,nj->", missed, np.linalg.inv(covariance), missed)
+    return discrepancy_of(missed, light, covariance) if chdtrc(missed.size, squares) < SIGNIFICANT else NONE
+
+
+def _of_tips(sample: Sample, parts: Array, noise: Noise) -> Array:
+    """Covariance by the noise of white, primaries and black, of which colours have ``parts`` (m, 5): (m, 3, 3)."""
+    light = np.vstack([sample.tips, sample.black]) * sample.white
+    counts = [*is_tip(sample.drive).sum(axis=0), (~sample.drive.any(axis=1)).sum()]
+    return np.asarray(np.einsum("mk,kij->mij", parts**2 / np.array(counts), noise.covariance(light)))

@@ -24,6 +24,10 @@ if TYPE_CHECKING:
     from lutgen.readings import Measurements
 
 
+#: A sensor holds white within so much, as a share; further away, it has no reserve, or there is none.
+HELD_WITHIN = 0.03
+
+
 @dataclass(frozen=True)
 class FirstDay:
     """What the first session says at each reading of a problem."""
@@ -79,12 +83,15 @@ class FirstDay:
 
 
 def is_held(readings: Measurements) -> bool:
-    """Whether a sensor holds white's luminance: as the file says, else when white has not fallen by 3 %."""
-    stated = readings.metadata.get("luminance", "")
-    if stated in {"held", "free"}:
-        return stated == "held"
-    if stated:
+    """Whether a sensor holds white's luminance: unless the file says that it is free, or white has moved by 3 %."""
+    stated = readings.metadata.get("luminance", "held")
+    if stated not in {"held", "free"}:
         message = f"{readings.file}: luminance is {stated!r}. Pick one of: held, free."
         raise LutgenError(message)
+    return stated == "held" and abs(white_moved(readings)) < HELD_WITHIN
+
+
+def white_moved(readings: Measurements) -> float:
+    """Change of white's luminance from the first session to the last, as a share."""
     white = readings.tips()[1][:, 0, 2]
-    return bool(abs(white[-1] / white[0] - 1.0) < 0.03)
+    return float(white[-1] / white[0] - 1.0)

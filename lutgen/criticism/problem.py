@@ -21,7 +21,7 @@ import numpy as np
 
 from lutgen.colorimetry import code_to_linear
 from lutgen.criticism.curve_doubt import curve_doubt, drawn_displays, mode_weights
-from lutgen.criticism.discrepancy import NONE, Discrepancy, discrepancy_of_own
+from lutgen.criticism.discrepancy import NONE, Discrepancy, discrepancy_of_native
 from lutgen.criticism.first_day import FirstDay, is_held
 from lutgen.criticism.noise import estimate_noise
 from lutgen.criticism.replicates import group_means, replicate_groups
@@ -137,7 +137,7 @@ class Problem:
         drawn = drawn_displays(readings, noise, out, native.source) if native and not native.own else ()
         return cls(
             readings, noise, baseline, selection, is_held(readings), rows, native=native, drawn=drawn,
-            discrepancy=discrepancy_of_own(native, noise),
+            discrepancy=discrepancy_of_native(native, drawn, readings, noise),
         )  # fmt: skip
 
     def unlogged(self, columns: Sequence[str]) -> Problem | None:

@@ -172,8 +172,11 @@ def _misfit(moved: NDArray[np.bool_], left: Array) -> Array:
 def _beside_the_display(told: list[Told]) -> list[Told]:
     """Estimates without the one colour in which they differ most.
 
-    A leak has one colour, and may take any course; a few sessions tell it from an offset by its colour alone.
+    A leak has one colour, and may take any course; a few sessions tell it from an offset by its colour alone. Sessions
+    in which not all of X, Y and Z are seen have no colour.
     """
+    most = max(len(each.estimate) for each in told)
+    told = [each for each in told if len(each.estimate) == most]
     estimates = np.array([each.estimate for each in told])
     others = np.linalg.svd(estimates - estimates.mean(axis=0))[2][1:]
     return [

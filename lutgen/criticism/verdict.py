@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.families import condition_of, family_of
+from lutgen.criticism.first_day import is_held, white_moved
 from lutgen.criticism.leftover import is_even, is_noise, is_within_scatter
 from lutgen.criticism.probes import Probed, probe
 from lutgen.criticism.pure_error import PureError
@@ -122,6 +123,12 @@ def _remarks(explanation: Explanation, blind: Sequence[str], suspicion: Suspicio
         remarks.append(
             f"No replicates: the noise is assumed, {noise.relative:.2%} and {noise.floor_cd_m2:.2g} cd/m². Repeat "
             f"readings three times, or give --instrument."
+        )
+    readings = explanation.base.problem.readings
+    if explanation.base.problem.foretells and readings.metadata.get("luminance") == "held" and not is_held(readings):
+        remarks.append(
+            f"The file says that luminance is held, but white has changed by {white_moved(readings):+.0%}: no sensor "
+            f"held it, or the sensor had no reserve left. Luminance is taken as free."
         )
     if suspicion.rows:
         remarks.append(f"Left out: {_lines(explanation, suspicion)}, which contradict their own replicates or kin.")

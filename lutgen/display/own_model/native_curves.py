@@ -83,6 +83,11 @@ def best_source(sample: Sample, ramps: Curves3 | None, name: str) -> tuple[str, 
 
 def added_up(sample: Sample, curves: Curves3, code: Array) -> Array:
     """Shares of white that a native display shows, (m, 3), by the paper's ``nearest`` matrices."""
+    return np.asarray(parts_of(curves, code) @ np.vstack([sample.tips, sample.black]))
+
+
+def parts_of(curves: Curves3, code: Array) -> Array:
+    """How much of white, red, green, blue and black is in each colour, (m, 5)."""
     linear = np.stack([curve(code[:, channel]) for channel, curve in enumerate(curves)], axis=1)
     shares = tip_shares(linear, code, "nearest")
-    return np.asarray(shares @ sample.tips + (1.0 - shares.sum(axis=1))[:, np.newaxis] * sample.black)
+    return np.column_stack([shares, 1.0 - shares.sum(axis=1)])
