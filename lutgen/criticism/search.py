@@ -96,9 +96,9 @@ def families(base: Fit, effects: Iterable[Effect], *, within: float = np.inf) ->
         yield Family(effect, min(both, key=bic), tried[0], len(both))
 
 
-def contenders(base: Fit, effects: Iterable[Effect], limit: float) -> list[Family]:
+def contenders(base: Fit, effects: Iterable[Effect], limit: float, score: Score | None = None) -> list[Family]:
     """Families whose BIC beside ``base`` is below a limit, best first; those that cannot reach it are not fitted."""
-    score, found = Score(base), []
+    score, found = score or Score(base), []
     for effect in effects:
         tried = _attempts(base, effect, score, range(max(len(effect.forms), 1)), limit=limit, spare=True)
         if tried and min(map(bic, tried)) < limit:
@@ -107,12 +107,12 @@ def contenders(base: Fit, effects: Iterable[Effect], limit: float) -> list[Famil
     return sorted((each for each in found if bic(each.best) < limit), key=lambda each: bic(each.best))
 
 
-def family(base: Fit, effect: Effect, *, freely: bool = False) -> Family:
+def family(base: Fit, effect: Effect, score: Score | None = None, *, freely: bool = False) -> Family:
     """Fit all forms of an effect beside what ``base`` has already, and choose the best by BIC.
 
     ``freely``: also a long form of which no formula explains half, since somebody knows that the effect is there.
     """
-    score = Score(base)
+    score = score or Score(base)
     tried = _attempts(base, effect, score, range(max(len(effect.forms), 1)))
     if not tried:
         raise _one_session(base, effect)
@@ -185,12 +185,13 @@ def _attempts(
             continue
         starts = [_start(score, effect, form, grid) for grid in grids]
         promise = max(gain for gain, _ in starts)
-        hopeless = base.bic - OPTIMISM * promise + penalty > limit
+        hopeless = base.bic - score.optimism * promise + penalty > limit
         if (index or spare) and (hopeless or promise < WORTH * penalty):
             continue
         starts.sort(key=lambda start: -start[0])
         fits = [fit(base.problem, (*base.terms, term), _state(base)) for _, term in starts[:2]]
         best = min(fits, key=lambda found: found.chi2)
+        score.learn(promise, base.chi2 - best.chi2)
         settings = score.proposed(effect)[1] if _is_proposed(effect, form) else 1
         tried.append(Candidate(effect, form, best, base.chi2 - best.chi2, index >= effect.refined, settings))
     return tried
@@ -271,6 +272,15 @@ class Score:
         whole = np.concatenate([part.outside(base.linear.residual, part.off) for part in self.parts])
         self.residual = self._without_free(whole)
         self._proposed: dict[str, tuple[list[dict[str, float]], int]] = {}
+        self.optimism, self._largest = OPTIMISM, 0.0
+
+    def learn(self, promise: float, gain: float) -> None:
+        """Learn from the largest gain of a fit so far by how much fits beat their promises here.
+
+        Where slips are weighed down, a first step promises little of what the fit gains.
+        """
+        if gain > self._largest:
+            self.optimism, self._largest = max(OPTIMISM, OPTIMISM * gain / max(promise, 1e-9)), gain
 
     def _outside(self, column: Array) -> Array:
         return np.concatenate([part.outside(column) for part in self.parts])

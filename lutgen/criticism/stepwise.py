@@ -17,7 +17,7 @@ from lutgen.criticism.fit import fit
 from lutgen.criticism.heldout import STANDARD_ERRORS, held_out
 from lutgen.criticism.linear import State
 from lutgen.criticism.probes import probe
-from lutgen.criticism.search import STRONG, Family, bic, contenders, families, family, forms_of
+from lutgen.criticism.search import STRONG, Family, Score, bic, contenders, families, family, forms_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -225,11 +225,12 @@ def _rivals(each: Candidate, beside: Sequence[Candidate], effects: Sequence[Effe
     """Families that would do as well in the place of an admitted effect."""
     names = {each.effect.name, *(other.effect.name for other in beside)}
     alone = together(base, beside)
-    mine = family(alone, each.effect).best
+    score = Score(alone)
+    mine = family(alone, each.effect, score).best
     penalty = float(np.log(alone.readings))
     limit = bic(mine) + max(2 * STRONG, EQUAL + penalty)
     others = [effect for effect in effects if effect.name not in names]
-    near = contenders(alone, others, limit)
+    near = contenders(alone, others, limit, score)
     # An effect may be blind here only because nobody logged what it goes by: room light that was always there.
     for effect in others:
         if effect.name in each.effect.confused_with and (problem := base.problem.unlogged(effect.needs)):
