@@ -15,7 +15,7 @@ import numpy as np
 
 from lutgen.colorimetry import LINEAR_TO_XYZ, code_to_linear, transform
 from lutgen.effects.scene import LIFE_H, Scene
-from lutgen.effects.spectra import DEFAULT_CLASS, SpectralDisplay
+from lutgen.effects.spectra import SpectralDisplay
 from lutgen.readings.conditions import COLUMNS
 
 if TYPE_CHECKING:
@@ -69,7 +69,8 @@ def readings(stage: str, *, at_rest: bool = False) -> ProbeReading:
         name: np.concatenate([values[:1] * 6, random.choice(values, READINGS - 6)])[random.permutation(READINGS)]
         for name, values in ((column.name, column.tried) for column in COLUMNS.values())
     }
-    light = SpectralDisplay.of(DEFAULT_CLASS, _FRESH_TIPS)
+    # A light of three parts that wear: an effect may let each of them wear.
+    light = SpectralDisplay.of("ccfl", _FRESH_TIPS)
     scene = Scene(hours=hours, code=code, white=_FRESH_TIPS[:1] * aged, fresh_white=_FRESH_TIPS[:1], light=light)
     if not at_rest:
         scene = replace(scene, **{name: column[:, np.newaxis] for name, column in columns.items()})
