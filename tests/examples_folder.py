@@ -80,7 +80,9 @@ def run_lutgen(line: str, folder: Path) -> str:
         # No workers: beside the threads of earlier tests (OpenGL, images) a forked process may wait for ever.
         patch.setattr(os, "cpu_count", lambda: 1)
         done = here(*arguments)
-    assert not done.returncode, (line, done.stderr)
+    # A gate may say that the error of the example's model is too large.
+    allowed = (0, 1) if "--fail-above" in arguments else (0,)
+    assert done.returncode in allowed, (line, done.stderr)
     return done.stdout
 
 

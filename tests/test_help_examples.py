@@ -33,10 +33,11 @@ def examples(command: str) -> list[str]:
 
 @pytest.mark.slow
 def test_every_commands_help_ends_in_examples_that_work(folder: Path) -> None:
-    """One after the other: others use what the examples of build make, whether the docs run these too or not."""
-    for command in ["build", *(name for name in COMMANDS if name != "build")]:
+    """One after the other: others use what those of build and refine make, whether the docs run these too or not."""
+    first = ("build", "refine")
+    for command in [*first, *(name for name in COMMANDS if name not in first)]:
         lines = examples(command)
         assert lines, command
         for line in lines:
-            if command == "build" or plain(line) not in RUN_BY_DOCS:
+            if command in first or plain(line) not in RUN_BY_DOCS:
                 run_lutgen(line, folder)

@@ -23,6 +23,7 @@ from lutgen.bake.lut import Lut
 from lutgen.bindings import oiio
 from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.display import default_display
+from lutgen.numerals import times
 from lutgen.pictures.difference import differences
 from lutgen.pictures.frame import fitting, read_frame, turned
 from lutgen.pictures.viewer import WHITE
@@ -304,7 +305,7 @@ def test_readings_add_the_diagnosis_and_the_pictures_are_of_their_display(
     before, _, after = page.text.partition("The picture as the display ages")
     assert "several: More than one effect is missing: eotf-drift" in before, "the verdict is on top"
     comparison = compare(read_measurements(data))
-    assert f"the error falls from {comparison.ratio:.2f}" in before
+    assert f"the error falls from {times(comparison.ratio)}" in before
     assert "several: More than one effect is missing: eotf-drift" in after
     assert len(page.all("figure", **{"class": "plot"})) == 6
 
