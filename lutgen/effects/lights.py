@@ -6,8 +6,7 @@ Positions and full widths at half maximum (nm), with their sources:
   Luminescent Materials (1994). Mercury's lines do not wear.
 - PFS LED: β-SiAlON:Eu²⁺ at 535, width 54, and K₂SiF₆:Mn⁴⁺ (PFS, KSF) at 631, under a blue chip of 450: Wang et al.,
   Opt. Express 23, 28707 (2015), doi:10.1364/OE.23.028707.
-- Green and red phosphor LED: the same green, and CaAlSiN₃:Eu²⁺ at 649: Piao et al., Chem. Mater. 19, 4592 (2007),
-  doi:10.1021/cm070623c.
+- Green and red phosphor LED: the same green, and CaAlSiN₃:Eu²⁺ at 649: Piao et al., Chem. Mater. 19, 4592 (2007).
 - Quantum dots: blue 452, width 20, and green 530, width 24: Ko & Park, J. Korean Phys. Soc. 72, 45 (2018).
 
 *Assumption:* all other positions and widths, of these and of the other kinds; the strengths; which part wears first.
