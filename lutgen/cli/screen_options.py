@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from functools import wraps
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -13,8 +14,40 @@ if TYPE_CHECKING:
     from lutgen.display.on_screen import OnScreen
 
 
+class AskedPlace(NamedTuple):
+    """What the three options say."""
+
+    on_screen: bool
+    place: str | None
+    uniformity: str | None
+
+    def on(self, model: DisplayModel) -> tuple[DisplayModel, OnScreen | None]:
+        """Return the model, with its screen's measured uniformity, and where the picture lies; None: at one place.
+
+        Raises
+        ------
+        LutgenError
+            A place that is none, a table that cannot be read, or a model in which nothing depends on the place.
+
+        """
+        if not any(self):
+            return model, None
+        from lutgen.display.on_screen import OnScreen
+        from lutgen.display.uniformity import MeasuredUniformity
+        from lutgen.readings import read_session
+
+        table = MeasuredUniformity.of(read_session(self.uniformity)) if self.uniformity else None
+        screen = OnScreen.parse(self.place, table) if self.place else OnScreen(uniformity=table)
+        return screen.aged(model), screen
+
+
 def screen_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the three options."""
+    """Add the three options; the command gets them as ``where``."""
+
+    @wraps(command)
+    def asked(*, on_screen: bool, place: str | None, uniformity: str | None, **options: Any) -> Any:
+        return command(where=AskedPlace(on_screen, place, uniformity), **options)
+
     for option in reversed(
         (
             click.option(
@@ -36,27 +69,5 @@ def screen_options(command: Callable[..., Any]) -> Callable[..., Any]:
             ),
         )
     ):
-        command = option(command)
-    return command
-
-
-def screen_from(
-    model: DisplayModel, *, on_screen: bool, place: str | None, uniformity: str | None
-) -> tuple[DisplayModel, OnScreen | None]:
-    """Return the model, with its screen's measured uniformity, and where the picture lies; None: at one place.
-
-    Raises
-    ------
-    LutgenError
-        A place that is none, a table that cannot be read, or a model in which nothing depends on the place.
-
-    """
-    if not (on_screen or place or uniformity):
-        return model, None
-    from lutgen.display.on_screen import OnScreen
-    from lutgen.display.uniformity import MeasuredUniformity
-    from lutgen.readings import read_session
-
-    table = MeasuredUniformity.of(read_session(uniformity)) if uniformity else None
-    screen = OnScreen.parse(place, table) if place else OnScreen(uniformity=table)
-    return screen.aged(model), screen
+        asked = option(asked)
+    return asked

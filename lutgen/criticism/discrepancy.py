@@ -16,8 +16,7 @@ import numpy as np
 import scipy  # its parts load when they are first used: the first comparison needs few of them
 from scipy.special import chdtrc
 
-from lutgen.display.native import first_session_rows
-from lutgen.display.own_model import Sample
+from lutgen.display.native import first_session_rows, sample_of
 from lutgen.display.own_model.native_curves import added_up, parts_of
 from lutgen.readings.rest import is_tip
 
@@ -27,6 +26,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.criticism.noise import Noise
     from lutgen.display.native import NativeDisplay
+    from lutgen.display.own_model import Sample
     from lutgen.readings import Measurements
 
 #: Where the search for share and cd/m² starts, and its bounds.
@@ -111,16 +111,20 @@ def _most_likely(residual: Array, xyz: Array, meter: Array, correlation: Array) 
 
 
 def discrepancy_of_native(
-    native: NativeDisplay | None, drawn: Sequence[NativeDisplay], readings: Measurements, noise: Noise
+    native: NativeDisplay | None,
+    drawn: Sequence[NativeDisplay],
+    readings: Measurements,
+    noise: Noise,
+    leave_out: Sequence[int] = (),
 ) -> Discrepancy:
     """What a native display misses of the readings of the first session that it was not made of.
 
-    ``drawn``: the display as the noise of that session might have had it.
+    ``drawn``: the display as the noise of that session might have had it; ``leave_out``: readings that do not count.
     """
     if native is None:
         return NONE
     if native.own is None or native.ladder is None:
-        return _of_curves(native, drawn, readings, noise)
+        return _of_curves(native, drawn, readings, noise, leave_out)
     sample, held_out = native.ladder.sample, native.ladder.held_out
     seen = sample.fold >= 0
     missed, light = ((sample.share - held_out) * sample.white)[seen], (sample.share * sample.white)[seen]
@@ -128,20 +132,24 @@ def discrepancy_of_native(
 
 
 def _of_curves(
-    native: NativeDisplay, drawn: Sequence[NativeDisplay], readings: Measurements, noise: Noise
+    native: NativeDisplay,
+    drawn: Sequence[NativeDisplay],
+    readings: Measurements,
+    noise: Noise,
+    leave_out: Sequence[int],
 ) -> Discrepancy:
     """What curves of ramps or greys miss of all other colours; none where noise alone would miss as much."""
-    here = first_session_rows(readings)
-    drive, made_from = readings.drive[here], native.made_from(readings)[here]
-    sample = Sample.of(drive, readings.xyz_cd_m2[here], file=readings.file)
-    unseen = ~made_from & ~is_tip(drive).any(axis=1)
-    if len(np.unique(drive[unseen], axis=0)) < FEW:
+    here = first_session_rows(readings, leave_out)
+    sample = sample_of(readings, here)
+    unseen = ~native.made_from(readings)[here] & ~is_tip(sample.drive).any(axis=1)
+    code, share = sample.drive[unseen], sample.share[unseen]
+    if len(np.unique(code, axis=0)) < FEW:
         return NONE
-    told = added_up(sample, native.curves, drive)[unseen]
-    missed, light = (sample.share[unseen] - told) * sample.white, sample.share[unseen] * sample.white
-    covariance = noise.covariance(light) + _of_tips(sample, parts_of(native.curves, drive[unseen]), noise)
+    told = added_up(sample, native.curves, code)
+    missed, light = (share - told) * sample.white, share * sample.white
+    covariance = noise.covariance(light) + _of_tips(sample, parts_of(native.curves, code), noise)
     if drawn:
-        off = np.array([added_up(sample, each.curves, drive)[unseen] - told for each in drawn]) * sample.white
+        off = np.array([added_up(sample, each.curves, code) - told for each in drawn]) * sample.white
         covariance = covariance + np.einsum("kni,knj->nij", off, off) / len(drawn)
     squares = np.einsum("ni,nij,nj->", missed, np.linalg.inv(covariance), missed)
     return discrepancy_of(missed, light, covariance) if chdtrc(missed.size, squares) < SIGNIFICANT else NONE

@@ -9,8 +9,8 @@ import numpy as np
 
 from lutgen.colorimetry import delta_e_2000, xyz_to_lab
 from lutgen.criticism.anchored import anchored
-from lutgen.display.native import NativeDisplay
-from lutgen.display.own_model import Sample, fit_own_model
+from lutgen.display.native import NativeDisplay, sample_of
+from lutgen.display.own_model import fit_own_model
 from lutgen.errors import LutgenError
 from lutgen.readings.table import is_capped
 
@@ -91,13 +91,6 @@ def _own_model(problem: Problem) -> OwnModel | None:
     rows = problem.rows[problem.hour_of == 0]
     rows = rows[readings.at_rest()[rows] & ~is_capped(readings)[rows]]
     try:
-        sample = Sample.of(
-            readings.drive[rows],
-            readings.xyz_cd_m2[rows],
-            lines=readings.lines[rows].astype(np.int64),
-            file=readings.file_of(int(rows[0])) if rows.size else readings.file,
-            calibration=readings.calibration,
-        )
-        return fit_own_model(sample)
+        return fit_own_model(sample_of(readings, rows))
     except LutgenError:
         return None

@@ -137,7 +137,7 @@ class Problem:
         drawn = drawn_displays(readings, noise, out, native.source) if native and not native.own else ()
         return cls(
             readings, noise, baseline, selection, is_held(readings), rows, native=native, drawn=drawn,
-            discrepancy=discrepancy_of_native(native, drawn, readings, noise),
+            discrepancy=discrepancy_of_native(native, drawn, readings, noise, out),
         )  # fmt: skip
 
     def unlogged(self, columns: Sequence[str]) -> Problem | None:

@@ -41,9 +41,9 @@ class PureError:
     def of(cls, problem: Problem) -> PureError:
         """Take the scatter from the readings that count; the stated noise where there are too few replicates."""
         if problem.discrepancy:
-            # Curves alone miss a colour in the same way at every hour.
-            told = problem.hours.size if problem.native and problem.native.own else 1
-            alike = max(1.0, problem.rows.size / told / COLOURS)
+            # Curves alone miss a colour in the same way at every hour, so that hours tell nothing new of it.
+            sessions = problem.hours.size if problem.native and problem.native.own else 1
+            alike = max(1.0, problem.rows.size / sessions / COLOURS)
             return cls(0.0, 0, ALLOWANCE * alike, alike=alike)
         if problem.noise.source == "assumed":
             return cls(0.0, 0, ALLOWANCE)

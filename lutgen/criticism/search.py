@@ -91,7 +91,7 @@ def families(base: Fit, effects: Iterable[Effect], *, within: float = np.inf) ->
         if not tried:
             continue
         refined = _attempts(base, effect, score, range(effect.refined, len(effect.forms)), limit=best + within)
-        both = _of_the_family(base, score, [*tried, *refined])
+        both = _of_the_family(_with_spared(base, score, [*tried, *refined]))
         best = min(best, *map(bic, both))
         yield Family(effect, min(both, key=bic), tried[0], len(both))
 
@@ -102,7 +102,7 @@ def contenders(base: Fit, effects: Iterable[Effect], limit: float, score: Score 
     for effect in effects:
         tried = _attempts(base, effect, score, range(max(len(effect.forms), 1)), limit=limit, spare=True)
         if tried and min(map(bic, tried)) < limit:
-            tried = _of_the_family(base, score, tried)
+            tried = _of_the_family(_with_spared(base, score, tried))
             found.append(Family(effect, min(tried, key=bic), tried[0], len(tried)))
     return sorted((each for each in found if bic(each.best) < limit), key=lambda each: bic(each.best))
 
@@ -112,27 +112,31 @@ def family(base: Fit, effect: Effect, score: Score | None = None, *, freely: boo
 
     ``freely``: also a long form of which no formula explains half, since somebody knows that the effect is there.
     """
-    score = score or Score(base)
-    tried = _attempts(base, effect, score, range(max(len(effect.forms), 1)))
+    tried = _attempts(base, effect, score or Score(base), range(max(len(effect.forms), 1)))
     if not tried:
         raise _one_session(base, effect)
-    allowed = tried if freely else _of_the_family(base, score, tried)
+    allowed = tried if freely else _of_the_family(tried)
     return Family(effect, min(allowed, key=bic), tried[0], len(tried))
 
 
-def _of_the_family(base: Fit, score: Score, tried: list[Candidate]) -> list[Candidate]:
-    """Leave out long forms that do more by their freedom than any formula of the effect does: so, all can be mimicked.
+def _is_formula(effect: Effect, form: tuple[str, ...]) -> bool:
+    """Whether a form is short enough to say what the effect is; its first form always does."""
+    return len(form) <= max(FORMULA, len(effect.forms[0]) if effect.forms else 0)
 
-    Formulas that a search could spare itself are fitted for the comparison.
-    """
+
+def _of_the_family(tried: Sequence[Candidate]) -> list[Candidate]:
+    """Leave out long forms that do more by their freedom than any formula does: they mimic any effect."""
+    gains = [each.gain for each in tried if _is_formula(each.effect, each.form)]
+    return [each for each in tried if _is_formula(each.effect, each.form) or max(gains, default=0.0) > HALF * each.gain]
+
+
+def _with_spared(base: Fit, score: Score, tried: Sequence[Candidate]) -> list[Candidate]:
+    """Fit also the formulas that a limit has spared, where a long form is to be compared with them."""
     effect, fitted = tried[0].effect, {each.form for each in tried}
-    longest = max(FORMULA, len(effect.forms[0]) if effect.forms else 0)
-    if all(len(each.form) <= longest for each in tried):
-        return tried
-    spared = [index for index, form in enumerate(effect.forms) if len(form) <= longest and form not in fitted]
-    tried = [*tried, *_attempts(base, effect, score, spared)]
-    formula = max((each.gain for each in tried if len(each.form) <= longest), default=0.0)
-    return [each for each in tried if len(each.form) <= longest or formula > HALF * each.gain]
+    if all(_is_formula(effect, form) for form in fitted):
+        return list(tried)
+    spared = [at for at, form in enumerate(effect.forms) if _is_formula(effect, form) and form not in fitted]
+    return [*tried, *_attempts(base, effect, score, spared)]
 
 
 def promising(base: Fit, effect: Effect) -> Term:
@@ -157,9 +161,7 @@ def _one_session(base: Fit, effect: Effect) -> LutgenError:
 
 def forms_of(base: Fit, effect: Effect) -> list[Candidate]:
     """Fit all forms of an effect beside what ``base`` has already: best by BIC first."""
-    score = Score(base)
-    tried = _attempts(base, effect, score, range(max(len(effect.forms), 1)))
-    return sorted(_of_the_family(base, score, tried) if tried else [], key=bic)
+    return sorted(_of_the_family(_attempts(base, effect, Score(base), range(max(len(effect.forms), 1)))), key=bic)
 
 
 def _attempts(

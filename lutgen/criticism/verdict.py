@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.families import condition_of, family_of
-from lutgen.criticism.first_day import is_held, white_moved
+from lutgen.criticism.first_day import white_moved
 from lutgen.criticism.leftover import is_even, is_noise, is_within_scatter
 from lutgen.criticism.probes import Probed, probe
 from lutgen.criticism.pure_error import PureError
@@ -124,11 +124,11 @@ def _remarks(explanation: Explanation, blind: Sequence[str], suspicion: Suspicio
             f"No replicates: the noise is assumed, {noise.relative:.2%} and {noise.floor_cd_m2:.2g} cd/m². Repeat "
             f"readings three times, or give --instrument."
         )
-    readings = explanation.base.problem.readings
-    if explanation.base.problem.foretells and readings.metadata.get("luminance") == "held" and not is_held(readings):
+    problem = explanation.base.problem
+    if problem.foretells and problem.readings.metadata.get("luminance") == "held" and not problem.held:
         remarks.append(
-            f"The file says that luminance is held, but white has changed by {white_moved(readings):+.0%}: no sensor "
-            f"held it, or the sensor had no reserve left. Luminance is taken as free."
+            f"The file says that luminance is held, but white has changed by {white_moved(problem.readings):+.0%}: no "
+            f"sensor held it, or the sensor had no reserve left. Luminance is taken as free."
         )
     if suspicion.rows:
         remarks.append(f"Left out: {_lines(explanation, suspicion)}, which contradict their own replicates or kin.")
@@ -254,6 +254,8 @@ def _stand_apart(kept: Sequence[Step], base: Fit) -> bool:
 
     Two effects that each explain nearly all, and need one another for the rest, are how a third one is mimicked.
     """
+    if len(kept) < 2:
+        return True
     chosen = [step.chosen for step in kept]
     left = together(base, chosen).chi2
     own = sum(together(base, [other for other in chosen if other is not each]).chi2 - left for each in chosen)

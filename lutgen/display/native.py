@@ -268,6 +268,17 @@ class NativeDisplay:
         return np.asarray(_in_first_session(readings) & np.logical_or.reduce([~codes.any(axis=1), *ramps]))
 
 
+def sample_of(readings: Measurements, rows: NDArray[np.intp]) -> Sample:
+    """Make a sample of some readings of one session. Raises LutgenError where black or a colour point is missing."""
+    return Sample.of(
+        readings.drive[rows],
+        readings.xyz_cd_m2[rows],
+        lines=readings.lines[rows].astype(np.int64),
+        file=readings.file_of(int(rows[0])) if rows.size else readings.file,
+        calibration=readings.calibration,
+    )
+
+
 def _mixed_sample(readings: Measurements, leave_out: Sequence[int]) -> Sample | None:
     """Return the first session at rest; None where it has few mixtures, or lacks black or a colour point."""
     here = first_session_rows(readings, leave_out)
@@ -275,13 +286,7 @@ def _mixed_sample(readings: Measurements, leave_out: Sequence[int]) -> Sample | 
     if lit.sum() < LEAST_MIXTURES:
         return None
     try:
-        sample = Sample.of(
-            readings.drive[here],
-            readings.xyz_cd_m2[here],
-            lines=readings.lines[here].astype(np.int64),
-            file=readings.file,
-            calibration=readings.calibration,
-        )
+        sample = sample_of(readings, here)
     except LutgenError:
         return None
     return sample if sample.mixtures >= LEAST_MIXTURES else None

@@ -10,7 +10,7 @@ import click
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import NUMBER, model_from, model_options, source_option
 from lutgen.cli.outputs import print_json
-from lutgen.cli.screen_options import screen_from, screen_options
+from lutgen.cli.screen_options import AskedPlace, screen_options
 from lutgen.cli.terminal import progress_bar, say
 from lutgen.names import MODES
 
@@ -51,9 +51,7 @@ def command(
     force: bool,
     as_json: bool,
     output: str,
-    on_screen: bool,
-    place: str | None,
-    uniformity: str | None,
+    where: AskedPlace,
     **options: Any,
 ) -> None:
     """Write the appearance of images on an aged display.
@@ -73,7 +71,6 @@ def command(
 
     from lutgen.pictures.apply import apply_to_images, outputs_for
 
-    where = {"on_screen": on_screen, "place": place, "uniformity": uniformity}
     aging, screen, remarks = _aging(mode, hours, lut, build, options=options, where=where)
     paths = [Path(image) for image in images]
     pairs = list(zip(paths, outputs_for(paths, output), strict=True))
@@ -105,7 +102,7 @@ def _aging(
     build: str | None,
     *,
     options: dict[str, Any],
-    where: dict[str, Any],
+    where: AskedPlace,
 ) -> tuple[AgedDisplay | Path, OnScreen | None, list[str]]:
     """What to apply, where on the screen, and what is to be said of a model's conditions."""
     from pathlib import Path
@@ -114,7 +111,7 @@ def _aging(
     from lutgen.errors import LutgenError
 
     model_given = any(options.values())
-    if any(where.values()) and (lut or build):
+    if any(where) and (lut or build):
         raise LutgenError(
             "a LUT does not know where on the screen a pixel lies: with --on-screen, --place or --uniformity leave "
             "--lut and --build out, and give --mode and --hours."
@@ -126,7 +123,7 @@ def _aging(
     if mode is None or hours is None:
         raise LutgenError("which display? Give --mode and --hours, such as --mode chroma --hours 10000, or --lut FILE.")
     if not build:
-        model, screen = screen_from(model_from(**options), **where)
+        model, screen = where.on(model_from(**options))
         return model.at(mode, hours), screen, what_pictures_carry(model, screen)
     if model_given:
         raise LutgenError("--build holds the whole model: leave the options of the model out.")

@@ -8,7 +8,7 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import check_output, image_argument, model_from, picture_options
-from lutgen.cli.screen_options import screen_from, screen_options
+from lutgen.cli.screen_options import AskedPlace, screen_options
 from lutgen.cli.terminal import progress_bar, say
 from lutgen.names import FIGURES
 
@@ -26,9 +26,7 @@ def command(
     output: str,
     source: str,
     force: bool,
-    on_screen: bool,
-    place: str | None,
-    uniformity: str | None,
+    where: AskedPlace,
     **options: Any,
 ) -> None:
     """Redraw a figure of the paper from your own image; the images of the paper were never published.
@@ -47,7 +45,7 @@ def command(
     from lutgen.report.sheets import draw_figure
 
     path = check_output(output, image, force=force)
-    model, screen = screen_from(model_from(**options), on_screen=on_screen, place=place, uniformity=uniformity)
+    model, screen = where.on(model_from(**options))
     with progress_bar("drawing") as progress:
         draw_figure(number, image, model, path, on_screen=screen, source=source, force=force, progress=progress)
     for sentence in screen.sentences() if screen else ():

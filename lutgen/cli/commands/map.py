@@ -9,7 +9,7 @@ import click
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import NUMBER, check_output, image_argument, model_from, picture_options
 from lutgen.cli.outputs import Outputs
-from lutgen.cli.screen_options import screen_from, screen_options
+from lutgen.cli.screen_options import AskedPlace, screen_options
 from lutgen.cli.terminal import progress_bar
 from lutgen.names import AGING_MODES, MAP_SUFFIXES
 
@@ -44,9 +44,7 @@ def command(
     json_to: str | None,
     source: str,
     force: bool,
-    on_screen: bool,
-    place: str | None,
-    uniformity: str | None,
+    where: AskedPlace,
     **options: Any,
 ) -> None:
     """Map how much aging changes each pixel of an image: ΔE2000, as in the paper's Figure 6.
@@ -69,7 +67,7 @@ def command(
     paths = [check_output(output, image, force=force, suffixes=(".png", *MAP_SUFFIXES)) for output in outputs]
     _check_different(outputs)
     floats = [path for path in paths if path.suffix.lower() in MAP_SUFFIXES]
-    model, screen = screen_from(model_from(**options), on_screen=on_screen, place=place, uniformity=uniformity)
+    model, screen = where.on(model_from(**options))
     with progress_bar("comparing pixels", quiet=statistics.alone) as progress:
         difference = difference_map(
             image,

@@ -9,7 +9,7 @@ import click
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import model_from, model_options, numbers, source_option, tolerance_option
 from lutgen.cli.outputs import check_new_file
-from lutgen.cli.screen_options import screen_from, screen_options
+from lutgen.cli.screen_options import AskedPlace, screen_options
 from lutgen.cli.terminal import progress_bar, say
 from lutgen.names import INSTRUMENTS
 
@@ -51,9 +51,7 @@ def command(
     instrument: str | None,
     force: bool,
     output: str,
-    on_screen: bool,
-    place: str | None,
-    uniformity: str | None,
+    where: AskedPlace,
     **options: Any,
 ) -> None:
     """Write one page for a browser: pictures, lifetimes, diagnosis, certificates.
@@ -84,7 +82,7 @@ def command(
         raise click.UsageError("--instrument tells the noise of --data: give READINGS too, or leave it out.")
     own = any(options[name] for name in ("display", "model"))
     model = model_from(**({**options, "display": data} if data and not own else options))
-    uneven, screen = screen_from(model, on_screen=on_screen, place=place, uniformity=uniformity)
+    uneven, screen = where.on(model)
     built = read_build(build) if build else None
     frames, curve = hours_of(hours, model)
     with progress_bar("aging colours") as progress:

@@ -8,7 +8,7 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import check_output, image_argument, model_from, picture_options
-from lutgen.cli.screen_options import screen_from, screen_options
+from lutgen.cli.screen_options import AskedPlace, screen_options
 from lutgen.cli.terminal import progress_bar, say
 from lutgen.names import AGING_MODES
 
@@ -40,9 +40,7 @@ def command(
     output: str,
     source: str,
     force: bool,
-    on_screen: bool,
-    place: str | None,
-    uniformity: str | None,
+    where: AskedPlace,
     **options: Any,
 ) -> None:
     """Lay out an image as it ages: a row for each mode, a column for each hour, on neutral grey.
@@ -61,7 +59,7 @@ def command(
     from lutgen.report.sheets import age_sheet, check_hours, longest
 
     path = check_output(output, image, force=force)
-    model, screen = screen_from(model_from(**options), on_screen=on_screen, place=place, uniformity=uniformity)
+    model, screen = where.on(model_from(**options))
     chosen = check_hours(parse_hours(hours, model.tips))
     with progress_bar("aging") as progress:
         series = aged_series(
