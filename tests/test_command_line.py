@@ -222,6 +222,9 @@ def test_an_interrupt_while_modules_load_ends_with_130_in_silence(module: str, e
     ],
 )
 def test_an_interrupt_ends_with_130_and_without_a_traceback(command: str, folder: Path, tmp_path: Path) -> None:
+    # A shell starts what it runs in the background deaf to Ctrl-C, and its children inherit that.
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     # All that the shell started is interrupted, as by Ctrl-C: the workers too.
     started = subprocess.Popen(
         [*PROGRAM, *command.replace("OUT", str(tmp_path)).split()],
