@@ -2,7 +2,9 @@
 
 An effect is admitted when chance cannot explain its gain: BIC, an F test corrected for all forms that were tried, and
 held-out readings must agree. Before a second family is offered, the first has its refined forms: right physics with
-too simple a formula looks like further effects. Each pass may also exchange an admitted effect for a better one.
+too simple a formula looks like further effects. Each pass may also exchange an admitted effect for a better one. Where
+several effects end in no finding, and one of them alone explains nearly all, the others were for what its formula
+misses.
 """
 
 from __future__ import annotations
@@ -15,9 +17,10 @@ import numpy as np
 
 from lutgen.criticism.fit import fit
 from lutgen.criticism.heldout import STANDARD_ERRORS, held_out
+from lutgen.criticism.leftover import is_within_scatter
 from lutgen.criticism.linear import State
 from lutgen.criticism.probes import probe
-from lutgen.criticism.search import STRONG, Family, Score, bic, contenders, families, family, forms_of
+from lutgen.criticism.search import HALF, STRONG, Family, Score, bic, contenders, families, family, forms_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -41,15 +44,22 @@ CLEAR, LEAST_EXPLAINED = 0.2, (0.15, 0.5)
 #: More effects than this at once no campaign tells apart.
 MOST = 3
 
+#: A formula may miss so much less than all of what its effect does, in χ².
+MOST_OF_IT = 0.95
+
 
 @dataclass(frozen=True)
 class Step:
-    """One admitted effect: the candidate in the final company, those beside it, and what it was chosen from."""
+    """One admitted effect: the candidate in the final company, those beside it, and what it was chosen from.
+
+    ``alike``: families that alone explain nearly all of a misfit, as it does, where no formula explains all.
+    """
 
     chosen: Candidate
     beside: tuple[Candidate, ...] = field(repr=False)
     effects: tuple[Effect, ...] = field(repr=False)
     base: Fit = field(repr=False)
+    alike: tuple[Family, ...] = ()
 
     @property
     def effect(self) -> Effect:
@@ -69,7 +79,9 @@ class Step:
     @cached_property
     def rivals(self) -> tuple[Family, ...]:
         """Families that would do as well in its place: searched for when they are first asked for."""
-        return _rivals(self.chosen, self.beside, self.effects, self.base)
+        found = _rivals(self.chosen, self.beside, self.effects, self.base)
+        known = {rival.name for rival in found}
+        return (*found, *(each for each in self.alike if each.name not in known))
 
 
 @dataclass(frozen=True)
@@ -118,10 +130,14 @@ def explain(
         names = {each.effect.name for each in chosen}
         ranked = _ranked(current, [each for each in effects if each.name not in names], progress)
     chosen = _clean(_pruned(chosen, base), base, error)
+    alike = _alone(chosen, first, base, error)
+    if alike:
+        chosen = [alike[0].best]
     final = together(base, chosen)
     trail = [together(base, chosen[: count + 1]) for count in range(len(chosen))]
     steps = tuple(
-        Step(each, tuple(other for other in chosen if other is not each), tuple(effects), base) for each in chosen
+        Step(each, tuple(other for other in chosen if other is not each), tuple(effects), base, tuple(alike[1:]))
+        for each in chosen
     )
     return Explanation(base, final, tuple(first), steps, tuple(trail))
 
@@ -217,6 +233,30 @@ def _clean(chosen: list[Candidate], base: Fit, error: PureError) -> list[Candida
     return chosen
 
 
+def stand_apart(chosen: Sequence[Candidate], base: Fit) -> bool:
+    """Whether several effects share less than half of what they explain together.
+
+    Two effects that each explain nearly all, and need one another for the rest, are how a third one is mimicked.
+    """
+    if len(chosen) < 2:
+        return True
+    left = together(base, chosen).chi2
+    own = sum(together(base, [other for other in chosen if other is not each]).chi2 - left for each in chosen)
+    return own > HALF * (base.chi2 - left)
+
+
+def _alone(chosen: Sequence[Candidate], first: Sequence[Family], base: Fit, error: PureError) -> list[Family]:
+    """Families that each alone explain nearly all of a misfit, best first, where several effects are no finding of it.
+
+    A formula that does not quite fit leaves something, however small beside its effect, and others are fitted to that.
+    """
+    final = together(base, chosen)
+    if len(chosen) < 2 or (is_within_scatter(error, final) and stand_apart(chosen, base)):
+        return []
+    whole = base.chi2 - final.chi2 + probe(final, error).gain
+    return [each for each in first if each.best.gain > MOST_OF_IT * whole]
+
+
 #: Two fits whose χ² differs by less than this are equal, whichever has a parameter more.
 EQUAL = 2.0
 
@@ -236,9 +276,9 @@ def _rivals(each: Candidate, beside: Sequence[Candidate], effects: Sequence[Effe
         if effect.name in each.effect.confused_with and (problem := base.problem.unlogged(effect.needs)):
             near += contenders(fit(problem, alone.terms, State((), alone.tips, alone.gains)), [effect], limit)
 
-    # From hour 0 on, a few sessions carry all that tells one decay from another: more is asked to tell kin apart.
+    # The formulas of kin differ by little, and displays follow none of them to the letter: more is asked to tell them.
     def odds(rival: Family) -> float:
-        return 2 * STRONG if base.problem.foretells and each.effect.is_kin(rival.effect) else STRONG
+        return 2 * STRONG if each.effect.is_kin(rival.effect) else STRONG
 
     return tuple(rival for rival in near if bic(rival.best) < bic(mine) + odds(rival) or _as_good(rival, mine))
 

@@ -12,9 +12,9 @@ from lutgen.criticism.first_day import white_moved
 from lutgen.criticism.leftover import is_even, is_noise, is_within_scatter
 from lutgen.criticism.probes import Probed, probe
 from lutgen.criticism.pure_error import PureError
-from lutgen.criticism.search import HALF, STRONG
+from lutgen.criticism.search import STRONG
 from lutgen.criticism.shares import shares_of_delta_e
-from lutgen.criticism.stepwise import together
+from lutgen.criticism.stepwise import MOST_OF_IT, stand_apart
 from lutgen.criticism.tails import SLIP
 from lutgen.numerals import percent
 
@@ -39,10 +39,6 @@ VERDICTS = {
 
 #: Lines of readings that a remark names.
 NAMED_LINES = 12
-
-#: The only constant beside α and the odds: a formula may miss so much less than all of what its effect does, in χ².
-MOST_OF_IT = 0.95
-
 
 NO_PROBES = Probed()
 
@@ -249,19 +245,6 @@ def _needed(
     return tuple(kept)
 
 
-def _stand_apart(kept: Sequence[Step], base: Fit) -> bool:
-    """Whether several effects share less than half of what they explain together.
-
-    Two effects that each explain nearly all, and need one another for the rest, are how a third one is mimicked.
-    """
-    if len(kept) < 2:
-        return True
-    chosen = [step.chosen for step in kept]
-    left = together(base, chosen).chi2
-    own = sum(together(base, [other for other in chosen if other is not each]).chi2 - left for each in chosen)
-    return own > HALF * (base.chi2 - left)
-
-
 def _is_at_its_limit(step: Step) -> bool:
     """Whether a size of an effect lies at a bound of what is physical, other than where the effect does nothing."""
     term = step.chosen.term
@@ -294,7 +277,7 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
     # One family may leave what its formula misses; several that leave a misfit are what greedy search makes of another.
     enough = explained > MOST_OF_IT and (len(kept) == 1 or is_within_scatter(error, final))
     physical = not any(_is_at_its_limit(step) for step in kept)
-    sound = (clean or enough) and physical and _stand_apart(kept, base)
+    sound = (clean or enough) and physical and stand_apart([step.chosen for step in kept], base)
     if not kept or base.bic - nothing.evidence < both - STRONG or not sound:
         return _unexplained(explanation, remarks, probed if probed.names else nothing)
     if shadows := [step.name for step in steps if step not in kept]:

@@ -1,10 +1,12 @@
 """The meter reports light that is not there: its dark signal is added to every reading, also with the lens capped.
 
-XYZ += o, constant in time: o of Y with D65's ratio of X and Z in the simple form, free X and Z in the refined ones. The
-dark current of a silicon diode grows with its temperature, × e^(κ(T − 25 °C)): it doubles in some 10 K.
+XYZ += o: o of Y with D65's ratio of X and Z in the simple form, free X and Z in the refined ones. The dark current of a
+silicon diode grows with its temperature, × e^(κ(T − 25 °C)), doubling in some 10 K, and may grow with its age,
+× (1 + g·τ).
 
-Meaning of 0 and 1: 0 is a meter that reads nothing in the dark; 1 would be 1 cd/m² too much in every reading.
-Valid for a dark signal that is the same over the whole campaign. Never baked: a meter adds no light to the display.
+Meaning of 0 and 1: 0 is a meter that reads nothing in the dark; 1 would be 1 cd/m² too much in every reading. ``grown``
+1 is a dark signal that has doubled by 18 000 h.
+Valid for the dark signal of one meter over the whole campaign. Never baked: a meter adds no light to the display.
 Assumption: from about 0.003 cd/m² on.
 """
 
@@ -26,7 +28,12 @@ if TYPE_CHECKING:
 @effect(
     stage="instrument",
     neutral={"offset": 0.0, "offset_x": 0.0, "offset_z": 0.0},
-    forms=(("offset",), ("offset", "offset_x", "offset_z"), ("offset", "offset_x", "offset_z", "per_kelvin")),
+    forms=(
+        ("offset",),
+        ("offset", "offset_x", "offset_z"),
+        ("offset", "offset_x", "offset_z", "grown"),
+        ("offset", "offset_x", "offset_z", "per_kelvin"),
+    ),
     confused_with={
         "black-level": "read with the lens capped",
         "ambient-reflection": "read with the lens capped",
@@ -36,11 +43,14 @@ if TYPE_CHECKING:
     offset=Parameter(0.01, (-0.5, 0.5), "cd/m²", "luminance that is added, with X and Z in the ratio of D65"),
     offset_x=Parameter(0.0, (-0.5, 0.5), "cd/m²", "X that is added in addition"),
     offset_z=Parameter(0.0, (-0.5, 0.5), "cd/m²", "Z that is added in addition"),
+    grown=Parameter(0.0, (-0.9, 5.0), "1", "growth of the dark signal by 18 000 h, relative to that of hour 0"),
     per_kelvin=Parameter(0.0, (0.0, 0.15), "1/K", "nepers by which it grows per kelvin; 0.069 doubles it in 10 K"),
 )
 def meter_offset(
-    xyz: Array, scene: Scene, *, offset: float, offset_x: float, offset_z: float, per_kelvin: float
+    xyz: Array, scene: Scene, *, offset: float, offset_x: float, offset_z: float, grown: float, per_kelvin: float
 ) -> Array:
     """Add the dark signal."""
     dark = offset * D65 + np.array([offset_x, 0.0, offset_z])
+    if grown:
+        dark = dark * (1.0 + grown * scene.tau)
     return np.asarray(xyz + (dark * np.exp(per_kelvin * (scene.temperature_c - REFERENCE_C)) if per_kelvin else dark))
