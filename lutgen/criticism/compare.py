@@ -224,6 +224,7 @@ def compare(
 
 def compare_problem(problem: Problem, terms: Sequence[Term] = (), *, draws: int = DRAWS) -> Comparison:
     """Compare the model with ``terms`` as they are with a problem's readings; the floor is the mean of some draws."""
+    problem = problem.as_baked
     predicted = anchored(problem, terms)
     judged = ~problem.is_anchor
     delta_e, sigma = _sizes(problem, predicted, problem.xyz - predicted)

@@ -20,7 +20,7 @@ from lutgen.criticism.verdict import VERDICTS, Verdict, pronounce
 from lutgen.criticism.visibility import Visibility, visibility
 from lutgen.effects import catalogue
 from lutgen.errors import pick_one
-from lutgen.names import FORETELLING_BASELINES
+from lutgen.names import FORETELLING_BASELINES, NATIVE_BASELINES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -206,9 +206,17 @@ def diagnose(
     )
 
 
+def known_under(effects: Mapping[str, Effect] | None, baseline: str) -> Mapping[str, Effect]:
+    """Effects by name, the catalogue's where None are given, as a baseline tells them."""
+    known = catalogue() if effects is None else effects
+    if baseline not in NATIVE_BASELINES:
+        return known
+    return {name: each.since_first_session() for name, each in known.items()}
+
+
 def candidates(effects: Mapping[str, Effect] | None, baseline: str, without: Sequence[str]) -> list[Effect]:
     """Effects that a search under a baseline may choose from. Raises LutgenError for an unknown name."""
-    known = catalogue() if effects is None else effects
+    known = known_under(effects, baseline)
     for name in without:
         if name not in known:
             raise pick_one("effect", name, known)

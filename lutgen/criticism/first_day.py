@@ -1,4 +1,10 @@
-"""A native display's first session at the readings of a problem: its own model, and what effects had done by then."""
+"""A native display's first session at the readings of a problem: its own model, and what effects had done by then.
+
+Curves alone miss most colours by much more than the noise, and by the same share at every hour. So a fit foretells a
+colour that the first session has read from that reading: the model says how it changes. What is wrong with the one
+reading is in all later readings of the colour. They count as if each had its share of that error, for itself and as
+often as there are of them, which gives the right variance of a change that all of them show.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +14,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lutgen.display.native import GAINS, LEAST_SHARE, first_session_rows
 from lutgen.display.trace import panel, since_first_session
 from lutgen.effects import Scene
 from lutgen.errors import LutgenError
 from lutgen.readings.conditions import COLUMNS
+from lutgen.readings.rest import is_tip
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,6 +34,26 @@ if TYPE_CHECKING:
 
 #: A sensor holds white within so much, as a share; further away, it has no reserve, or there is none.
 HELD_WITHIN = 0.03
+
+
+#: Colours of a session that curves miss each in its own way: within a quarter of the range of code values they err
+#: alike.
+COLOURS = 4.0**3
+
+
+@dataclass(frozen=True)
+class Remembered:
+    """What readings of the first session say of all readings of a problem, (n, …).
+
+    ``gain`` (n, 3) takes curves to what was read, 1 elsewhere; ``doubt`` is how often the variance of a reading is to
+    be added for the first session's; ``met`` are the readings that the gain is made of. ``foreign`` counts for readings
+    of colours that the first session has not: how many of them err as one, else 0.
+    """
+
+    gain: Array
+    doubt: Array
+    met: NDArray[np.bool_]
+    foreign: Array
 
 
 @dataclass(frozen=True)
@@ -46,6 +74,27 @@ class FirstDay:
         factor = np.ones_like(gain)
         factor[seen] = native.own_gain(drive[seen], share[seen]) / gain[seen]
         return factor
+
+    @cached_property
+    def remembered(self) -> Remembered:
+        """What the first session says of the colours that it has read, beside black and the colour points."""
+        problem, readings, (codes, place) = self.problem, self.problem.readings, self._codes
+        first = first_session_rows(readings, problem.noise.slips)
+        lit = np.asarray(codes.any(axis=1) & ~is_tip(codes).any(axis=1))
+        same = (readings.drive[first][:, np.newaxis] == codes).all(axis=2) & lit
+        times, met = same.sum(axis=0), np.isin(problem.rows, first) & lit[place]
+        mean = same.T.astype(np.float64) @ readings.xyz_cd_m2[first] / np.maximum(times, 1)[:, np.newaxis]
+        tips = problem.measured_tips[:1]
+        plain = panel((), self._first_scene, problem.selection, native=problem.native).emit(tips)
+        ratio = np.clip(mean / np.maximum(plain, LEAST_SHARE * tips[0, 0]), *GAINS)
+        later = np.bincount(place[~met], minlength=times.size) / np.maximum(times, 1)
+        foreign = lit[place] & (times == 0)[place]
+        return Remembered(
+            np.where((times > 0)[:, np.newaxis], ratio, 1.0)[place],
+            np.where(met, 0.0, np.where(times > 0, later, 0.0)[place]),
+            met,
+            foreign * max(1.0, foreign.sum() / COLOURS),
+        )
 
     def begun(self, applied: Sequence[Applied], before: Panel) -> Panel:
         """Let effects begin with the first session where the display is native: its readings had them in."""

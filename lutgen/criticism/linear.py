@@ -109,7 +109,7 @@ def linearise(problem: Problem, state: State) -> Linear:
     if problem.foretells:
         free, by_tips = np.concatenate([free, by_tips]), by_tips[:0]
     # So is what noise of the first session leaves open of a native display; a state holds no sizes of these modes.
-    if problem.drawn:
+    if problem.native and len(problem.curve_modes):
         free = np.concatenate([free, problem.curve_modes * gain])
     local = np.concatenate([by_tips, _by_gains(problem, xyz, state.gains.size)])
     return Linear(whiten(problem, problem.xyz - xyz * gain), whiten(problem, local), whiten(problem, free))

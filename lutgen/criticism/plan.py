@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from lutgen.criticism.diagnose import candidates
+from lutgen.criticism.diagnose import candidates, known_under
 from lutgen.criticism.fit import Fit, fit
 from lutgen.criticism.linear import State, Term
 from lutgen.criticism.noise import estimate_noise
@@ -14,7 +14,6 @@ from lutgen.criticism.search import Score, family
 from lutgen.criticism.separate import POOL, Patch, Separation, separation, with_patches
 from lutgen.criticism.shared_errors import with_shared_errors
 from lutgen.criticism.visibility import visibility
-from lutgen.effects import catalogue
 from lutgen.errors import LutgenError, pick_one
 from lutgen.readings.rest import TIP_DRIVES
 from lutgen.readings.table import OPTIONAL
@@ -127,7 +126,7 @@ def plan(
         Unknown effects.
 
     """
-    known = catalogue() if effects is None else effects
+    known = known_under(effects, baseline)
     for name in (*(between or ()), *([effect] if effect else [])):
         if name not in known:
             raise pick_one("effect", name, known)

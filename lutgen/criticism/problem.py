@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
+    from lutgen.criticism.first_day import Remembered
     from lutgen.criticism.noise import Noise
     from lutgen.display.trace import Applied
     from lutgen.readings import Measurements
@@ -86,6 +87,9 @@ class Problem:
         Weight of every reading in the file, beside that of its noise; None: 1.
     modes
         Curve modes as weights of the drawn displays, (q, draws); None: those of the problem's own readings.
+    remembers
+        Whether colours that the first session has read are foretold from that reading where curves miss it: as fits
+        do, and baked displays do not.
 
     """
 
@@ -103,6 +107,7 @@ class Problem:
     wander: float = 0.0
     weights: Array | None = None
     modes: Array | None = None
+    remembers: bool = True
 
     @classmethod
     def of(
@@ -180,7 +185,8 @@ class Problem:
         """Readings that a native display's curves and black are made of, and so meets, (n,)."""
         if self.native is None:
             return np.zeros(self.rows.size, dtype=bool)
-        return self.native.made_from(self.readings)[self.rows]
+        points = self.native.made_from(self.readings)[self.rows]
+        return points | self.remembered.met if self.remembered else points
 
     @cached_property
     def is_tip_anchor(self) -> NDArray[np.bool_]:
@@ -261,6 +267,10 @@ class Problem:
         meter = self.noise.covariance(xyz_cd_m2)
         if not self.discrepancy:
             return meter
+        if self.remembered:
+            doubt, foreign = self.remembered.doubt[:, np.newaxis, np.newaxis], self.remembered.foreign
+            missed = foreign[:, np.newaxis, np.newaxis] * self.discrepancy.covariance(xyz_cd_m2)
+            return np.asarray(meter * (1.0 + doubt) + missed)
         # Black and the colour points are what the model is made to meet.
         drive = self.readings.drive[self.rows]
         missed = np.asarray(drive.any(axis=1) & ~is_tip(drive).any(axis=1), dtype=np.float64)
@@ -274,12 +284,14 @@ class Problem:
     @cached_property
     def curve_modes(self) -> Array:
         """What noise of the first session leaves open in the prediction, (q, n, 3), cd/m²."""
+        if self.remembered:
+            return np.zeros((0, self.rows.size, 3))
         weights = mode_weights(self.curve_doubt, self.whitener) if self.modes is None else self.modes
         return np.tensordot(weights, self.curve_doubt, axes=1) if weights.size else self.curve_doubt[:0]
 
     def part(self, rows: NDArray[np.intp]) -> Problem:
         """Return the problem of some readings, by their indices in the file, with the curve modes of them all."""
-        modes = mode_weights(self.curve_doubt, self.whitener) if self.native else None
+        modes = mode_weights(self.curve_doubt, self.whitener) if self.native and not self.remembered else None
         return replace(self, rows=rows, modes=modes)
 
     @cached_property
@@ -324,6 +336,17 @@ class Problem:
         """The display's own model at the readings."""
         return FirstDay(self)
 
+    @property
+    def remembered(self) -> Remembered | None:
+        """What the first session says of single colours; None where curves, or an own model, foretell them well."""
+        curves_alone = self.remembers and self.native is not None and not self.native.own
+        return self.first_day.remembered if curves_alone and self.discrepancy else None
+
+    @property
+    def as_baked(self) -> Problem:
+        """The same problem without a memory of single colours, which no baked display has."""
+        return replace(self, remembers=False) if self.remembered else self
+
     @cached_property
     def known(self) -> tuple[LoadedCalibrations, ...]:
         """What changed and is no finding: calibrations that files of later sessions hold."""
@@ -360,7 +383,7 @@ class Problem:
     def panel(self, applied: Sequence[Applied]) -> Panel:
         """Send the readings' code values through drive, transfer and mixing."""
         before = panel((*self.known, *applied), self._plain_scene, self.selection, self._weights, native=self.native)
-        return before.times(self.first_day.held_out_gain)
+        return before.times(self.remembered.gain if self.remembered else self.first_day.held_out_gain)
 
     @cached_property
     def _plain_scene(self) -> Scene:

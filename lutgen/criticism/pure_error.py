@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from scipy.special import chdtrc, fdtrc  # what scipy.stats computes with, without its 0.2 s of import
 
+from lutgen.criticism.first_day import COLOURS
 from lutgen.criticism.linear import whiten
 from lutgen.criticism.replicates import Replicates
 
@@ -16,10 +17,6 @@ if TYPE_CHECKING:
 
 #: Nothing is named that twice an assumed noise would explain: four times its variance.
 ALLOWANCE = 4.0
-
-#: Colours of a session that a model misses each in its own way: within a quarter of the range of code values it errs
-#: alike.
-COLOURS = 4.0**3
 
 
 @dataclass(frozen=True)
@@ -40,10 +37,8 @@ class PureError:
     @classmethod
     def of(cls, problem: Problem) -> PureError:
         """Take the scatter from the readings that count; the stated noise where there are too few replicates."""
-        if problem.discrepancy:
-            # Curves alone miss a colour in the same way at every hour, so that hours tell nothing new of it.
-            sessions = problem.hours.size if problem.native and problem.native.own else 1
-            alike = max(1.0, problem.rows.size / sessions / COLOURS)
+        if problem.discrepancy and not problem.remembered:
+            alike = max(1.0, problem.rows.size / problem.hours.size / COLOURS)
             return cls(0.0, 0, ALLOWANCE * alike, alike=alike)
         if problem.noise.source == "assumed":
             return cls(0.0, 0, ALLOWANCE)

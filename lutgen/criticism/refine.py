@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.criticism.compare import SCHEMA, Comparison, compare_problem
-from lutgen.criticism.diagnose import Diagnosis, candidates, diagnose, parameters_of
+from lutgen.criticism.diagnose import Diagnosis, candidates, diagnose, known_under, parameters_of
 from lutgen.criticism.fit import Fit, fit
 from lutgen.criticism.heldout import HeldOut, held_out
 from lutgen.criticism.linear import Term
@@ -212,7 +212,7 @@ class Course:
     ) -> Course:
         """Begin with the model of :func:`refine`, whose parameters and errors these are."""
         problem = Problem.of(readings, baseline=baseline, selection=selection, instrument=instrument)
-        return cls(fit(with_shared_errors(problem, terms), terms), catalogue() if effects is None else effects)
+        return cls(fit(with_shared_errors(problem, terms), terms), known_under(effects, baseline))
 
     @cached_property
     def before(self) -> Comparison:

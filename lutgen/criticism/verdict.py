@@ -21,7 +21,6 @@ from lutgen.numerals import percent
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from lutgen.criticism.fit import Fit
     from lutgen.criticism.influence import Suspicion
     from lutgen.criticism.stepwise import Explanation, Step
     from lutgen.criticism.visibility import Visibility

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import inspect
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from math import isfinite
 from string import Formatter
@@ -69,6 +69,8 @@ class Parameter:
     grid
         Values to try one by one, where no gradient leads a search (a number of bits); ``"gaps"``: the middles between
         neighbouring sessions of the data, for the hour of an event; ``"proposed"``: those that the effect proposes.
+    at_first
+        Whether it says how much is there at hour 0, in every condition: nothing, beside a display's own first session.
 
     """
 
@@ -77,6 +79,7 @@ class Parameter:
     unit: str
     meaning: str
     grid: tuple[float, ...] | str = ()
+    at_first: bool = False
 
 
 #: Grid of a parameter whose settings are too many to fit: the effect proposes some (``Effect.propose``).
@@ -209,6 +212,20 @@ class Effect:
     def is_kin(self, other: Effect) -> bool:
         """Whether either effect says that it may be confused with the other."""
         return other.name in self.confused_with or self.name in other.confused_with
+
+    def since_first_session(self) -> Effect:
+        """Return the effect as it is told beside a display's own first session, which holds what was there by then."""
+        held = {name for name, parameter in self.parameters.items() if parameter.at_first}
+        if not held:
+            return self
+        kept = [tuple(name for name in form if name not in held) for form in self.forms]
+        forms = tuple(dict.fromkeys(form for form in kept if form))
+        simple = len(dict.fromkeys(form for form in kept[: self.refined] if form))
+        parameters = {
+            name: replace(parameter, value=0.0) if name in held else parameter
+            for name, parameter in self.parameters.items()
+        }
+        return replace(self, parameters=parameters, forms=forms, refined=simple)
 
     def rest(self) -> dict[str, float]:
         """Return the parameters at which the effect does nothing: amplitudes neutral, the others typical."""

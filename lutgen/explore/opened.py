@@ -99,7 +99,7 @@ class Opened:
         from lutgen.criticism.visibility import visibility
 
         if not self._seen:
-            known = [self.effects[name] for name in self.choices]
+            known = [self.course.effects[name] for name in self.choices]
             self._seen = {each.effect: each for each in visibility(self.course.base, known)}
         return self._seen
 

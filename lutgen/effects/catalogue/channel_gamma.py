@@ -29,7 +29,7 @@ SIZES = tuple(f"{channel}_{date}" for channel in ("red", "green", "blue") for da
 
 
 def _new(channel: str) -> Parameter:
-    return Parameter(0.05, (-0.6, 2.0), "1", f"change of {channel}'s exponent at hour 0")
+    return Parameter(0.05, (-0.6, 2.0), "1", f"change of {channel}'s exponent at hour 0", at_first=True)
 
 
 def _grown(channel: str) -> Parameter:

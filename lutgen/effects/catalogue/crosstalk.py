@@ -1,8 +1,8 @@
 """A lit neighbour takes light from a subpixel: bright mixtures are darker than the sum of their channels.
 
 l_c → l_c·(1 − χ(τ)·Σ_{j≠c} l_j). The cause is electrical coupling between the columns of a panel. A ramp of one channel
-shows none of it. The refined forms take another power of the neighbour's light, as for its drive, give each pair of
-channels its own χ, or add a loss where both neighbours are lit.
+shows none of it. The refined forms take other powers of the neighbour's and of the channel's own light, as for products
+of their drives, give each pair of channels its own χ, or add a loss where both neighbours are lit.
 
 Meaning of 0 and 1: χ 0 is an additive display; χ 1 would put a channel out where one neighbour is full. A negative χ
 makes mixtures brighter than their sum.
@@ -41,6 +41,8 @@ def _pair(victim: str, neighbour: str) -> Parameter:
         ("grown",),
         ("new", "grown"),
         ("new", "grown", "exponent"),
+        ("new", "grown", "exponent", "own"),
+        ("new", "grown", "saturation", "exponent", "own"),
         ("new", "grown", "power", "saturation", "exponent"),
         ("both", "onset"),
         ("new", "grown", "both", "onset"),
@@ -55,13 +57,20 @@ def _pair(victim: str, neighbour: str) -> Parameter:
     },
     says="a fully lit neighbour takes {size} of a channel's light",
     source="Wen & Wu 2006, doi:10.1002/col.20187 (form); size: an assumption",
-    new=Parameter(0.02, (-0.1, 0.2), "1", "share of its light that a channel loses to each full neighbour, at hour 0"),
+    new=Parameter(
+        0.02,
+        (-0.1, 0.2),
+        "1",
+        "share of its light that a channel loses to each full neighbour, at hour 0",
+        at_first=True,
+    ),
     grown=Parameter(0.02, (-0.1, 0.25), "1", "growth of that share by 18 000 h"),
     power=POWER,
     saturation=SATURATION,
     exponent=Parameter(
         1.0, (0.1, 3.0), "1", "power of the neighbour's light in the product; 1/2.2 stands for its drive"
     ),
+    own=Parameter(1.0, (0.1, 2.0), "1", "power of the channel's own light in the product; 1/2.2 stands for its drive"),
     both=Parameter(0.0, (-0.2, 0.4), "1", "additional share lost where both neighbours are full, at 18 000 h"),
     onset=LASTING,
     red_by_green=_pair("red", "green"),
@@ -80,6 +89,7 @@ def crosstalk(
     power: float,
     saturation: float,
     exponent: float,
+    own: float,
     both: float,
     onset: float,
     red_by_green: float,
@@ -100,4 +110,5 @@ def crosstalk(
         next_lit, after_lit = lit[..., [1, 2, 0]], lit[..., [2, 0, 1]]
         extra = first * next_lit + second * after_lit + both * next_lit * after_lit
         loss = loss + share_of_final(scene.tau, onset=onset, power=power, saturation=saturation) * extra
-    return np.asarray(linear * np.maximum(1.0 - loss, 0.0))
+    victim = linear if own == 1.0 else np.maximum(linear, 0.0) ** own
+    return np.asarray(np.maximum(linear - victim * loss, 0.0))

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.shapes import LASTING, POWER, share_of_final
+from lutgen.effects.shapes import LASTING, POWER, SATURATION, share_of_final
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -48,6 +48,7 @@ def _shift(primary: str, axis: str) -> Parameter:
         ("green_x", "green_z", "onset", "level", "bend"),
         ("red_x", "red_z", "onset", "level", "bend"),
         (*SHIFTS, "level", "bend"),
+        (*SHIFTS, "onset", "saturation", "level"),
         (*SHIFTS, "onset", "power", "level", "bend"),
     ),
     refined=4,
@@ -67,6 +68,7 @@ def _shift(primary: str, axis: str) -> Parameter:
     bend=Parameter(1.0, (0.3, 4.0), "1", "power of d before it is taken from 1; 2.2 for the light"),
     onset=LASTING,
     power=POWER,
+    saturation=SATURATION,
 )
 def primary_shift(
     tips: Array,
@@ -82,13 +84,14 @@ def primary_shift(
     bend: float,
     onset: float,
     power: float,
+    saturation: float,
 ) -> Array:
     """Shift each primary by its own code value's distance from 1."""
     code = np.clip(scene.code, 0.0, 1.0)
     away = 1.0 - (code if bend == 1.0 else code**bend)
     if level != 1.0:
         away **= level
-    size = share_of_final(scene.tau, onset=onset, power=power) * away
+    size = share_of_final(scene.tau, onset=onset, power=power, saturation=saturation) * away
     direction = np.array([[red_x, 0.0, red_z], [green_x, 0.0, green_z], [blue_x, 0.0, blue_z]])
     primaries = tips[..., 1:, :]
     shift = (size[..., np.newaxis] * primaries.sum(axis=-1, keepdims=True)) * direction
