@@ -125,7 +125,7 @@ def test_a_model_with_which_the_error_rises_is_not_written_unless_it_is_kept(
     monkeypatch.chdir(tmp_path)
     run: Callable[..., Done] = in_process(monkeypatch, capsys)
     (tmp_path / "curve.csv").write_text(text_of("curve"), encoding="utf-8")
-    worse = ("refine", "curve.csv", "--add", "crosstalk", "-o", "worse.toml")
+    worse = ("refine", "curve.csv", "--add", "matrix-switching", "-o", "worse.toml")
     done = run(*worse)
     assert done.code == 1
     assert "does not fall: it goes from" in done.out
