@@ -1,9 +1,10 @@
 """A native display's first session at the readings of a problem: its own model, and what effects had done by then.
 
 Curves alone miss most colours by much more than the noise, and by the same share at every hour. So a fit foretells a
-colour that the first session has read from that reading: the model says how it changes. What is wrong with the one
-reading is in all later readings of the colour. They count as if each had its share of that error, for itself and as
-often as there are of them, which gives the right variance of a change that all of them show.
+colour that the first session has read from that reading: what curves miss is so much light of the three channels,
+which ages as they do. What is wrong with the one reading is in all later readings of the colour. They count as if each
+had its share of that error, for itself and as often as there are of them, which gives the right variance of a change
+that all of them show.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.display.native import GAINS, LEAST_SHARE, first_session_rows
+from lutgen.display.native import first_session_rows
 from lutgen.display.trace import panel, since_first_session
 from lutgen.effects import Scene
 from lutgen.errors import LutgenError
@@ -45,15 +46,15 @@ COLOURS = 4.0**3
 class Remembered:
     """What readings of the first session say of all readings of a problem, (n, …).
 
-    ``gain`` (n, 3) takes curves to what was read, 1 elsewhere; ``doubt`` is how often the variance of a reading is to
-    be added for the first session's; ``met`` are the readings that the gain is made of. ``foreign`` counts for readings
-    of colours that the first session has not: how many of them err as one, else 0.
+    ``light`` (n, 3) is what curves miss, in full red, green and blue; ``doubt`` is how often the variance of a reading
+    is to be added for the first session's; ``met`` are the readings that ``light`` is made of. ``missed`` is how many
+    readings err as one, of colours that the first session has not; else 0.
     """
 
-    gain: Array
+    light: Array
     doubt: Array
     met: NDArray[np.bool_]
-    foreign: Array
+    missed: Array
 
 
 @dataclass(frozen=True)
@@ -77,21 +78,22 @@ class FirstDay:
 
     @cached_property
     def remembered(self) -> Remembered:
-        """What the first session says of the colours that it has read, beside black and the colour points."""
+        """What the first session says of the colours that it has read, beside the colour points."""
         problem, readings, (codes, place) = self.problem, self.problem.readings, self._codes
         first = first_session_rows(readings, problem.noise.slips)
-        lit = np.asarray(codes.any(axis=1) & ~is_tip(codes).any(axis=1))
-        same = (readings.drive[first][:, np.newaxis] == codes).all(axis=2) & lit
-        times, met = same.sum(axis=0), np.isin(problem.rows, first) & lit[place]
+        other = np.asarray(~is_tip(codes).any(axis=1))
+        same = (readings.drive[first][:, np.newaxis] == codes).all(axis=2) & other
+        times, met = same.sum(axis=0), np.isin(problem.rows, first) & other[place]
         mean = same.T.astype(np.float64) @ readings.xyz_cd_m2[first] / np.maximum(times, 1)[:, np.newaxis]
         tips = problem.measured_tips[:1]
-        plain = panel((), self._first_scene, problem.selection, native=problem.native).emit(tips)
-        ratio = np.clip(mean / np.maximum(plain, LEAST_SHARE * tips[0, 0]), *GAINS)
+        plain = panel((), self._first_scene, problem.selection, native=problem.native)
+        black = np.array(plain.black or (0.0, 0.0, 0.0)) * tips[0, 0]
+        off = np.where((times > 0)[:, np.newaxis], mean - plain.emit(tips), 0.0)
         later = np.bincount(place[~met], minlength=times.size) / np.maximum(times, 1)
-        foreign = lit[place] & (times == 0)[place]
+        foreign = (other & codes.any(axis=1) & (times == 0))[place]
         return Remembered(
-            np.where((times > 0)[:, np.newaxis], ratio, 1.0)[place],
-            np.where(met, 0.0, np.where(times > 0, later, 0.0)[place]),
+            np.linalg.solve((tips[0, 1:] - black).T, off.T).T[place],
+            np.where(met | (times == 0)[place], 0.0, later[place]),
             met,
             foreign * max(1.0, foreign.sum() / COLOURS),
         )

@@ -21,7 +21,7 @@ import numpy as np
 
 from lutgen.colorimetry import code_to_linear
 from lutgen.criticism.curve_doubt import curve_doubt, drawn_displays, mode_weights
-from lutgen.criticism.discrepancy import NONE, Discrepancy, discrepancy_of_native
+from lutgen.criticism.discrepancy import APART, NONE, Discrepancy, discrepancy_of_native
 from lutgen.criticism.first_day import FirstDay, is_held
 from lutgen.criticism.noise import estimate_noise
 from lutgen.criticism.replicates import group_means, replicate_groups
@@ -265,16 +265,21 @@ class Problem:
     def covariance(self, xyz_cd_m2: Array) -> Array:
         """Covariance of the readings about the model, if their light is (n, 3): noise and discrepancy, (n, 3, 3)."""
         meter = self.noise.covariance(xyz_cd_m2)
+        if self.native:
+            # The first session's dark offset is in the display's black, and not before a capped lens.
+            meter = (
+                meter + (is_capped(self.readings)[self.rows] * self.offset_cd_m2**2)[:, np.newaxis, np.newaxis] * APART
+            )
         if not self.discrepancy:
             return meter
-        if self.remembered:
-            doubt, foreign = self.remembered.doubt[:, np.newaxis, np.newaxis], self.remembered.foreign
-            missed = foreign[:, np.newaxis, np.newaxis] * self.discrepancy.covariance(xyz_cd_m2)
-            return np.asarray(meter * (1.0 + doubt) + missed)
         # Black and the colour points are what the model is made to meet.
-        drive = self.readings.drive[self.rows]
-        missed = np.asarray(drive.any(axis=1) & ~is_tip(drive).any(axis=1), dtype=np.float64)
-        return np.asarray(meter + missed[:, np.newaxis, np.newaxis] * self.discrepancy.covariance(xyz_cd_m2))
+        drive, memory = self.readings.drive[self.rows], self.remembered
+        doubt = memory.doubt if memory else np.zeros(len(drive))
+        missed = memory.missed if memory else np.asarray(drive.any(axis=1) & ~is_tip(drive).any(axis=1))
+        return np.asarray(
+            meter * (1.0 + doubt)[:, np.newaxis, np.newaxis]
+            + self.discrepancy.covariance(xyz_cd_m2) * missed[:, np.newaxis, np.newaxis]
+        )
 
     @cached_property
     def curve_doubt(self) -> Array:
@@ -383,7 +388,9 @@ class Problem:
     def panel(self, applied: Sequence[Applied]) -> Panel:
         """Send the readings' code values through drive, transfer and mixing."""
         before = panel((*self.known, *applied), self._plain_scene, self.selection, self._weights, native=self.native)
-        return before.times(self.remembered.gain if self.remembered else self.first_day.held_out_gain)
+        if self.remembered:
+            return before.with_light(self.remembered.light)
+        return before.times(self.first_day.held_out_gain)
 
     @cached_property
     def _plain_scene(self) -> Scene:

@@ -81,12 +81,18 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
     drive, capped = problem.readings.drive[problem.rows], is_capped(problem.readings)[problem.rows]
     # Only what no effect on curves, mixing or primaries reaches: black, and the capped lens.
     dark = capped | (problem.readings.at_rest()[problem.rows] & (drive == 0).all(axis=1))
+    if problem.native:
+        # The black of a native display goes with its white, which black alone would not hold in place.
+        dark |= problem.is_tip_anchor
     offsets = _told(plain, state, linear, dark, replace(plain, offset_cd_m2=1.0))
     offset = usual = problem.noise.offset_cd_m2
     if len(offsets) >= MANY:
         offset = _spread(offsets, usual, TERMS)
     elif len(offsets) >= ENOUGH:
         offset = _spread(_beside_the_display(offsets), usual, 1)
+    if problem.native:
+        # The first session's own offset is in the display's black, and so in what all later ones differ from it.
+        offset *= float(np.sqrt(max(len(offsets), 1)))
     everything = np.ones(problem.rows.size, dtype=bool)
     gains = _told(plain, state, linear, everything, replace(plain, wander=1.0))
     return replace(problem, offset_cd_m2=offset, wander=_wander(problem, gains))

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.special import gammaln
 
-from lutgen.criticism.linear import whiten
 from lutgen.criticism.replicates import patch_kin
 
 if TYPE_CHECKING:
@@ -47,8 +46,9 @@ def tails_of(problem: Problem) -> Tails | None:
     if int(replicated.sum()) < ENOUGH:
         return None
     mean = np.stack([np.bincount(groups, problem.xyz[:, k]) for k in range(3)], axis=1)[groups] / count[:, np.newaxis]
-    off = whiten(problem, problem.xyz - mean)[replicated]
-    squares = (off**2).sum(axis=1) / (1.0 - 1.0 / count[replicated])
+    # In units of the meter's noise alone: what a model misses is in all replicates alike.
+    off, noise = (problem.xyz - mean)[replicated], problem.noise.covariance(mean[replicated])
+    squares = np.einsum("ni,nij,nj->n", off, np.linalg.inv(noise), off) / (1.0 - 1.0 / count[replicated])
     normal = _normal(squares)
     best = max((_student(squares, degrees) for degrees in DEGREES), key=lambda each: each[0])
     # BIC: a t distribution has two parameters more.

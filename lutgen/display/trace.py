@@ -120,6 +120,10 @@ class Panel:
             return self
         return replace(self, gain=factor if self.gain is None else self.gain * factor)
 
+    def with_light(self, linear: Array) -> Panel:
+        """Return the panel with so much more light of the three channels, (n, 3)."""
+        return replace(self, shares=self.shares + np.concatenate([np.zeros((len(linear), 1)), linear], axis=1))
+
     def begun(self, factor: Array, offset: Array) -> Panel:
         """Return the panel whose effects begin with the first session (:func:`since_first_session`)."""
         return replace(self.times(factor), offset=offset)
