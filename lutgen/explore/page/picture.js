@@ -93,8 +93,9 @@ export function pictureOf(server) {
     }
     for (const name of /** @type {const} */ (["hours_to_3", "hours_to_5"])) {
       const last = Number(slider.max);
+      const beyond = last ? `> ${spaced(last)} h` : "–";
       byId(`figure-${name}`).textContent =
-        found.mean == null ? "…" : found[name] == null ? `> ${spaced(last)} h` : `${spaced(found[name])} h`;
+        found.mean == null ? "…" : found[name] == null ? beyond : `${spaced(found[name])} h`;
     }
     if (found.mean_2sd != null) widen(found.mean_2sd);
   });
@@ -233,6 +234,8 @@ export function pictureOf(server) {
           return tick;
         }),
       );
+      byId("one-hour").hidden = overview.max_hours > 0;
+      slider.disabled = !overview.max_hours;
       note(overview.image);
       said();
       await Promise.all([aged(false), load()]);

@@ -1,6 +1,6 @@
 // The server behind the page: requests of this window, its events, and the word when it has gone.
 
-import { byId, tell } from "./words.js";
+import { tell } from "./words.js";
 
 export const GONE =
   "The server has ended, so nothing here answers any more. Start lutgen explore again; it opens a new page.";
