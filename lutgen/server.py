@@ -11,7 +11,7 @@ import secrets
 import sys
 from contextlib import contextmanager
 from importlib.util import find_spec
-from socket import AF_INET, SO_REUSEADDR, SOCK_STREAM, SOL_SOCKET, socket
+from socket import AF_INET, IPPROTO_TCP, SO_REUSEADDR, SOCK_STREAM, SOL_SOCKET, socket
 from threading import Thread
 from typing import TYPE_CHECKING, Any
 
@@ -217,7 +217,8 @@ def port_taken(port: int) -> socket:
     check_installed()
     if not 0 <= port <= 65535:
         raise LutgenError(f"--port {port}: give 1 to 65535, or 0 for any that is free.")
-    listening = socket(AF_INET, SOCK_STREAM)
+    # Named as TCP: only then asyncio sends each piece at once. Else a reply's body waits 40 ms for its head's receipt.
+    listening = socket(AF_INET, SOCK_STREAM, IPPROTO_TCP)
     try:
         # A port of a server that has ended may be taken at once. Windows would share one in use.
         if sys.platform != "win32":

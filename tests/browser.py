@@ -84,8 +84,13 @@ class Page:
             message["sessionId"] = self._session
         data = memoryview(json.dumps(message).encode() + b"\0")
         while data:
-            data = data[os.write(self._writing, data) :]
+            assert select.select([], [self._writing], [], PATIENCE)[1], "Chromium does not listen"
+            # So much is written without waiting where anything can be.
+            data = data[os.write(self._writing, data[: select.PIPE_BUF]) :]
+        # A browser that tells this and that, but never answers, would be heard for ever.
+        end = time.monotonic() + 3 * PATIENCE
         while True:
+            assert time.monotonic() < end, f"Chromium does not answer {method}"
             answer = self._next()
             if answer.get("id") == self._last:
                 if answer.get("error", {}).get("message", "").startswith(_LEFT):

@@ -16,6 +16,7 @@ from queue import Queue
 from threading import Thread
 from time import monotonic
 from typing import TYPE_CHECKING, Any
+from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
@@ -441,6 +442,20 @@ def exploring(*arguments: str) -> Iterator[str]:
 def address() -> Iterator[str]:
     with exploring() as address:
         yield address
+
+
+@pytest.mark.slow
+def test_a_small_reply_comes_at_once_on_a_connection_that_is_kept(address: str) -> None:
+    """A body that waits until its head is acknowledged comes 40 ms after it, each time."""
+    path = urlsplit(address)
+    with closing(HTTPConnection(HOST, path.port or 0, timeout=60)) as connection:
+        waited = []
+        for _ in range(20):
+            start = monotonic()
+            connection.request("GET", f"{path.path}words.js")
+            assert connection.getresponse().read()
+            waited.append(monotonic() - start)
+    assert min(waited[5:]) < 0.03
 
 
 @pytest.mark.slow

@@ -196,6 +196,16 @@ def until(condition: Callable[[], object], otherwise: str) -> None:
         time.sleep(0.1)
 
 
+def building(server: int) -> bool:
+    """Whether `lutgen build` runs below a server."""
+    found = [server]
+    for parent in found:
+        for task in Path(f"/proc/{parent}/task").glob("*/children"):
+            found += map(int, task.read_text().split())
+    lines = (Path(f"/proc/{each}/cmdline") for each in found)
+    return any(b"\0build\0" in line.read_bytes() for line in lines if line.exists())
+
+
 def switched_on(page: Page) -> set[str]:
     found = page.ask("[...document.querySelectorAll('[role=switch]:checked')].map((each) => each.id)")
     return {each.removeprefix("effect-") for each in found}
@@ -396,6 +406,54 @@ def test_the_picture_answers_a_switch_and_shows_what_it_was_without_it(page_of_e
     page.wait(f"document.getElementById('figure-mean').firstChild.textContent === {json.dumps(mean)}", LONG)
 
 
+def test_sizes_and_hours_are_in_words_and_with_spaces(page_of_either: Page) -> None:
+    page = page_of_either
+    seen = "[...document.querySelectorAll('#effects li:not(.unseen-by-data) .seen')].map((each) => each.innerText)"
+    for words in page.ask(seen):
+        # A size, its unit, and what is of that size; the jump of the matrices has no size.
+        assert re.fullmatch(r"any size|[\d.]+( ×10[⁻\d⁰-⁹]+)?( \S+)?\n.{10,}", words.strip()), words
+    ends = page.ask("document.querySelector('[data-slice=hour] .point:last-child').getAttribute('aria-label')")
+    assert "18\u00a0000 h" in ends
+    click(page, "#effect-eotf-drift")
+    page.wait(f"!!document.querySelector('.parameter') && {FINAL}", LONG)
+    assert "growth by 18\u00a0000 h" in text(page, "#effect-eotf-drift-parameters")
+    assert page.ask("document.querySelector('.parameters button').hidden")
+
+
+def test_readings_of_one_hour_say_that_nothing_ages(page_of_either: Page) -> None:
+    page = page_of_either
+    assert page.ask("document.getElementById('one-hour').hidden")
+    drop(page, ("a.ti3", ti3()))
+    page.wait(f"document.getElementById('provenance').textContent.includes('at 1 hour') && {READY}", LONG)
+    assert not page.ask("document.getElementById('one-hour').hidden")
+    assert page.ask("document.getElementById('hours').disabled")
+    page.wait("document.getElementById('figure-mean').textContent === '0.00'", LONG)
+    assert text(page, "#figure-hours_to_3") == "–"
+
+
+def test_an_error_that_came_before_its_readings_did_is_shown(page_of_either: Page) -> None:
+    """On a busy machine the server's news of readings may be heard before its answer to their drop."""
+    page = page_of_either
+    page.ask(
+        """void (window.fetch = ((fetch) => async (...asked) => {
+            const answer = await fetch(...asked);
+            if (!String(asked[0]).includes("baseline")) return answer;
+            await new Promise((heard) => setTimeout(heard, 5000));
+            setTimeout(() => { document.body.dataset.answered = "yes"; }, 1000);
+            return answer;
+        })(window.fetch))"""
+    )
+    page.ask(
+        """(() => {
+            const choice = document.getElementById("baseline");
+            choice.value = "native";
+            choice.dispatchEvent(new window.Event("change"));
+        })()"""
+    )
+    page.wait("document.body.dataset.answered === 'yes'", LONG)
+    page.wait(f"{RATIO}.endsWith('×')")
+
+
 def test_what_takes_the_error_down_furthest_stands_first(page_of_either: Page) -> None:
     page = page_of_either
     bars = "[...document.querySelectorAll('#effects li:not(.unseen-by-data) .alone')]"
@@ -456,6 +514,51 @@ def test_the_diagnosis_is_cancelled(page_of_either: Page) -> None:
     assert not page.ask("document.getElementById('find').disabled")
     assert text(page, "#verdict") == ""
     page.wait(READY, LONG)
+
+
+def test_a_fit_that_takes_long_is_stopped(page_of_either: Page, tmp_path: Path) -> None:
+    """An effect that dawdles while a file is there: its fit would take minutes."""
+    page, slow = page_of_either, tmp_path / "slow"
+    dawdle = f"    import os, time\n    time.sleep(0.3 * os.path.exists({str(slow)!r}))\n    return"
+    before = text(page, "#ratio-number")
+    drop(page, ("e.py", GOOD.replace("    return", dawdle)))
+    page.wait("document.getElementById('trust').open")
+    click(page, "#trust button[value=yes]")
+    page.wait(f"document.getElementById('effect-glue-glow')?.checked && {RATIO} !== {json.dumps(before)}", LONG)
+    page.wait(FINAL, LONG)
+    assert page.ask("document.getElementById('stop').hidden")
+    slow.touch()
+    click(page, "#effect-black-level")
+    page.wait("!document.getElementById('stop').hidden", LONG)
+    assert text(page, "#error-state").startswith("provisional")
+    click(page, "#stop")
+    slow.unlink()
+    page.wait(f"{FINAL} && {RATIO} === {json.dumps(before)}", LONG)
+    page.wait("document.getElementById('stop').hidden && !document.querySelector('[role=switch]:checked')", LONG)
+    # What answers is not the process that was ended.
+    click(page, "#effect-black-level")
+    page.wait(f"document.querySelector('.parameter input') && {RATIO} !== {json.dumps(before)} && {FINAL}", LONG)
+    assert switched_on(page) == {"black-level"}
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes in Linux's /proc")
+def test_what_is_being_made_is_cancelled(either: tuple[Page, Path]) -> None:
+    page, downloads = either
+    with explored(ROOT, "examples/display-a.csv") as (address, process):
+        opened(page, address)
+        click(page, "#take-open")
+        assert page.ask("document.getElementById('take-cancel').hidden")
+        click(page, "#take-build")
+        page.wait("!document.getElementById('take-cancel').hidden")
+        until(lambda: building(process.pid), "nothing is built")
+        click(page, "#take-cancel")
+        page.wait("document.getElementById('take-cancel').hidden")
+        assert text(page, "#take-trouble") == "Cancelled."
+        assert text(page, "#take-state") == ""
+        assert not page.ask("document.getElementById('take-build').disabled")
+        until(lambda: not building(process.pid), "it is built for nobody")
+        assert not list(downloads.glob("*.zip"))
+        page.open_address("about:blank")
 
 
 # Where the error sits -----------------------------------------------------------------------------------------------

@@ -39,7 +39,7 @@ VIEWER_FILES = ("viewer.js", "viewer.css")
 
 JSON = "application/json"
 
-#: Stands in index.html where a window's beginning goes.
+#: Stands in index.html where a window's beginning goes: behind all that the page draws in.
 BEGINS = b"<!-- begins -->"
 
 #: Beside what every page may do: this one shows pictures that it has made itself, or was given by a drop.
@@ -71,11 +71,7 @@ def explore_application(windows: Windows) -> ASGIApp:
         return _overview(window)
 
     async def begun(_request: Request) -> Response:
-        try:
-            window = await windows.open()
-        except LutgenError as error:
-            return _page_with({"refused": str(error)})
-        return _page_with(_overview_of(window), *_first_picture(window))
+        return _page_with(windows)
 
     return application(
         [
@@ -101,14 +97,30 @@ def explore_application(windows: Windows) -> ASGIApp:
     )
 
 
-def _page_with(content: dict[str, Any], *addresses: str) -> Response:
-    """Return the page, in it what a window begins with, and addresses to fetch at once: nothing is asked for first."""
+def _page_with(windows: Windows) -> Response:
+    """Send the page at once, and behind it a window's beginning as soon as it is open: the page starts meanwhile."""
     data, kind = page_file(PAGE, "index.html")
+    page, _, rest = data.partition(BEGINS)
+
+    async def parts() -> AsyncIterator[bytes]:
+        yield page
+        try:
+            window = await windows.open()
+        except LutgenError as error:
+            yield _begins({"refused": str(error)})
+        else:
+            yield _begins(_overview_of(window), *_first_picture(window))
+        yield rest
+
+    return StreamingResponse(parts(), media_type=kind, headers=PICTURES)
+
+
+def _begins(content: dict[str, Any], *addresses: str) -> bytes:
+    """Write what a window begins with, and addresses to fetch at once."""
     # In a script's text only what may end it is special.
     text = json.dumps(content).replace("<", "\\u003c")
     fetched = (f'<link rel="preload" as="fetch" crossorigin href="{escape(each)}">' for each in addresses)
-    parts = [f'<script type="application/json" id="begins">{text}</script>', *fetched]
-    return Response(data.replace(BEGINS, "\n".join(parts).encode()), media_type=kind, headers=PICTURES)
+    return "\n".join([*fetched, f'<script type="application/json" id="begins">{text}</script>']).encode()
 
 
 def _first_picture(window: Window) -> Iterator[str]:

@@ -192,7 +192,7 @@ def effects_json(opened: Opened, alone: Mapping[str, float | None], on: Sequence
                 "name": name,
                 "sentence": effect.summary,
                 "sees_words": _sees(each) if each else "has it already",
-                "sees_title": amplitude.meaning if amplitude else "",
+                "sees_of": amplitude.meaning if amplitude and each and each.visible else "",
                 "visible": bool(each and each.visible) or name in given,
                 "alone_noise": alone.get(name),
                 "tried": name in alone or name in given,
@@ -211,7 +211,7 @@ def _sees(each: Any) -> str:
     if each.smallest_detectable is None:
         return "any size"
     size = readable(each.smallest_detectable, 3)
-    return f"{each.parameter} {size}" if each.unit in {"1", ""} else f"{size} {each.unit}"
+    return size if each.unit in {"1", ""} else f"{size} {each.unit}"
 
 
 def verdict_json(diagnosis: Diagnosis, opened: Opened) -> dict[str, Any]:

@@ -44,6 +44,7 @@ class Fitting:
         What was open stays open where these are refused.
         """
         opened = Opened(data, baseline, model, tuple(files), tuple(expressions))
+        opened.check_effects()
         self._tell("without", pickle.dumps(opened.fresh))
         self._opened, self._on, self._fitted, self._settled = opened, tuple(on), (), False
         self._alone = {}

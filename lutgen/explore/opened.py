@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -38,14 +39,13 @@ class Opened:
     ) -> None:
         """Read them; errors as the command line's."""
         from lutgen.display import DisplayModel, load_model
-        from lutgen.effects.own import everything
         from lutgen.readings import read_measurements
 
         self.model, self.files, self.expressions = model, files, expressions
-        self.effects: Mapping[str, Effect] = everything(files, expressions)
         if files or expressions:
             from lutgen.effects.contract import refuse_unsound
 
+            self.check_effects()
             refuse_unsound(files, expressions)
         self.saved = load_model(model) if model else None
         self.readings: Measurements = self.saved.measurements if self.saved and not data else read_measurements(data)
@@ -58,11 +58,21 @@ class Opened:
                 f"--baseline {self.baseline} contradicts --model, whose baseline is {self.saved.baseline}."
             )
         self.fresh: DisplayModel = self.saved or DisplayModel(self.readings, baseline=self.baseline)
-        self.expressed = tuple(name for name, each in self.effects.items() if each.origin in expressions)
         self._course: Course | None = None
         self._seen: dict[str, Visibility] = {}
         self._fitted: dict[tuple[str, ...], Refinement] = {}
         self._refined: dict[tuple[str, ...], Refinement] = {}
+
+    @cached_property
+    def effects(self) -> Mapping[str, Effect]:
+        """All effects by name, the user's own too; no picture needs them."""
+        from lutgen.effects.own import everything
+
+        return everything(self.files, self.expressions)
+
+    def check_effects(self) -> None:
+        """Raise LutgenError for effects that are refused: the user's own, or those of an installed package."""
+        _ = self.effects
 
     @property
     def selection(self) -> str:
@@ -109,9 +119,10 @@ class Opened:
             if name not in self.course.effects:
                 raise pick_one("effect", name, self.course.effects)
         new = [name for name in names if name not in self.given]
+        expressed = {name for name, each in self.effects.items() if each.origin in self.expressions}
         return (
-            *(each for each in new if each not in self.expressed),
-            *(each for each in new if each in self.expressed),
+            *(each for each in new if each not in expressed),
+            *(each for each in new if each in expressed),
         )
 
     def known(self, names: tuple[str, ...]) -> bool:

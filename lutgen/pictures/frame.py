@@ -84,11 +84,13 @@ class AreaMeans:
         self._sums[tuple(cells)] += sums
 
     def means(self) -> Array:
-        """Give the smaller picture, (h, w, channels); NaN where no pixel counts."""
-        counted = self._sums[..., -1:]
-        means = np.full((*self._sums.shape[:2], self._sums.shape[2] - 1), np.nan)
-        np.divide(self._sums[..., :-1], counted, out=means, where=counted > 0)
-        return means
+        """Give the smaller picture, (h, w, channels); NaN where no pixel counts. Nothing can be added any more."""
+        # In the memory of the sums, which is the most that a picture of many cells takes.
+        sums, counted = self._sums[..., :-1], self._sums[..., -1:]
+        np.divide(sums, counted, out=sums, where=counted > 0)
+        np.copyto(sums, np.nan, where=counted == 0)
+        np.copyto(counted, 1.0, where=counted > 0)
+        return sums
 
 
 def light_means(blocks: Blocks, grid: Grid, progress: Callable[[int, int], None] = lambda _done, _total: None) -> Array:

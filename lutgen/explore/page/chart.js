@@ -1,7 +1,7 @@
 // Charts, drawn by uPlot (vendor/NOTICE says why): an error in slices of the readings, and the drift of colours.
 
 import uPlot from "./vendor/uPlot.esm.js";
-import { colour, element, ratio } from "./words.js";
+import { colour, element, ratio, spaced } from "./words.js";
 
 /** An error up to so many times the noise may be noise, as `lutgen compare` has it. */
 export const CLEAR = 1.5;
@@ -74,14 +74,14 @@ export function multiple(slice, { top, other, chosen, point, choose }) {
         size: 26,
         gap: 3,
         splits: () => LEVELS.filter((each) => each <= top),
-        values: (_, splits) => splits.map(String),
+        values: (_, splits) => splits.map(spaced),
         filter: (_, splits) => splits,
       },
     ],
     series: [
       {},
       { stroke: other ? quiet : accent, width: named ? 0 : 1.5, points: { show: false }, alpha: other ? 0.45 : 1 },
-      { stroke: accent, width: 2, points: { show: true, size: 6, fill: accent }, spanGaps: true },
+      { stroke: accent, width: named ? 0 : 2, points: { show: true, size: 6, fill: accent }, spanGaps: true },
     ],
     hooks: {
       drawClear: [(plot) => band(plot), (plot) => named && stems(plot, data, other ? quiet : accent)],
@@ -233,7 +233,7 @@ export function driftChart(drift) {
     scales: { x: { time: false, range: reach(0) }, y: { range: reach(1) } },
     axes: [
       { ...axis(), values, size: 16, space: 45 },
-      { ...axis(), values, size: 36, space: 18 },
+      { ...axis(), values, size: 46, space: 18 },
     ],
     series: [{}, { show: false }],
     hooks: { draw: [(plot) => traces.forEach((trace) => void draw(plot, trace))] },

@@ -104,8 +104,8 @@ export interface Effect {
   name: string;
   sentence: string;
   sees_words: string;
-  /** What the parameter in those words is. */
-  sees_title: string;
+  /** Of what that is the size. */
+  sees_of: string;
   visible: boolean;
   /** The model came with it. */
   given: boolean;

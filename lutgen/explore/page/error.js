@@ -1,7 +1,7 @@
 // The error: one number and its bar, where it sits, the patches behind it, and the drift of colours.
 
 import { driftChart, multiple } from "./chart.js";
-import { byId, element, ratio, spaced } from "./words.js";
+import { byId, element, ratio, spaced, spacedIn } from "./words.js";
 
 /** @typedef {import("./contract").ModelError} ModelError */
 /** @typedef {import("./contract").Reading} Reading */
@@ -24,13 +24,14 @@ const css = (colour) => `rgb(${colour.map((each) => Math.round(each)).join(" ")}
 /** @param {readonly number[]} patch */
 const code = (patch) => patch.map((each) => Number(each.toFixed(3))).join(", ");
 
-/** A slice whose points stand in the order of their numbers, or of the numbers that their names begin with. @param {import("./contract").Slice} slice */
+/** A slice in the page's numbers, whose points stand in the order of their numbers, or of the numbers that their names begin with. @param {import("./contract").Slice} slice */
 function ordered(slice) {
   const number = (/** @type {import("./contract").Point} */ { at }) =>
     typeof at === "number" ? at : Number.parseFloat(at);
-  if (slice.points.some((each) => Number.isNaN(number(each)))) return slice;
+  const points = slice.points.map((each) => ({ ...each, label: spacedIn(each.label) }));
+  if (points.some((each) => Number.isNaN(number(each)))) return { ...slice, points };
   const length = (/** @type {import("./contract").Point} */ { label }) => label.length;
-  return { ...slice, points: [...slice.points].sort((a, b) => number(a) - number(b) || length(a) - length(b)) };
+  return { ...slice, points: points.sort((a, b) => number(a) - number(b) || length(a) - length(b)) };
 }
 
 export function errorOf() {
@@ -38,6 +39,8 @@ export function errorOf() {
   let error;
   /** The largest error since the session was opened: the bar's end. */
   let first = 0;
+  /** Whether it is that of the session that is open. */
+  let known = false;
   /** @type {{slice: string, at: number | string} | null} */
   let choice = null;
   /** @type {Map<number, Reading>} */
@@ -169,19 +172,22 @@ export function errorOf() {
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => error && charts());
 
   return {
-    /** Show an error. @param {ModelError} next */
+    /** Show an error; give it as it is shown. @param {ModelError} next */
     show(next) {
       error = { ...next, slices: next.slices.map(ordered) };
+      known = true;
       first = Math.max(first, error.noise_ratio);
       readings = new Map(error.readings.map((each) => [each.row, each]));
       bar();
       most();
       charts();
       patches();
+      return error;
     },
     /** Another session has begun. */
     forget() {
       first = 0;
+      known = false;
       top = 10;
       choice = null;
       byId("ratio-number").textContent = "…";
@@ -190,8 +196,9 @@ export function errorOf() {
       byId("ratio-bar").style.width = "0";
       byId("error").classList.remove("good", "provisional");
     },
+    /** The error that is shown, once it is known. */
     get now() {
-      return error;
+      return known ? error : undefined;
     },
   };
 }

@@ -19,14 +19,14 @@ function head(overview) {
 }
 
 try {
-  const overview = server.open();
+  // What draws is made while the server opens the readings.
   const picture = pictureOf(server);
+  const overview = await server.open();
   head(overview);
-  const drawn = picture.begin(overview);
-  const session = import("./session.js");
-  await drawn;
-  // Nothing is fitted until the page listens: the picture has the processors for itself.
-  await (await session).sessionOf(server, picture, head).begin(overview);
+  await picture.begin(overview);
+  // Nothing is fitted until the page listens, nor is the rest loaded: the picture has the processors for itself.
+  const { sessionOf } = await import("./session.js");
+  await sessionOf(server, picture, head).begin(overview);
   document.body.dataset.ready = "yes";
 } catch (trouble) {
   tell(

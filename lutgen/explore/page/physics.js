@@ -1,7 +1,7 @@
 // The physics: the catalogue of effects with a switch each, their parameters, the search, and an effect of one's own.
 
 import { latest, trying } from "./server.js";
-import { byId, element, input, ratio, readable, save, tell } from "./words.js";
+import { byId, element, input, ratio, readable, save, spacedIn, tell } from "./words.js";
 
 /** @typedef {import("./contract").Effect} Effect */
 /** @typedef {import("./contract").ModelError} ModelError */
@@ -103,12 +103,13 @@ export function physicsOf(server, page) {
   };
 
   /** @param {Effect} effect */
-  const row = ({ name, sentence, sees_words: sees, sees_title: seesTitle, own, given }) => {
+  const row = ({ name, sentence, sees_words: sees, sees_of: seesOf, own, given }) => {
     const id = `effect-${name}`;
     const box = element("input", { type: "checkbox", role: "switch", id, "aria-describedby": `${id}-words` });
     box.disabled = given;
     box.addEventListener("change", () => turn(name, box.checked));
-    const seen = element("div", { class: "seen", title: seesTitle }, sees);
+    const size = element("span", {}, sees);
+    const seen = element("div", { class: "seen" }, size, element("small", {}, spacedIn(seesOf)));
     const words = element("div", { class: "words", id: `${id}-words` }, sentence.replaceAll("``", ""));
     const rival = element(
       "span",
@@ -131,7 +132,7 @@ export function physicsOf(server, page) {
     const update = (/** @type {Effect} */ effect) => {
       box.checked = effect.on;
       rival.hidden = !rivals.includes(name);
-      seen.textContent = effect.sees_words;
+      size.textContent = effect.sees_words;
       item.classList.toggle("unseen-by-data", !effect.visible);
       alone(bar, effect.alone_noise);
     };
@@ -164,7 +165,11 @@ export function physicsOf(server, page) {
       if (!fitted.supported && fitted.said) place.append(element("p", { class: "caution" }, fitted.said));
       place.append(...fitted.parameters.map((each) => parameter(fitted.name, each)));
       if (fitted.parameters.length) {
-        const reset = element("button", { type: "button" }, "Reset to the fit");
+        const reset = element("button", { type: "button", hidden: "" }, "Reset to the fit");
+        for (const line of place.querySelectorAll(".parameter"))
+          line.addEventListener("input", () => {
+            reset.hidden = false;
+          });
         reset.addEventListener("click", () =>
           trying(TROUBLE, async () => {
             whatIf.clear();
@@ -197,12 +202,12 @@ export function physicsOf(server, page) {
     const now = element("output", {});
     const interval =
       fitted.low !== null && fitted.high !== null
-        ? `fit ${readable(fitted.value)}, ${readable(fitted.low, 3)} to ${readable(fitted.high, 3)}${unit}`
+        ? `fit ${readable(fitted.value)}, ${readable(fitted.low)} to ${readable(fitted.high)}${unit}`
         : `fit ${readable(fitted.value)}${unit}`;
     const line = element(
       "div",
       { class: "parameter" },
-      element("span", { class: "parameter-name", title: fitted.words }, fitted.name),
+      element("span", { title: fitted.name }, spacedIn(fitted.words)),
       slider,
       now,
       element("span", { class: "quiet" }, interval),
@@ -323,12 +328,12 @@ export function physicsOf(server, page) {
     },
     effects: take,
     parameters,
-    /** @param {{what: string, done: number, of: number}} progress */
-    progress({ what, done, of }) {
+    /** @param {{done: number, of: number}} progress */
+    progress({ done, of }) {
       const bar = /** @type {HTMLProgressElement} */ (byId("find-progress"));
       bar.max = of;
       bar.value = done;
-      byId("find-what").textContent = `${what}, ${done} of ${of}`;
+      byId("find-what").textContent = `${done} of ${of} effects tried`;
     },
     /** @param {import("./contract").Verdict} verdict */
     verdict(verdict) {
@@ -337,7 +342,7 @@ export function physicsOf(server, page) {
       effects = effects.map((each) => ({ ...each, on: verdict.effects.includes(each.name) }));
       rows(true);
       byId("catalogue").scrollTop = 0;
-      const parts = [element("p", {}, element("b", {}, `${verdict.name}: `), verdict.sentence)];
+      const parts = [element("p", {}, element("b", {}, `${verdict.name}: `), spacedIn(verdict.sentence))];
       const button = element("button", { type: "button", id: "patch-list" }, "Patch list");
       button.addEventListener("click", () =>
         trying(TROUBLE, async () => {
@@ -345,9 +350,9 @@ export function physicsOf(server, page) {
           save(await response.blob(), "patches.csv");
         }),
       );
-      const next = `What to measure next${verdict.next ? `: ${verdict.next}` : ""} `;
+      const next = `What to measure next${verdict.next ? `: ${spacedIn(verdict.next)}` : ""} `;
       parts.push(element("p", { class: "quiet" }, next, button));
-      if (verdict.remarks.length) parts.push(element("p", { class: "quiet" }, verdict.remarks.join(" ")));
+      if (verdict.remarks.length) parts.push(element("p", { class: "quiet" }, spacedIn(verdict.remarks.join(" "))));
       byId("verdict").replaceChildren(...parts);
     },
     ended,

@@ -26,8 +26,7 @@ function viewerIn(host) {
 /** @param {import("./server.js").Server} server */
 export function pictureOf(server) {
   const slider = input("hours");
-  /** @type {Viewer | null | undefined} */
-  let viewer;
+  const viewer = viewerIn(byId("viewer"));
   let reach = 0;
   let mode = "";
   /** Points along an edge of the tables. */
@@ -94,8 +93,9 @@ export function pictureOf(server) {
     }
     for (const name of /** @type {const} */ (["hours_to_3", "hours_to_5"])) {
       const last = Number(slider.max);
+      const beyond = last ? `> ${spaced(last)} h` : "–";
       byId(`figure-${name}`).textContent =
-        found.mean == null ? "…" : found[name] == null ? `> ${spaced(last)} h` : `${spaced(found[name])} h`;
+        found.mean == null ? "…" : found[name] == null ? beyond : `${spaced(found[name])} h`;
     }
     if (found.mean_2sd != null) widen(found.mean_2sd);
   });
@@ -152,20 +152,20 @@ export function pictureOf(server) {
     viewer?.map(input("map").checked ? reach : 0);
     show();
   });
-  /** Make the viewer, which waits for the graphics: what it draws is on its way then. */
-  const begun = () => {
-    if (viewer !== undefined) return;
-    const made = viewerIn(byId("viewer"));
-    viewer = made;
-    byId("frame").hidden = !made;
-    if (!made) return;
-    const zooms = { fit: () => 0, pixels: () => 1, nearer: () => made.scale * 1.5, farther: () => made.scale / 1.5 };
-    for (const [id, zoom] of Object.entries(zooms)) byId(id).addEventListener("click", () => made.zoomTo(zoom()));
-    made.zoomed = () => {
-      byId("zoom").textContent = `${Math.round(100 * made.scale)} %`;
+  byId("frame").hidden = !viewer;
+  if (viewer) {
+    const zooms = {
+      fit: () => 0,
+      pixels: () => 1,
+      nearer: () => viewer.scale * 1.5,
+      farther: () => viewer.scale / 1.5,
+    };
+    for (const [id, zoom] of Object.entries(zooms)) byId(id).addEventListener("click", () => viewer.zoomTo(zoom()));
+    viewer.zoomed = () => {
+      byId("zoom").textContent = `${Math.round(100 * viewer.scale)} %`;
     };
     byId("viewer").addEventListener("pointerup", () => draw());
-  };
+  }
 
   /** Say that a large image is shown smaller. @param {import("./contract").ImageSize | null} image */
   const note = (image) => {
@@ -234,11 +234,11 @@ export function pictureOf(server) {
           return tick;
         }),
       );
+      byId("one-hour").hidden = overview.max_hours > 0;
+      slider.disabled = !overview.max_hours;
       note(overview.image);
       said();
-      const coming = Promise.all([aged(false), load()]);
-      begun();
-      await coming;
+      await Promise.all([aged(false), load()]);
       // The picture comes before anything else is asked: its corrected part, and its numbers.
       if (viewer) {
         viewer.draw();

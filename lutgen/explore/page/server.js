@@ -1,6 +1,6 @@
 // The server behind the page: requests of this window, its events, and the word when it has gone.
 
-import { byId, tell } from "./words.js";
+import { tell } from "./words.js";
 
 export const GONE =
   "The server has ended, so nothing here answers any more. Start lutgen explore again; it opens a new page.";
@@ -41,9 +41,13 @@ export class Server {
       );
   }
 
-  /** The window that came with the page. @returns {import("./contract").Overview} */
-  open() {
-    const overview = JSON.parse(byId("begins").textContent ?? "");
+  /** The window that comes at the end of the page. @returns {Promise<import("./contract").Overview>} */
+  async open() {
+    if (document.readyState === "loading")
+      await new Promise((parsed) => document.addEventListener("DOMContentLoaded", parsed));
+    const begins = document.getElementById("begins");
+    if (!begins) throw new Refusal(GONE);
+    const overview = JSON.parse(begins.textContent ?? "");
     if (overview.refused) throw new Refusal(overview.refused);
     this.window = overview.window;
     this.limits = overview.limits;

@@ -15,8 +15,7 @@ export function sessionOf(server, picture, head) {
 
   /** @param {import("./contract").ModelError} next */
   const show = (next) => {
-    error.show(next);
-    physics.parameters(error.now);
+    physics.parameters(error.show(next));
     picture.refresh(next);
     take.refresh();
   };
@@ -49,7 +48,9 @@ export function sessionOf(server, picture, head) {
   const begin = async (overview) => {
     error.forget();
     await physics.begin(overview);
-    if (overview.error) show(overview.error);
+    // An error that came before these readings did was forgotten with that of the others.
+    const { error: missed } = error.now ? { error: null } : await server.get("overview");
+    if (missed && !error.now) show(missed);
   };
   return { begin };
 }

@@ -3,6 +3,12 @@
 /** @param {number} value */
 export const spaced = (value) => String(Math.round(value)).replace(/\B(?=(\d{3})+$)/g, "\u00a0");
 
+/** A text whose whole numbers before a unit are so written, and stay in one line. @param {string} text */
+export const spacedIn = (text) =>
+  text
+    .replace(/(?<![\d.])\d{4,}(?= \p{L})/gu, (digits) => spaced(Number(digits)))
+    .replace(/(?<=\d) (?=\d{3}(?!\d))/g, "\u00a0");
+
 /** An error over the noise: 39.6, 1.0, 125. @param {number} value */
 export const ratio = (value) => (value >= 100 ? value.toFixed(0) : value.toFixed(1));
 
