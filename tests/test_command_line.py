@@ -187,7 +187,7 @@ import importlib.abc, sys
 class Interrupt(importlib.abc.MetaPathFinder):
     def find_spec(self, name, path, target=None):
         if name == {module!r}:
-            raise {error}
+            {error}
 sys.meta_path.insert(0, Interrupt())
 from lutgen.cli import main
 sys.argv = ["lutgen", "apply", "a.png", "--mode", "chroma", "--hours", "1", "-o", "b.png"]
@@ -198,9 +198,12 @@ main()
 @pytest.mark.parametrize(
     ("module", "error"),
     [
-        ("click", "KeyboardInterrupt"),
+        ("click", "raise KeyboardInterrupt"),
         # As libraries in C++ say it.
-        ("OpenImageIO", "ImportError('initialization failed') from KeyboardInterrupt()"),
+        ("OpenImageIO", "raise ImportError('initialization failed') from KeyboardInterrupt()"),
+        # While a dataclass is made: Python then ends by the signal, unless it is made to forget it.
+        ("click", "exec('raise KeyboardInterrupt')"),
+        ("OpenImageIO", "exec('raise KeyboardInterrupt')"),
     ],
 )
 def test_an_interrupt_while_modules_load_ends_with_130_in_silence(module: str, error: str, folder: Path) -> None:
