@@ -206,10 +206,20 @@ main()
         ("OpenImageIO", "exec('raise KeyboardInterrupt')"),
     ],
 )
-def test_an_interrupt_while_modules_load_ends_with_130_in_silence(module: str, error: str, folder: Path) -> None:
+def test_an_interrupt_while_modules_load_ends_with_130_in_silence(
+    module: str, error: str, folder: Path, tmp_path: Path
+) -> None:
     program = INTERRUPTED_IMPORT.format(module=module, error=error).replace("a.png", "slide.png")
+    # As a module, like `python -m lutgen`: Python ends a text of -c, and a script, in another way.
+    (tmp_path / "interrupted.py").write_text(program, encoding="utf-8")
     done = subprocess.run(
-        [sys.executable, "-c", program], cwd=folder, capture_output=True, text=True, check=False, timeout=60
+        [sys.executable, "-m", "interrupted"],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
     )
     assert (done.returncode, done.stdout, done.stderr.strip()) == (130, "", "")
 
