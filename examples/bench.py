@@ -80,7 +80,7 @@ class Bench:
     bakes: int = 12
     width: int = 6000
     height: int = 4000
-    short: int = 9
+    short: int = 21
     long: int = 3
     criticism: Work = field(default_factory=Work)
     appearance: bench_appearance.Work = field(default_factory=bench_appearance.Work)

@@ -187,10 +187,16 @@ def xyz_to_lab(xyz: ArrayLike, white: ArrayLike) -> Array:
 
 
 def _ratio_to_lab(ratio: Array) -> Array:
-    f = np.where(ratio > (6 / 29) ** 3, np.cbrt(ratio), ratio * ((29 / 6) ** 2 / 3) + 4 / 29)
-    x, y, z = np.moveaxis(f, -1, 0)
+    f = np.cbrt(ratio)
+    # Not by `where`, which would give rows anew: columns stay contiguous.
+    np.copyto(f, ratio * ((29 / 6) ** 2 / 3) + 4 / 29, where=~(ratio > (6 / 29) ** 3))
+    x, y, z = f.T if f.ndim == 2 else np.moveaxis(f, -1, 0)
     # Contiguous columns, as `transform` gives them: what comes next works on each alone.
-    return np.moveaxis(np.stack([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]), 0, -1)
+    lab = np.empty((3, *y.shape))
+    np.subtract(116.0 * y, 16.0, out=lab[0, ...])
+    np.multiply(500.0, x - y, out=lab[1, ...])
+    np.multiply(200.0, y - z, out=lab[2, ...])
+    return lab.T if f.ndim == 2 else np.moveaxis(lab, 0, -1)
 
 
 def delta_e_2000(lab_1: ArrayLike, lab_2: ArrayLike) -> Array:

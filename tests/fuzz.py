@@ -39,7 +39,7 @@ from lutgen.bake.build import Plan, build
 from lutgen.bake.check import check
 from lutgen.bake.formats import Provenance, format_named, format_names
 from lutgen.bake.lut import Lut, Sampler, table_of
-from lutgen.bake.manifest import MANIFEST, sha256
+from lutgen.bake.manifest import MANIFEST, HeldFile, sha256
 from lutgen.bake.own_reading import SINGLE, checked_table
 from lutgen.bake.readback import apply_lut
 from lutgen.display import DisplayModel, default_display, load_model
@@ -202,9 +202,10 @@ def rows(_case: int, chance: random.Random, folder: Path) -> str:
     """Mutate a .cube; the strict reader refuses it, or OpenColorIO reads the table that was baked."""
     lut, data, code = _small_cube()
     path = folder / "rows.cube"
-    path.write_bytes(mutated(data, chance) if chance.random() < 0.2 else _retyped(data, chance))
+    file = HeldFile(path, mutated(data, chance) if chance.random() < 0.2 else _retyped(data, chance))
+    path.write_bytes(file.data)
     try:
-        checked_table(path, lut)
+        checked_table(file, lut, folder)
     except LutgenError:
         return ""
     away = float(np.abs(apply_lut(path, code) - lut.apply(code)).max())

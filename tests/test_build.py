@@ -288,6 +288,9 @@ def test_a_certificate_is_what_a_slow_independent_path_finds(name: str, nearest_
     error = colour.delta_E(lab[0], lab[1], method="CIE 2000")
 
     group = groups(code, twin, linear_index=name == "aged.clf")
+    # Dark colours, before the pairs, are there for the largest error alone.
+    place = np.arange(len(code)) - (len(code) - 2 * CERTIFIED.pairs)
+    usual = (place >= 0) | (place < -CERTIFIED.dark)
     certificate = record.certificate
     assert certificate is not None
     for label in ("smooth", "gamut", "border"):
@@ -295,7 +298,8 @@ def test_a_certificate_is_what_a_slow_independent_path_finds(name: str, nearest_
         figures = certificate[label]
         assert figures["colours"] == len(mine), label
         if len(mine):
-            found = [float(mine.mean()), float(np.quantile(mine, 0.99)), float(mine.max())]
+            told = error[(group == label) & usual]
+            found = [float(told.mean()), float(np.quantile(told, 0.99)), float(mine.max())]
             assert found == pytest.approx([figures["mean"], figures["p99"], figures["max"]], abs=1.5e-6), label
     outside = ((model < -1e-6) | (model > 1 + 1e-6)).any(axis=1).mean()
     assert certificate["clipped_share"] == pytest.approx(outside, abs=1e-6)

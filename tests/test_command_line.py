@@ -187,7 +187,7 @@ import importlib.abc, sys
 class Interrupt(importlib.abc.MetaPathFinder):
     def find_spec(self, name, path, target=None):
         if name == {module!r}:
-            raise {error}
+            {error}
 sys.meta_path.insert(0, Interrupt())
 from lutgen.cli import main
 sys.argv = ["lutgen", "apply", "a.png", "--mode", "chroma", "--hours", "1", "-o", "b.png"]
@@ -198,15 +198,28 @@ main()
 @pytest.mark.parametrize(
     ("module", "error"),
     [
-        ("click", "KeyboardInterrupt"),
+        ("click", "raise KeyboardInterrupt"),
         # As libraries in C++ say it.
-        ("OpenImageIO", "ImportError('initialization failed') from KeyboardInterrupt()"),
+        ("OpenImageIO", "raise ImportError('initialization failed') from KeyboardInterrupt()"),
+        # While a dataclass is made: Python then ends by the signal, unless it is made to forget it.
+        ("click", "exec('raise KeyboardInterrupt')"),
+        ("OpenImageIO", "exec('raise KeyboardInterrupt')"),
     ],
 )
-def test_an_interrupt_while_modules_load_ends_with_130_in_silence(module: str, error: str, folder: Path) -> None:
+def test_an_interrupt_while_modules_load_ends_with_130_in_silence(
+    module: str, error: str, folder: Path, tmp_path: Path
+) -> None:
     program = INTERRUPTED_IMPORT.format(module=module, error=error).replace("a.png", "slide.png")
+    # As a module, like `python -m lutgen`: Python ends a text of -c, and a script, in another way.
+    (tmp_path / "interrupted.py").write_text(program, encoding="utf-8")
     done = subprocess.run(
-        [sys.executable, "-c", program], cwd=folder, capture_output=True, text=True, check=False, timeout=60
+        [sys.executable, "-m", "interrupted"],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
     )
     assert (done.returncode, done.stdout, done.stderr.strip()) == (130, "", "")
 

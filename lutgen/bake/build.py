@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +14,7 @@ from lutgen.bake.folder_lock import locked_folder
 from lutgen.bake.formats import format_named
 from lutgen.bake.gpu import check_renderer, gpu_run
 from lutgen.bake.lut import SIZES, Lut
-from lutgen.bake.manifest import FileRecord, Manifest, Recipe, model_as_json, sha256
+from lutgen.bake.manifest import FileRecord, HeldFile, Manifest, Recipe, model_as_json, sha256
 from lutgen.bake.own_reading import checked_table, is_read_here, refuse_other
 from lutgen.bake.parallel import in_parallel
 from lutgen.bake.plan import Plan
@@ -84,14 +85,15 @@ def build(
     output = Path(output)
     for mode, hours, _ in plan.folders():
         plan.display(model, mode, hours)
-    with locked_folder(output):
-        return _build(model, plan, output, jobs=jobs, force=force, progress=progress)
+    with locked_folder(output), scratch() as beside:
+        return _build(model, plan, output, beside, jobs=jobs, force=force, progress=progress)
 
 
 def _build(
     model: DisplayModel,
     plan: Plan,
     output: Path,
+    beside: Path,
     *,
     jobs: int | None,
     force: bool,
@@ -100,7 +102,7 @@ def _build(
     recipe = Recipe(model_as_json(model, output), plan.as_json())
     paths = paths_of(plan)
     folder = claim(output, recipe, paths, force=force)
-    work = [_Work(model, plan, output, part) for part in _parts(plan)]
+    work = [_Work(model, plan, output, beside, part) for part in _parts(plan)]
     sizes = [None] * len(work) if plan.tolerance is None else list(in_parallel(_smallest_sizes, work, jobs))
     work = [replace(part, sizes=chosen) for part, chosen in zip(work, sizes, strict=True)]
     prepare(plan.display(model, plan.modes[-1], plan.hours[-1]), plan)
@@ -137,11 +139,15 @@ def _parts(plan: Plan) -> list[tuple[tuple[str, float, str], ...]]:
 
 @dataclass(frozen=True)
 class _Work:
-    """What one worker is handed: some displays, and the table sizes where a tolerance chose them."""
+    """What one worker is handed: some displays, and the table sizes where a tolerance chose them.
+
+    ``scratch``: the private folder of this build, for all workers.
+    """
 
     model: DisplayModel
     plan: Plan
     output: Path
+    scratch: Path
     displays: tuple[tuple[str, float, str], ...]
     sizes: dict[tuple[str, str], int] | None = None
 
@@ -184,11 +190,10 @@ def _bake(work: _Work) -> list[FileRecord]:
 def _smallest_sizes(work: _Work) -> dict[tuple[str, str], int]:
     """Find the smallest size whose largest smooth error keeps the tolerance, for each display and format."""
     sizes = {}
-    with scratch() as beside:
-        for mode, hours, folder in work.displays:
-            for name in work.plan.formats:
-                aged, form = work.plan.display(work.model, mode, hours), format_named(name)
-                sizes[folder, name] = _smallest_size(work, aged, form, beside / form.file)
+    for mode, hours, folder in work.displays:
+        for name in work.plan.formats:
+            aged, form = work.plan.display(work.model, mode, hours), format_named(name)
+            sizes[folder, name] = _smallest_size(work, aged, form, work.scratch / f"{os.getpid()}-{form.file}")
     return sizes
 
 
@@ -197,7 +202,7 @@ def _smallest_size(work: _Work, aged: AgedDisplay, form: Format, path: Path) -> 
     for size in SIZES:
         lut, data = best_candidate(work.model, aged, form, size)
         path.write_bytes(data)
-        reached = certified(path, aged, form, lut).smooth.max
+        reached = certified(HeldFile(path, data), aged, form, lut, work.scratch).smooth.max
         if reached <= tolerance:
             return size
     message = (
@@ -212,14 +217,17 @@ def _bake_lut(work: _Work, aged: AgedDisplay, path: str, form: Format, size: int
     certificate = None
     with replacing(work.output / path) as staged:
         staged.write_bytes(data)
+        file = HeldFile(staged, data)
         if work.plan.certify:
-            certificate = certified(staged, aged, form, lut).as_json()
+            if staged.read_bytes() != data:
+                raise LutgenError(f"{work.output / path}: reads back otherwise than it was written. Check the disk.")
+            certificate = certified(file, aged, form, lut, work.scratch).as_json()
     return FileRecord(
         path=path,
         kind="lut",
         mode=aged.mode,
         hours=aged.hours,
-        sha256=sha256(data),
+        sha256=file.sha256,
         bytes=len(data),
         format=form.name,
         space=lut.space,
@@ -229,31 +237,29 @@ def _bake_lut(work: _Work, aged: AgedDisplay, path: str, form: Format, size: int
     )
 
 
-def certified(
-    path: Path, aged: AgedDisplay, form: Format, lut: Lut | MatrixLut, data: bytes | None = None
-) -> Certificate:
-    """Read a file back and compare it with ``aged``; equal tables share a certificate. ``data``: what it holds."""
+def certified(file: HeldFile, aged: AgedDisplay, form: Format, lut: Lut | MatrixLut, beside: Path) -> Certificate:
+    """Read a file back and compare it with ``aged``; equal tables share a certificate. ``beside``: a private folder."""
     key = (form.name, aged.head, aged.tail, lut.space, lut.size)
     if key not in _CERTIFICATES:
         kind = TableKind(lut.space, lut.size, not form.unclipped)
-        _CERTIFICATES[key] = JUDGE.compare(_shown(path, data, form, lut, kind), aged, kind)
+        _CERTIFICATES[key] = JUDGE.compare(_shown(file, form, lut, kind, beside), aged, kind)
     return _CERTIFICATES[key]
 
 
-def _shown(path: Path, data: bytes | None, form: Format, lut: Lut | MatrixLut, kind: TableKind) -> Array:
+def _shown(file: HeldFile, form: Format, lut: Lut | MatrixLut, kind: TableKind, beside: Path) -> Array:
     """Code values that a file gives for the judge's colours, (n, 3).
 
     A file that lutgen reads itself OpenColorIO reads as a whole when it is the first of its kind.
     """
-    own = checked_table(path, lut, data) if isinstance(lut, Lut) and is_read_here(lut, form.suffix) else None
+    own = checked_table(file, lut, beside) if isinstance(lut, Lut) and is_read_here(lut, form.suffix) else None
     told = JUDGE.shown(own) if own else None
     if told is not None and kind in _READ_WHOLE:
         return told
-    with under_its_name(path, form.suffix) as named:
+    with under_its_name(file.path, form.suffix) as named:
         shown = apply_lut(named, JUDGE.code)
     if told is None:
         return shown
-    refuse_other(path, shown, told)
+    refuse_other(file.path, shown, told)
     _READ_WHOLE.add(kind)
     # Certificates are the same whichever process has which files.
     return told

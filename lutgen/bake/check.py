@@ -32,6 +32,7 @@ from lutgen.bake.manifest import (
     JOURNAL,
     MANIFEST,
     FileRecord,
+    HeldFile,
     Manifest,
     model_from_json,
     read_manifest,
@@ -41,6 +42,7 @@ from lutgen.bake.provenance import config_of_all, config_of_display
 from lutgen.bake.readback import apply_lut, table_kind
 from lutgen.bindings import ocio, refuse_unlikely
 from lutgen.errors import LutgenError
+from lutgen.files import scratch
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -184,19 +186,20 @@ def check(
     findings += [Finding(MANIFEST, text) for text in outdated]
     remarks += [*left_alone(folder, manifest), *unknown_values(plan)]
     same = model is None and manifest.recipe.get("generator") == f"lutgen {__version__}"
-    asked = _Work(folder, manifest, model or built_from, plan, budget or Budget(), gpu, same, ())
-    work = [replace(asked, records=part) for part in _parts(manifest)]
-    with suppress(LutgenError):  # said of each file
-        prepare(plan.display(model or built_from, plan.modes[-1], plan.hours[-1]), plan)
-    certificates: dict[str, Certificate] = {}
-    shaders: dict[str, GpuRun] = {}
-    done = 0
-    for part in in_parallel(_check_part, work, jobs):
-        findings += part.findings
-        certificates.update(part.certificates)
-        shaders.update(part.gpu)
-        done += part.files
-        progress(done, len(manifest.files))
+    with scratch() as beside:
+        asked = _Work(folder, manifest, model or built_from, plan, budget or Budget(), gpu, same, beside, ())
+        work = [replace(asked, records=part) for part in _parts(manifest)]
+        with suppress(LutgenError):  # said of each file
+            prepare(plan.display(model or built_from, plan.modes[-1], plan.hours[-1]), plan)
+        certificates: dict[str, Certificate] = {}
+        shaders: dict[str, GpuRun] = {}
+        done = 0
+        for part in in_parallel(_check_part, work, jobs):
+            findings += part.findings
+            certificates.update(part.certificates)
+            shaders.update(part.gpu)
+            done += part.files
+            progress(done, len(manifest.files))
     return Checked(len(manifest.files), tuple(findings), certificates, tuple(remarks), shaders)
 
 
@@ -218,6 +221,7 @@ class _Work:
     budget: Budget
     gpu: bool
     same_version: bool
+    scratch: Path
     records: tuple[FileRecord, ...]
 
 
@@ -251,10 +255,10 @@ def _check_part(work: _Work) -> Checked:
     shaders: dict[str, GpuRun] = {}
     for record in work.records:
         path = work.folder / record.path
-        problem, data = altered(path, record)
+        problem, file = altered(path, record)
         if problem:
             findings.append(Finding(record.path, problem))
-        if data is None:
+        if file is None:
             continue
         try:
             if record.kind == "config":
@@ -265,7 +269,7 @@ def _check_part(work: _Work) -> Checked:
                     findings += _shader_findings(record.path, shaders[record.path])
             else:
                 aged = _claimed(work, record)
-                found, certificate = _check_built_lut(path, data, aged, record, work)
+                found, certificate = _check_built_lut(file, aged, record, work)
                 findings += found
                 if certificate:
                     certificates[record.path] = certificate
@@ -307,22 +311,22 @@ def _config_problems(path: Path, record: FileRecord, work: _Work) -> list[str]:
 
 
 def _check_built_lut(
-    path: Path, data: bytes, aged: AgedDisplay, record: FileRecord, work: _Work
+    file: HeldFile, aged: AgedDisplay, record: FileRecord, work: _Work
 ) -> tuple[list[Finding], Certificate | None]:
     """Compare a file with what the code writes, and its certificate with a new one."""
     form = format_named(str(record.format))
     size = record.size if work.plan.tolerance is not None and record.size in SIZES else work.plan.cubesize
     lut, expected = best_candidate(work.model, aged, form, int(size))
-    name = record.path
-    if data == expected:
-        certificate = certified(path, aged, form, lut, data)
+    path, name = file.path, record.path
+    if file.data == expected:
+        certificate = certified(file, aged, form, lut, work.scratch)
         findings = [Finding(name, problem) for problem in _over_budget(certificate, record, work.budget)]
     else:
         findings, fresh = _check_lut(path, name, aged, record, work.budget)
         if fresh is None:
             return findings, None
         certificate = fresh
-        if differs := differs_from(path, data, expected, lut, same_version=work.same_version):
+        if differs := differs_from(path, file.data, expected, lut, same_version=work.same_version):
             findings.append(Finding(name, differs))
     claims = _claims(record, lut)
     if work.plan.certify:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from io import BytesIO
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,11 +26,12 @@ _WHOLE = 1.5 * 2.0**52
 
 
 @cache
-def _pieces() -> tuple[NDArray[np.uint64], NDArray[np.uint32]]:
-    """Text of every ``d.ddd``, as words of eight bytes of which five count, and of every ``dddd``."""
+def _pieces() -> tuple[NDArray[np.uint64], NDArray[np.uint64], NDArray[np.uint32]]:
+    """Text of every ``d.ddd``, and of every ``dddd`` and a space, five bytes of eight; then of every ``dddd`` alone."""
     first = b"".join(b"%d.%03d   " % divmod(number, 1000) for number in range(10_000))
-    last = b"".join(b"%04d" % number for number in range(10_000))
-    return np.frombuffer(first, np.uint64), np.frombuffer(last, np.uint32)
+    last = b"".join(b"%04d    " % number for number in range(10_000))
+    inner = np.frombuffer(last, np.uint64)
+    return np.frombuffer(first, np.uint64), inner, inner.view(np.uint32)[::2].copy()
 
 
 def rows_of_text(values: Array, *, head: bytes = b"") -> bytes:
@@ -66,9 +67,8 @@ def _put_rows(text: NDArray[np.uint8], values: Array) -> None:
     """Write ``values`` as :func:`rows_of_text` says into lines of letters, (n, k · width)."""
     width = text.shape[1] // values.shape[1]
     signed = width - DECIMALS - 3
-    text[:, width - 1 :: width] = ord(" ")
     text[:, -1] = ord("\n")
-    first, last = _pieces()
+    first, last, at_end = _pieces()
     # So many rows at a time that their text stays near the processor for each column.
     for top, column in product(range(0, len(values), CHUNK), range(values.shape[1])):
         here, lines, start = values[top : top + CHUNK, column], text[top : top + CHUNK], column * width + signed
@@ -79,6 +79,12 @@ def _put_rows(text: NDArray[np.uint8], values: Array) -> None:
             lines[:, start - 1] = np.where((here < 0) & (whole > 0), ord("-"), ord(" "))
         high = whole // 10_000
         whole -= high * 10_000
-        # The eight bytes reach over the first of the last four digits, which are written after them.
-        np.ndarray(len(lines), np.uint64, lines, start, lines.strides[:1])[:] = first.take(high)
-        np.ndarray(len(lines), np.uint32, lines, start + 5, lines.strides[:1])[:] = last.take(whole)
+        # Eight bytes reach over what is written after them: the last four digits, then the number to the right.
+        _words(lines, start, first)[:] = first.take(high)
+        low = at_end if column == values.shape[1] - 1 else last
+        _words(lines, start + 5, low)[:] = low.take(whole)
+
+
+def _words(lines: NDArray[np.uint8], start: int, like: NDArray[Any]) -> NDArray[Any]:
+    """Return a view of what begins at one place of each line as words of a type, (n,)."""
+    return np.ndarray(len(lines), like.dtype, lines, start, lines.strides[:1])

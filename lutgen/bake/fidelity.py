@@ -11,6 +11,8 @@ therefore given apart:
 ``gamut``   other colours for which it mixes lattice points that the table clips with others that it does not, or points
             right before the clip, where nodes are fitted
 ``smooth``  all the rest
+
+Dark colours, where tables err most, are more than a picture's share: they count for the largest error alone.
 """
 
 from __future__ import annotations
@@ -157,10 +159,14 @@ class Judge:
         if table.size:
             border |= self._crosses(aged, table, self.code)
             gamut = self._mixes_clipped(aged, table) & ~border
+        usual = _usual()
+        smooth, gamut_error, border_error = (
+            figures(error[group], usual[group]) for group in (~border & ~gamut, gamut, border)
+        )
         return Certificate(
-            figures(error[~border & ~gamut]),
-            figures(error[gamut]),
-            figures(error[border]),
+            smooth,
+            gamut_error,
+            border_error,
             float(clipped),
             self._round_trip(code, aged, border | gamut),
         )
@@ -171,8 +177,8 @@ class Judge:
             return None
         drive, lattice = self._model(aged, self.code), self.sampler.linear(aged, _REACH, "code")
         if self._without is None or self._without.link != link:
-            self._without = Without.of(link, self.code, drive)
-        return round_trip(self._without, drive, code, border=border, tissue=_TISSUE, lattice=lattice)
+            self._without = Without.of(link, self.code, drive, _usual())
+        return round_trip(self._without, drive, code, border=border, usual=_usual(), tissue=_TISSUE, lattice=lattice)
 
     def table_error(self, lut: Lut | MatrixLut, aged: AgedDisplay) -> TableError:
         """ΔE2000 of a table by itself, in double precision on some colours: the same on every binding."""
@@ -240,10 +246,17 @@ def _seen_apart(linear: Array, code: Array) -> Array:
     return delta_e_2000(linear_to_lab(np.clip(linear, 0.0, 1.0)), linear_to_lab(shown))
 
 
+def _usual() -> NDArray[np.bool_]:
+    """Which of a certificate's colours are not dark ones, which are there for the largest error, (n,)."""
+    before, pairs = CERTIFIED.uniform + CERTIFIED.grey + CERTIFIED.tissue, 2 * CERTIFIED.pairs
+    return np.repeat([True, False, True], [before, CERTIFIED.dark, pairs])
+
+
 def certificate_colours(counts: Counts = CERTIFIED) -> Array:
     """Return the certificate's colours, shape (n, 3): uniform, greys, tissue, dark, then both colours of each pair.
 
     Dark ones are squares of uniform code values: where curves bend most, in the first cells of a table, it errs most.
+    They count for the largest error, and not for the mean and the 99 % quantile.
     """
     random = np.random.default_rng(SEED)
     uniform = random.random((counts.uniform, 3))

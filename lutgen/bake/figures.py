@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lutgen.colorimetry import Array
 
 
@@ -25,11 +27,16 @@ class Figures:
     max: float
 
 
-def figures(error: Array) -> Figures:
-    """Summarise ΔE2000 values, shape (n,)."""
+def figures(error: Array, usual: NDArray[np.bool_] | None = None) -> Figures:
+    """Summarise ΔE2000 values, shape (n,).
+
+    ``usual``, (n,): which of them tell the mean and the quantile, where there are any; colours that were added to find
+    the largest error do not.
+    """
     if not error.size:
         return Figures(0, 0.0, 0.0, 0.0)
-    return Figures(error.size, float(error.mean()), float(np.quantile(error, 0.99)), float(error.max()))
+    spread = error if usual is None or not usual.any() else error[usual]
+    return Figures(error.size, float(spread.mean()), float(np.quantile(spread, 0.99)), float(error.max()))
 
 
 def rounded(value: Any) -> Any:

@@ -67,7 +67,7 @@ def before_clip(own: Array, channel: int, size: int) -> NDArray[np.intp]:
     The channel at each node of a lattice, unclipped, red fastest, (n³,) → flat indices.
     """
     step = size**channel
-    beyond = np.flatnonzero(own > 1.0)
+    beyond = np.flatnonzero(own > 1.0) if own.max() > 1.0 else np.zeros(0, np.intp)
     if not beyond.size:
         return beyond
     before = beyond[beyond // step % size > 0] - step

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from lutgen.bake.build import paths_of
 from lutgen.bake.formats import format_named, format_names
-from lutgen.bake.manifest import JOURNAL, MANIFEST, FileRecord, sha256
+from lutgen.bake.manifest import JOURNAL, MANIFEST, FileRecord, HeldFile
 from lutgen.bake.plan import Plan, direction_of
 from lutgen.bake.source_profile import source_profile_of
 from lutgen.bindings import LARGEST_LUT
@@ -124,20 +124,20 @@ def _contradictions(record: FileRecord, asked: FileRecord) -> list[str]:
     ]
 
 
-def altered(path: Path, record: FileRecord) -> tuple[str | None, bytes | None]:
-    """Return what became of a file, if anything, and its bytes, where it can be a file of a build."""
+def altered(path: Path, record: FileRecord) -> tuple[str | None, HeldFile | None]:
+    """Return what became of a file, if anything, and what it holds, where it can be a file of a build."""
     try:
         if not stat.S_ISREG(path.stat().st_mode):
             return "is no file any more", None
         if path.stat().st_size > LARGEST_LUT:
             return f"altered: larger than {LARGEST_LUT // 1_000_000} MB, which no file of a build is", None
-        data = path.read_bytes()
+        file = HeldFile(path, path.read_bytes())
     except (FileNotFoundError, NotADirectoryError):
         return "missing", None
     except OSError as error:
         return f"cannot be read: {reason_of(error)}", None
-    same = len(data) == record.bytes and sha256(data) == record.sha256
-    return None if same else "altered: its bytes are not those that lutgen wrote", data
+    same = len(file.data) == record.bytes and file.sha256 == record.sha256
+    return None if same else "altered: its bytes are not those that lutgen wrote", file
 
 
 def unknown_values(plan: Plan) -> list[str]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from lutgen.bake.fitted_nodes import HEADROOM, MOST_MOVED, fit_beside_clip, ramps_at_white
 from lutgen.bake.spaces import SPACES, lattice, tetrahedra
-from lutgen.colorimetry import XYZ_TO_LINEAR, code_to_linear, in_chunks, linear_to_code, transform, xyz_to_linear
+from lutgen.colorimetry import CHUNK, XYZ_TO_LINEAR, code_to_linear, in_chunks, linear_to_code, transform
 from lutgen.display.effect_chain import without_steps
 from lutgen.display.inverse import compensation_of
 from lutgen.display.paper import on_both_sides, paper_links, selects_nearest
@@ -134,7 +134,7 @@ class Sampler:
         """Aged linear light, unclipped, on a lattice uniform in ``space``: shape (size³, 3), red fastest."""
         if compensation_of(aged):
             return self.linear_of(aged, (size, space), lambda: lattice(size, space))
-        return _linear(aged, self._lattice(aged, size, space)[: size**3])
+        return _on_lattice(aged, self._lattice(aged, size, space)[: size**3], size, _same)
 
     def linear_of(self, aged: AgedDisplay, name: object, code: Callable[[], Array]) -> Array:
         """Aged linear light, unclipped, of the code values that go by a name, both (n, 3)."""
@@ -145,7 +145,7 @@ class Sampler:
             self._drives, self._correction = {}, correction
         if name not in self._drives:
             # Whole: the search takes the slow ones of all colours together.
-            self._drives[name] = xyz_to_linear(aged.xyz(aged.head_signal(code())))
+            self._drives[name] = aged.linear(aged.head_signal(code()))
         return self._drives[name]
 
     def _signal(self, aged: AgedDisplay, name: object, made: Callable[[], Array]) -> Array:
@@ -174,7 +174,7 @@ class Sampler:
         if correction:
             values = held(self.linear(aged, size, space)).copy()
         else:
-            values = in_chunks(lambda part: held(_linear(aged, part)), self._lattice(aged, size, space))
+            values = _on_lattice(aged, self._lattice(aged, size, space), size, held)
         values, beside = values[: size**3], values[size**3 :]
         table = values.reshape(size, size, size, 3)
         top = 1.0 if whole or correction else HEADROOM
@@ -212,7 +212,38 @@ class Sampler:
 
 def _linear(aged: AgedDisplay, signal: Array) -> Array:
     """Signal behind the head (n, k) → linear light, unclipped, (n, 3)."""
-    return in_chunks(lambda part: xyz_to_linear(aged.xyz(part)), signal)
+    return in_chunks(aged.linear, signal)
+
+
+def _same(linear: Array) -> Array:
+    return linear
+
+
+def _on_lattice(aged: AgedDisplay, signal: Array, size: int, held: Callable[[Array], Array]) -> Array:
+    """What a table holds of the signal behind the head, (n, k): a lattice, red fastest, then other colours; (n, 3).
+
+    The paper's display adds channels, and each is the same all over planes of the lattice: what red and green give is
+    added once for all steps of blue.
+    """
+    paper = paper_links(aged)
+    if paper is None:
+        return in_chunks(lambda part: held(aged.linear(part)), signal)
+    matrix, end, axis = paper[1].to_linear, size**3, signal[:size, 0]
+    used, result = signal[:end, 3].reshape(size, -1), np.empty((len(signal), 3), order="F")
+    planes = [np.add.outer(green * axis, red * axis).ravel() for red, green, _, _ in matrix]
+    steps = CHUNK // size**2
+    light, product = np.empty((3, steps, size**2)), np.empty((steps, size**2))
+    for first in range(0, size, steps):
+        own, here = used[first : first + steps], axis[first : first + steps, np.newaxis]
+        part, shared = light[:, : len(own)], product[: len(own)]
+        for out, plane, (_, _, blue, share) in zip(part, planes, matrix, strict=True):
+            np.add(plane, blue * here, out=out)
+            np.add(out, np.multiply(own, share, out=shared), out=out)
+        start = first * size**2
+        result[start : start + own.size] = held(part.reshape(3, -1).T)
+    if len(signal) > end:
+        result[end:] = held(transform(matrix, signal[end:]))
+    return result
 
 
 def as_matrix(aged: AgedDisplay) -> MatrixLut | None:

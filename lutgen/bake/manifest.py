@@ -11,6 +11,7 @@ import json
 import os
 from base64 import b64decode, b64encode
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -96,6 +97,19 @@ class Manifest:
         recipe = json.dumps(self.recipe, indent=1, ensure_ascii=False).removesuffix("\n}")
         files = ",\n  ".join(json.dumps(record.as_json(), ensure_ascii=False) for record in self.files)
         return f'{recipe},\n "files": [\n  {files}\n ]\n}}\n'.encode()
+
+
+@dataclass(frozen=True)
+class HeldFile:
+    """A file, and the bytes that it holds."""
+
+    path: Path
+    data: bytes
+
+    @cached_property
+    def sha256(self) -> str:
+        """Their hash, as manifests have it."""
+        return sha256(self.data)
 
 
 def sha256(data: bytes) -> str:

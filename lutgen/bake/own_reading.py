@@ -11,7 +11,7 @@ first file of each kind in a process is loaded and applied as a whole besides.
 
 from __future__ import annotations
 
-import hashlib
+import os
 import re
 from typing import TYPE_CHECKING
 
@@ -21,13 +21,13 @@ from lutgen.bake.digits import DECIMALS
 from lutgen.bake.lut import Lut
 from lutgen.bake.readback import apply_lut
 from lutgen.errors import LutgenError
-from lutgen.files import scratch
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from numpy.typing import NDArray
 
+    from lutgen.bake.manifest import HeldFile
     from lutgen.colorimetry import Array
 
 #: Points along an edge of the table that OpenColorIO loads, and colours that go through it.
@@ -55,24 +55,23 @@ def refuse_other(path: Path, shown: Array, read: Array) -> None:
         )
 
 
-def checked_table(path: Path, baked: Lut, data: bytes | None = None) -> Lut:
+def checked_table(file: HeldFile, baked: Lut, folder: Path) -> Lut:
     """Read a file strictly, and compare it with the table that was baked, and a sample of it with OpenColorIO.
 
-    ``data`` is what the file holds, where it was read already.
+    The sample is written into ``folder``, a private one.
 
     Raises
     ------
     LutgenError
-        The file cannot be read, has another form, holds another table, or OpenColorIO reads it otherwise.
+        The file has another form, holds another table, or OpenColorIO reads it otherwise.
 
     """
     try:
-        data = path.read_bytes() if data is None else data
-        head, text = _parts(data)
+        head, text = _parts(file.data)
         steps = _same(whole_steps(text), baked)
-        _sample(data, head, text, steps)
+        _sample(file, head, text, steps, folder / f"{os.getpid()}.cube")
     except ValueError as error:
-        raise LutgenError(f"{path}: {error}. Build it again.") from None
+        raise LutgenError(f"{file.path}: {error}. Build it again.") from None
     return Lut("code", (steps / _SCALE).astype(np.float32).astype(np.float64).reshape(baked.table.shape))
 
 
@@ -120,15 +119,13 @@ def whole_steps(text: NDArray[np.uint8]) -> NDArray[np.int32]:
     return steps.reshape(rows, 3)
 
 
-def _sample(data: bytes, head: bytes, text: NDArray[np.uint8], steps: NDArray[np.int32]) -> None:
+def _sample(file: HeldFile, head: bytes, text: NDArray[np.uint8], steps: NDArray[np.int32], part: Path) -> None:
     """Let OpenColorIO load some rows of a file behind its head; raises ValueError where it gives other colours."""
-    random = np.random.default_rng(list(hashlib.sha256(data).digest()))
+    random = np.random.default_rng(list(bytes.fromhex(file.sha256)))
     chosen = random.integers(0, len(text), EDGE**3)
     code = random.random((COLOURS, 3)).astype(np.float32).astype(np.float64)
     table = Lut("code", (steps[chosen] / _SCALE).reshape(EDGE, EDGE, EDGE, 3))
-    with scratch() as folder:
-        part = folder / "part.cube"
-        part.write_bytes(b"%s%d\n%s" % (head, EDGE, text[chosen].tobytes()))
-        away = np.abs(apply_lut(part, code) - table.apply(code)).max()
+    part.write_bytes(b"%s%d\n%s" % (head, EDGE, text[chosen].tobytes()))
+    away = np.abs(apply_lut(part, code) - table.apply(code)).max()
     if not away <= SINGLE:
         raise ValueError(f"OpenColorIO reads its numbers otherwise, by up to {away:.2g}")

@@ -52,13 +52,16 @@ class Without:
     inverse: Figures
 
     @classmethod
-    def of(cls, link: Compensation, asked: Array, drive: Array) -> Without:
-        """Send code values (n, 3) to the un-aged display, and their unclipped drives (n, 3) to the aged one."""
+    def of(cls, link: Compensation, asked: Array, drive: Array, usual: NDArray[np.bool_]) -> Without:
+        """Send code values (n, 3) to the un-aged display, and their unclipped drives (n, 3) to the aged one.
+
+        ``usual``, (n,), is for :func:`figures`.
+        """
         wanted = linear_to_lab(xyz_to_linear(link.target(asked)))
         reached = ~outside_gamut(drive)
         exact = linear_to_code(np.clip(drive[reached], 0.0, 1.0))
         shown = linear_to_lab(link.aged.code_to_linear(exact))
-        return cls(link, wanted, figures(delta_e_2000(shown, wanted[reached])))
+        return cls(link, wanted, figures(delta_e_2000(shown, wanted[reached]), usual[reached]))
 
 
 def round_trip(
@@ -67,6 +70,7 @@ def round_trip(
     code: Array,
     *,
     border: NDArray[np.bool_],
+    usual: NDArray[np.bool_],
     tissue: slice,
     lattice: Array,
 ) -> RoundTrip:
@@ -82,6 +86,8 @@ def round_trip(
         The file's code values for them, (n, 3).
     border
         Whether the file mixes drives from both sides of a jump, or of the end of what it clips to, (n,).
+    usual
+        Which of the colours tell means and quantiles, (n,).
     tissue
         Which of the colours are tissue.
     lattice
@@ -91,10 +97,13 @@ def round_trip(
     aged = without.link.aged
     shown = delta_e_2000(linear_to_lab(aged.code_to_linear(np.clip(code, 0.0, 1.0))), without.wanted)
     out = outside_gamut(drive)
+    reached, reached_border, unreachable = (
+        figures(shown[group], usual[group]) for group in (~out & ~border, ~out & border, out)
+    )
     return RoundTrip(
-        reached=figures(shown[~out & ~border]),
-        reached_border=figures(shown[~out & border]),
-        unreachable=figures(shown[out]),
+        reached=reached,
+        reached_border=reached_border,
+        unreachable=unreachable,
         inverse=without.inverse,
         unreachable_lattice_share=float(outside_gamut(lattice).mean()),
         unreachable_tissue_share=float(out[tissue].mean()),

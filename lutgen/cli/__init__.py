@@ -22,4 +22,8 @@ def main() -> None:
         code = run()
     except KeyboardInterrupt:
         code = INTERRUPTED
+    if code == INTERRUPTED:
+        # Where an interrupt passes through a text that Python runs, as dataclasses do while modules load, Python notes
+        # it, and ends by the signal whatever the code. Another text makes it forget.
+        exec("")  # noqa: S102
     sys.exit(code)

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from lutgen import effects
-from lutgen.colorimetry import code_to_linear, in_chunks, linear_to_code, xyz_to_linear
+from lutgen.colorimetry import code_to_linear, in_chunks, linear_to_code, transform, xyz_to_linear
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -42,6 +42,15 @@ class Link(Protocol):
     def __call__(self, signal: Array) -> Array:
         """Send a signal of shape (n, k) through this link."""
         ...
+
+
+class MatrixLink:
+    """A link to XYZ that is a matrix: with what follows it is one multiplication."""
+
+    @property
+    def to_linear(self) -> Array:
+        """The matrix from its signal to linear sRGB, shape (3, k)."""
+        raise NotImplementedError
 
 
 @dataclass(frozen=True)
@@ -83,20 +92,27 @@ class AgedDisplay:
         """Signal behind the head (n, k) → XYZ (n, 3), relative to the un-aged white."""
         return _pass(self.tail, head_signal)
 
+    def linear(self, head_signal: Array) -> Array:
+        """Signal behind the head (n, k) → linear sRGB of the aged colour (n, 3), not clipped to the viewer's gamut."""
+        last = self.tail[-1] if self.tail else None
+        if isinstance(last, MatrixLink):
+            return transform(last.to_linear, _pass(self.tail[:-1], head_signal))
+        return xyz_to_linear(self.xyz(head_signal))
+
     def code_to_xyz(self, code: Array) -> Array:
         """Code values (..., 3) → XYZ of the aged display (..., 3), in chunks, in double precision."""
         return _of_triplets(lambda part: self.xyz(self.head_signal(part)), code)
 
     def code_to_linear(self, code: Array) -> Array:
         """Code values (..., 3) → linear sRGB of the aged colour (..., 3), not clipped to the viewer's gamut."""
-        return _of_triplets(lambda part: xyz_to_linear(self.xyz(self.head_signal(part))), code)
+        return _of_triplets(lambda part: self.linear(self.head_signal(part)), code)
 
     def code_to_code(self, code: Array) -> Array:
         """Code values (..., 3) → code values with which an un-aged sRGB viewer shows the aged colour.
 
         Step 6 of the paper: XYZ → linear sRGB → clip to 0..1 → OETF.
         """
-        return _of_triplets(lambda part: viewer_code(xyz_to_linear(self.xyz(self.head_signal(part)))), code)
+        return _of_triplets(lambda part: viewer_code(self.linear(self.head_signal(part))), code)
 
     def clipped_share(self, code: Array) -> float:
         """Share of ``code`` (..., 3) whose aged colour lies outside the viewer's gamut by more than 1e-6 of white."""

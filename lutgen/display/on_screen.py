@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.cells import number_list
-from lutgen.colorimetry import in_chunks, xyz_to_linear
+from lutgen.colorimetry import in_chunks
 from lutgen.display.effect_chain import LightLink, PanelLink, Surroundings
 from lutgen.display.uniformity import NAME, MeasuredUniformity
 from lutgen.effects.probe import reacts_to
@@ -160,7 +160,7 @@ def linear_at(aged: AgedDisplay, code: Array, place: Array) -> Array:
 
     def seen(some: Array, at: Array) -> Array:
         here = seen_at(aged, at)
-        return xyz_to_linear(here.xyz(here.head_signal(some)))
+        return here.linear(here.head_signal(some))
 
     return in_chunks(seen, code, place)
 

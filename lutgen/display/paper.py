@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import transform, xyY_to_xyz
-from lutgen.display.chain import SrgbTransfer
+from lutgen.colorimetry import XYZ_TO_LINEAR, transform, xyY_to_xyz
+from lutgen.display.chain import MatrixLink, SrgbTransfer
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -101,7 +101,7 @@ def on_both_sides(signal: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Matrices:
+class Matrices(MatrixLink):
     """The aged emission of one mode and hour: (n, 4) coordinates of ``Selection`` → XYZ (n, 3).
 
     A primary's matrix differs from white's in the primary's own column alone, and by the same vector for all three: by
@@ -117,10 +117,20 @@ class Matrices:
         """The four matrices, shape (4, 3, 3)."""
         return np.array(self.values)
 
+    @property
+    def matrix(self) -> Array:
+        """The one matrix that this is, from coordinates to XYZ, shape (3, 4)."""
+        white, red = np.array(self.values[:2])
+        return np.hstack([white, red[:, :1] - white[:, :1]])
+
+    @property
+    def to_linear(self) -> Array:
+        """The matrix from coordinates to linear sRGB, shape (3, 4); not by BLAS, as ``transform``."""
+        return np.asarray((XYZ_TO_LINEAR[:, :, np.newaxis] * self.matrix).sum(axis=1))
+
     def __call__(self, signal: Array) -> Array:
         """(n, 4) → XYZ (n, 3)."""
-        white, red, *_ = self.array
-        return transform(np.column_stack([white, red[:, 0] - white[:, 0]]), signal)
+        return transform(self.matrix, signal)
 
 
 def matrices_of(xyY: Array, selection: str) -> Matrices:
