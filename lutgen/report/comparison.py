@@ -68,8 +68,8 @@ def fresh_lines(comparison: Comparison) -> Iterator[str]:
         if first.own is not None:
             yield f"Its own model: mean ΔE2000 {first.own:.2f} on mixtures held out."
             yield from (f"  {rung}" for rung in first.rungs)
-    if native:
-        yield from native.remarks
+    # What own model and native display both remark is said once.
+    yield from dict.fromkeys([*(first.remarks if first else ()), *(native.remarks if native else ())])
     for known in comparison.problem.known:
         yield from known.sentences()
     if comparison.problem.discrepancy:
