@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.display.chain import Link
+    from lutgen.display.covariance import FitCovariance
     from lutgen.display.trace import Applied
     from lutgen.readings import Measurements
 
@@ -52,6 +53,8 @@ class DisplayModel:
         What was found to act beside the paper's model; kept in the order of the light's way.
     latent
         The tips before the effects, as fitted; None: as measured.
+    covariance
+        How the errors of fitted parameters and latent tips hang together; None: not known.
     baseline
         One of ``BASELINES``.
     held
@@ -74,6 +77,7 @@ class DisplayModel:
     luminance: LuminanceLaw = UNSAID
     effects: tuple[AppliedEffect, ...] = ()
     latent: LatentTips | None = None
+    covariance: FitCovariance | None = None
     baseline: str = "colour-points"
     held: bool = False
     native: NativeDisplay | None = None
@@ -104,6 +108,8 @@ class DisplayModel:
         if twice:
             raise LutgenError(f"effect {twice!r} is given twice. Keep one of them.")
         object.__setattr__(self, "effects", effects)
+        if self.covariance:
+            self._check_covariance(self.covariance)
         if self.baseline in NATIVE_BASELINES and self.native is None:
             object.__setattr__(self, "native", NativeDisplay.of(self.measurements))
         told, readings = self.baseline not in FORETELLING_BASELINES, self.measurements
@@ -111,6 +117,18 @@ class DisplayModel:
         object.__setattr__(self, "_known", known)
         object.__setattr__(self, "_tips", self._measured_tips())
         object.__setattr__(self, "_before", self._tips_before_effects())
+
+    def _check_covariance(self, known: FitCovariance) -> None:
+        """Refuse a covariance of other numbers than this model's."""
+        free = {(each.effect.name, name) for each in self.effects for name in each.free}
+        other = next((f"{effect}.{name}" for effect, name in known.of if (effect, name) not in free), None)
+        if other or len({*known.of}) < len(known.of):
+            message = f"covariance: {other or 'a parameter'} is {'not a fitted parameter' if other else 'there twice'}."
+            raise LutgenError(f"{message} Name each fitted parameter once, as EFFECT.PARAMETER.")
+        hours = 0 if self.latent is None else 1 if self.baseline in FORETELLING_BASELINES else self.latent.hours.size
+        if known.hours not in {0, hours}:
+            message = f"covariance: it holds the tips of {known.hours} hours, but {hours} are fitted. Leave them out."
+            raise LutgenError(message)
 
     @property
     def tips(self) -> Tips:
