@@ -35,8 +35,8 @@ class FirstSession:
     own
         Of the display's own model (:mod:`lutgen.display.own_model`) on mixtures, held out by patch; None where these
         are too few.
-    rungs, remarks
-        What its ladder says of each rung, and of readings that it weighed down, one sentence each.
+    rungs
+        What its ladder says, one sentence each.
 
     """
 
@@ -45,7 +45,6 @@ class FirstSession:
     native: float | None
     own: float | None = None
     rungs: tuple[str, ...] = ()
-    remarks: tuple[str, ...] = ()
 
     @property
     def is_another(self) -> bool:
@@ -82,11 +81,8 @@ def first_session(problem: Problem) -> FirstSession | None:
         return float(found[judged].mean())
 
     model = own.ladder if own else _own_model(problem)
-    found = FirstSession(int(judged.sum()), error(paper), error(native) if own else None)
-    if model is None:
-        return found
-    rungs = tuple(rung.sentence() for rung in model.rungs)
-    return replace(found, own=model.error, rungs=rungs, remarks=model.remarks())
+    held_out, said = (model.error, model.sentences()) if model else (None, ())
+    return FirstSession(int(judged.sum()), error(paper), error(native) if own else None, held_out, said)
 
 
 def _own_model(problem: Problem) -> OwnModel | None:

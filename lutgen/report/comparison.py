@@ -68,8 +68,9 @@ def fresh_lines(comparison: Comparison) -> Iterator[str]:
         if first.own is not None:
             yield f"Its own model: mean ΔE2000 {first.own:.2f} on mixtures held out."
             yield from (f"  {rung}" for rung in first.rungs)
-    # What own model and native display both remark is said once.
-    yield from dict.fromkeys([*(first.remarks if first else ()), *(native.remarks if native else ())])
+    if native:
+        # Readings that the own model weighs down are among its rungs' lines.
+        yield from (remark for remark in native.remarks if not first or remark not in first.rungs)
     for known in comparison.problem.known:
         yield from known.sentences()
     if comparison.problem.discrepancy:

@@ -107,6 +107,10 @@ class OwnModel:
         known = {tuple(each): share for each, share in zip(self.sample.drive.tolist(), self.held_out, strict=True)}
         return np.array([known.get(tuple(each), np.full(3, np.nan)) for each in code.tolist()])
 
+    def sentences(self) -> tuple[str, ...]:
+        """Say every rung, and every reading that was weighed down, in a line each."""
+        return (*(rung.sentence() for rung in self.rungs), *self.remarks())
+
     def remarks(self) -> tuple[str, ...]:
         """Name the readings that were weighed down, in a line each; of a session that drifts only how many."""
         count, said = len(self.misread), []
