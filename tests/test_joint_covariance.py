@@ -167,11 +167,21 @@ def test_what_is_no_covariance_is_refused(of: tuple[tuple[str, str], ...], matri
         FitCovariance(of, matrix)
 
 
-def test_a_covariance_of_another_model_is_refused(folder: Path) -> None:
-    model = refined(folder).model
-    with pytest.raises(LutgenError, match=r"covariance: leak\.new is not a fitted parameter"):
-        replace(model, covariance=FitCovariance((("leak", "new"),), np.eye(1)))
+def test_a_covariance_of_another_model_is_refused() -> None:
+    free = {("black-level", "new"), ("black-level", "grown")}
+    with pytest.raises(LutgenError, match=r"\[covariance\]: leak\.new is not a fitted parameter"):
+        FitCovariance((("leak", "new"),), np.eye(1)).check(free, 3)
     with pytest.raises(LutgenError, match="it holds the tips of 1 hours, but 3 are fitted"):
-        replace(model, covariance=FitCovariance((), np.eye(12)))
-    with pytest.raises(LutgenError, match="a parameter is there twice"):
-        replace(model, covariance=FitCovariance((("black-level", "new"),) * 2, np.eye(2)))
+        FitCovariance((), np.eye(12)).check(free, 3)
+    with pytest.raises(LutgenError, match=r"black-level\.new is there twice"):
+        FitCovariance((("black-level", "new"),) * 2, np.eye(2)).check(free, 3)
+
+
+def test_without_an_effect_its_parameters_are_drawn_no_more(folder: Path) -> None:
+    model = refined(folder).model
+    bare = replace(model, effects=())
+    assert model.covariance is not None
+    few = model.covariance.among(bare.fitted)
+    assert few.of == ()
+    np.testing.assert_array_equal(few.matrix, model.covariance.matrix[-36:, -36:])
+    assert all(each.effects == () for each in drawn(bare, 3))

@@ -11,7 +11,7 @@ import numpy as np
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Mapping
 
     from lutgen.colorimetry import Array
 
@@ -93,6 +93,23 @@ class FitCovariance:
         matrix = np.zeros((len(rows), len(rows)))
         matrix[np.tril_indices(len(rows))] = [value for row in rows for value in row]
         return cls(of, matrix + np.tril(matrix, -1).T)
+
+    def check(self, free: Collection[tuple[str, str]], hours: int) -> None:
+        """Raise LutgenError unless it is of some ``free`` parameters, and of no tips or those of so many ``hours``."""
+        other = next((each for each in self.of if each not in free or self.of.count(each) > 1), None)
+        if other:
+            why = "is there twice" if other in free else "is not a fitted parameter"
+            message = f"[covariance]: {'.'.join(other)} {why}. Name each fitted parameter once, as EFFECT.PARAMETER."
+            raise LutgenError(message)
+        if self.hours not in {0, hours}:
+            message = f"[covariance]: it holds the tips of {self.hours} hours, but {hours} are fitted. Leave them out."
+            raise LutgenError(message)
+
+    def among(self, free: Collection[tuple[str, str]]) -> FitCovariance:
+        """Return what it says of those of its parameters that are among ``free``, and of the tips."""
+        kept = [place for place, each in enumerate(self.of) if each in free]
+        places = [*kept, *range(len(self.of), len(self.matrix))]
+        return FitCovariance(tuple(self.of[place] for place in kept), self.matrix[np.ix_(places, places)])
 
     @property
     def hours(self) -> int:

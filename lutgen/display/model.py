@@ -54,7 +54,8 @@ class DisplayModel:
     latent
         The tips before the effects, as fitted; None: as measured.
     covariance
-        How the errors of fitted parameters and latent tips hang together; None: not known.
+        How the errors of fitted parameters and latent tips hang together; None: not known. Of effects that are taken
+        away it says nothing any more.
     baseline
         One of ``BASELINES``.
     held
@@ -108,8 +109,6 @@ class DisplayModel:
         if twice:
             raise LutgenError(f"effect {twice!r} is given twice. Keep one of them.")
         object.__setattr__(self, "effects", effects)
-        if self.covariance:
-            self._check_covariance(self.covariance)
         if self.baseline in NATIVE_BASELINES and self.native is None:
             object.__setattr__(self, "native", NativeDisplay.of(self.measurements))
         told, readings = self.baseline not in FORETELLING_BASELINES, self.measurements
@@ -117,18 +116,6 @@ class DisplayModel:
         object.__setattr__(self, "_known", known)
         object.__setattr__(self, "_tips", self._measured_tips())
         object.__setattr__(self, "_before", self._tips_before_effects())
-
-    def _check_covariance(self, known: FitCovariance) -> None:
-        """Refuse a covariance of other numbers than this model's."""
-        free = {(each.effect.name, name) for each in self.effects for name in each.free}
-        other = next((f"{effect}.{name}" for effect, name in known.of if (effect, name) not in free), None)
-        if other or len({*known.of}) < len(known.of):
-            message = f"covariance: {other or 'a parameter'} is {'not a fitted parameter' if other else 'there twice'}."
-            raise LutgenError(f"{message} Name each fitted parameter once, as EFFECT.PARAMETER.")
-        hours = 0 if self.latent is None else 1 if self.baseline in FORETELLING_BASELINES else self.latent.hours.size
-        if known.hours not in {0, hours}:
-            message = f"covariance: it holds the tips of {known.hours} hours, but {hours} are fitted. Leave them out."
-            raise LutgenError(message)
 
     @property
     def tips(self) -> Tips:
@@ -152,6 +139,18 @@ class DisplayModel:
     def baked(self) -> tuple[AppliedEffect, ...]:
         """The effects that a LUT shows: those of the instrument belong to no display."""
         return tuple(each for each in self.effects if each.effect.stage != "instrument")
+
+    @property
+    def fitted(self) -> frozenset[tuple[str, str]]:
+        """Effect and name of the parameters that were fitted."""
+        return frozenset((each.effect.name, name) for each in self.effects for name in each.free)
+
+    @property
+    def fitted_hours(self) -> int:
+        """Number of hours whose tips were fitted: hour 0 alone for baselines that foretell."""
+        if self.latent is None:
+            return 0
+        return 1 if self.baseline in FORETELLING_BASELINES else int(self.latent.hours.size)
 
     def at(self, mode: str, hours: float) -> AgedDisplay:
         """Return the display of ``mode`` at ``hours``, under the model's conditions.

@@ -85,11 +85,8 @@ def document(parts: Iterable[list[str]]) -> bytes:
 
 SCHEMA = 1
 
-#: A model with every effect and a tip an hour stays far below.
-MAX_BYTES = 16_000_000
-
-#: What a display's own model is kept in, beside the model file.
-OWN_SUFFIX = ".npz"
+#: A model with every effect and a tip an hour stays far below; a display's own model is kept beside it.
+MAX_BYTES, OWN_SUFFIX = 16_000_000, ".npz"
 
 HEAD = "# A lutgen display model: lutgen build --model THIS_FILE bakes it. Made by lutgen refine; edit with care."
 
@@ -119,7 +116,7 @@ def save_model(model: DisplayModel, path: str | Path, *, force: bool = False) ->
 
 
 def model_text(model: DisplayModel, folder: Path, own_file: str = "") -> bytes:
-    """Return the bytes of a model file that is to lie in ``folder``, and beside it, perhaps, ``own_file``."""
+    """Return a model file that is to lie in ``folder``, and beside it, perhaps, ``own_file``."""
     head = [HEAD, *table_lines("", {"schema": SCHEMA})]
     parts = [head, _display_lines(model.measurements, folder), _model_lines(model)]
     if model.conditions != REFERENCE:
@@ -238,7 +235,7 @@ def _model_of(content: _Table, path: Path, effects: Mapping[str, Effect]) -> Dis
     model, fit = content.table("model", _MODEL_KEYS), content.table("fit", None)
     conditions, tips = content.table("conditions", None), content.table("tips", ("hours", "xyz_cd_m2"))
     native, errors = content.table("native", _NATIVE_KEYS), content.table("covariance", ("of", "rows"))
-    return DisplayModel(
+    found = DisplayModel(
         _readings(content.table("display", ("file", "sha256")), folder),
         reference=model.text("reference", ""),
         selection=model.text("selection", "nearest"),
@@ -254,6 +251,9 @@ def _model_of(content: _Table, path: Path, effects: Mapping[str, Effect]) -> Dis
         fit={name: fit.scalar(name) for name in fit.values if name != "verdict"},
         file=str(path),
     )
+    if found.covariance:
+        found.covariance.check(found.fitted, found.fitted_hours)
+    return found
 
 
 _MODEL_KEYS = ("baseline", "held", "reference", "selection", "luminance", "luminance_table")

@@ -275,7 +275,8 @@ def drawn(model: DisplayModel, draws: int = DRAWS) -> list[DisplayModel]:
     """Draw models within the uncertainty that a model states; none where it states no uncertainty."""
     if model.covariance is not None:
         random = np.random.default_rng(0)
-        return [_drawn_together(model, model.covariance, random) for _ in range(draws)]
+        known = model.covariance.among(model.fitted)
+        return [_drawn_together(model, known, random) for _ in range(draws)]
     return _drawn_apart(model, draws)
 
 
