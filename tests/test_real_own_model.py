@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from lutgen.criticism.anchored import anchored
+from lutgen.criticism.problem import Problem
 from lutgen.display.native import NativeDisplay
 from lutgen.display.own_model import OwnModel, Sample, fit_own_model
 from lutgen.display.own_model.ladder import mixtures_error
 from lutgen.display.own_model.native_curves import added_up, best_source, held_out_of_all, straight
 from lutgen.errors import LutgenError
-from lutgen.readings import Measurements, read_session
+from lutgen.readings import Measurements, read_measurements, read_session
 from tests.own_model_twin import on_mixtures
 
 if TYPE_CHECKING:
@@ -112,3 +114,15 @@ def test_the_largest_session_of_the_table_takes_three_seconds_at_most() -> None:
 def test_a_session_whose_brightness_drifts_is_said_to_hold_no_model() -> None:
     (remark,) = own_model("MacBook*2018-06-03_14-59").remarks()
     assert "no display's model holds here" in remark
+
+
+def test_compare_is_as_near_as_the_own_model_on_every_session() -> None:
+    """K2418U of 2019 shows full red and blue otherwise than their ramps lead to; its mixtures owe nothing to that."""
+    for file in [*folder().glob("jamesits/*.ti3"), *folder().glob("ickc/*.csv")]:
+        problem = Problem.of(read_measurements(file), baseline="native")
+        native = problem.native
+        if native is None or native.own is None or native.ladder is None:
+            continue
+        seen = anchored(problem, ())[problem.hour_of == 0] / native.ladder.sample.white
+        if len(seen) == len(native.ladder.held_out):
+            assert mixtures_error(native.ladder.sample, seen) <= NEAR * native.ladder.error, file.name
