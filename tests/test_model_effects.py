@@ -565,6 +565,13 @@ BAD_FILES: list[tuple[str, str]] = [
     (TIPS + f"[{LIGHT}, {LIGHT.replace('100.0', '-100.0')}]", "above 0 cd/m²"),
     (TIPS + f"[{LIGHT}, [{', '.join(4 * ['[95.0, 100.0, 108.0]'])}]]", "lie on one line"),
     ("[tips]\nhour = [0.0]", "unknown key 'hour' in [tips]. Pick one of: hours, xyz_cd_m2"),
+    ("[covariance]\nmatrix = [[1.0]]", "unknown key 'matrix' in [covariance]. Pick one of: of, rows"),
+    ("[covariance]\nof = ['black-level.new']", "[covariance]: of is a list of EFFECT.PARAMETER"),
+    ("[covariance]\nof = ['new']\nrows = [[1.0]]", "[covariance]: of is a list of EFFECT.PARAMETER"),
+    ("[covariance]\nof = ['a.b', 'a.c']\nrows = [[1.0], [1.0]]", "one in the first row, and one more in each"),
+    ("[covariance]\nof = ['a.b']\nrows = [['much']]", "rows are lists of numbers"),
+    ("[covariance]\nof = ['a.b']\nrows = [[1.0]]", "a.b is not a fitted parameter"),
+    (WHOLE + "[covariance]\nof = ['black-level.new']\nrows = [[1.0]]", "black-level.new is not a fitted parameter"),
 ]
 
 

@@ -304,3 +304,19 @@ def test_a_code_value_beyond_the_first_days_full_drive_goes_on() -> None:
     scene = Scene(np.full((1, 1), LIFE), np.ones((1, 3)), np.ones((1, 3)), np.ones((1, 3)))
     found = known.effect.function(np.ones((1, 3)), scene)
     assert found == pytest.approx(np.array([[0.99, 1.0, 0.935 / 0.92]]), abs=1e-6)
+
+
+def test_what_an_own_model_misses_at_a_colour_point_stays_there() -> None:
+    """Red at full drive was read 8 % too bright: red is shown as read, and mixtures near the own model."""
+    readings = campaign((0.0,))
+    red = (readings.drive == [1.0, 0.0, 0.0]).all(axis=1)
+    xyz = np.where(red[:, np.newaxis], 1.08, 1.0) * readings.xyz_cd_m2
+    problem = Problem.of(replace(readings, xyz_cd_m2=xyz), baseline="native")
+    ladder = problem.native.ladder  # type: ignore[union-attr]
+    assert ladder is not None
+    missed = xyz[red].mean(axis=0) / ladder.sample.white - ladder(np.array([[1.0, 0.0, 0.0]]))[0]
+    assert missed[0] > 0.01
+    seen = anchored(problem, ())
+    # The fit of red follows its reading, and a little of what mixtures say of it: twice the error, and not ten times.
+    assert mixtures_error(ladder.sample, seen / ladder.sample.white) < 3.0 * ladder.error
+    np.testing.assert_allclose(seen[red], xyz[red], rtol=0.01)

@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from lutgen.criticism.anchored import anchored
+from lutgen.criticism.problem import Problem
 from lutgen.display.native import NativeDisplay
 from lutgen.display.own_model import OwnModel, Sample, fit_own_model
 from lutgen.display.own_model.ladder import mixtures_error
 from lutgen.display.own_model.native_curves import added_up, best_source, held_out_of_all, straight
 from lutgen.errors import LutgenError
-from lutgen.readings import Measurements, read_session
+from lutgen.readings import Measurements, read_measurements, read_session
 from tests.own_model_twin import on_mixtures
 
 if TYPE_CHECKING:
@@ -112,3 +114,18 @@ def test_the_largest_session_of_the_table_takes_three_seconds_at_most() -> None:
 def test_a_session_whose_brightness_drifts_is_said_to_hold_no_model() -> None:
     (remark,) = own_model("MacBook*2018-06-03_14-59").remarks()
     assert "no display's model holds here" in remark
+
+
+#: Sessions whose white or primaries contradict their mixtures, beyond the discrepancy: the fit takes a middle.
+CONTRADICTED = ("MacBook_Pro_13_2013_Late___1_2018-06-03", "U2718Q__2_2017-12-05")
+
+
+def test_compare_is_as_near_as_the_own_model_on_every_other_session() -> None:
+    """K2418U of 2019 shows full red and blue otherwise than their ramps lead to; its mixtures owe nothing to that."""
+    for file in [*folder().glob("jamesits/*.ti3"), *folder().glob("ickc/*.csv")]:
+        problem = Problem.of(read_measurements(file), baseline="native")
+        ladder = problem.native.ladder if problem.native and problem.native.own else None
+        assert ladder is not None, file.name
+        seen = mixtures_error(ladder.sample, anchored(problem, ())[problem.hour_of == 0] / ladder.sample.white)
+        near = ladder.rungs[0].error if file.name.startswith(CONTRADICTED) else NEAR * ladder.error
+        assert seen <= near, file.name

@@ -107,11 +107,14 @@ class FirstDay:
         if key not in self._factors:
             self._factors.clear()
             first, tips = self._first_scene, self.problem.measured_tips[:1]
-            selection, native = self.problem.selection, self.problem.native
-            plain, changed = (panel(each, first, selection, native=native) for each in ((), applied))
-            factor, offset = since_first_session(applied, changed, plain, tips, first)
+            changed = panel(applied, first, self.problem.selection, native=self.problem.native)
+            factor, offset = since_first_session(applied, changed, self._plain, tips, first)
             self._factors[key] = factor[self._codes[1]], offset[self._codes[1]]
         return before.begun(*self._factors[key])
+
+    @cached_property
+    def _plain(self) -> Panel:
+        return panel((), self._first_scene, self.problem.selection, native=self.problem.native)
 
     @cached_property
     def _factors(self) -> dict[Any, tuple[Array, Array]]:

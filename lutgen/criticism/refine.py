@@ -12,6 +12,7 @@ from lutgen.criticism.compare import SCHEMA, Comparison, compare_problem
 from lutgen.criticism.diagnose import Diagnosis, candidates, diagnose, known_under, parameters_of
 from lutgen.criticism.fit import Fit, fit
 from lutgen.criticism.heldout import HeldOut, held_out
+from lutgen.criticism.joint_covariance import joint_covariance
 from lutgen.criticism.linear import Term
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.search import family
@@ -337,6 +338,7 @@ def model_of(found: Fit, diagnosis: Diagnosis | None, before: Comparison, after:
         conditions=_at_rest(problem, [term.effect for term in found.terms]),
         effects=applied,
         latent=LatentTips(problem.hours[knots], np.array(found.tips[knots])),
+        covariance=joint_covariance(found),
         baseline=problem.baseline,
         held=problem.held,
         native=problem.native,

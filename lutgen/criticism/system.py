@@ -92,28 +92,34 @@ class System:
         return State(tuple(terms), tips, gains)
 
     def covariance(self, terms: Sequence[Term]) -> Array:
-        """Covariance of the effects' parameters, (p, p); infinite where the data say nothing.
+        """Covariance of the effects' parameters, (p, p); infinite where the data say nothing."""
+        if not self.effect_count:
+            return np.zeros((0, 0))
+        spread, blind = self.spread(terms)
+        covariance = (spread @ spread.T)[: self.effect_count, : self.effect_count]
+        covariance[blind, :] = covariance[:, blind] = 0.0
+        covariance[blind, blind] = np.inf
+        return np.asarray(covariance)
+
+    def spread(self, terms: Sequence[Term]) -> tuple[Array, NDArray[np.bool_]]:
+        """Return V with V·Vᵀ the covariance of the global unknowns, (g, k), and of which parameters data say nothing.
 
         They say nothing of a direction in which all parameters may cross their whole bounds without moving the readings
         by one standard deviation altogether. Derivatives are numerical: ranks are no measure of what they know.
         """
         count = self.effect_count
-        if not count:
-            return np.zeros((0, 0))
+        if not self.global_count:
+            return np.zeros((0, 0)), np.zeros(0, dtype=bool)
         size = np.linalg.norm(self.A, axis=0)
         unit = np.where(size > 0, 1.0 / np.where(size > 0, size, 1.0), 1.0)
-        bounds = np.concatenate([term.bounds for term in terms if term.free])
-        unit[:count] = bounds[:, 1] - bounds[:, 0]
+        if count:
+            bounds = np.concatenate([term.bounds for term in terms if term.free])
+            unit[:count] = bounds[:, 1] - bounds[:, 0]
         _, s, vt = np.linalg.svd(self.A * unit, full_matrices=False)
-        seen = s > np.where(
-            np.abs(vt[:, :count]).max(axis=1) > BARELY, 1.0, TRADED * max(float(s.max(initial=0.0)), 1e-300)
-        )
-        v = vt[seen].T / s[seen] * unit[:, np.newaxis]
-        covariance = (v @ v.T)[:count, :count]
+        moves = np.abs(vt[:, :count]).max(axis=1, initial=0.0) > BARELY
+        seen = s > np.where(moves, 1.0, TRADED * max(float(s.max(initial=0.0)), 1e-300))
         blind = 1.0 - (vt[seen] ** 2).sum(axis=0)[:count] > BARELY
-        covariance[blind, :] = covariance[:, blind] = 0.0
-        covariance[blind, blind] = np.inf
-        return np.asarray(covariance)
+        return vt[seen].T / s[seen] * unit[:, np.newaxis], np.asarray(blind)
 
 
 @dataclass(frozen=True)

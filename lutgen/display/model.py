@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.display.chain import Link
+    from lutgen.display.covariance import FitCovariance
     from lutgen.display.trace import Applied
     from lutgen.readings import Measurements
 
@@ -52,6 +53,9 @@ class DisplayModel:
         What was found to act beside the paper's model; kept in the order of the light's way.
     latent
         The tips before the effects, as fitted; None: as measured.
+    covariance
+        How the errors of fitted parameters and latent tips hang together; None: not known. Of effects that are taken
+        away it says nothing any more.
     baseline
         One of ``BASELINES``.
     held
@@ -74,6 +78,7 @@ class DisplayModel:
     luminance: LuminanceLaw = UNSAID
     effects: tuple[AppliedEffect, ...] = ()
     latent: LatentTips | None = None
+    covariance: FitCovariance | None = None
     baseline: str = "colour-points"
     held: bool = False
     native: NativeDisplay | None = None
@@ -134,6 +139,18 @@ class DisplayModel:
     def baked(self) -> tuple[AppliedEffect, ...]:
         """The effects that a LUT shows: those of the instrument belong to no display."""
         return tuple(each for each in self.effects if each.effect.stage != "instrument")
+
+    @property
+    def fitted(self) -> frozenset[tuple[str, str]]:
+        """Effect and name of the parameters that were fitted."""
+        return frozenset((each.effect.name, name) for each in self.effects for name in each.free)
+
+    @property
+    def fitted_hours(self) -> int:
+        """Number of hours whose tips were fitted: hour 0 alone for baselines that foretell."""
+        if self.latent is None:
+            return 0
+        return 1 if self.baseline in FORETELLING_BASELINES else int(self.latent.hours.size)
 
     def at(self, mode: str, hours: float) -> AgedDisplay:
         """Return the display of ``mode`` at ``hours``, under the model's conditions.

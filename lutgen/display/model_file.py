@@ -2,8 +2,9 @@
 
 By hand ``schema = 1`` and perhaps ``[display]`` and ``[model]`` are enough. A refined model also holds how it was found
 (``[fit]``), the first session's own curves and black (``[native]``) where it starts from them, the tips before its
-effects (``[tips]``), the effects in the order of the light's way, every parameter with its unit and standard error, and
-perhaps the conditions that it is seen under. Numbers are written so that they read back to the last bit.
+effects (``[tips]``), the effects in the order of the light's way, every parameter with its unit and standard error, how
+the errors hang together (``[covariance]``), and perhaps the conditions that it is seen under. Numbers are written so
+that they read back to the last bit.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.display.conditions import REFERENCE, conditions_of
+from lutgen.display.covariance import FitCovariance
 from lutgen.display.fitted import AppliedEffect, Estimate, LatentTips
 from lutgen.display.model import DisplayModel, default_display
 from lutgen.display.modes import LAWS, UNSAID, law_of_table, luminance_law
@@ -63,10 +65,7 @@ def key_text(key: str) -> str:
 
 
 def table_lines(head: str, values: Mapping[str, Any], comments: Mapping[str, str] | None = None) -> list[str]:
-    """Write a table: its head, one line a key, with the comments that are given; keys whose value is None are left out.
-
-    A list of lists takes one line a row.
-    """
+    """Write a table: its head, one line a key, with its comment; none of None, and of a list of lists one a row."""
     lines = [head] if head else []
     for key, value in values.items():
         if value is None:
@@ -86,11 +85,8 @@ def document(parts: Iterable[list[str]]) -> bytes:
 
 SCHEMA = 1
 
-#: A model with every effect and a tip an hour stays far below.
-MAX_BYTES = 16_000_000
-
-#: What a display's own model is kept in, beside the model file.
-OWN_SUFFIX = ".npz"
+#: A model with every effect and a tip an hour stays far below; a display's own model is kept beside it.
+MAX_BYTES, OWN_SUFFIX = 16_000_000, ".npz"
 
 HEAD = "# A lutgen display model: lutgen build --model THIS_FILE bakes it. Made by lutgen refine; edit with care."
 
@@ -120,7 +116,7 @@ def save_model(model: DisplayModel, path: str | Path, *, force: bool = False) ->
 
 
 def model_text(model: DisplayModel, folder: Path, own_file: str = "") -> bytes:
-    """Return the bytes of a model file that is to lie in ``folder``, and beside it, perhaps, ``own_file``."""
+    """Return a model file that is to lie in ``folder``, and beside it, perhaps, ``own_file``."""
     head = [HEAD, *table_lines("", {"schema": SCHEMA})]
     parts = [head, _display_lines(model.measurements, folder), _model_lines(model)]
     if model.conditions != REFERENCE:
@@ -146,6 +142,9 @@ def model_text(model: DisplayModel, folder: Path, own_file: str = "") -> bytes:
         }
         says = {"hours": "of the display before its effects", "xyz_cd_m2": "X, Y, Z of white, red, green, blue; cd/m²"}
         parts.append(table_lines("[tips]", tips, says))
+    if model.covariance is not None:
+        says = {"of": "and of [tips] behind them, in their order", "rows": "each up to its diagonal"}
+        parts.append(table_lines("[covariance]", model.covariance.as_record(), says))
     return document(parts)
 
 
@@ -194,10 +193,8 @@ def _effect_lines(each: AppliedEffect, folder: Path) -> list[list[str]]:
 def load_model(path: str | Path, effects: Mapping[str, Effect] | None = None) -> DisplayModel:
     """Load a model file.
 
-    ``schema = 1``, then ``[display]`` with ``file`` (measurements, relative to the model file; absent: the
-    default display) and ``sha256``, ``[model]`` with ``baseline``, ``held``, ``reference``, ``selection``,
-    ``luminance``, ``[conditions]``, ``[fit]``, ``[native]``, ``[tips]`` and ``[[effects]]``; all of them may be
-    left out.
+    ``schema = 1``, then tables as :func:`save_model` writes them. All may be left out: without ``[display]`` it is the
+    default display.
 
     Parameters
     ----------
@@ -234,17 +231,18 @@ def load_model(path: str | Path, effects: Mapping[str, Effect] | None = None) ->
 
 def _model_of(content: _Table, path: Path, effects: Mapping[str, Effect]) -> DisplayModel:
     folder = path.parent
-    content.allow("schema", "display", "model", "conditions", "fit", "native", "tips", "effects")
+    content.allow("schema", "display", "model", "conditions", "fit", "native", "tips", "covariance", "effects")
     model, fit = content.table("model", _MODEL_KEYS), content.table("fit", None)
     conditions, tips = content.table("conditions", None), content.table("tips", ("hours", "xyz_cd_m2"))
-    native = content.table("native", _NATIVE_KEYS)
-    return DisplayModel(
+    native, errors = content.table("native", _NATIVE_KEYS), content.table("covariance", ("of", "rows"))
+    found = DisplayModel(
         _readings(content.table("display", ("file", "sha256")), folder),
         reference=model.text("reference", ""),
         selection=model.text("selection", "nearest"),
         luminance=_law(model, folder),
         effects=tuple(_effect(_Table(each, "[[effects]]"), folder, effects) for each in content.tables("effects")),
         latent=LatentTips(tips.numbers("hours"), tips.numbers("xyz_cd_m2")) if tips.values else None,
+        covariance=FitCovariance.from_record(errors.values) if errors.values else None,
         baseline=model.text("baseline", "colour-points"),
         held=model.flag("held"),
         native=NativeDisplay.from_record(native.values, _own(native, folder)) if native.values else None,
@@ -253,6 +251,9 @@ def _model_of(content: _Table, path: Path, effects: Mapping[str, Effect]) -> Dis
         fit={name: fit.scalar(name) for name in fit.values if name != "verdict"},
         file=str(path),
     )
+    if found.covariance:
+        found.covariance.check(found.fitted, found.fitted_hours)
+    return found
 
 
 _MODEL_KEYS = ("baseline", "held", "reference", "selection", "luminance", "luminance_table")

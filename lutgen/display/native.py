@@ -26,10 +26,11 @@ import numpy as np
 
 from lutgen.colorimetry import inverse
 from lutgen.display.own_model import Sample, fit_own_model
-from lutgen.display.own_model.ladder import mixtures_error
+from lutgen.display.own_model.ladder import LENGTHS, mixtures_error
 from lutgen.display.own_model.native_curves import LEAST_MIXTURES, added_up, best_source, curves_of, straight
 from lutgen.display.own_model.stored import StoredModel
 from lutgen.display.ramp import fallen, misread_levels, rising_light
+from lutgen.display.remembered import Remembered
 from lutgen.display.trace import tip_shares
 from lutgen.display.transfer_curve import TransferCurve
 from lutgen.errors import LutgenError, pick_one
@@ -62,8 +63,11 @@ LEAST_SHARE = 1e-6
 #: An own model is brighter than its curves by a factor within these bounds: beyond lies no display.
 GAINS = (0.2, 5.0)
 
-#: Sets of code values whose gains are kept.
-KEPT = 8
+#: What an own model misses at black and the colour points reaches so far in code values, as its shortest residual.
+REACH = min(LENGTHS)
+
+#: Code values of black and the colour points.
+ENDS = np.array([(0.0, 0.0, 0.0), *TIP_DRIVES])
 
 #: Black lighter than this share of white is no black.
 DARKEST = 0.2
@@ -186,7 +190,11 @@ class NativeDisplay:
 
     def linear(self, code: Array) -> Array:
         """Code values (..., 3) → linear light of each channel (..., 3), relative to that at code 1."""
-        return np.stack([curve(code[..., channel]) for channel, curve in enumerate(self.curves)], axis=-1)
+
+        def light() -> Array:
+            return np.stack([curve(code[..., channel]) for channel, curve in enumerate(self.curves)], axis=-1)
+
+        return self._kept[0].of(code, light)
 
     def own_gain(self, code: Array, share: Array | None = None) -> Array | None:
         """By how much the own model is brighter than curves and colour points alone, (m, 3); None without one.
@@ -205,30 +213,29 @@ class NativeDisplay:
             return None
         code = np.clip(code, 0.0, 1.0)
         if share is None:
-            # The same code values are asked for many times.
-            key = code.shape, code.tobytes()
-            gain = self._gains.pop(key, None)
-            if gain is None:
-                gain = self.own_gain(code, self.own.near(code.reshape(-1, 3)).reshape(code.shape))
-            self._gains[key] = gain
-            if len(self._gains) > KEPT:
-                del self._gains[next(iter(self._gains))]
-            return gain
+            own = self.own
+            asked = code.reshape(-1, 3)
+            return self._kept[1].of(code, lambda: self._gain(own, code, own.near(asked).reshape(code.shape)))
+        return self._gain(self.own, code, share)
+
+    def _gain(self, own: StoredModel, code: Array, share: Array) -> Array:
         lit = tip_shares(self.linear(code), code, "continuous")
-        dark = 1.0 - lit.sum(axis=-1, keepdims=True)
-        ends = self._ends
-        plain = lit @ self.own.tips + dark * np.array(self.black)
-        off = share - plain - lit @ (ends[1:] - self.own.tips) - dark * (ends[0] - np.array(self.black))
-        return np.asarray(np.clip(1.0 + off / np.maximum(plain, LEAST_SHARE), *GAINS))
+        known = np.vstack([self.black, own.tips])
+        plain = lit @ own.tips + (1.0 - lit.sum(axis=-1, keepdims=True)) * known[0]
+        # Black and the colour points are met; other colours owe nothing to what the own model misses there.
+        off = ((code[..., np.newaxis, :] - ENDS) ** 2).sum(axis=-1)
+        missed = np.exp(-0.5 * off / REACH**2) @ (self._ends - known)
+        return np.asarray(np.clip(1.0 + (share - plain - missed) / np.maximum(plain, LEAST_SHARE), *GAINS))
 
     @cached_property
-    def _gains(self) -> dict[Any, Array | None]:
-        return {}
+    def _kept(self) -> tuple[Remembered, Remembered]:
+        """Light and gains."""
+        return Remembered(), Remembered()
 
     @cached_property
     def _ends(self) -> Array:
         """Shares of white of black and the colour points by the own model, (5, 3)."""
-        return self.own.near(np.array([(0.0, 0.0, 0.0), *TIP_DRIVES])) if self.own else np.zeros((5, 3))
+        return self.own.near(ENDS) if self.own else np.zeros((5, 3))
 
     def as_record(self) -> dict[str, Any]:
         """Return what files hold of it: texts, numbers and lists of these."""
@@ -293,8 +300,7 @@ def _mixed_sample(readings: Measurements, leave_out: Sequence[int]) -> Sample | 
 
 
 def _black_of(sample: Sample) -> tuple[float, float, float]:
-    x, y, z = np.maximum(sample.black, 0.0).tolist()
-    return x, y, z
+    return tuple(np.maximum(sample.black, 0.0).tolist())
 
 
 def _curve_of(name: str, points: Sequence[Sequence[float]]) -> TransferCurve:

@@ -8,11 +8,13 @@ The un-aged display is the mode ``stable``, under the same conditions: a leak or
 first hour is no aging. With the paper's model and the reference ``relative`` it shows the picture as it is.
 
 The uncertainty of a lifetime comes from models drawn at random around the given one. A refined model file holds the
-standard errors of its effects' parameters and the noise of a reading. Each draw takes every fitted parameter from a
-normal distribution, within its bounds, and moves the tips before the effects so that white and primaries are seen as
-before, since these were read; then it adds noise to each tip, that of one reading over the square root of how often the
-tip was read at that hour. Model files hold no correlations between parameters, or between X, Y and Z of a reading: all
-are drawn independently, which makes intervals wide rather than narrow.
+covariance of its effects' parameters and of the tips before the effects. Each draw takes all of them together from a
+normal distribution, parameters within their bounds.
+
+A model file without a covariance may state standard errors and the noise of a reading all the same. Then each parameter
+is drawn by itself, the tips before the effects are moved so that white and primaries are seen as before, since these
+were read, and each tip gets the noise of one reading over the square root of how often it was read at that hour. X, Y
+and Z too are drawn independently, which makes intervals wide rather than narrow.
 
 A model of bare readings states no uncertainty, and gets no interval.
 """
@@ -36,6 +38,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from lutgen.display.chain import Link
+    from lutgen.display.covariance import FitCovariance
     from lutgen.readings import Measurements
 
 
@@ -270,6 +273,34 @@ def _within(hours: float, last: float) -> float | None:
 
 def drawn(model: DisplayModel, draws: int = DRAWS) -> list[DisplayModel]:
     """Draw models within the uncertainty that a model states; none where it states no uncertainty."""
+    if model.covariance is not None:
+        random = np.random.default_rng(0)
+        known = model.covariance.among(model.fitted)
+        return [_drawn_together(model, known, random) for _ in range(draws)]
+    return _drawn_apart(model, draws)
+
+
+def _drawn_together(model: DisplayModel, known: FitCovariance, random: np.random.Generator) -> DisplayModel:
+    """Draw parameters and tips by their covariance."""
+    of = {each.effect.name: each for each in model.effects}
+    values = np.array([of[effect].values[name] for effect, name in known.of])
+    bounds = np.array([of[effect].effect.parameters[name].bounds for effect, name in known.of]).reshape(-1, 2)
+    off, tips = known.drawn(random, *(bounds.T - values))
+    moved = dict(zip(known.of, (values + off).tolist(), strict=True))
+    effects = []
+    for each in model.effects:
+        drawn_here = {
+            name: replace(estimate, value=moved.get((each.effect.name, name), estimate.value))
+            for name, estimate in each.estimates.items()
+        }
+        effects.append(replace(each, estimates=drawn_here))
+    latent = model.latent
+    if latent is not None and known.hours:
+        latent = LatentTips(latent.hours, latent.xyz_cd_m2 + tips)
+    return replace(model, effects=tuple(effects), latent=latent)
+
+
+def _drawn_apart(model: DisplayModel, draws: int) -> list[DisplayModel]:
     relative, floor = (float(model.fit.get(f"noise_{name}", 0.0)) for name in ("relative", "floor_cd_m2"))
     uncertain = any(estimate.stderr for each in model.effects for estimate in each.estimates.values())
     if not uncertain and (model.latent is None or not relative + floor):

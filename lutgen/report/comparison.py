@@ -69,7 +69,8 @@ def fresh_lines(comparison: Comparison) -> Iterator[str]:
             yield f"Its own model: mean ΔE2000 {first.own:.2f} on mixtures held out."
             yield from (f"  {rung}" for rung in first.rungs)
     if native:
-        yield from native.remarks
+        # Readings that the own model weighs down are among its rungs' lines.
+        yield from (remark for remark in native.remarks if not first or remark not in first.rungs)
     for known in comparison.problem.known:
         yield from known.sentences()
     if comparison.problem.discrepancy:

@@ -74,8 +74,15 @@ def _looked_at(  # noqa: PLR0917 - a judge of code values, and a box of settings
     found = []
     for power in powers:
         bent, slope = _bent(code, **{name: float(power)})
-        rounded = np.maximum(np.round(bent * steps[:, np.newaxis] + added - 0.5), 0.0) / steps[:, np.newaxis]
-        agreement = judge((rounded - bent) / slope)
+        # In place: many thousands of settings are tried.
+        shift = bent * steps[:, np.newaxis]
+        shift += added
+        shift -= 0.5
+        np.maximum(np.rint(shift, out=shift), 0.0, out=shift)
+        shift /= steps[:, np.newaxis]
+        shift -= bent
+        shift /= slope
+        agreement = judge(shift)
         best = int(np.argmax(agreement))
         found.append((float(agreement[best]), float(steps[best]), float(power)))
     return found
