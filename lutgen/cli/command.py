@@ -55,10 +55,7 @@ def _shown(text: str) -> str:
 
 
 class Formatter(click.HelpFormatter):
-    """Help as wide as the terminal, however narrow the terminal is, wrapped at spaces alone.
-
-    click itself stops at 52 columns and wraps at hyphens too.
-    """
+    """Help as wide as the terminal, however narrow the terminal is, wrapped at spaces alone, unlike click's."""
 
     def __init__(self, **kwargs: Any) -> None:
         """Ignore click's width and take the terminal's."""

@@ -96,10 +96,7 @@ force_option = click.option("--force", is_flag=True, help="Replace files that ex
 
 
 def check_output(output: str, image: str, *, force: bool, suffixes: Sequence[str] = (".png",)) -> Path:
-    """Return the path that a picture may be written to.
-
-    Raises LutgenError as :func:`check_new_file`, or the image itself.
-    """
+    """Return the path that a picture may be written to. Raises LutgenError as :func:`check_new_file`, or the image."""
     path = check_new_file(output, force=force, suffixes=suffixes)
     if path.exists() and Path(image).exists() and path.samefile(image):
         raise LutgenError(f"{output}: is the image itself, which is never written to. Choose another name with -o.")

@@ -32,11 +32,7 @@ WIDTH = 110
 
 
 def check_new_file(path: str, *, force: bool, suffixes: Sequence[str] = ()) -> Path:
-    """Return the path when a file may be written there.
-
-    Raises LutgenError: a folder, another suffix, a file that exists without ``force``, or a place that cannot be
-    written to.
-    """
+    """Return the path. Raises LutgenError: a folder, another suffix, not writable, or, unforced, there already."""
     file = files.check_new_file(path, force=force, suffixes=suffixes)
     _check_writable(file)
     return file
@@ -118,10 +114,7 @@ def _print(part: Headline | Table) -> None:
 
 @dataclass(frozen=True)
 class Outputs:
-    """Outputs of a command: a page on the terminal, and the files of --json, --csv and --plots.
-
-    ``pictures`` names the files in the folder of --plots; it is called only if there is such a folder.
-    """
+    """Outputs of a command: a page on the terminal, and the files of --json, --csv and --plots."""
 
     json_to: str | None
     csv_to: str | None = None

@@ -22,14 +22,7 @@ class AskedPlace(NamedTuple):
     uniformity: str | None
 
     def on(self, model: DisplayModel) -> tuple[DisplayModel, OnScreen | None]:
-        """Return the model, with its screen's measured uniformity, and where the picture lies; None: at one place.
-
-        Raises
-        ------
-        LutgenError
-            A place that is none, a table that cannot be read, or a model in which nothing depends on the place.
-
-        """
+        """Return the model with its screen's uniformity, and where the picture lies. Raises LutgenError."""
         if not any(self):
             return model, None
         from lutgen.display.on_screen import OnScreen

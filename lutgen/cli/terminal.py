@@ -40,11 +40,7 @@ def with_plain_spaces(text: str) -> str:
 
 
 def wrapped(text: str, width: int) -> str:
-    """Wrap each line at words; a continued line is indented as its beginning is.
-
-    A word longer than a line, such as a path, stays whole, and so does a line that is a command to be copied; a command
-    at the end of a line that is too long has a line of its own.
-    """
+    """Wrap each line at words; a continued line is indented as its beginning; long words and commands stay whole."""
     return "\n".join(part for line in text.split("\n") for part in _wrapped_line(line, width))
 
 
@@ -84,11 +80,7 @@ def progress_bar(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, 
 
 
 class _PipeStream(io.FileIO):
-    """A standard stream that drops what is written after its reader closed the pipe.
-
-    A command then still writes its files, and its exit code still says what it found. Any other fault, such as a full
-    disk, is raised once, and not again when Python flushes the stream at exit.
-    """
+    """A standard stream that drops what is written after its reader closed the pipe; other faults raise once."""
 
     _failed = False
 
@@ -132,10 +124,7 @@ LONGEST_WORD = 40
 
 
 def fitted(table: Table, console: Console) -> Console:
-    """Narrow the columns until the table fits the console; return one that is wide enough when they cannot be.
-
-    rich itself cuts what does not fit, so that 0.3127 becomes 0.312; a line that the terminal wraps says all.
-    """
+    """Narrow the columns to fit the console, or widen the console: rich would cut 0.3127 to 0.312."""
     # Imported here, since most commands print no table and rich takes long to import.
     from rich.cells import cell_len
     from rich.console import Console

@@ -67,10 +67,7 @@ def calibration(session: Session) -> Calibration | None:
 
 
 def native_ramp(session: Session, channel: str) -> tuple[Array, Array]:
-    """Return a channel's native curve: drive after the calibration, (n,), and XYZ less black, (n, 3).
-
-    Without calibration curves the drive is that of the file; without a reading of black nothing is subtracted.
-    """
+    """Return a channel's drive after the calibration, if any, (n,), and XYZ less black, if read, (n, 3)."""
     levels = ramp(session, channel)
     drive = levels.drive
     if session.calibration is not None:
@@ -100,10 +97,7 @@ def full_light_ratio(before: Session, after: Session) -> Array:
 
 
 def _light_kept(session: Session, channel: str, share: float) -> float:
-    """Share of its light that a channel has at a share of its highest drive, from its native ramp, else from its γ.
-
-    Between two levels the ramp is a power of the drive: no curve of a display is one power from black to white.
-    """
+    """Share of its light that a channel has at a share of its highest drive, by powers between levels, or its γ."""
     drive, xyz = native_ramp(session, channel)
     lit = (drive > 0) & (xyz[:, 1] > 0)
     drive, light = drive[lit], xyz[lit, 1]
@@ -137,10 +131,7 @@ FEWEST = 4
 
 
 def bend(before: Session, after: Session, *, native: bool) -> float | None:
-    """Largest change of a normalised curve, in L*, over the channels and, unless ``native``, the greys.
-
-    None where no ramp was read with enough levels in both sessions. Above 0 the later session is lighter.
-    """
+    """Largest change of a normalised curve, in L*; above 0: later is lighter. None: no ramp in both sessions."""
     names = list(CHANNELS) if native else ["grey", *CHANNELS]
     changes = [each for name in names if (each := _between(_curve(before, name, native), _curve(after, name, native)))]
     return max(changes, key=abs) if changes else None

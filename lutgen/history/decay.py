@@ -116,11 +116,7 @@ class _Posterior:
 
 
 def decay_of(time: Array, figures: Array, errors: Array, ahead: Array, *, draws: int, seed: list[int]) -> Decay:
-    """Weigh all laws on a history and draw its future, ``draws`` times, at the times ``ahead``, (m,).
-
-    ``time``, ``figures`` and ``errors`` of each session, (n,): time as a multiple of the span, the figure, and the
-    figure's repeatability, 1 σ.
-    """
+    """Weigh all laws on a history, (n,) each, and draw its future at the times ``ahead``, in spans, (m,)."""
     level = float(np.abs(figures).max()) or 1.0
     posteriors = [_posterior(law, time, figures / level, errors / level) for law in LAWS]
     logs = [each.log_weight.ravel() for each in posteriors]

@@ -58,10 +58,7 @@ def displays_of(sessions: Sequence[Session]) -> list[list[Session]]:
 
 
 def check_one_display(sessions: Sequence[Session]) -> None:
-    """Refuse sessions of clearly different displays, and say which session belongs to which display.
-
-    Raises LutgenError: primaries differ by more than any aging, or names do.
-    """
+    """Raise LutgenError for sessions of different displays: primaries differ by more than aging, or names do."""
     groups = displays_of(sessions)
     if len(groups) < 2:
         return
@@ -77,10 +74,7 @@ def check_one_display(sessions: Sequence[Session]) -> None:
 
 
 def draft(sessions: Sequence[Session], beside: Path, answers: Answers | None = None) -> str:
-    """Return a campaign file of these sessions, by date; paths are told from the folder ``beside``.
-
-    Raises LutgenError where two files hold the same bytes.
-    """
+    """Return a campaign file of sessions, by date, paths from ``beside``. Raises LutgenError: a file twice."""
     answers = answers or Answers()
     twice = {each.sha256: each for each in sessions}
     if len(twice) < len(sessions):

@@ -52,11 +52,7 @@ class History:
 
 
 def history(campaign: Campaign, ambient_cd_m2: float = 0.0) -> History:
-    """Collect the figures of all sessions; ``ambient_cd_m2`` is what the room adds to readings taken without its light.
-
-    Raises LutgenError: neither hours nor dates are known, or a session is relative, so that luminances cannot be
-    compared.
-    """
+    """Collect the figures of all sessions. Raises LutgenError: no hours and no dates, or a relative session."""
     time, unit = times(campaign)
     order = np.argsort(time, kind="stable")
     for entry in campaign.entries:

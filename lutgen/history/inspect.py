@@ -21,37 +21,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Inspection:
-    """What one session says about a display.
+    """What one session says about a display."""
 
-    Attributes
-    ----------
-    session
-        The readings, without those that contradict their ramp or their repeats.
-    white, black
-        Mean XYZ, (3,), in cd/m² or relative to white as the session; None: not read.
-    primaries, steadiness, calibration, greys
-        See their modules; None where the session lacks the patches.
-    curves
-        "grey" and the channels → transfer curve; those that were read.
-    additivity
-        Y of white over the sum of the primaries', after black; None: a tip is missing.
-    uniformity
-        Smallest and largest luminance of white over the screen, over that of the middle; None: one place.
-    misread
-        Sentences on the readings that were left out.
-
-    """
-
+    #: The readings, without those that contradict their ramp or their repeats.
     session: Session
+    #: Mean XYZ, (3,), in cd/m² or relative to white as the session; None: not read.
     white: Array | None
     black: Array | None
+    #: See their modules; None where the session lacks the patches.
     primaries: Primaries | None
+    #: "grey" and the channels → transfer curve; those that were read.
     curves: dict[str, Transfer]
+    #: Y of white over the sum of the primaries', after black; None: a tip is missing.
     additivity: float | None
+    #: See their modules; None where the session lacks the patches.
     greys: GreyTracking | None
     steadiness: Steadiness | None
     calibration: Calibration | None
+    #: Smallest and largest luminance of white over the screen, over that of the middle; None: one place.
     uniformity: tuple[float, float] | None
+    #: Sentences on the readings that were left out.
     misread: tuple[str, ...] = ()
 
     @cached_property

@@ -102,10 +102,7 @@ def limits_of(name: str) -> tuple[Limit, ...]:
 
 
 def parse_limit(text: str) -> Limit:
-    """Read a limit such as ``white>=200``, ``white>=80%`` (of the first session) or ``white-shift<=0.005``.
-
-    Raises LutgenError: the text is no limit, or of a quantity that is not followed.
-    """
+    """Read a limit such as ``white>=200``, ``white>=80%`` or ``white-shift<=0.005``. Raises LutgenError."""
     found = re.fullmatch(r"\s*([a-z-]+)\s*(>=|<=)\s*([^%\s]+)\s*(%?)\s*", text, re.ASCII)
     if not found:
         raise LutgenError(

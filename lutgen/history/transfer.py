@@ -182,10 +182,7 @@ class ContrastResponse:
 
 
 def contrast_response(session: Session, ambient_cd_m2: float = 0.0) -> ContrastResponse | None:
-    """Return the contrast response of a session's greys with the room's light on them.
-
-    None: relative light, fewer greys than ``FEWEST_GREYS``, no black or white, or luminances beyond ``GSDF_RANGE``.
-    """
+    """Return the response of a session's greys in the room's light; None: too few, relative, or out of range."""
     greys, black = ramp(session, "grey"), mean_xyz(session, "black")
     if not session.absolute or black is None or greys.drive.size < FEWEST_GREYS - 1 or greys.drive[-1] < 1.0 - 1e-4:
         return None

@@ -105,12 +105,7 @@ def trend(
     ambient_cd_m2: float = 0.0,
     progress: Callable[[int, int], None] | None = None,
 ) -> Trend:
-    """Follow a display and say when each limit is passed.
-
-    ``all_sessions`` leaves none out; ``ambient_cd_m2`` is what the room adds to readings taken without its light.
-
-    Raises LutgenError: fewer than two sessions, no hours and no dates, all at one time, or a relative session.
-    """
+    """Follow a display and say when each limit is passed. Raises LutgenError: too few sessions, or no times."""
     if len(campaign.entries) < 2:
         message = f"{campaign.file}: one session; a trend needs two or more. Add another [[sessions]]."
         raise LutgenError(message)

@@ -128,10 +128,7 @@ class CubeScan:
 
 
 def scan_cube(path: Path, *, keep: bool = False) -> CubeScan:
-    """Scan a ``.cube``; ``keep`` its rows too where readers are to be compared with them.
-
-    Raises LutgenError: the file cannot be read, or is no text.
-    """
+    """Scan a ``.cube``; ``keep`` its rows for comparisons. Raises LutgenError: unreadable, or no text."""
     scanner = _Scanner(keep=keep)
     for block in blocks(path):
         scanner.take(block)

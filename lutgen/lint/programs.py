@@ -200,11 +200,7 @@ def refusal(path: Path) -> str:
 
 
 def loading(why: str | None, *readers: str) -> Iterator[LintFinding]:
-    """Yield the finding for a result of :func:`refusal`, or for None where OpenColorIO was not asked.
-
-    OpenColorIO 2.1 and 2.6 agree on CLF and the text tables except where a rule says otherwise, so that the answer of
-    the installed version holds for all ``readers``.
-    """
+    """Yield the finding of a :func:`refusal`, which holds for all ``readers``: OpenColorIO 2.1 and 2.6 agree."""
     if why:
         fates = refused(*readers, how=f"OpenColorIO {_opencolorio_version()} was asked")
         yield LintFinding(f"is not read: {why}", "Export it again.", 0, fates)

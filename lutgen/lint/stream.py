@@ -28,10 +28,7 @@ class LineBlock(NamedTuple):
 
 
 def blocks(path: Path) -> Iterator[LineBlock]:
-    """Yield a file's lines, in blocks of at most ``BLOCK`` + ``LONGEST_LINE`` bytes.
-
-    Raises LutgenError: the file cannot be read, or has a line that is longer than ``LONGEST_LINE``.
-    """
+    """Yield a file's lines in blocks. Raises LutgenError: unreadable, or a line longer than ``LONGEST_LINE``."""
     line, rest = 1, b""
     try:
         with path.open("rb") as file:

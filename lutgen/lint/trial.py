@@ -31,11 +31,7 @@ MEANINGLESS = {"nan", "infinite", "overflow", "columns", "text", "NUL"}
 
 
 def read_as_meant(scan: CubeScan, code: Array) -> Array | None:
-    """Return the colours (n, 3) that a file means for code values (n, 3), interpolated trilinearly.
-
-    The file was scanned with ``keep``. None where its colours are not defined. A domain counts at any place in the
-    header, and a 1D part is applied before the table.
-    """
+    """Return the colours that a kept file means for code values, (n, 3) both, trilinearly; None: undefined."""
     if MEANINGLESS & set(scan.oddities) or len(scan.named("LUT_3D_SIZE")) > 1 or not (scan.size or scan.size_1d):
         return None
     shown: Array | None = code

@@ -46,10 +46,7 @@ def space_names(config: Any) -> list[str]:
 
 
 def check_source(config: Any, name: str) -> None:
-    """Check that a source space exists, holds colours and is scene-referred.
-
-    Raises LutgenError: the colour space is missing, holds data or belongs to a display.
-    """
+    """Raise LutgenError unless a source space exists, holds colours and is scene-referred."""
     lib, space = ocio(), config.getColorSpace(name)
     if space is None:
         raise pick_one(
@@ -64,12 +61,7 @@ def check_source(config: Any, name: str) -> None:
 
 
 def add_source_signal(config: Any, name: str) -> None:
-    """Add the sRGB signal, defined through the colour space of the role ``aces_interchange``.
-
-    OpenColorIO's own Bradford-adapted matrices convert the signal's linear light to ACES2065-1, as in lutgen's configs.
-
-    Raises LutgenError: the config has no such role, or the name is taken.
-    """
+    """Add the sRGB signal through the role ``aces_interchange``. Raises LutgenError: no role, or a name taken."""
     lib = ocio()
     if config.getMajorVersion() < 2 or not config.hasRole(INTERCHANGE):
         choices = config.getColorSpaceNames(lib.SEARCH_REFERENCE_SPACE_SCENE, lib.COLORSPACE_ALL)
@@ -103,10 +95,7 @@ def add_source_signal(config: Any, name: str) -> None:
 
 
 def add_aged(config: Any, names: AgedNames, *, source: str, onto: Sequence[str], lut: str) -> None:
-    """Add one aged display: colour space, look, named transform, and a view on each display of ``onto``.
-
-    Raises LutgenError: one of the names is taken.
-    """
+    """Add one aged display: space, look, named transform, and views on ``onto``. Raises LutgenError: a name taken."""
     lib = ocio()
     table = lib.FileTransform(src=lut, interpolation=lib.INTERP_TETRAHEDRAL)
     description = f"The code values of {source} as the aged display shows them, on a viewer that is not aged."

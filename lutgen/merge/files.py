@@ -22,10 +22,7 @@ def located(config: Any, folder: Path, source: str) -> Path | None:
 
 
 def copy_files(config: Any, folder: Path, output: Path) -> list[str]:
-    """Copy the files that a config in ``folder`` names and that lie below it to the same places below ``output``.
-
-    Returns a remark on each file that was not copied: it is missing, or a context variable chooses it.
-    """
+    """Copy the files that a config names from ``folder`` to ``output``; return a remark on each that was not."""
     remarks = []
     for source in sources(config):
         if Path(source).is_absolute():

@@ -33,51 +33,32 @@ CONFIG, LUTS = "config.ocio", "lutgen-aged"
 
 @dataclass(frozen=True)
 class Merging:
-    """What to add to a config, and under which names.
+    """What to add to a config, and under which names."""
 
-    Attributes
-    ----------
-    displays
-        Modes and hours of the aged displays; the build has a LUT for each.
-    prefix
-        What all new names begin with. It has no comma, since OpenColorIO separates active views by commas.
-    source_space
-        The user's colour space of the code values that are sent to the display; None to use ``aces_interchange``.
-    onto
-        The user's displays that get the views; empty for those with sRGB in their name.
-
-    """
-
+    #: Modes and hours of the aged displays; the build has a LUT for each.
     displays: Sequence[tuple[str, float]]
+    #: What all new names begin with. It has no comma, since OpenColorIO separates active views by commas.
     prefix: str = "Aged"
+    #: The user's colour space of the code values that are sent to the display; None to use ``aces_interchange``.
     source_space: str | None = None
+    #: The user's displays that get the views; empty for those with sRGB in their name.
     onto: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
 class Merged:
-    """The result of a merge.
-
-    Attributes
-    ----------
-    views
-        Display and name of each new view.
-    source_space
-        The colour space whose code values the new views take.
-    compared
-        Number of parts of the user's config that give the same pixels as before.
-    difference
-        Largest difference of an aged view from the build's own, in code values.
-    remarks
-        What the user should know about the merged config.
-
-    """
+    """The result of a merge."""
 
     config: Path
+    #: Display and name of each new view.
     views: tuple[tuple[str, str], ...]
+    #: The colour space whose code values the new views take.
     source_space: str
+    #: Number of parts of the user's config that give the same pixels as before.
     compared: int
+    #: Largest difference of an aged view from the build's own, in code values.
     difference: float
+    #: What the user should know about the merged config.
     remarks: tuple[str, ...]
 
     def as_json(self) -> dict[str, Any]:
@@ -172,11 +153,7 @@ def _place(which: tuple[str, float], lut: FileRecord) -> Path:
 
 
 def _written(plan: _Plan, before: Any, into: Path, output: Path, folder: Path) -> tuple[Any, int, float | None]:
-    """Write the merged config into a temporary folder beside ``output``, and load it again.
-
-    Returns the loaded config, the number of parts compared, and, where OpenColorIO wrote the config, the largest
-    difference of these parts, else None.
-    """
+    """Write the merged config beside ``output`` and load it; return it, parts compared, and their difference."""
     lib = ocio()
     moved_search_path(plan.config, into.parent, output)
     try:

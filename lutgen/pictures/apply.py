@@ -47,29 +47,19 @@ _COMPRESSION = ("compression", "compressionquality", "openexr:dwacompressionleve
 
 @dataclass(frozen=True)
 class AppliedImage:
-    """One image as it was written: aged, or side by side.
+    """One image as it was written: aged, or side by side."""
 
-    Attributes
-    ----------
-    file, output
-        Paths of the source and of what was written.
-    width, height
-        Of what was written.
-    encoding
-        What the source stores: ``signal`` or ``linear``.
-    clipped_share
-        Share of pixels whose aged colour lies outside the viewer's gamut; None for a LUT, which does not tell.
-    source_clipped_share
-        Share of pixels of the source outside 0..1.
-
-    """
-
+    #: Paths of the source and of what was written.
     file: str
     output: str
+    #: Of what was written.
     width: int
     height: int
+    #: What the source stores: ``signal`` or ``linear``.
     encoding: str
+    #: Share of pixels whose aged colour lies outside the viewer's gamut; None for a LUT, which does not tell.
     clipped_share: float | None
+    #: Share of pixels of the source outside 0..1.
     source_clipped_share: float
 
 
@@ -146,10 +136,7 @@ def apply_to_images(
     force: bool = False,
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> list[AppliedImage]:
-    """Age several images, given with their outputs: all of them are written, or none.
-
-    ``progress`` is called with the rows done and the rows in all. Otherwise as :func:`apply_to_image`.
-    """
+    """Age several images, given with their outputs: all or none. ``progress`` gets rows done and all rows."""
     if source not in SOURCES:
         raise pick_one("source", source, SOURCES)
     engine = engine_for(aging)

@@ -78,10 +78,7 @@ class Slide:
         return [(x, y) for y in range(0, self.height, REGION) for x in range(0, self.width, REGION)]
 
     def read(self, x: int, y: int) -> Stored:
-        """Read the region at (x, y): (rows, columns, 4); alpha is 0 where nothing was scanned. From any thread.
-
-        Raises LutgenError: the file is damaged there, or a tile is missing.
-        """
+        """Read the region at (x, y), from any thread: (rows, columns, 4); alpha 0: not scanned."""
         size = (min(REGION, self.width - x), min(REGION, self.height - y))
         try:
             region = np.asarray(self._slide.read_region((x, y), 0, size))
@@ -100,10 +97,7 @@ class Slide:
 
 @contextmanager
 def open_slide(path: Path) -> Iterator[Slide]:
-    """Open a slide.
-
-    Raises LutgenError: OpenSlide is not installed, or the file is missing or no slide that it reads.
-    """
+    """Open a slide. Raises LutgenError: no OpenSlide, no such file, or no slide that it reads."""
     library = _openslide()
     if not path.is_file():
         raise LutgenError(f"{path}: there is no such slide.")
@@ -174,10 +168,7 @@ class Blocks:
 
 @contextmanager
 def open_blocks(path: Path, source: str = "auto") -> Iterator[Blocks]:
-    """Open a picture; ``source`` as for ``apply``.
-
-    Raises LutgenError: a file that is missing or cannot be read, as :func:`open_source` and :func:`open_slide` say.
-    """
+    """Open a picture; ``source`` as for ``apply``, errors as :func:`open_source` and :func:`open_slide`."""
     if path.suffix.lower() in SUFFIXES:
         with open_slide(path) as slide:
             places = tuple(
@@ -247,11 +238,7 @@ def code_of(keys: NDArray[np.uint64]) -> Array:
 
 
 def read_field(file: str | Path, source: str = "auto") -> Field:
-    """Read a whole field of view: PNG, JPEG, TIFF, EXR of at most ``FIELD_PIXELS`` pixels; ``source`` as for ``apply``.
-
-    Raises LutgenError: a file that cannot be read to its end, a slide, more than ``FIELD_PIXELS`` pixels, a pixel that
-    is NaN or infinite, or nothing but pixels of one colour or of alpha 0.
-    """
+    """Read a whole field of view of at most ``FIELD_PIXELS``. Raises LutgenError: unreadable, or one colour."""
     path = Path(file)
     if path.suffix.lower() in SUFFIXES:
         raise LutgenError(

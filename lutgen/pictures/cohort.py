@@ -40,24 +40,15 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Lives:
-    """Lifetimes of several slides, in hours; None for each that is beyond the hours that were looked at.
+    """Lifetimes of several slides, in hours; None for each that is beyond the hours that were looked at."""
 
-    Attributes
-    ----------
-    median
-        The median. Of an even number the mean of the two in the middle; None where one of these is never reached.
-    interval
-        95 % interval of the median, its ends either of them None as above; None for fewer than six slides.
-    range
-        The shortest and the longest.
-    reached
-        How many slides reach the tolerance.
-
-    """
-
+    #: The median. Of an even number the mean of the two in the middle; None where one of these is never reached.
     median: float | None
+    #: 95 % interval of the median, its ends either of them None as above; None for fewer than six slides.
     interval: tuple[float | None, float | None] | None
+    #: The shortest and the longest.
     range: tuple[float | None, float | None]
+    #: How many slides reach the tolerance.
     reached: int
 
 
@@ -82,11 +73,7 @@ def lives_of(lives: Sequence[float | None]) -> Lives:
 
 
 def left_out(size: int) -> int | None:
-    """Return how many of ``size`` ordered values lie outside the interval of the median at either end; None: no 95 %.
-
-    The probability that the median lies below the (k + 1)-th value is that of at most k heads in ``size`` tosses of a
-    coin.
-    """
+    """Return how many of ``size`` ordered values lie beyond either end of the median's interval; None: no 95 %."""
     below, outside = 0, None
     for k in range(size // 2):
         below += comb(size, k)
@@ -132,27 +119,17 @@ class BrokenSlide:
 
 @dataclass(frozen=True)
 class Cohort:
-    """What :func:`cohort` found.
+    """The result of :func:`cohort`."""
 
-    Attributes
-    ----------
-    slides
-        The slides with a result, in the order given; perhaps none.
-    broken
-        The others.
-    modes
-        The modes of every slide.
-    kept
-        How many results an earlier run had left.
-    folder
-        Where every slide's result is.
-
-    """
-
+    #: The slides with a result, in the order given; perhaps none.
     slides: Lifetimes
+    #: The others.
     broken: tuple[BrokenSlide, ...]
+    #: The modes of every slide.
     modes: tuple[str, ...]
+    #: How many results an earlier run had left.
     kept: int
+    #: Where every slide's result is.
     folder: Path
 
     @cached_property
@@ -217,11 +194,7 @@ class Cohort:
         }
 
     def as_csv(self) -> str:
-        """Return what ``--csv`` writes: a line a slide and mode, then a mode's median and the ends of its interval.
-
-        The first column says which: ``slide``, ``broken``, ``median``, ``low``, ``high``. Hours, empty where never
-        reached.
-        """
+        """Return what ``--csv`` writes: a line a slide and mode, then a mode's median and the ends of its interval."""
         head, *lines = self.slides.csv_rows()
         rows = [f"row,{head}", *(f"slide,{line}" for line in lines)]
         columns = list(product(self.slides.tolerances, STATISTICS))

@@ -59,12 +59,7 @@ class Rings:
 
 
 def rings_of(nuclei: Nuclei, visible: Mask) -> tuple[Nuclei, Rings, int]:
-    """Return the nuclei that have a ring, numbered anew, their rings, and how many had none.
-
-    A pixel belongs to the ring of the nucleus that is nearest, when it is further than the gap from it and no further
-    than gap and width; so it is outside the gap of every other nucleus, and of what is stained like one but not
-    counted. ``visible``, (rows, columns), leaves out where the image shows nothing.
-    """
+    """Return the nuclei that have a ring of ``visible`` pixels, numbered anew, their rings, and how many had none."""
     from scipy import ndimage
 
     gap = max(round(GAP * nuclei.width), LEAST_GAP)
@@ -194,37 +189,23 @@ LOSS = 10.0
 
 @dataclass(frozen=True)
 class Conspicuity:
-    """What :func:`nuclei` found.
-
-    Attributes
-    ----------
-    field
-        The image.
-    nuclei, rings
-        Which pixels were compared.
-    ringless
-        Nuclei left out because others leave no room for a ring.
-    colours
-        Distinct colours in nuclei and rings.
-    hours
-        Operating hours, increasing from 0, shape (h,).
-    loss
-        Loss in per cent whose share of nuclei is told.
-    contrasts
-        Mode → ΔE2000 against hours.
-    model
-        The display.
-
-    """
+    """The result of :func:`nuclei`."""
 
     field: Field
+    #: Which pixels were compared.
     nuclei: Nuclei
     rings: Rings
+    #: Nuclei left out because others leave no room for a ring.
     ringless: int
+    #: Distinct colours in nuclei and rings.
     colours: int
+    #: Operating hours, increasing from 0, shape (h,).
     hours: Array
+    #: Loss in per cent whose share of nuclei is told.
     loss: float
+    #: Mode → ΔE2000 against hours.
     contrasts: dict[str, Contrast]
+    #: The display.
     model: DisplayModel
 
     def remarks(self) -> list[str]:

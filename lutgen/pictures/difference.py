@@ -48,12 +48,7 @@ def differences(
     *,
     places: Callable[[slice], Array] | None = None,
 ) -> Array:
-    """ΔE2000 of ``size`` colours on each aged display, against the un-aged one: shape (len(aged), size).
-
-    ``code``: slice of 0..size → the code values of these colours, (n, 3) in 0..1; it is called from several threads.
-    ``places``: slice → where on the screen these colours lie, (n, 2); None: all at one place. What the displays' chains
-    have in common is computed once. ``progress`` gets the colours done and all colours.
-    """
+    """ΔE2000 of ``size`` colours at their ``places`` on each aged display: (len(aged), size). Calls back in threads."""
     result = np.empty((len(aged), size))
 
     def fill(start: int) -> int:
@@ -144,12 +139,7 @@ def curves_of(
     hours: Sequence[float],
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> dict[str, DifferenceCurve]:
-    """Return the curve of each mode, at ``hours`` in increasing order.
-
-    The work is that of one image of ``len(colours)`` pixels; memory does not grow with hours or modes. ``progress``
-    gets the differences computed and all differences. Raises LutgenError for hours outside the measured span or the
-    luminance law's.
-    """
+    """Return the curve of each mode, at increasing ``hours``; errors as :meth:`DisplayModel.at`."""
     unaged = model.at("stable", 0.0)
     displays = [model.at(mode, hour) for mode in modes for hour in hours]
     group = max(HELD // len(colours), 1)
@@ -169,10 +159,7 @@ def curves_of(
 
 
 def statistics(values: Array, counts: Counts) -> tuple[float, float, float, float, float]:
-    """Mean, standard deviation, 95 % and 99 % quantile, and largest of values (n,), which occur ``counts`` (n,) times.
-
-    To the last bit the same when all counts are multiplied by a number.
-    """
+    """Mean, standard deviation, 95 % and 99 % quantile, and largest of values (n,), which occur ``counts`` times."""
     total = int(counts.sum())
     parts = [slice(start, start + CHUNK) for start in range(0, len(values), CHUNK)]
     mean = sum(float((values[part] * (counts[part] / total)).sum()) for part in parts)
@@ -228,11 +215,7 @@ def intervals(
     tolerances: Sequence[float],
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Intervals | None:
-    """Return 95 % intervals of lifetimes; None where the model says nothing of its uncertainty.
-
-    Draws are evaluated on coarse colours; what these change in the model's own lifetimes is taken off. The same model
-    gives the same intervals.
-    """
+    """Return 95 % intervals of lifetimes; None where the model says nothing of its uncertainty."""
     models = drawn(model)
     if not models:
         return None

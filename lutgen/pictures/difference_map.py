@@ -127,15 +127,7 @@ def difference_map(
     force: bool = False,
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> DifferenceMap:
-    """Find by how much aging changes each pixel of an image.
-
-    ``image``, ``source`` and ``progress`` are those of :func:`lutgen.pictures.frame.aged_series`. The map in numbers is
-    written to ``floats`` too (.exr, .tif), and replaces files there with ``force``. ``on_screen``: where on the screen
-    the image lies; every pixel is then computed at its own place, up to ``MOST_PLACED``.
-
-    Raises LutgenError: an image that cannot be read, a mode that does not age, an unknown source, an hour outside the
-    measured span or the luminance law's, or a file that cannot be written; nothing is written then.
-    """
+    """Find by how much aging changes each pixel, as :func:`.frame.aged_series`; write it to ``floats`` too."""
     path = Path(image)
     if mode not in AGING_MODES:
         raise pick_one("mode that ages", mode, AGING_MODES)

@@ -165,10 +165,7 @@ class ImageSource:
 
 @contextmanager
 def open_source(path: Path, source: str = "auto") -> Iterator[ImageSource]:
-    """Open an image; ``source`` is ``auto``, ``SIGNAL`` or ``LINEAR``.
-
-    Raises LutgenError: missing, empty, damaged, not an image of ``FORMATS``, or neither RGB nor RGBA.
-    """
+    """Open an image. Raises LutgenError: missing, empty, damaged, not of ``FORMATS``, or neither RGB nor RGBA."""
     kind = _sniff(path)
     if kind.name in ("png", "tiff") and not is_whole(path):
         raise _damaged(path)

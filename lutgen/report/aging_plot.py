@@ -40,10 +40,7 @@ _KELVINS = (3000, 4000, 5000, 6500, 9300, 15000)
 
 
 def plot_display(model: DisplayModel, path: str | Path, *, force: bool = False) -> None:
-    """Write the page of a display, over all its measured hours, as a PNG: the same bytes on every run.
-
-    Raises LutgenError: ``path`` is no .png, cannot be written, or exists and ``force`` is not given.
-    """
+    """Write the page of a display, over all its measured hours, as a PNG; errors as :func:`new_figure`."""
     with new_figure(path, PAGE, force=force) as figure:
         _draw_page(figure, show(model), model)
 
@@ -154,10 +151,7 @@ def _draw_diagram(axes: Axes, locus: Array, points: int = 400) -> None:
 
 
 def _draw_drift(axes: Axes, shown: Shown, size: float) -> ScalarMappable:
-    """Draw every tip at every hour, darker with time; return what a colour bar needs.
-
-    Greys, because a hue on a chromaticity diagram reads as a chromaticity.
-    """
+    """Draw every tip at every hour in greys, darker with time, since a hue would read as a chromaticity."""
     hours = np.repeat(shown.hours[:, np.newaxis], len(TIP_NAMES), axis=1)
     return axes.scatter(
         shown.uv[..., 0], shown.uv[..., 1], c=hours, s=size, cmap="Greys", zorder=4, edgecolor="black", linewidth=0.4

@@ -40,11 +40,7 @@ _TEXT, _BAR = 14, 6
 
 
 def check_animation(path: str | Path, hours: Sequence[float], seconds: float) -> float:
-    """Return the seconds of a frame.
-
-    Raises LutgenError: a suffix that is not of ``ANIMATION_SUFFIXES``, MP4 without ffmpeg, fewer than two hours, or
-    frames shown too short or too long.
-    """
+    """Return the seconds of a frame. Raises LutgenError: a wrong suffix, no ffmpeg, too few hours, bad seconds."""
     path = Path(path)
     if path.suffix.lower() not in ANIMATION_SUFFIXES:
         raise pick_one("suffix of an animation", path.suffix or path.name, ANIMATION_SUFFIXES)
@@ -70,12 +66,7 @@ def animate(
     seconds: float = SECONDS,
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Path:
-    """Write an animation of ``hours``, in the order of the frames; an existing file is replaced.
-
-    ``series`` has the curve of ``mode`` at these hours; ``path`` ends in .png or .apng (animated PNG, the same bytes on
-    every run) or in .mp4; ``progress`` gets the frames done and all frames. Raises LutgenError as
-    :func:`check_animation`, and for a file that cannot be written.
-    """
+    """Write an animation of ``hours``, which the curve of ``mode`` has; errors as :func:`check_animation`."""
     path, each = Path(path), check_animation(path, hours, seconds)
 
     def frames() -> Iterator[Pixels]:
@@ -170,10 +161,7 @@ def check_ffmpeg() -> str:
 
 
 def write_mp4(frames: Iterable[Pixels], seconds: float, path: Path, name: str) -> None:
-    """Write frames, uint8 of one shape (h, w, 3), each shown for ``seconds``; error messages call the file ``name``.
-
-    Raises LutgenError: ffmpeg is not installed, or cannot write the file; the message quotes ffmpeg.
-    """
+    """Write frames, uint8 of one shape (h, w, 3), of so many ``seconds``; errors call the file ``name``."""
     program, frames = check_ffmpeg(), iter(frames)
     first = next(frames)
     command = [

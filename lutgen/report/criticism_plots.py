@@ -57,11 +57,7 @@ def plot_comparison(comparison: Comparison, folder: str | Path, *, force: bool =
 def plot_diagnosis(
     diagnosis: Diagnosis, effects: Mapping[str, Effect], folder: str | Path, *, force: bool = False
 ) -> list[Path]:
-    """Draw a diagnosis; errors as in :func:`plot_comparison`.
-
-    The fit is drawn of the effects that the verdict names. For ``unexplained`` it is drawn of the effect that comes
-    nearest; other verdicts that name no effect have no such picture.
-    """
+    """Draw a diagnosis, and the fit of the effects that it names, or of the nearest one for ``unexplained``."""
     place, foot = Path(folder), diagnosis.problem.readings.provenance
     explanation, problem = diagnosis.explanation, diagnosis.problem
     # A verdict that names no effect has rejected the steps of the search.

@@ -42,10 +42,7 @@ def diagnose_page(
     *,
     verbose: bool = False,
 ) -> Iterator[Part]:
-    """Yield what ``lutgen diagnose`` prints: the verdict, the error, what to do next, and what the verdict rests on.
-
-    ``again`` are DATA and options as a next command repeats them; ``verbose``: every effect by itself too.
-    """
+    """Yield what ``lutgen diagnose`` prints; ``again``: DATA and options as a next command repeats them."""
     verdict = diagnosis.verdict
     yield Headline(f"{verdict.name}: {verdict.sentence}")
     yield from _error_lines(diagnosis)
@@ -87,10 +84,7 @@ def _error_lines(diagnosis: Diagnosis) -> Iterator[str]:
 
 
 def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect], *, verbose: bool = True) -> Table:
-    """Tabulate the smallest size of each effect that the readings would show, the most visible effect first.
-
-    Unless ``verbose``, without the parameter that the size is of, and what re-measured white and primaries hide.
-    """
+    """Tabulate the smallest size of each effect that the readings would show, the most visible first."""
     rows = []
     ordered = sorted(seen, key=lambda each: (not each.visible, relative_size(each, effects) or 0.0))
     for each in ordered:

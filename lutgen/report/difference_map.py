@@ -67,10 +67,7 @@ def check_range(low: float, high: float) -> tuple[float, float]:
 def plot_map(
     difference: DifferenceMap, path: str | Path, *, ends: tuple[float, float] = RANGE, force: bool = False
 ) -> Path:
-    """Draw a map as a PNG: the same bytes on every run.
-
-    Raises LutgenError: ``ends`` is no scale, as :func:`check_range` says, or ``path`` cannot be written.
-    """
+    """Draw a map as a PNG. Raises LutgenError: ``ends`` is no scale, or ``path`` cannot be written."""
     _draw([difference], Path(path), title_of(difference), check_range(*ends), force=force)
     return Path(path)
 

@@ -128,10 +128,7 @@ def stub(diagnosis: Diagnosis) -> str:
 
 
 def sketched(name: str, *, misfit: str) -> str:
-    """Return the Python source of an effect whose formula follows a probe, or readings, of this ``name``.
-
-    The source keeps the contract of effects without any change.
-    """
+    """Return the source of an effect that keeps the contract and follows a probe, or readings, of this ``name``."""
     sketch = next(each for pattern, each in FOLLOWS.items() if re.match(pattern, name))
     part = next((each for pattern, each in _PARTS.items() if re.match(pattern, name)), "")
     growing = "growing" in name

@@ -137,10 +137,7 @@ def picture_names(image: str) -> list[str]:
 
 
 def plot_nuclei(conspicuity: Conspicuity, folder: str | Path, *, force: bool = False) -> list[Path]:
-    """Draw both pictures into a folder; the same bytes on every run.
-
-    Raises LutgenError: one of them cannot be written, or exists and ``force`` is not given.
-    """
+    """Draw both pictures into a folder. Raises LutgenError: one exists, without ``force``, or cannot be written."""
     page, whole = (Path(folder) / name for name in picture_names(conspicuity.field.file))
     _page(conspicuity, page, force=force)
     with new_png(whole, force=force) as partial:

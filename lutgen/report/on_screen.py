@@ -22,27 +22,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PlacedStills:
-    """A picture on the screen at one hour.
+    """A picture on the screen at one hour."""
 
-    Attributes
-    ----------
-    hours
-        Of the stills.
-    on_screen
-        Where the picture lies.
-    unaged
-        Data address of what the un-aged display shows.
-    modes
-        Mode → its still, and the mean ΔE2000 over the picture's pixels.
-    reach
-        ΔE2000 at the end of the maps' colours.
-
-    """
-
+    #: Of the stills.
     hours: float
+    #: Where the picture lies.
     on_screen: OnScreen
+    #: Data address of what the un-aged display shows.
     unaged: str
+    #: Mode → its still, and the mean ΔE2000 over the picture's pixels.
     modes: dict[str, tuple[Still, float]]
+    #: ΔE2000 at the end of the maps' colours.
     reach: float
 
 

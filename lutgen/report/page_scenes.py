@@ -59,10 +59,7 @@ _COMPARED = 20_000
 
 @dataclass(frozen=True)
 class Numbers:
-    """Numbers of a picture on one display: ΔE2000 over all pixels of the image, and the display's white.
-
-    ``luminance`` is relative to the un-aged display's white.
-    """
+    """ΔE2000 of a picture on one display, over all pixels, and the display's white, relative to the un-aged one."""
 
     mode: str
     hours: float
@@ -123,10 +120,7 @@ class Scenes:
 
 
 def hours_of(text: str | None, model: DisplayModel) -> tuple[list[float], list[float]]:
-    """Return the hours of the tables, hour 0 first, and of the curve, which adds the measured times up to the last.
-
-    Raises LutgenError: ``text`` holds no hours, hours outside the measured span, or more than ``MOST``.
-    """
+    """Return the hours of the tables, 0 first, and of the curve. Raises LutgenError: none, too many, or outside."""
     measured = model.tips.hours
     if text is None:
         even = np.linspace(measured[0], measured[-1], USUAL)
@@ -149,11 +143,7 @@ def scenes_of(
     hours: Sequence[float],
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Scenes:
-    """Make the tables, the numbers and the stills of every mode at ``hours``, which increase from 0.
-
-    ``lifetimes`` are those of the whole image, at least at these hours: the numbers are those of the image, not of the
-    frame. ``progress`` gets the number of finished scenes and of all scenes.
-    """
+    """Make tables, numbers and stills of every mode at ``hours``, of which ``lifetimes`` has the whole image's ΔE."""
     reach = reach_of(lifetimes, hours)
     curves, unaged = lifetimes.images[0].curves, model.at("stable", 0.0)
     sampler = Sampler()

@@ -70,10 +70,7 @@ def environment() -> Environment:
 
 
 def style_and_script() -> dict[str, Any]:
-    """Give the page's style and scripts, the viewer's included, and the hashes by which the page permits these alone.
-
-    The main script is one module in the page, so what it imports stands before it.
-    """
+    """Give the page's style and scripts, imported ones first, and the hashes by which it permits these alone."""
     templates = files("lutgen.report").joinpath("templates")
     own = templates.joinpath("page.js").read_text("utf-8").splitlines(keepends=True)
     script = (FOLDER / "viewer.js").read_text("utf-8") + "".join(each for each in own if not each.startswith("import "))

@@ -121,10 +121,7 @@ def longest(columns: int) -> int:
 
 
 def age_sheet(series: AgedSeries, hours: Sequence[float], path: str | Path, *, force: bool = False) -> Path:
-    """Write a sheet of the modes of ``series`` and of ``hours`` of it, as a PNG: the same bytes on every run.
-
-    Raises LutgenError: too many hours, or a path that cannot be written.
-    """
+    """Write a sheet of the modes of ``series`` and some hours. Raises LutgenError: too many hours, or the path."""
     chosen, modes = check_hours(hours), list(series.curves)
     high, wide = series.source.shape[:2]
     layout = Layout(high, wide, columns=len(chosen), narrowest=LEAST, smallest=12, gap_lines=1)
@@ -177,14 +174,7 @@ def footer(series: AgedSeries) -> str:
 def contact_sheet(
     images: Mapping[str, Pixels], path: str | Path, *, title: str, footer: str, force: bool = False
 ) -> Path:
-    """Write a contact sheet as a PNG: the same bytes on every run.
-
-    ``images``: caption (two lines of up to 50 letters) → code values, uint8 of shape (h, w, 3), all of one size, in the
-    order of ``PLACES``: un-aged, then clockwise from the top. The title stands in the free corner at the upper left,
-    the footer below; both are wrapped.
-
-    Raises LutgenError: not five images of one size and of type uint8, or a path that cannot be written.
-    """
+    """Write images (h, w, 3), uint8, by caption, in the order of ``PLACES``; title and footer are wrapped."""
     layout = _checked(images)
     with new_png(path, force=force) as partial:
         sheet = _write_texts(layout, list(images), title, footer)
@@ -237,15 +227,7 @@ def draw_figure(
     force: bool = False,
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Path:
-    """Draw a figure of the paper from an image, as a PNG: the same bytes on every run.
-
-    ``number`` is one of ``FIGURES``; ``image``, ``source`` and ``progress`` are those of
-    :func:`lutgen.pictures.frame.aged_series`. ``on_screen``: where on the screen the image lies; not for Figure 5,
-    whose curves know no places.
-
-    Raises LutgenError: another figure, an image that cannot be read, a display whose measured span lacks the figure's
-    hours, or a path that cannot be written.
-    """
+    """Draw a figure of the paper from an image; arguments and errors as :func:`.frame.aged_series`."""
     if number not in FIGURES:
         raise pick_one("figure", number, FIGURES)
     if number == "5" and on_screen:

@@ -155,39 +155,27 @@ SCHEMA = 1
 
 @dataclass(frozen=True)
 class Analysis:
-    """The result of an analysis.
+    """The result of an analysis."""
 
-    Attributes
-    ----------
-    sources
-        Where the figures come from, in sentences; the first says so where they are simulated.
-    ci
-        How intervals of means are made, a key of ``INTERVALS``.
-    samples
-        Behind Table 2.
-    table2, table3, table4
-        As in the paper; empty where the figures for them are not known.
-    means, agreement, kappas, mixed, holm
-        Beyond the paper.
-    limits
-        What this design can and cannot show, in sentences.
-    remarks
-        What was left out, in sentences.
-
-    """
-
+    #: Where the figures come from, in sentences; the first says so where they are simulated.
     sources: tuple[str, ...]
+    #: How intervals of means are made, a key of ``INTERVALS``.
     ci: str
+    #: Behind Table 2.
     samples: tuple[StudySample, ...]
+    #: As in the paper; empty where the figures for them are not known.
     table2: Table2
     table3: tuple[Agreement, ...]
     table4: tuple[AgreementTest, ...]
+    #: Beyond the paper.
     means: tuple[FurtherMeans, ...]
     agreement: tuple[FurtherAgreement, ...]
     kappas: tuple[Kappa, ...]
     mixed: tuple[MixedModel, ...]
     holm: tuple[Corrected, ...]
+    #: What this design can and cannot show, in sentences.
     limits: tuple[str, ...]
+    #: What was left out, in sentences.
     remarks: tuple[str, ...]
 
     def as_json(self) -> dict[str, Any]:
@@ -247,10 +235,7 @@ def analyse_answers(
 def analyse_figures(
     rows: Sequence[AgreementCounts], measured: Sequence[StudySample], *, sources: Sequence[str] = (), ci: str = "normal"
 ) -> Analysis:
-    """Analyse figures that are already counted: agreement, and samples without values; either may be empty.
-
-    Raises LutgenError: ``ci`` is unknown.
-    """
+    """Analyse counted agreement, and samples without values; either may be empty. Raises LutgenError for ``ci``."""
     remarks = ["Rank tests, paired tests, κ and mixed models need the answers themselves, not their figures."]
     return _analysis(
         measured,

@@ -117,15 +117,7 @@ def balanced_design(
     sessions: int = PAPER_SESSIONS,
     seed: int,
 ) -> Design:
-    """Draw the balanced design that this module's docstring describes.
-
-    Of more ``images`` than are needed a random part is read. ``conditions`` are those of session 1, each with
-    ``per_condition`` images for every reader; all later sessions are un-aged. ``seed`` counts from 0; the same seed and
-    input give the same design.
-
-    Raises LutgenError: fewer images than are needed, numbers that make no study, or more readings than a study can
-    hold.
-    """
+    """Draw the balanced design of this module's docstring. Raises LutgenError: too few images, or no study."""
     _check_counts(per_condition=per_condition, readers=readers, sessions=sessions)
     needed = len(conditions) * per_condition
     if len(images) < needed:
@@ -189,14 +181,7 @@ class _Shown(NamedTuple):
 
 
 def read_design(path: Path, images: Sequence[str], *, readers: int | None, seed: int) -> Design:
-    """Read a design from a table, of images with the given names.
-
-    Without a column ``reader`` every reader gets all rows, and ``readers`` says how many there are (None: 1); without
-    ``position`` each reader's sessions are put into an order drawn as for a balanced design. Lines that are empty or
-    begin with # are skipped.
-
-    Raises LutgenError: no such table, with the line; a session or reader that is left out; an image twice in a session.
-    """
+    """Read a design from a table, of images with these names. Raises LutgenError with the line at fault."""
     rows = [_shown(row, images) for row in read_rows(path, NEEDED, optional=OPTIONAL)[1]]
     named = {row.reader for row in rows if row.reader is not None}
     if named and readers is not None and readers != max(named):

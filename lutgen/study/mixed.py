@@ -204,10 +204,7 @@ def _fit_logistic(agreed: Array, fixed: Array, clusters: Any) -> MixedFit:
 
 
 def _fitted(fit: Callable[[], Any], errors: str) -> tuple[Any, Array, tuple[str, ...]]:
-    """Fit: the result, its standard errors, and what statsmodels warns of, each sentence once.
-
-    Raises ValueError where a standard error is 0, infinite or none.
-    """
+    """Return the result, its standard errors, and each warning once. Raises ValueError: no error is finite."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         result = fit()

@@ -36,27 +36,17 @@ _OURS = {PROTOCOL, IMAGES, ANSWERS}
 
 @dataclass(frozen=True)
 class Planned:
-    """A study that was planned.
+    """A study that was planned."""
 
-    Attributes
-    ----------
-    study
-        Its folder.
-    protocol
-        What was frozen.
-    left_out
-        Names of images that were given and that nobody reads.
-    rounded
-        Names of images of 16 bits a channel, of which 8 are shown.
-    remarks
-        What the LUTs fix of the display, and what they cannot carry: sentences.
-
-    """
-
+    #: Its folder.
     study: Path
+    #: What was frozen.
     protocol: Protocol
+    #: Names of images that were given and that nobody reads.
     left_out: tuple[str, ...]
+    #: Names of images of 16 bits a channel, of which 8 are shown.
     rounded: tuple[str, ...]
+    #: What the LUTs fix of the display, and what they cannot carry: sentences.
     remarks: tuple[str, ...]
 
     @property
@@ -66,11 +56,7 @@ class Planned:
 
     @property
     def power(self) -> Power | None:
-        """What the study can find, by the fewest answers that a condition of session 1 gets.
-
-        None where nothing is compared, where some condition has fewer answers than there are readers, and beyond what
-        power is worked out for.
-        """
+        """What the study can find, by the fewest answers of a condition of session 1; None: nothing to say."""
         answers = Counter(trial.condition for trial in self.protocol.trials if trial.session == 1)
         readers = self.protocol.readers
         fewest = min(answers.values()) // readers
@@ -272,11 +258,7 @@ def _check_unchanged(pictures: Sequence[Picture]) -> None:
 
 @contextmanager
 def _made_whole(study: Path, *, force: bool) -> Iterator[Path]:
-    """Give a new folder that becomes ``study`` when all is done, and is removed when it is not.
-
-    It lies in one beside ``study``, where a study that is replaced waits until the new one is in place. What a killed
-    run left is removed first.
-    """
+    """Give a new folder that becomes ``study`` when all is done; one that is replaced waits beside it."""
     whole = study.resolve()
     beside = whole.with_name(f".{whole.name}{PARTIAL}")
     new, old = beside / "new", beside / "old"

@@ -142,12 +142,7 @@ class ReadingSession:
         self._file.append(text_of(self._clock()), self.session, [(kind, content)])
 
     def answer(self, number: int, decision: Decision, *, practice: bool = False) -> None:
-        """Record an answer; when this returns, it is on disk. The same answer again changes nothing.
-
-        Raises PastError: ``number`` is not the image to be read now, or was answered otherwise; NotSavedError: the disk
-        is full, or cannot be written to, and nothing was recorded; LutgenError: no such category or ease, or an
-        impossible time.
-        """
+        """Record an answer on disk. Raises PastError, NotSavedError, or LutgenError for what is no answer."""
         kind = PRACTISED if practice else ANSWERED
         self._check(decision)
         if number <= self._done[kind]:
@@ -189,10 +184,7 @@ class ReadingSession:
 
 
 def tasks_of(protocol: Protocol, place: int, session: int) -> tuple[list[Task], list[Task]]:
-    """Return what a reader is shown in a session: the images to practise on, and those of the session.
-
-    Raises LutgenError: the protocol has no such session, or names an image that was not rendered.
-    """
+    """Return the images of a session to practise on and to read. Raises LutgenError: no such session or image."""
     first = {render.image: render for render in reversed(protocol.renders)}
     trials = protocol.session(place, session)
     if not trials:
@@ -253,25 +245,7 @@ def begin_reading(
     clock: Callable[[], datetime] = lambda: datetime.now(UTC),
     progress: Callable[[int, int], None] | None = None,
 ) -> Iterator[ReadingSession]:
-    """Begin a reader's session, or go on with it, and hold it until the end of the block.
-
-    Parameters
-    ----------
-    reader, session
-        Name, of which a new one takes the next free place; number from 1, after the session before and the washout.
-    override
-        A reason to begin before the washout is over, or with a clock that was set back; recorded when it was needed.
-    clock
-        Gives the time now, UTC.
-    progress
-        Called with the number of images compared with the protocol, and of all.
-
-    Raises
-    ------
-    LutgenError
-        The session may not be read now, or not by this reader; the study's files are not as they were planned.
-
-    """
+    """Begin or resume a reader's session for the block. Raises LutgenError: it may not be read now."""
     protocol = read_protocol(study)
     name, why = reader_name(reader), _reason(override)
     if not 1 <= session <= protocol.sessions:

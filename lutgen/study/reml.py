@@ -32,44 +32,20 @@ NOTHING = 1e-6
 
 @dataclass(frozen=True)
 class MixedFit:
-    """What was fitted.
+    """What was fitted."""
 
-    Attributes
-    ----------
-    coefficients, errors, freedom
-        Of the fixed effects, their standard errors and degrees of freedom, (k,) each.
-    variances
-        Of each grouping, and of what is ``rest``.
-    complaints
-        What went wrong, in clauses.
-
-    """
-
+    #: Of the fixed effects, their standard errors and degrees of freedom, (k,) each.
     coefficients: Array
     errors: Array
     freedom: Array
+    #: Of each grouping, and of what is ``rest``.
     variances: dict[str, float]
+    #: What went wrong, in clauses.
     complaints: tuple[str, ...] = ()
 
 
 def fit_crossed(values: Array, fixed: Array, groups: Mapping[str, Sequence[str]]) -> MixedFit:
-    """Fit values = fixed·β + a random effect a grouping + noise.
-
-    Parameters
-    ----------
-    values
-        Shape (n,).
-    fixed
-        Columns of the fixed effects, (n, k).
-    groups
-        Name → which group each value belongs to, n labels; groupings may cross. None: ordinary least squares.
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError, ValueError
-        The fit is impossible.
-
-    """
+    """Fit values (n,) = fixed (n, k)·β + a random effect a grouping + noise. Raises LinAlgError or ValueError."""
     from scipy.optimize import minimize
 
     members = [_membership(labels) for labels in groups.values()]
@@ -142,23 +118,7 @@ class _Deviance:
 def errors_and_freedom(
     fixed: Array, members: Sequence[Array], variances: Sequence[float], rest: float
 ) -> tuple[Array, Array]:
-    """Return the standard error of each fixed effect, (k,), and its degrees of freedom, (k,), at least 1.
-
-    Parameters
-    ----------
-    fixed
-        Columns of the fixed effects, (n, k).
-    members
-        For each grouping its columns of 0 and 1, (n, levels).
-    variances, rest
-        Of each grouping, and of the noise.
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        The variances cannot be told apart.
-
-    """
+    """Return standard errors, (k,), and degrees of freedom, at least 1, of the fixed effects."""
     total = rest * np.eye(len(fixed))
     for member, variance in zip(members, variances, strict=True):
         total += variance * member @ member.T

@@ -237,12 +237,7 @@ def session_application(conversation: Conversation) -> ASGIApp:
 
 @contextmanager
 def serving(conversation: Conversation, listening: socket | None = None) -> Iterator[str]:
-    """Serve a session's page in the background until the end of the block, on any port or on the one taken for it.
-
-    Gives its address.
-
-    Raises LutgenError: no port is free, or what serves pages is not installed.
-    """
+    """Serve a session's page in the background; give its address. Raises LutgenError: no free port."""
     try:
         with served(session_application(conversation), listening or port_taken(0)) as address:
             yield address
@@ -257,12 +252,7 @@ def serve(
     say: Callable[[str], None],
     listening: socket | None = None,
 ) -> None:
-    """Serve a session until it is complete and its closing page was shown.
-
-    ``opened`` is called with the page's address once the page is served, ``say`` with sentences on troubles for whoever
-    runs the study. ``listening`` is a socket from :func:`lutgen.server.port_taken`; None: any free port. Raises
-    LutgenError: no port is free, or what serves pages is not installed.
-    """
+    """Serve a session until it is complete and its closing page was shown; ``say`` gets troubles, in sentences."""
     conversation = Conversation(reading, say)
     with serving(conversation, listening) as address:
         opened(address)

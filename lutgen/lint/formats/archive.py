@@ -53,10 +53,7 @@ class ArchiveScan:
 
 @contextmanager
 def scan_archive(path: Path) -> Iterator[tuple[ArchiveScan, Path]]:
-    """Read an archive's directory, unpack what is safe, and give the folder, which is removed at the end.
-
-    Raises LutgenError: the file cannot be read.
-    """
+    """Read an archive's directory, unpack what is safe into a temporary folder. Raises LutgenError: unreadable."""
     with scratch() as folder:
         try:
             size = path.stat().st_size

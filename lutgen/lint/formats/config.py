@@ -83,10 +83,7 @@ class ConfigScan:
 
 
 def scan_config(path: Path) -> ConfigScan:
-    """Load a config and instantiate its parts.
-
-    Raises LutgenError: the file cannot be read, or is far larger than any config.
-    """
+    """Load a config and instantiate its parts. Raises LutgenError: unreadable, or larger than any config."""
     try:
         if path.stat().st_size > MAX_BYTES:
             raise LutgenError(f"{path}: has more than {MAX_BYTES >> 20} MiB, which no config has.")

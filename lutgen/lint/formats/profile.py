@@ -55,10 +55,7 @@ _V4, _V4_HEAD, _V4_NUMBERS = b"mAB ", 32, 20
 
 
 class TableHead(NamedTuple):
-    """The head of a table of type mft1, mft2 or mAB, and the bytes that a table of this head needs.
-
-    ``points``: along the edge that has fewest.
-    """
+    """The head of a table of type mft1, mft2 or mAB, the least ``points`` of an edge, and the bytes needed."""
 
     tag: Tag
     kind: bytes
@@ -113,10 +110,7 @@ class ProfileScan:
 
 
 def scan_profile(path: Path) -> ProfileScan:
-    """Scan a profile; of a file larger than any profile only header, tag table and heads of tables are read.
-
-    Raises LutgenError: the file cannot be read.
-    """
+    """Scan a profile, of a huge one its heads alone. Raises LutgenError: unreadable."""
     try:
         with path.open("rb") as file:
             start = file.read(HEADER + 4 + 12 * MOST_TAGS)
@@ -331,10 +325,7 @@ def _unusable(scan: ProfileScan, table: TableHead) -> dict[str, Fate]:
 
 
 def profile_white(scan: ProfileScan) -> Iterator[LintFinding]:
-    """LittleCMS maps white to white where it resamples a profile: tables for integers, a matrix for 16 bits.
-
-    With the absolute intent it does not.
-    """
+    """LittleCMS maps white to white where it resamples a profile, but not with the absolute intent."""
     if scan.unasked:
         yield LintFinding(f"was not checked for its white: {scan.unasked}", "Install it to check.")
     if scan.white is None or np.abs(np.clip(scan.white, 0, 1) - 1).max() <= SAME:

@@ -119,11 +119,7 @@ class TableScan:
 
 
 class _CspLines:
-    """Finds the part of a ``.csp`` that each line belongs to: "words", "curves", or "table" after the three curves.
-
-    A curve is a line with its number of points and, for two points or more, a line of inputs and a line of outputs. A
-    curve of three points looks like the size of a table, and so do rows of a 1D file.
-    """
+    """Tells the lines of a ``.csp`` apart: "words", "curves" (count, inputs, outputs of three), or "table"."""
 
     def __init__(self) -> None:
         self._dimension, self._metadata, self._curves, self._lines = b"", False, 0, 0
@@ -150,10 +146,7 @@ class _CspLines:
 
 
 def scan_table(path: Path) -> TableScan:
-    """Read such a file in one pass, then ask the installed OpenColorIO, unless its header would take all memory.
-
-    Raises LutgenError: the file cannot be read, or is no text.
-    """
+    """Read a file in one pass, then ask OpenColorIO, unless its header would take all memory. Raises LutgenError."""
     scan = TableScan(path)
     for block in blocks(path):
         scan.ends |= block.ends
