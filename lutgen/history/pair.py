@@ -10,10 +10,10 @@ import numpy as np
 
 from lutgen.colorimetry import Array, xyz_to_uv
 from lutgen.errors import LutgenError
-from lutgen.history.calibration import bend, full_light_ratio
 from lutgen.history.colour_points import ColourPoints, colour_points
 from lutgen.history.patches import CHANNELS, mean_xyz, tip_rows
 from lutgen.history.steadiness import FEWEST_SHARED, SessionDrift, drift_by_order, drift_by_repeats, shared, steadiness
+from lutgen.history.transfer import bend, full_light_ratio
 
 if TYPE_CHECKING:
     from lutgen.readings.campaign import CampaignEntry

@@ -142,7 +142,7 @@ class Linted:
             library = OCIO_21 if trial.version.startswith("2.1.") else OCIO_26
             return trial.outcome == READS or self.fate(library)[0].outcome == REFUSES
         of_readers = [finding for finding in self.findings if not finding.in_the_file]
-        return trial.outcome in {_worst(trial.reader, told)[0].outcome for told in (self.findings, of_readers)}
+        return trial.outcome in {_worst(trial.reader, each)[0].outcome for each in (self.findings, of_readers)}
 
     def as_json(self) -> dict[str, Any]:
         """Return the result for a program to read; see ``schema/lint.json``."""

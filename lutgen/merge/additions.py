@@ -89,7 +89,8 @@ def add_source_signal(config: Any, name: str) -> None:
         bitDepth=lib.BIT_DEPTH_F32,
         description="Code values as sent to an sRGB display.",
     )
-    steps = [curve, from_aces, *_to_reference(lib, aces)]
+    to_reference = _one_way(lib, aces, lib.COLORSPACE_DIR_TO_REFERENCE, lib.COLORSPACE_DIR_FROM_REFERENCE)
+    steps = [curve, from_aces, *to_reference]
     signal.setTransform(lib.GroupTransform(steps), lib.COLORSPACE_DIR_TO_REFERENCE)
     config.addColorSpace(signal)
 
@@ -107,8 +108,9 @@ def add_aged(config: Any, names: AgedNames, *, source: str, onto: Sequence[str],
         bitDepth=lib.BIT_DEPTH_F32,
         description=description,
     )
-    steps = [*_from_reference(lib, config.getColorSpace(source)), table]
-    aged.setTransform(lib.GroupTransform(steps), lib.COLORSPACE_DIR_FROM_REFERENCE)
+    there, back = lib.COLORSPACE_DIR_FROM_REFERENCE, lib.COLORSPACE_DIR_TO_REFERENCE
+    steps = [*_one_way(lib, config.getColorSpace(source), there, back), table]
+    aged.setTransform(lib.GroupTransform(steps), there)
     config.addColorSpace(aged)
     _free(names.look, config.getLookNames(), "look")
     config.addLook(lib.Look(name=names.look, processSpace=source, description=description, transform=table))
@@ -125,15 +127,6 @@ def add_aged(config: Any, names: AgedNames, *, source: str, onto: Sequence[str],
     active = [view.strip() for view in active.split(",") if view.strip()] if isinstance(active, str) else list(active)
     if active:
         config.setActiveViews(", ".join([*active, names.view]))
-
-
-def _from_reference(lib: Any, space: Any) -> list[Any]:
-    """Return the transforms from a config's reference to a colour space; none for the reference itself."""
-    return _one_way(lib, space, lib.COLORSPACE_DIR_FROM_REFERENCE, lib.COLORSPACE_DIR_TO_REFERENCE)
-
-
-def _to_reference(lib: Any, space: Any) -> list[Any]:
-    return _one_way(lib, space, lib.COLORSPACE_DIR_TO_REFERENCE, lib.COLORSPACE_DIR_FROM_REFERENCE)
 
 
 def _one_way(lib: Any, space: Any, way: Any, back: Any) -> list[Any]:

@@ -101,12 +101,7 @@ def apply_to_image(
     """
     outputs = outputs_for([Path(image)], output)
     (applied,) = apply_to_images(
-        [(Path(image), outputs[0])],
-        aging,
-        side_by_side=side_by_side,
-        on_screen=on_screen,
-        source=source,
-        force=force,
+        [(Path(image), outputs[0])], aging, side_by_side=side_by_side, on_screen=on_screen, source=source, force=force
     )
     return applied
 
@@ -145,7 +140,10 @@ def apply_to_images(
         _check_output(image, output, force=force)
         with open_source(image, source) as opened:
             Target(opened, format_of_suffix(output), wide=side_by_side)
-            _check_turned(opened, side_by_side=side_by_side)
+            if side_by_side and opened.sideways:
+                raise LutgenError(
+                    f"{image}: is stored on its side (Orientation): its rows have no left and right. Turn it first."
+                )
             rows.append(opened.height)
     done: list[AppliedImage] = []
     with ExitStack() as stack:
@@ -349,9 +347,3 @@ def _check_output(image: Path, output: Path, *, force: bool) -> None:
             raise LutgenError(f"{output}: is the image itself, which is never written to. Choose another name with -o.")
         if not force:
             raise LutgenError(f"{output}: exists already. Choose another name with -o, or replace it with --force.")
-
-
-def _check_turned(source: ImageSource, *, side_by_side: bool) -> None:
-    if side_by_side and source.sideways:
-        message = f"{source.path}: is stored on its side (Orientation): its rows have no left and right. Turn it first."
-        raise LutgenError(message)

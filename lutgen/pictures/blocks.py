@@ -58,9 +58,6 @@ SUFFIXES = (".svs", ".ndpi", ".mrxs")
 #: Pixels along a region's side; a multiple of every usual tile's side, so that no tile is decoded twice.
 REGION = 1024
 
-#: The vendor whose scanner stores no tiles without tissue; in other vendors' slides a missing tile is damage.
-_SPARSE = "mirax"
-
 
 class Slide:
     """A slide that is open for reading, region by region."""
@@ -71,11 +68,8 @@ class Slide:
         """Take a slide that OpenSlide has opened."""
         self.path, self._slide = path, slide
         self.width, self.height = slide.dimensions
-        self._sparse = slide.properties.get("openslide.vendor") == _SPARSE
-
-    def regions(self) -> list[tuple[int, int]]:
-        """Left and upper corner of every region of level 0, row by row."""
-        return [(x, y) for y in range(0, self.height, REGION) for x in range(0, self.width, REGION)]
+        # The vendor whose scanner stores no tiles without tissue; in other vendors' slides a missing tile is damage.
+        self._sparse = slide.properties.get("openslide.vendor") == "mirax"
 
     def read(self, x: int, y: int) -> Stored:
         """Read the region at (x, y), from any thread: (rows, columns, 4); alpha 0: not scanned."""
@@ -172,7 +166,9 @@ def open_blocks(path: Path, source: str = "auto") -> Iterator[Blocks]:
     if path.suffix.lower() in SUFFIXES:
         with open_slide(path) as slide:
             places = tuple(
-                Place(y, min(y + REGION, slide.height), x, min(x + REGION, slide.width)) for x, y in slide.regions()
+                Place(y, min(y + REGION, slide.height), x, min(x + REGION, slide.width))
+                for y in range(0, slide.height, REGION)
+                for x in range(0, slide.width, REGION)
             )
             yield Blocks(
                 storage=slide.storage,

@@ -8,7 +8,7 @@ independently. A lifetime that is never reached is longer than all others; it ta
 from __future__ import annotations
 
 from contextlib import closing, contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property, partial
 from itertools import product
 from math import comb, inf
@@ -157,7 +157,7 @@ class Cohort:
                 "coverage": coverage(len(self.slides.images)),
                 "modes": {mode: self._over_all(mode) for mode in self.lives},
             },
-            "broken": [{"file": each.file, "reason": each.reason} for each in self.broken],
+            "broken": list(map(asdict, self.broken)),
             "slides": content["images"],
         }
 
@@ -166,26 +166,14 @@ class Cohort:
         bands = bands_of(curves)
         return {
             "lifetimes": {
-                f"{tolerance:g}": {
-                    name: {
-                        "median": lives.median,
-                        "interval": lives.interval,
-                        "range": lives.range,
-                        "reached": lives.reached,
-                    }
-                    for name, lives in of.items()
-                }
+                f"{tolerance:g}": {name: asdict(lives) for name, lives in of.items()}
                 for tolerance, of in self.lives[mode].items()
             },
             "curve": [
                 {
                     "hours": float(hours),
                     **{
-                        _POINTS[name]: {
-                            "median": float(band.median[place]),
-                            "low": float(band.low[place]),
-                            "high": float(band.high[place]),
-                        }
+                        _POINTS[name]: {key: float(values[place]) for key, values in vars(band).items()}
                         for name, band in bands.items()
                     },
                 }

@@ -37,9 +37,6 @@ LIST = ".txt"
 #: Most bytes of a list: a path of some hundred bytes for each of a hundred thousand slides.
 MAX_BYTES = 64_000_000
 
-#: Slides that are an index beside a folder of the same name, which holds the pixels.
-_WITH_FOLDER = ".mrxs"
-
 
 @dataclass(frozen=True)
 class CohortSlide:
@@ -98,7 +95,8 @@ def _slide(path: Path) -> CohortSlide:
 
 def _parts(path: Path) -> Iterator[os.stat_result]:
     files = [path]
-    if path.suffix.lower() == _WITH_FOLDER:
+    # Slides that are an index beside a folder of the same name, which holds the pixels.
+    if path.suffix.lower() == ".mrxs":
         files += sorted(part for part in path.with_suffix("").rglob("*") if part.is_file())
     for file in files:
         with suppress(OSError):

@@ -253,7 +253,7 @@ def _check_floats(path: Path, image: Path, *, force: bool) -> Path:
 
 @contextmanager
 def _floats(path: Path, blocks: Blocks) -> Iterator[Callable[[Place, Singles], None]]:
-    """Give what writes a block of the map in numbers."""
+    """Open a map in numbers; give the function that writes a block of it."""
     with replacing(path) as partial:
         # Python's OSError says why a file cannot be created; OpenImageIO's message does not.
         partial.touch()
@@ -264,8 +264,8 @@ def _floats(path: Path, blocks: Blocks) -> Iterator[Callable[[Place, Singles], N
                 file.geterror()
                 raise OSError(f"OpenImageIO cannot finish the {path.suffix} file")
 
-        def write(place: Place, found: Singles) -> None:
-            rows, values = (place.top, place.bottom), np.ascontiguousarray(found[..., np.newaxis])
+        def write(place: Place, block: Singles) -> None:
+            rows, values = (place.top, place.bottom), np.ascontiguousarray(block[..., np.newaxis])
             if blocks.tile:
                 check(file.write_tiles(place.left, place.right, *rows, 0, 1, values))
             else:

@@ -57,7 +57,7 @@ class Colours:
     counts: Counts
     #: Keys (m,) → code values (m, 3) in 0..1.
     decode: Callable[[Keys], Array]
-    #: Bits a channel that colours are told apart by.
+    #: Bits a channel: colours that differ in them are different.
     bits: int
     #: How far a pixel's code values may lie from those of its colour; 0 where they are counted exactly.
     half_bin: float = 0.0

@@ -20,10 +20,9 @@ from lutgen.colorimetry import Array, linear_to_code
 from lutgen.errors import LutgenError, pick_one
 from lutgen.names import AGING_MODES, LINEAR, SOURCES
 from lutgen.pictures.blocks import Blocks, Place, open_blocks
-from lutgen.pictures.difference import DifferenceCurve, curves_of, differences
+from lutgen.pictures.difference import DifferenceCurve, curves_of, differences, placed_curves, placed_picture
 from lutgen.pictures.distinct import count_colours
 from lutgen.pictures.encoding import Decoder, Storage, Stored
-from lutgen.pictures.placed import placed_curves, placed_picture
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

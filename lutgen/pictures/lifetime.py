@@ -47,7 +47,7 @@ class ImageLifetime:
     #: How many pixels count, and of how many distinct colours.
     pixels: int
     colours: int
-    #: Bits a channel that colours are told apart by.
+    #: Bits a channel: colours that differ in them are different.
     bits: int
     #: The most that ΔE2000 of a pixel is off because colours were counted in bins, at any hour, as found at the corners
     #: of many bins; 0 where they were counted exactly.

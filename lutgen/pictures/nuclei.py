@@ -127,16 +127,12 @@ def width_of(mask: Mask) -> float:
 
 
 def _stain_of(field: Field) -> str:
-    red, green, blue = np.moveaxis(_density(field), -1, 0)
+    # Optical density of each channel, at most that of code value 1.
+    table = -np.log10(np.maximum(np.arange(256), 1) / 255.0).astype(np.float32)
+    red, green, blue = np.moveaxis(table[field.rgb()], -1, 0)
     stained = (np.maximum(np.maximum(red, green), blue) > STAINED) & field.visible
     brown = stained & (blue > green) & (blue > red)
     return "hdab" if np.count_nonzero(brown) > BROWN * np.count_nonzero(stained) else "he"
-
-
-def _density(field: Field) -> NDArray[np.float32]:
-    """Optical density of each channel, (rows, columns, 3); at most that of code value 1."""
-    table = -np.log10(np.maximum(np.arange(256), 1) / 255.0).astype(np.float32)
-    return np.asarray(table[field.rgb()])
 
 
 def _haematoxylin(field: Field, stain: str) -> NDArray[np.float32]:

@@ -111,10 +111,10 @@ KIND = bytes((8, 2, 0, 0, 0))
 
 def write_apng(frames: Iterable[Pixels], count: int, seconds: float, path: Path) -> None:
     """Write ``count`` frames, uint8 of one shape (h, w, 3), each shown for so many seconds, again and again."""
-    from PIL.PngImagePlugin import putchunk
+    from PIL import Image
+    from PIL.PngImagePlugin import getchunks, putchunk
 
     delay = (max(round(1000 * seconds), 1), 1000)
-    sequence = 0
     with path.open("wb") as file:
         file.write(SIGNATURE)
         for number, frame in enumerate(frames):
@@ -123,22 +123,15 @@ def write_apng(frames: Iterable[Pixels], count: int, seconds: float, path: Path)
                 putchunk(file, b"IHDR", struct.pack(">2I", *size) + KIND)
                 putchunk(file, b"sRGB", b"\0")
                 putchunk(file, b"acTL", struct.pack(">2I", count, 0))
+            sequence = max(2 * number - 1, 0)
             putchunk(file, b"fcTL", struct.pack(">5I2H2B", sequence, *size, 0, 0, *delay, 0, 0))
-            data = _compressed(frame)
+            # The image data of a frame's own PNG.
+            data = b"".join(data for kind, data, _ in getchunks(Image.fromarray(frame)) if kind == b"IDAT")
             if number == 0:
                 putchunk(file, b"IDAT", data)
             else:
                 putchunk(file, b"fdAT", struct.pack(">I", sequence + 1), data)
-            sequence += 1 if number == 0 else 2
         putchunk(file, b"IEND", b"")
-
-
-def _compressed(frame: Pixels) -> bytes:
-    """Return what the image data of a frame's own PNG would be."""
-    from PIL import Image
-    from PIL.PngImagePlugin import getchunks
-
-    return b"".join(data for kind, data, _checksum in getchunks(Image.fromarray(frame)) if kind == b"IDAT")
 
 
 #: Video as players expect it: BT.709 and half the colour resolution, so an even number of rows and columns.

@@ -90,7 +90,6 @@ def _draw_page(figure: Figure, signature: Signature) -> None:
 
 
 def _values(signature: Signature) -> str:
-    """List the parameter values and the conditions of the page."""
     effect = signature.effect
     typical = effect.typical()
     moved = [name for name, value in typical.items() if value not in {0.0, effect.neutral.get(name)}]

@@ -65,15 +65,8 @@ def counted(conspicuity: Conspicuity) -> str:
         f"{spaced(nuclei.count)} {'nucleus' if nuclei.count == 1 else 'nuclei'}, {nuclei.found}, typically "
         f"{nuclei.width:.0f} pixels wide; rings of {rings.width} pixels after a gap of {rings.gap}"
     )
-    left = [
-        f"{spaced(number)} {why}"
-        for number, why in (
-            (nuclei.small, "too small"),
-            (nuclei.large, "too large"),
-            (conspicuity.ringless, "without room for a ring"),
-        )
-        if number
-    ]
+    kinds = {"too small": nuclei.small, "too large": nuclei.large, "without room for a ring": conspicuity.ringless}
+    left = [f"{spaced(number)} {why}" for why, number in kinds.items() if number]
     return f"{sentence}. Left out: {', '.join(left)}." if left else f"{sentence}."
 
 

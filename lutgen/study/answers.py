@@ -50,7 +50,11 @@ def take_place(study: Path, protocol: Protocol, name: str, *, session: int, at: 
         if not there and session != 1:
             message = f"--session {session}: no reader {name!r} has read session 1. Check the name, or begin with it."
             raise LutgenError(message)
-        _make_folder(path.parent)
+        try:
+            path.parent.mkdir(mode=0o700, exist_ok=True)
+        except OSError as error:
+            message = f"{path.parent}: cannot be made: {reason_of(error)}. Check the study's folder and its rights."
+            raise LutgenError(message) from None
         first = {"schema": SCHEMA, "reader": name, "place": place, "protocol": protocol.sha256}
         file = AnswerFile(path, protocol.sha256, first=(at, first))
         if _same(whose(file.entries, path), name):
@@ -104,14 +108,6 @@ def answered(entries: Sequence[AnswerRow], session: int, kind: str = ANSWERED) -
 
 def _same(one: str, other: str) -> bool:
     return one.casefold() == other.casefold()
-
-
-def _make_folder(folder: Path) -> None:
-    try:
-        folder.mkdir(mode=0o700, exist_ok=True)
-    except OSError as error:
-        reason = reason_of(error)
-        raise LutgenError(f"{folder}: cannot be made: {reason}. Check the study's folder and its rights.") from None
 
 
 def _answers(entries: Sequence[AnswerRow], place: int, path: Path, protocol: Protocol) -> list[Answer]:

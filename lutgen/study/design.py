@@ -38,12 +38,6 @@ UNAGED = StudyCondition("none", "stable", 0.0)
 PAPER_CONDITIONS = "none,chroma@18000,chroma-luma@18000"
 PAPER_PER_CONDITION, PAPER_SESSIONS = 40, 2
 
-#: The stream that the design itself is drawn from; readers and sessions count from 1.
-_DESIGN = (0, 0)
-
-#: Hours of a condition, at most.
-_MOST_HOURS = 1e9
-
 #: A larger number of readers or sessions is treated as a typing error.
 MOST = 1000
 
@@ -87,7 +81,8 @@ def condition_of(text: str) -> StudyCondition:
     mode, _, hour = text.partition("@")
     # Folders name hours in digits, to six decimals.
     hours = number(hour) if set(hour) <= set("0123456789.") else None
-    if mode not in MODES or hours is None or not 0 <= hours < _MOST_HOURS or round(hours, 6) != hours:
+    # Hours of a condition, at most.
+    if mode not in MODES or hours is None or not 0 <= hours < 1e9 or round(hours, 6) != hours:
         raise LutgenError(
             f"unknown condition {text!r}. Write none (un-aged), or a mode and an hour such as chroma@18000; "
             f"modes are {', '.join(MODES)}."
@@ -118,7 +113,9 @@ def balanced_design(
     seed: int,
 ) -> Design:
     """Draw the balanced design of this module's docstring. Raises LutgenError: too few images, or no study."""
-    _check_counts(per_condition=per_condition, readers=readers, sessions=sessions)
+    for name, count in (("per-condition", per_condition), ("readers", readers), ("sessions", sessions)):
+        if count < 1 or (name != "per-condition" and count > MOST):
+            raise LutgenError(f"--{name} {count}: give {'1 or more' if name == 'per-condition' else f'1 to {MOST}'}.")
     needed = len(conditions) * per_condition
     if len(images) < needed:
         raise LutgenError(
@@ -127,7 +124,8 @@ def balanced_design(
             f"--per-condition {len(images) // len(conditions)}."
         )
     check_readings(needed * readers * sessions, f"{needed} images × {readers} readers × {sessions} sessions")
-    drawn = [images[place] for place in stream(seed, *_DESIGN).permutation(len(images))[:needed]]
+    # The stream that the design itself is drawn from; readers and sessions count from 1.
+    drawn = [images[place] for place in stream(seed, 0, 0).permutation(len(images))[:needed]]
     trials: list[StudyTrial] = []
     for reader in range(1, readers + 1):
         turn = [conditions[(place + reader - 1) % len(conditions)].name for place in range(len(conditions))]
@@ -157,13 +155,6 @@ def ordered(shown: Mapping[str, str], reader: int, session: int, seed: int) -> l
 def stream(seed: int, reader: int, session: int) -> np.random.Generator:
     """Return the random numbers of a reader's session, which depend on nothing else."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(reader, session)))
-
-
-def _check_counts(**counts: int) -> None:
-    for name, count in counts.items():
-        if count < 1 or (name != "per_condition" and count > MOST):
-            allowed = "1 or more" if name == "per_condition" else f"1 to {MOST}"
-            raise LutgenError(f"--{name.replace('_', '-')} {count}: give {allowed}.")
 
 
 NEEDED, OPTIONAL = ("session", "image", "condition"), ("reader", "position")

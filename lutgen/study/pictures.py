@@ -89,10 +89,16 @@ def look_at(paths: Sequence[Path], progress: Callable[[int], None]) -> tuple[Pic
         pictures.append(_picture(name, path))
         progress(len(pictures))
     for what, key in (
-        ("are the same file, byte for byte", lambda each: each.sha256),
-        ("show the same pixels", lambda each: each.pixels_sha256),
+        ("are the same file, byte for byte", "sha256"),
+        ("show the same pixels", "pixels_sha256"),
     ):
-        _check_distinct(pictures, what, key)
+        first: dict[str, Picture] = {}
+        for picture in pictures:
+            other = first.setdefault(getattr(picture, key), picture)
+            if other is not picture:
+                raise LutgenError(
+                    f"{other.path} and {picture.path}: {what}, so a reader would read one picture twice. Leave one out."
+                )
     return tuple(pictures)
 
 
@@ -107,16 +113,6 @@ def _names(paths: Sequence[Path]) -> list[str]:
             raise LutgenError(f"{first[name]} and {path}: both would be called {name} in the study. Rename one.")
         first[name] = path
     return names
-
-
-def _check_distinct(pictures: Sequence[Picture], what: str, key: Callable[[Picture], str]) -> None:
-    first: dict[str, Picture] = {}
-    for picture in pictures:
-        other = first.setdefault(key(picture), picture)
-        if other is not picture:
-            raise LutgenError(
-                f"{other.path} and {picture.path}: {what}, so a reader would read one picture twice. Leave one out."
-            )
 
 
 def _picture(name: str, path: Path) -> Picture:
@@ -162,9 +158,6 @@ def _bands(source: ImageSource) -> Iterator[Pixels]:
 #: The LUTs that images go through: the most exact of the formats.
 LUT_FORMAT = "clf"
 
-#: Letters of a blind name.
-BLIND = 20
-
 #: Time stamp of every picture, in seconds since 1970: the earliest that a ZIP archive can store.
 _WRITTEN = 315_532_800
 
@@ -184,12 +177,8 @@ class BakedLut:
 
     def as_json(self) -> dict[str, Any]:
         """Return the entry of this LUT in the protocol."""
-        return {
-            "format": LUT_FORMAT,
-            "sha256": self.sha256,
-            "worst_delta_e_2000": self.worst,
-            "worst_smooth_delta_e_2000": self.smooth,
-        }
+        worst = {"worst_delta_e_2000": self.worst, "worst_smooth_delta_e_2000": self.smooth}
+        return {"format": LUT_FORMAT, "sha256": self.sha256, **worst}
 
 
 def bake_conditions(conditions: Iterable[StudyCondition], model: DisplayModel, folder: Path) -> dict[str, BakedLut]:
@@ -211,7 +200,8 @@ def bake_conditions(conditions: Iterable[StudyCondition], model: DisplayModel, f
 
 def blind_name(key: bytes, image: str, condition: str) -> str:
     """Name a render: a keyed hash of what it shows."""
-    return hmac.new(key, f"{image}\0{condition}".encode(), hashlib.sha256).hexdigest()[:BLIND]
+    # Letters of a blind name.
+    return hmac.new(key, f"{image}\0{condition}".encode(), hashlib.sha256).hexdigest()[:20]
 
 
 def render_images(

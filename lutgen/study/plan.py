@@ -8,7 +8,7 @@ import math
 import shutil
 from collections import Counter
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -75,10 +75,8 @@ class Planned:
             "display": {"file": protocol.model["file"], "sha256": protocol.model["sha256"]},
             "model": protocol.model["model"],
             "conditions": [
-                {
-                    "name": each.name,
-                    "mode": each.mode,
-                    "hours": each.hours,
+                asdict(each)
+                | {
                     "images_a_reader": self.per_condition.get(each.name, 0),
                     "lut": protocol.model["luts"].get(each.name),
                 }
@@ -152,9 +150,13 @@ def plan_study(
     shown = _shown(pictures, practised, design)
     with _made_whole(study, force=force) as new, scratch() as folder:
         luts = bake_conditions(design.conditions, model, Path(folder))
-        key = _key(seed, (*pictures, *practised), luts)
+        # To work the blind names out takes the seed, every image and every LUT.
+        hashes = [*(each.sha256 for each in (*pictures, *practised)), *(lut.sha256 for lut in luts.values())]
+        key = hashlib.sha256(json.dumps([seed, *hashes]).encode()).digest()
         renders = render_images(shown, luts, new, key, lambda done: progress(done, len(shown)))
-        _check_unchanged((*pictures, *practised))
+        for picture in (*pictures, *practised):
+            if file_sha256(picture.path) != picture.sha256:
+                raise LutgenError(f"{picture.path}: was changed while the study was planned. Plan it again.")
         protocol = Protocol(
             title=title,
             conditions=design.conditions,
@@ -229,14 +231,8 @@ def _shown(pictures: Sequence[Picture], practised: Sequence[Picture], design: De
     return [*shown, *((picture, UNAGED.name) for picture in practised)]
 
 
-def _key(seed: int, pictures: Sequence[Picture], luts: dict[str, BakedLut]) -> bytes:
-    """Return the key of the blind names: it takes the seed, every image and every LUT to work one out."""
-    made_of = [seed, *(picture.sha256 for picture in pictures), *(lut.sha256 for lut in luts.values())]
-    return hashlib.sha256(json.dumps(made_of).encode()).digest()
-
-
 def _model(model: DisplayModel, luts: dict[str, BakedLut]) -> dict[str, Any]:
-    """Describe the display: the file's name and hash, everything that made the LUTs, and what each was found to be."""
+    """Describe the display: name and hash of its file, the model behind the LUTs, and each LUT's error."""
     readings = model.measurements
     content = {
         "file": Path(readings.file).name,
@@ -248,12 +244,6 @@ def _model(model: DisplayModel, luts: dict[str, BakedLut]) -> dict[str, Any]:
     # Lists instead of tuples, as when the file is read again.
     plain: dict[str, Any] = json.loads(json.dumps(content))
     return plain
-
-
-def _check_unchanged(pictures: Sequence[Picture]) -> None:
-    for picture in pictures:
-        if file_sha256(picture.path) != picture.sha256:
-            raise LutgenError(f"{picture.path}: was changed while the study was planned. Plan it again.")
 
 
 @contextmanager

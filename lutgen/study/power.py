@@ -220,17 +220,13 @@ def power_of(test: str, values: tuple[float, float], sd: float | None, answers: 
 
 
 def _detectable(answers: int) -> list[Detectable]:
-    detectable = []
+    smallest: list[tuple[str, str, float | None, float | None]] = []
     for measure in TABLE_2:
         sd = standard_deviation(measure, tuple(ANSWERS))
-        detectable += [_smallest(measure, test, sd, None, answers) for test in TESTS[measure]]
+        smallest += [(measure, test, sd, None) for test in TESTS[measure]]
     base = AGREED["none"] / ANSWERS["none"]
-    detectable += [_smallest("agreement", test, None, base, answers) for test in TESTS["agreement"]]
-    return detectable
-
-
-def _smallest(measure: str, test: str, sd: float | None, base: float | None, answers: int) -> Detectable:
-    return Detectable(measure, test, sd, base, smallest_difference(test, sd, base, answers))
+    smallest += [("agreement", test, None, base) for test in TESTS["agreement"]]
+    return [Detectable(*each, smallest_difference(*each[1:], answers)) for each in smallest]
 
 
 def smallest_difference(test: str, sd: float | None, base: float | None, answers: int) -> float | None:

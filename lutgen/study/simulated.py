@@ -174,21 +174,6 @@ def simulate(
     return tuple(answers)
 
 
-def paper_trials(seed: int, *, per_condition: int = 40, readers: int = 1) -> tuple[StudyTrial, ...]:
-    """Plan the paper's study (section 2.3): a session of images under three conditions, and one of all un-aged."""
-    random = np.random.default_rng([seed, 4])
-    names = [f"image-{number:03}" for number in range(1, 3 * per_condition + 1)]
-    trials = []
-    for reader in range(1, readers + 1):
-        under = dict(zip(random.permutation(names), sorted([*PAPER_DIFFERENCES] * per_condition), strict=True))
-        for session, shown in ((1, under), (2, dict.fromkeys(names, "none"))):
-            order = map(str, random.permutation(names))
-            trials += [
-                StudyTrial(reader, session, place, name, shown[name]) for place, name in enumerate(order, start=1)
-            ]
-    return tuple(trials)
-
-
 def nuclear_difference(unaged: Path, aged: Mapping[str, Path]) -> dict[str, float]:
     """Mean ΔE2000 over the nuclei of an un-aged picture, for each aged one. Raises LutgenError: unreadable."""
     field = read_field(unaged)

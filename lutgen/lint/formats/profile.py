@@ -35,9 +35,6 @@ DEVICES, OTHERS = ("mntr", "scnr", "prtr", "spac"), ("link", "abst", "nmcl")
 #: What Chromium does with every profile that it refuses.
 IGNORED = wrong(CHROMIUM, how="ignores the profile and shows the picture unchanged")
 
-#: The newest version that LittleCMS opens.
-NEWEST = (5, 0)
-
 #: Bytes that may follow a table: padding.
 PADDING = 3
 
@@ -219,7 +216,8 @@ def profile_version(scan: ProfileScan) -> Iterator[LintFinding]:
         fates |= refused(ARGYLL, how="reads version 2 only")
     if not 2 <= major <= 4:
         fates |= IGNORED
-    if scan.version > NEWEST:
+    # The newest version that LittleCMS opens.
+    if scan.version > (5, 0):
         fates |= refused(LCMS_8, LCMS_16, how="does not know this version")
     if fates:
         yield LintFinding(f"is of version {major}.{minor}", "Export it as version 2 for these readers.", 0, fates)

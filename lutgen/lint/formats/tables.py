@@ -12,8 +12,7 @@ from lutgen.cells import NON_FINITE, NUMBER
 from lutgen.lint.finding import FFMPEG, OCIO, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.programs import MAX_BYTES, loading, refusal
-from lutgen.lint.stream import blocks, shown
-from lutgen.lint.table_statistics import MAX_KEPT
+from lutgen.lint.stream import MAX_KEPT, blocks, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -40,9 +39,6 @@ _SOUND = {
     ".csp": re.compile(rf"(?:\s*{NUMBER}(?=\s|$))*\s*$".encode()),
     ".3dl": re.compile(rb"[\s\d]*$"),
 }
-
-#: Letters of a first line that are kept.
-MAX_HEAD = 1000
 
 #: Rows of the only table that ffmpeg reads from a .3dl, of 17 points an axis.
 FFMPEG_ROWS = 17**3
@@ -94,7 +90,8 @@ class TableScan:
             return
         first = not self.head
         if first:
-            self.head = line[:MAX_HEAD].decode("ascii", errors="replace").strip()
+            # Letters of a first line that are kept.
+            self.head = line[:1000].decode("ascii", errors="replace").strip()
         # In a .spi3d the first line of three numbers is the size; a .3dl has no such line.
         header = _SIZE.match(line) if not self.size and self.suffix != ".3dl" and of_csp in {"", "table"} else None
         row = None
