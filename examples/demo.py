@@ -23,7 +23,7 @@ from lutgen import DisplayModel, LutgenError, build, read_measurements
 from lutgen.bake.build import Plan
 from lutgen.bake.config import AGED_VIEW, SOURCE, UNAGED_VIEW
 from lutgen.bindings import ocio
-from lutgen.cli.terminal import progress_bar
+from lutgen.cli.outputs import progress_bar
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab
 from lutgen.display import default_display, hour_name
 from lutgen.display.hours import parse_hours

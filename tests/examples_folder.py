@@ -20,7 +20,7 @@ from skimage.io import imsave
 
 from lutgen.bake import icc_profile
 from lutgen.bake.spaces import linear_to_xyz_d50
-from lutgen.cli.program import group
+from lutgen.cli.command import group
 from lutgen.display import DisplayModel, default_display
 from lutgen.readings import read_measurements
 from lutgen.report.effect_sketch import sketched

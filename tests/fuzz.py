@@ -44,7 +44,7 @@ from lutgen.bake.own_reading import SINGLE, checked_table
 from lutgen.bake.readback import apply_lut
 from lutgen.display import DisplayModel, default_display, load_model
 from lutgen.errors import LutgenError
-from lutgen.lint import lint, trial
+from lutgen.lint import lint, programs
 from lutgen.lint.finding import READS
 from lutgen.lint.programs import OPENCOLORIO
 from lutgen.readings import read_campaign, read_measurements, read_session
@@ -168,7 +168,7 @@ def readers(case: int, chance: random.Random, folder: Path) -> str:
     try:
         result = read(path)
         asked = path.suffix == ".cube" and case % ASKED == 0 and lint(path).clean
-        with mock.patch.object(trial, "PROGRAMS", (OPENCOLORIO,)):
+        with mock.patch.object(programs, "PROGRAMS", (OPENCOLORIO,)):
             trials = lint(path, ask_readers=True).trials if asked else ()
     except LutgenError as error:
         return f"{name}: more than one line: {error}" if "\n" in str(error) else ""

@@ -24,6 +24,7 @@ from lutgen.study.protocol import (
     write_protocol,
 )
 from lutgen.study.reading import Decision
+from lutgen.study.simulated import PAPER_DIFFERENCES
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -129,3 +130,18 @@ def read_on(reading: ReadingSession, count: int | None = None) -> None:
         reading.show(task)
         reading.answer(task.number, said(task.number), practice=task.practice)
         count = None if count is None else count - 1
+
+
+def paper_trials(seed: int, *, per_condition: int = 40, readers: int = 1) -> tuple[StudyTrial, ...]:
+    """The paper's study (section 2.3): a session of images under three conditions, and one of all un-aged."""
+    random = np.random.default_rng([seed, 4])
+    names = [f"image-{number:03}" for number in range(1, 3 * per_condition + 1)]
+    trials = []
+    for reader in range(1, readers + 1):
+        under = dict(zip(random.permutation(names), sorted([*PAPER_DIFFERENCES] * per_condition), strict=True))
+        for session, shown in ((1, under), (2, dict.fromkeys(names, "none"))):
+            order = map(str, random.permutation(names))
+            trials += [
+                StudyTrial(reader, session, place, name, shown[name]) for place, name in enumerate(order, start=1)
+            ]
+    return tuple(trials)

@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import ndtr
 
-from lutgen.study.mixed import mixed_models
+from lutgen.study.mixed import fit_crossed, mixed_models
 from lutgen.study.protocol import StudyTrial
-from lutgen.study.reml import fit_crossed
-from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, paper_trials, simulate
+from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, simulate
+from tests.studies import paper_trials
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

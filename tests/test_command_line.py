@@ -19,9 +19,8 @@ import pytest
 from click import Context
 
 from lutgen.cli import outputs
-from lutgen.cli.command import Command, Section
-from lutgen.cli.program import group
-from lutgen.cli.terminal import wrapped
+from lutgen.cli.command import Command, Section, group
+from lutgen.cli.outputs import wrapped
 from tests.command import here, in_process
 from tests.examples_folder import COMMANDS, ROOT, make_folder
 from tests.quick import mostly_slow

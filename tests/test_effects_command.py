@@ -15,7 +15,7 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from lutgen.cli.program import group
+from lutgen.cli.command import group
 from lutgen.display import default_display
 from lutgen.display.signature import CODES, Signature
 from lutgen.effects import STAGES, catalogue

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 
 from lutgen import LutgenError
-from lutgen.history.calibration import full_light_ratio
 from lutgen.history.causes import ON_THE_DISPLAY, Cause, causes
 from lutgen.history.colour_points import COLOURS, PARAMETERS, ColourPoints, changed, covariance, fit
 from lutgen.history.explain import explain, explanations
 from lutgen.history.pair import FACTS, line_shift
 from lutgen.history.steadiness import drift_by_repeats, steadiness
+from lutgen.history.transfer import full_light_ratio
 from lutgen.history.verdicts import KINDS, SessionVerdict
 from lutgen.readings import read_campaign, read_session
 from lutgen.readings.campaign import Campaign, CampaignEntry

@@ -17,8 +17,8 @@ from lutgen import LutgenError
 from lutgen.cli.outputs import write_json
 from lutgen.colorimetry import SRGB_XY, xy_to_uv
 from lutgen.history import Inspection, inspect_session
-from lutgen.history.calibration import native_gamma, native_ramp
 from lutgen.history.patches import GAMUTS, _covered
+from lutgen.history.transfer import native_gamma, native_ramp
 from lutgen.readings import read_session
 from lutgen.report.inspection import headline, inspect_page, picture_names, plot_inspection
 from tests.schemas import validator

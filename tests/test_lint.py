@@ -18,14 +18,12 @@ from hypothesis import strategies as st
 import lutgen
 from lutgen.bindings import ocio
 from lutgen.errors import LutgenError
-from lutgen.lint import KINDS, lint, trial
+from lutgen.lint import KINDS, lint, programs
 from lutgen.lint.cube_scan import scan_cube
 from lutgen.lint.finding import OCIO_21, READS, REFUSES, WRONG, Fate, Linted, LintFinding, Trial
-from lutgen.lint.formats import formats, rule_names
-from lutgen.lint.programs import OPENCOLORIO, PROGRAMS, Absent, Program, Refusal
-from lutgen.lint.stream import blocks
-from lutgen.lint.table_statistics import Gatherer
-from lutgen.lint.trial import read_as_meant
+from lutgen.lint.formats import formats
+from lutgen.lint.programs import OPENCOLORIO, PROGRAMS, Absent, Program, Refusal, read_as_meant
+from lutgen.lint.stream import Gatherer, blocks
 from lutgen.merge import Merging
 from tests.command import in_process
 from tests.lint_cases import BAD, CURVES, GOOD, MARK, PLAIN, SIZE, N, R, curved, lines, rows
@@ -54,7 +52,7 @@ def linted(folder: Path, data: bytes, *, ask: bool = False, suffix: str = ".cube
 @pytest.fixture
 def ask_opencolorio(monkeypatch: pytest.MonkeyPatch) -> None:
     """Ask the one reader that lutgen itself depends on."""
-    monkeypatch.setattr(trial, "PROGRAMS", (OPENCOLORIO,))
+    monkeypatch.setattr(programs, "PROGRAMS", (OPENCOLORIO,))
 
 
 @pytest.mark.usefixtures("ask_opencolorio")
@@ -80,8 +78,9 @@ def test_every_rule_for_cubes_has_a_case() -> None:
     told = {rule for rule, _ in BAD.values()}
     silent = {"grey-axis"}  # a note, tested below
     kinds = ("config-", "clf-", "table-", "archive-", "profile-", "hald-")
-    others = {name for name in rule_names() if name.startswith(kinds)} | {"loads"}
-    assert set(rule_names()) == told | silent | others
+    names = {rule.__name__.replace("_", "-") for form in formats() for rule in form.rules}
+    others = {name for name in names if name.startswith(kinds)} | {"loads"}
+    assert names == told | silent | others
 
 
 def test_every_function_that_yields_findings_is_among_the_rules_of_its_format() -> None:
@@ -128,7 +127,7 @@ def test_a_trial_tells_what_a_reader_did(tmp_path: Path, monkeypatch: pytest.Mon
         reader("strict", refuse),
         reader("missing", refuse, absent),
     ]
-    monkeypatch.setattr(trial, "PROGRAMS", readers)
+    monkeypatch.setattr(programs, "PROGRAMS", readers)
     found = linted(tmp_path, lines("DOMAIN_MAX 2 2 2", SIZE, *R), ask=True)
     assert [each.outcome for each in found.trials] == [READS, WRONG, WRONG, REFUSES, ""]
     assert [each.said for each in found.trials][3:] == ["no domain in lut.cube", "is not here"]
@@ -384,7 +383,7 @@ def test_a_mutation_that_lint_calls_clean_is_read_as_meant_by_opencolorio(data: 
     import tempfile
 
     with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
-        patch.setattr(trial, "PROGRAMS", (OPENCOLORIO,))
+        patch.setattr(programs, "PROGRAMS", (OPENCOLORIO,))
         path = Path(folder, "lut.cube")
         path.write_bytes(data)
         if lint(path).clean:

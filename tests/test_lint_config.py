@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from lutgen.bake.readback import apply_lut
 from lutgen.cells import number
 from lutgen.errors import LutgenError
-from lutgen.lint import lint, trial
+from lutgen.lint import lint, programs
 from lutgen.lint.finding import CLF_IO, FFMPEG, OCIO_21, OCIO_26, OCIOCHECK, READS, REFUSES, WRONG, Linted, Trial
 from lutgen.lint.programs import OPENCOLORIO, Refusal, opencolorio_reader, probe_colours, through_opencolorio
 from tests.mesh_cases import BLUE, GREEN, MESHES, PLACES, mesh
@@ -452,7 +452,7 @@ def test_metadata_that_never_end_are_told_and_never_given_to_opencolorio(
     with pytest.raises(LutgenError, match=r"lut\.csp:4: opens its metadata and never closes them"):
         apply_lut(tmp_path / "lut.csp", np.zeros((1, 3)))
     (tmp_path / "lut.cube").write_text(content)
-    monkeypatch.setattr(trial, "PROGRAMS", (OPENCOLORIO,))
+    monkeypatch.setattr(programs, "PROGRAMS", (OPENCOLORIO,))
     assert [each.outcome for each in lint(tmp_path / "lut.cube", ask_readers=True).trials] == [REFUSES]
     found = changed(tmp_path, "aged.clf", "lut.csp")
     assert "lut.csp opens its metadata and never closes them" in said(found)["config-parts"]

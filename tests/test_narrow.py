@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table as TerminalTable
 
 from lutgen.cli import outputs
-from lutgen.cli.terminal import LONGEST_WORD, WHOLE_CELL, fitted
+from lutgen.cli.outputs import LONGEST_WORD, WHOLE_CELL, fitted
 from lutgen.report.parts import Headline, Table, terminal_table
 from tests.command import in_process
 

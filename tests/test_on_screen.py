@@ -18,10 +18,9 @@ from lutgen.display import AppliedEffect, Conditions, default_display, save_mode
 from lutgen.display.on_screen import OnScreen, seen_at
 from lutgen.display.uniformity import SIDE, MeasuredUniformity
 from lutgen.effects import catalogue
-from lutgen.pictures.difference import shown_lab
+from lutgen.pictures.difference import placed_picture, shown_lab
 from lutgen.pictures.difference_map import check_placed, difference_map
 from lutgen.pictures.frame import aged_series, turned
-from lutgen.pictures.placed import placed_picture
 from lutgen.readings.session import Session
 from tests.command import here
 from tests.native_displays import BLACK, GREYS, MIXTURES, RAMPS, TIPS, Panel

@@ -15,7 +15,7 @@ from lutgen.display.modes import luminance_law
 from lutgen.display.tips import Tips
 from lutgen.effects.formula import read_formula
 from lutgen.errors import LutgenError
-from lutgen.history.limits import parse_limit
+from lutgen.history.history import parse_limit
 from lutgen.readings import read_measurements, read_session
 from lutgen.study.design import condition_of
 from lutgen.study.protocol import ease_of

@@ -25,13 +25,13 @@ from lutgen.report.study_analysis import (
 from lutgen.study.analysis import analyse_answers, analyse_figures
 from lutgen.study.protocol import write_protocol
 from lutgen.study.reading import begin_reading
-from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, paper_trials, simulate
+from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, simulate
 from lutgen.study.statistics import AgreementCounts
 from lutgen.study.tables import TABLE_FILES, answer_table, read_answer_table, read_counts, read_summary
 from tests.altered import altered
 from tests.command import Done, in_process
 from tests.schemas import validator
-from tests.studies import CONDITIONS, Clock, make_study, read_on, small_protocol
+from tests.studies import CONDITIONS, Clock, make_study, paper_trials, read_on, small_protocol
 
 if TYPE_CHECKING:
     from collections.abc import Callable

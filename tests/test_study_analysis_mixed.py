@@ -11,11 +11,11 @@ from scipy.stats import binom
 
 from lutgen.study import analysis, mixed
 from lutgen.study.analysis import analyse_answers
-from lutgen.study.mixed import MixedModel, mixed_models
-from lutgen.study.reml import fit_crossed
-from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, paper_trials, simulate
+from lutgen.study.mixed import MixedModel, fit_crossed, mixed_models
+from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, simulate
 from lutgen.study.statistics import condition_order, pairs
 from tests import study_level
+from tests.studies import paper_trials
 
 if TYPE_CHECKING:
     from lutgen.study.answers import Answer

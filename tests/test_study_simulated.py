@@ -21,7 +21,6 @@ from lutgen.study.simulated import (
     SimulatedReader,
     measured_differences,
     nuclear_difference,
-    paper_trials,
     simulate,
 )
 from lutgen.study.statistics import (
@@ -35,7 +34,7 @@ from lutgen.study.statistics import (
     wilson,
 )
 from tests.studies import CONDITIONS as PLANNED
-from tests.studies import small_protocol
+from tests.studies import paper_trials, small_protocol
 
 if TYPE_CHECKING:
     from pathlib import Path

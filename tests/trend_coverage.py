@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.history.decay import decay_of
-from lutgen.history.trend import DRAWS, HORIZON, INTERVAL, first_beyond
+from lutgen.history.trend import DRAWS, HORIZON, INTERVAL, decay_of, first_beyond
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

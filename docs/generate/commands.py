@@ -5,7 +5,7 @@ from __future__ import annotations
 from click import Command, Context, Group
 
 from docs.generate.markup import anchor, page, table
-from lutgen.cli.program import group
+from lutgen.cli.command import group
 
 #: Columns of the help texts.
 WIDTH = 100

@@ -131,7 +131,7 @@ def plot(name: str) -> bytes:
     from click.testing import CliRunner
     from PIL import Image
 
-    from lutgen.cli.program import group
+    from lutgen.cli.command import group
 
     with TemporaryDirectory() as folder:
         path = Path(folder, "plot.png")

@@ -59,6 +59,8 @@ def _section(name: str, file: str, schema: dict[str, Any]) -> str:
         below = [row for key, value in _keys(each) for row in _rows(key, value, key_required=key in _required(each))]
         if below:
             parts += [f"*{title}*: {inline(each.get('description', ''))}", table(("key", "type", "meaning"), below)]
+        elif "enum" in each:
+            parts.append(f"*{title}*: {_type(each)}")
     return "\n\n".join(part for part in parts if part)
 
 

@@ -17,7 +17,7 @@ def main() -> None:
     """Run ``lutgen`` and exit with its code; an error becomes one sentence on standard error."""
     try:
         # Imported here, so that Ctrl-C while modules load ends the program without a traceback too.
-        from lutgen.cli.program import run
+        from lutgen.cli.command import run
 
         code = run()
     except KeyboardInterrupt:

@@ -1,20 +1,27 @@
-"""``Command`` and ``CommandFolder``: a command says its section of the help; a group finds its commands in a folder.
+"""``Command`` and ``CommandFolder``, the group ``lutgen``, and what becomes of errors, signals and exit codes.
 
-A module of the folder holds one command, named ``command``; a package of the folder holds a group of them. The help of
+A module of a group's folder holds one command, named ``command``; a package of the folder holds a group. The help of
 the group lists the commands by section, and the help of a command lists rarely needed options under "Advanced".
 """
 
 from __future__ import annotations
 
+import os
+import signal
+import sys
+import threading
 from enum import Enum
 from importlib import import_module
 from pkgutil import iter_modules
 from shutil import get_terminal_size
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from lutgen.cli.terminal import with_fixed_spaces, with_plain_spaces
+from lutgen import __version__
+from lutgen.cli import INTERRUPTED
+from lutgen.cli.outputs import say, tolerate_closed_pipes, with_fixed_spaces, with_plain_spaces
+from lutgen.errors import LutgenError, reason_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -24,9 +31,6 @@ LONGEST = 1000
 
 #: Help is not wider than this, on however wide a terminal.
 WIDEST = 100
-
-#: Help is not narrower than this: the name of an option and two short words.
-NARROWEST = 20
 
 
 class Section(Enum):
@@ -55,14 +59,12 @@ def _shown(text: str) -> str:
 
 
 class Formatter(click.HelpFormatter):
-    """Help as wide as the terminal, however narrow the terminal is, wrapped at spaces alone.
-
-    click itself stops at 52 columns and wraps at hyphens too.
-    """
+    """Help as wide as the terminal, however narrow the terminal is, wrapped at spaces alone, unlike click's."""
 
     def __init__(self, **kwargs: Any) -> None:
         """Ignore click's width and take the terminal's."""
-        width = max(min(get_terminal_size().columns, WIDEST) - 2, NARROWEST)
+        # Help is not narrower than this: the name of an option and two short words.
+        width = max(min(get_terminal_size().columns, WIDEST) - 2, 20)
         super().__init__(**{**kwargs, "width": width})
 
     def write(self, string: str) -> None:
@@ -169,3 +171,77 @@ class CommandFolder(Command, click.Group):
             near = get_close_matches(args[0].lower(), names, 1)
             advice = f"Did you mean {near[0]}?" if near else f"Pick one of: {', '.join(names)}."
             raise click.UsageError(f"No such command {args[0]!r}. {advice}", ctx) from None
+
+
+class _TerminatedError(BaseException):
+    """SIGTERM came: half-written files are removed before the process ends, as after Ctrl-C."""
+
+
+@click.group(cls=CommandFolder, folder="lutgen.cli.commands", context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, "-V", "--version", prog_name="lutgen")
+def group() -> None:
+    """See through an aged display: LUTs and OpenColorIO configs from measurements of display aging.
+
+    \b
+    Example:
+      lutgen build --hours 0..18000 -o aged/
+      lutgen apply slide.png --mode chroma --hours 10000 -o aged.png
+
+    Exit codes: 0 done, 1 a check failed, 2 bad input, 130 interrupted, 143 terminated.
+
+    \b
+    Shell completion (bash; zsh and fish alike):
+      eval "$(_LUTGEN_COMPLETE=bash_source lutgen)"
+    """
+
+
+def run() -> int:
+    """Run ``lutgen`` and return its exit code; an error becomes one sentence on standard error."""
+    # Fits factorise thousands of small matrices: threads of BLAS would only wait for each other. Before numpy loads.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    tolerate_closed_pipes()
+    # Only if no other handler is set, and only in the main thread: Python allows it nowhere else.
+    if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+        signal.signal(signal.SIGTERM, _terminate)
+    return _exit_code()
+
+
+def _terminate(_signal: int, _frame: object) -> NoReturn:
+    raise _TerminatedError
+
+
+def _exit_code() -> int:
+    try:
+        code = group.main(prog_name="lutgen", standalone_mode=False)
+        sys.stdout.flush()
+    except click.UsageError as error:
+        _explain(error)
+    except click.ClickException as error:
+        say(f"Error: {error.format_message()}", err=True)
+    except LutgenError as error:
+        say(f"lutgen: error: {error}", err=True)
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        say(f"lutgen: error: {where}{reason_of(error)}.", err=True)
+    except _TerminatedError:
+        # Exit code of a program that SIGTERM has ended: 128 + the signal's number.
+        return 143
+    except (click.Abort, KeyboardInterrupt):
+        return INTERRUPTED
+    else:
+        return code if isinstance(code, int) else 0
+    return 2
+
+
+def _explain(error: click.UsageError) -> None:
+    """Say how the command is used, with its first example, and what was wrong."""
+    if isinstance(error, getattr(click.exceptions, "NoArgsIsHelpError", ())):  # click has it from 8.2 on
+        error.show()
+        return
+    if error.ctx:
+        click.echo(error.ctx.get_usage(), err=True)
+        command = error.ctx.command
+        for example in command.examples[:1] if isinstance(command, Command) else ():
+            click.echo(f"Example: {example}", err=True)
+        say(f"Try '{error.ctx.command_path} --help' for help.\n", err=True)
+    say(f"Error: {error.format_message()}", err=True)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lutgen.cli.options import say_remarks
+from lutgen.cli.options import say_remarks, stacked
 from lutgen.names import BASELINES, INSTRUMENTS, SELECTIONS
 
 if TYPE_CHECKING:
@@ -50,15 +50,10 @@ class Question:
         return {"baseline": self.baseline, "selection": self.selection, "instrument": self.instrument}
 
 
-def data_options(*, expressions: bool = True) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+def data_options(*, expressions: bool = True) -> Callable[..., Any]:
     """Add DATA, --baseline, --selection, --model, --instrument, --effects, --add-expr, --json and --force."""
-
-    def add(command: Callable[..., Any]) -> Callable[..., Any]:
-        for option in reversed([*_MODEL, *([_EXPRESSION] if expressions else []), *_OUTPUT]):
-            command = option(command)
-        return click.argument("data", metavar="DATA")(command)
-
-    return add
+    options = stacked(*_MODEL, *([_EXPRESSION] if expressions else []), *_OUTPUT)
+    return lambda command: click.argument("data", metavar="DATA")(options(command))
 
 
 _MODEL = (

@@ -6,15 +6,15 @@ Numbers are digits 0 to 9, read by :mod:`lutgen.cells`: click's own types also t
 
 from __future__ import annotations
 
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from lutgen.cells import number, whole
+from lutgen.cells import number, number_list, whole
 from lutgen.cli.command import Advanced
-from lutgen.cli.outputs import check_new_file
-from lutgen.cli.terminal import say
+from lutgen.cli.outputs import check_new_file, say
 from lutgen.errors import LutgenError
 from lutgen.names import AGING_BASELINES, REFERENCES, SELECTIONS, SOURCES
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from lutgen.display import DisplayModel
+    from lutgen.display.on_screen import OnScreen
     from lutgen.readings import Measurements
 
 #: Whole numbers of options are far smaller.
@@ -70,6 +71,17 @@ class NumberFrom(_Digits, click.FloatRange):
     """A finite number from ``min`` on."""
 
 
+def stacked(*options: Callable[..., Any]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Return a decorator that adds options to a command, in this order."""
+
+    def add(command: Callable[..., Any]) -> Callable[..., Any]:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return add
+
+
 NUMBER, WHOLE = _Number(), _Whole()
 
 image_argument = click.argument("image", metavar="IMAGE")
@@ -96,72 +108,58 @@ force_option = click.option("--force", is_flag=True, help="Replace files that ex
 
 
 def check_output(output: str, image: str, *, force: bool, suffixes: Sequence[str] = (".png",)) -> Path:
-    """Return the path that a picture may be written to.
-
-    Raises LutgenError as :func:`check_new_file`, or the image itself.
-    """
+    """Return the path that a picture may be written to. Raises LutgenError as :func:`check_new_file`, or the image."""
     path = check_new_file(output, force=force, suffixes=suffixes)
     if path.exists() and Path(image).exists() and path.samefile(image):
         raise LutgenError(f"{output}: is the image itself, which is never written to. Choose another name with -o.")
     return path
 
 
-def model_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options that choose a model: --display, --model, --baseline, --selection, --reference, --at, …."""
-    for option in reversed(
-        (
-            click.option("--display", metavar="FILE", help="Measurements of a display [default: the reconstruction]."),
-            click.option("--model", metavar="FILE", help="A saved model (.toml); only --at goes with it."),
-            click.option(
-                "--baseline",
-                cls=Advanced,
-                type=click.Choice(AGING_BASELINES),
-                help="Fresh display: the paper's sRGB with the measured `colour-points`, or `native`, the first "
-                "session's own curves and black, which --reference absolute shows [default: colour-points].",
-            ),
-            click.option(
-                "--selection",
-                cls=Advanced,
-                type=click.Choice(SELECTIONS),
-                help="Matrix of a colour: the paper's `nearest`, or `continuous` without jumps [default: nearest].",
-            ),
-            click.option(
-                "--reference",
-                cls=Advanced,
-                type=click.Choice(REFERENCES),
-                help="Change since hour 0 put on sRGB, or the measured colours themselves [default: relative; absolute "
-                "where there is one session].",
-            ),
-            click.option(
-                "--luminance",
-                cls=Advanced,
-                metavar="LAW",
-                help="Luminance of chroma-luma: paper, measured, or a .csv of hour,factor from 0,1 on "
-                "[default: measured, or what the file of readings says under luminance_law].",
-            ),
-            click.option(
-                "--at",
-                cls=Advanced,
-                metavar="NAME=VALUE",
-                multiple=True,
-                help="Condition under which the display is seen, where effects depend on it, such as ambient_lx=60 or "
-                "u=0.1; several in a list [default: rest of the model's readings, else centre, dark room, warm, 25 °C, "
-                "full screen].",
-            ),
-        )
-    ):
-        command = option(command)
-    return command
+#: Options that choose a model: --display, --model, --baseline, --selection, --reference, --luminance, --at.
+model_options = stacked(
+    click.option("--display", metavar="FILE", help="Measurements of a display [default: the reconstruction]."),
+    click.option("--model", metavar="FILE", help="A saved model (.toml); only --at goes with it."),
+    click.option(
+        "--baseline",
+        cls=Advanced,
+        type=click.Choice(AGING_BASELINES),
+        help="Fresh display: the paper's sRGB with the measured `colour-points`, or `native`, the first "
+        "session's own curves and black, which --reference absolute shows [default: colour-points].",
+    ),
+    click.option(
+        "--selection",
+        cls=Advanced,
+        type=click.Choice(SELECTIONS),
+        help="Matrix of a colour: the paper's `nearest`, or `continuous` without jumps [default: nearest].",
+    ),
+    click.option(
+        "--reference",
+        cls=Advanced,
+        type=click.Choice(REFERENCES),
+        help="Change since hour 0 put on sRGB, or the measured colours themselves [default: relative; absolute "
+        "where there is one session].",
+    ),
+    click.option(
+        "--luminance",
+        cls=Advanced,
+        metavar="LAW",
+        help="Luminance of chroma-luma: paper, measured, or a .csv of hour,factor from 0,1 on "
+        "[default: measured, or what the file of readings says under luminance_law].",
+    ),
+    click.option(
+        "--at",
+        cls=Advanced,
+        metavar="NAME=VALUE",
+        multiple=True,
+        help="Condition under which the display is seen, where effects depend on it, such as ambient_lx=60 or "
+        "u=0.1; several in a list [default: rest of the model's readings, else centre, dark room, warm, 25 °C, "
+        "full screen].",
+    ),
+)
 
-
-def picture_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add what commands that draw one image end with: --source, --force and the options of the model."""
-    return source_option(force_option(model_options(command)))
-
-
-def life_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add what lifetimes are asked for: --tolerance and --hours."""
-    return tolerance_option(hours_option(command))
+#: What commands that draw one image end with, and what lifetimes are asked for.
+picture_options = stacked(source_option, force_option, model_options)
+life_options = stacked(tolerance_option, hours_option)
 
 
 def model_from(
@@ -214,10 +212,58 @@ def split_list(_context: click.Context, _option: click.Parameter, text: str) -> 
 
 def numbers(option: str, text: str) -> list[float]:
     """Read an option's list of numbers, such as 3,5. Raises LutgenError where one is none."""
-    from lutgen.cells import number_list
-    from lutgen.errors import LutgenError
-
     values = number_list(text)
     if values is None:
         raise LutgenError(f"{option} {text}: give numbers above 0 in a list, such as 3,5.")
     return list(values)
+
+
+class AskedPlace(NamedTuple):
+    """What the three options say."""
+
+    on_screen: bool
+    place: str | None
+    uniformity: str | None
+
+    def on(self, model: DisplayModel) -> tuple[DisplayModel, OnScreen | None]:
+        """Return the model with its screen's uniformity, and where the picture lies. Raises LutgenError."""
+        if not any(self):
+            return model, None
+        from lutgen.display.on_screen import OnScreen
+        from lutgen.display.uniformity import MeasuredUniformity
+        from lutgen.readings import read_session
+
+        table = MeasuredUniformity.of(read_session(self.uniformity)) if self.uniformity else None
+        screen = OnScreen.parse(self.place, table) if self.place else OnScreen(uniformity=table)
+        return screen.aged(model), screen
+
+
+_SCREEN = stacked(
+    click.option(
+        "--on-screen",
+        is_flag=True,
+        help="Age each pixel at its own place on the screen: by the model's effects that know places, such as "
+        "edge-falloff, or by --uniformity.",
+    ),
+    click.option(
+        "--place",
+        metavar="LEFT,TOP,WIDTH,HEIGHT",
+        help="Where on the screen the picture lies, in shares of the screen; implies --on-screen "
+        "[default: 0,0,1,1, the whole screen].",
+    ),
+    click.option(
+        "--uniformity",
+        metavar="FILE",
+        help="Measured uniformity of the screen: white or a grey at 5 places or more; implies --on-screen.",
+    ),
+)
+
+
+def screen_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add --on-screen, --place and --uniformity; the command gets them as ``where``."""
+
+    @wraps(command)
+    def asked(*, on_screen: bool, place: str | None, uniformity: str | None, **options: Any) -> Any:
+        return command(where=AskedPlace(on_screen, place, uniformity), **options)
+
+    return _SCREEN(asked)

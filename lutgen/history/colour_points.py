@@ -147,11 +147,7 @@ class ColourFit:
 
 
 def covariance(before: ColourPoints, after: Array, *, noise: float, loose: float = 0.0) -> Array:
-    """Covariance of the fifteen numbers of ``after``, (5, 3), for a display that did not change.
-
-    ``noise`` is the noise of a reading in these sessions, as a share; ``loose`` is the share by which the colour of a
-    primary may move in addition.
-    """
+    """Covariance of the fifteen numbers, (5, 3), of an unchanged display, of readings of relative ``noise``."""
     size = np.abs(after)
     share = np.array([READING] * 4 + [BLACK])[:, np.newaxis]
     variance = (share**2 + noise**2) * size**2 + FLOOR_CD_M2**2

@@ -12,9 +12,9 @@ import numpy as np
 
 from lutgen.colorimetry import Array, xyz_to_uv
 from lutgen.errors import LutgenError
-from lutgen.history.calibration import calibration
 from lutgen.history.pair import UNKNOWN
 from lutgen.history.patches import CHANNELS, mean_xyz, primaries
+from lutgen.history.transfer import calibration
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -39,9 +39,8 @@ class Answers:
 
     #: The display's name; "": the files'.
     name: str = ""
-    #: Keys of ``OF_DISPLAY`` and ``OF_SESSION`` with numbers, and with text.
-    numbers: Mapping[str, float] = field(default_factory=dict)
-    texts: Mapping[str, str] = field(default_factory=dict)
+    #: Keys of ``OF_DISPLAY`` and ``OF_SESSION`` with numbers or text.
+    values: Mapping[str, float | str] = field(default_factory=dict)
 
 
 def displays_of(sessions: Sequence[Session]) -> list[list[Session]]:
@@ -58,10 +57,7 @@ def displays_of(sessions: Sequence[Session]) -> list[list[Session]]:
 
 
 def check_one_display(sessions: Sequence[Session]) -> None:
-    """Refuse sessions of clearly different displays, and say which session belongs to which display.
-
-    Raises LutgenError: primaries differ by more than any aging, or names do.
-    """
+    """Raise LutgenError for sessions of different displays: primaries differ by more than aging, or names do."""
     groups = displays_of(sessions)
     if len(groups) < 2:
         return
@@ -77,10 +73,7 @@ def check_one_display(sessions: Sequence[Session]) -> None:
 
 
 def draft(sessions: Sequence[Session], beside: Path, answers: Answers | None = None) -> str:
-    """Return a campaign file of these sessions, by date; paths are told from the folder ``beside``.
-
-    Raises LutgenError where two files hold the same bytes.
-    """
+    """Return a campaign file of sessions, by date, paths from ``beside``. Raises LutgenError: a file twice."""
     answers = answers or Answers()
     twice = {each.sha256: each for each in sessions}
     if len(twice) < len(sessions):
@@ -98,7 +91,7 @@ def draft(sessions: Sequence[Session], beside: Path, answers: Answers | None = N
     ]
     if not answers.name and "," in names:
         lines[-1] += "  # TODO the files name several; their primaries agree"
-    lines.append(_open_or_said("hours_per_day", answers, "8.0", "dates are no operating hours; or give hours in each"))
+    lines.append(_answered("hours_per_day", answers, "8.0", "dates are no operating hours; or give hours in each"))
     for session in ordered:
         lines += ["", *_entry(session, beside, answers)]
     return "\n".join(lines) + "\n"
@@ -111,22 +104,22 @@ def _entry(session: Session, beside: Path, answers: Answers) -> list[str]:
     lines.append(
         f"instrument = {_quoted(session.instrument)}" if session.instrument else '# TODO instrument = "maker and model"'
     )
-    lines.append(_open_or_said("ambient_lx", answers, "0.0", "light in the room"))
-    lines.append(_open_or_said("settings", answers, '"brightness 30 %"', "the display's own"))
+    lines.append(_answered("ambient_lx", answers, "0.0", "light in the room"))
+    lines.append(_answered("settings", answers, '"brightness 30 %"', "the display's own"))
     lines.append("# position = [0.5, 0.5]  # where on the screen, from the left and the top; the centre if not said")
     return lines
 
 
-def _open_or_said(key: str, answers: Answers, example: str, why: str) -> str:
-    if key in answers.numbers:
-        return f"{key} = {float(answers.numbers[key])!r}"
-    if answers.texts.get(key):
-        return f"{key} = {_quoted(answers.texts[key])}"
-    return f"# TODO {key} = {example}  # {why}"
+def _answered(key: str, answers: Answers, example: str, why: str) -> str:
+    """Write the line of a key, open where there is no answer."""
+    value = answers.values.get(key, "")
+    if value == "":
+        return f"# TODO {key} = {example}  # {why}"
+    return f"{key} = {_quoted(value) if isinstance(value, str) else repr(float(value))}"
 
 
 def _summary(session: Session) -> str:
-    """Say in a comment what the file holds: readings, white, calibration."""
+    """Write a comment on the file: readings, white, calibration."""
     parts = [f"{len(session.drive)} readings"]
     white, loop = mean_xyz(session, "white"), calibration(session)
     if white is not None:

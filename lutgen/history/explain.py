@@ -59,12 +59,7 @@ class Explanations:
 def explain(
     campaign: Campaign, *, reference: str | None = None, progress: Callable[[int, int], None] | None = None
 ) -> Explanations:
-    """Say of every session of a campaign why it differs from the reference.
-
-    ``reference`` names the file of the reference session; without it, the earliest complete and steady session is it.
-
-    Raises LutgenError: fewer than two sessions, or a reference that names no session or several.
-    """
+    """Say why sessions differ from the ``reference`` (the first good one). Raises LutgenError: no reference, or one."""
     if len(campaign.entries) < 2:
         raise LutgenError(f"{campaign.file}: one session; a comparison needs two or more. Add another [[sessions]].")
     place = _reference(campaign, reference)

@@ -1,14 +1,17 @@
-"""The history of a display: white, black, contrast, colours and γ over the sessions of a campaign."""
+"""The history of a display: white, black, contrast, colours and γ over its sessions, and limits for them."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen import names
+from lutgen.cells import number
 from lutgen.colorimetry import Array, xyz_to_uv
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, pick_one
 from lutgen.history.colour_points import ALIKE, BLACK, FLOOR_CD_M2
 from lutgen.history.inspect import Inspection, inspect_session
 from lutgen.history.transfer import ContrastResponse, contrast_response
@@ -52,11 +55,7 @@ class History:
 
 
 def history(campaign: Campaign, ambient_cd_m2: float = 0.0) -> History:
-    """Collect the figures of all sessions; ``ambient_cd_m2`` is what the room adds to readings taken without its light.
-
-    Raises LutgenError: neither hours nor dates are known, or a session is relative, so that luminances cannot be
-    compared.
-    """
+    """Collect the figures of all sessions. Raises LutgenError: no hours and no dates, or a relative session."""
     time, unit = times(campaign)
     order = np.argsort(time, kind="stable")
     for entry in campaign.entries:
@@ -68,7 +67,7 @@ def history(campaign: Campaign, ambient_cd_m2: float = 0.0) -> History:
 
 
 def times(campaign: Campaign) -> tuple[Array, str]:
-    """Return time since the earliest session, (n,), and its unit: hours where they can be told, else days."""
+    """Return time since the earliest session, (n,), and its unit: hours where they are known, else days."""
     dated = [entry.date for entry in campaign.entries if entry.date]
     counted = all(entry.hours is not None for entry in campaign.entries)
     if campaign.hours_per_day is None and not counted and len(dated) == len(campaign.entries):
@@ -135,3 +134,101 @@ def _shift(colours: list[list[Array] | None]) -> Array:
 
 def _uv(colours: list[Array]) -> Array:
     return xyz_to_uv(np.array(colours))
+
+
+_TG18 = "AAPM TG18, Samei et al. 2005, doi:10.1118/1.1861159"
+_ACR = "ACR–AAPM–SIIM, Norweck et al. 2013, doi:10.1007/s10278-012-9522-2"
+_TG270 = "AAPM report 270, 2019, doi:10.37206/183"
+_DIN = "DIN 6868-157"
+_RANZCR = "RANZCR Standards of Practice for Clinical Radiology, appendix D, as a maker of displays quotes it"
+_PS3_14 = "DICOM PS3.14 conformance as AAPM TG18 asks, doi:10.1118/1.1861159"
+
+#: Quantities that are shares themselves: % after their limit is no share of the first session's figure.
+SHARES = ("non-uniformity", "gsdf", "ambient")
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit."""
+
+    #: One of ``history.QUANTITIES``.
+    quantity: str
+    #: In the quantity's unit, or where ``relative`` as a share of the first session's figure.
+    value: float
+    #: Who published it, or "user".
+    source: str
+    #: Whether the figure must stay at or above ``value``; else at or below.
+    above: bool = True
+    relative: bool = False
+    #: Whether somebody compared the number with its source, or read it where the source is quoted; else it is from
+    #: memory. The reports of AAPM and ACR themselves were not at hand when this table was written: look there before a
+    #: limit decides anything.
+    verified: bool = True
+
+    @property
+    def text(self) -> str:
+        """The limit as it is typed."""
+        number = f"{100.0 * self.value:.3g}%" if self.relative or self.quantity in SHARES else f"{self.value:g}"
+        return f"{self.quantity}{'>=' if self.above else '<='}{number}"
+
+
+def _set(source: str, *, verified: bool = True, **most: float) -> tuple[Limit, ...]:
+    """Limits of one source: white and contrast are kept from below, the others from above."""
+    return tuple(
+        Limit(name.replace("_", "-"), value, source, above=name in {"white", "contrast"}, verified=verified)
+        for name, value in most.items()
+    )
+
+
+def _conforming(share: float) -> tuple[Limit, ...]:
+    """Limits that TG18 sets beside luminance: contrast response, the screen's evenness, and the room's light."""
+    return (
+        Limit("gsdf", share, _PS3_14, above=False),
+        *_set(_TG18, verified=False, non_uniformity=0.3, ambient=2.0 / 3.0),
+    )
+
+
+#: Name of a set → its limits. Contrast includes the room's light on the screen: --ambient adds it. Ambient is the
+#: room's light over black's: at most ⅔, better ¼. What nobody publishes for a drift over time (colour, a share of the
+#: first luminance) is no more than usual: 0.01 is TG18's for the colour over one screen, 70 % what LED makers call the
+#: end of life.
+SETS: dict[str, tuple[Limit, ...]] = {
+    names.TG18_PRIMARY: (*_set(_TG18, white=170.0, contrast=250.0), *_conforming(0.1)),
+    names.TG18_SECONDARY: (*_set(_TG18, white=100.0, contrast=100.0), *_conforming(0.2)),
+    # The standard recommends a ratio of 350; 250 is not in it.
+    names.ACR_DIAGNOSTIC: (*_set(_ACR, white=350.0, contrast=350.0), *_conforming(0.1)),
+    names.MAMMOGRAPHY: (*_set(_ACR, verified=False, white=420.0, contrast=350.0), *_conforming(0.1)),
+    names.TG270_DIAGNOSTIC: _set(
+        _TG270, verified=False, white=350.0, contrast=250.0, gsdf=0.1, non_uniformity=0.3, ambient=0.25
+    ),
+    names.DIN_6868: _set(_DIN, verified=False, white=250.0, contrast=250.0, non_uniformity=0.3),
+    names.RANZCR: _set(_RANZCR, white=350.0, contrast=250.0, gsdf=0.1, non_uniformity=0.3),
+    names.DRIFT: (
+        Limit("white", 0.7, "usual, set your own", relative=True),
+        Limit("white-shift", 0.01, "usual, set your own", above=False),
+    ),
+}
+
+
+def limits_of(name: str) -> tuple[Limit, ...]:
+    """Return a published set. Raises LutgenError where there is none of that name."""
+    if name not in SETS:
+        raise pick_one("set of limits", name, SETS)
+    return SETS[name]
+
+
+def parse_limit(text: str) -> Limit:
+    """Read a limit such as ``white>=200``, ``white>=80%`` or ``white-shift<=0.005``. Raises LutgenError."""
+    parts = re.fullmatch(r"\s*([a-z-]+)\s*(>=|<=)\s*([^%\s]+)\s*(%?)\s*", text, re.ASCII)
+    if not parts:
+        raise LutgenError(
+            f"--limit {text!r}: write a quantity, >= or <=, and a number, such as white>=200 or white>=80%."
+        )
+    name, side, written, percent = parts.groups()
+    if name not in QUANTITIES:
+        raise pick_one("quantity of --limit", name, QUANTITIES)
+    value = number(written)
+    if value is None or value <= 0:
+        raise LutgenError(f"--limit {text!r}: {written} is no number above 0.")
+    relative = bool(percent) and name not in SHARES
+    return Limit(name, value / 100.0 if percent else value, "user", above=side == ">=", relative=relative)

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.colorimetry import Array, xyz_to_xyY
-from lutgen.history.calibration import Calibration, calibration, native_gamma
+from lutgen.history import transfer
 from lutgen.history.patches import CHANNELS, Primaries, additivity, mean_xyz, primaries, ramp
 from lutgen.history.remarks import missing_patches, remarks
 from lutgen.history.steadiness import Steadiness, left_out, steadiness
-from lutgen.history.transfer import GreyTracking, Transfer, grey_tracking, transfer
+from lutgen.history.transfer import calibration
 
 if TYPE_CHECKING:
     from lutgen.readings.session import Session
@@ -21,37 +21,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Inspection:
-    """What one session says about a display.
+    """What one session says about a display."""
 
-    Attributes
-    ----------
-    session
-        The readings, without those that contradict their ramp or their repeats.
-    white, black
-        Mean XYZ, (3,), in cd/m² or relative to white as the session; None: not read.
-    primaries, steadiness, calibration, greys
-        See their modules; None where the session lacks the patches.
-    curves
-        "grey" and the channels → transfer curve; those that were read.
-    additivity
-        Y of white over the sum of the primaries', after black; None: a tip is missing.
-    uniformity
-        Smallest and largest luminance of white over the screen, over that of the middle; None: one place.
-    misread
-        Sentences on the readings that were left out.
-
-    """
-
+    #: The readings, without those that contradict their ramp or their repeats.
     session: Session
+    #: Mean XYZ, (3,), in cd/m² or relative to white as the session; None: not read.
     white: Array | None
     black: Array | None
+    #: See their modules; None where the session lacks the patches.
     primaries: Primaries | None
-    curves: dict[str, Transfer]
+    #: "grey" and the channels → transfer curve; those that were read.
+    curves: dict[str, transfer.Transfer]
+    #: Y of white over the sum of the primaries', after black; None: a tip is missing.
     additivity: float | None
-    greys: GreyTracking | None
+    #: See their modules; None where the session lacks the patches.
+    greys: transfer.GreyTracking | None
     steadiness: Steadiness | None
-    calibration: Calibration | None
+    calibration: transfer.Calibration | None
+    #: Smallest and largest luminance of white over the screen, over that of the middle; None: one place.
     uniformity: tuple[float, float] | None
+    #: Sentences on the readings that were left out.
     misread: tuple[str, ...] = ()
 
     @cached_property
@@ -130,7 +119,7 @@ def inspect_session(session: Session) -> Inspection:
     session, misread = left_out(session)
     white, black = mean_xyz(session, "white"), mean_xyz(session, "black")
     ramps = {name: ramp(session, name) for name in ("grey", *CHANNELS)}
-    curves = {name: curve for name, each in ramps.items() if (curve := transfer(each, black)) is not None}
+    curves = {name: curve for name, each in ramps.items() if (curve := transfer.transfer(each, black)) is not None}
     return Inspection(
         session=session,
         white=white,
@@ -138,7 +127,7 @@ def inspect_session(session: Session) -> Inspection:
         primaries=primaries(session),
         curves=curves,
         additivity=additivity(session),
-        greys=grey_tracking(ramps["grey"], white),
+        greys=transfer.grey_tracking(ramps["grey"], white),
         steadiness=steadiness(session),
         calibration=calibration(session),
         uniformity=_uniformity(session),
@@ -164,7 +153,7 @@ def _colour(xyz: Array | None) -> dict[str, float | None] | None:
     return {"x": x, "y": y, "Y": luminance}
 
 
-def _curve(curve: Transfer) -> dict[str, Any]:
+def _curve(curve: transfer.Transfer) -> dict[str, Any]:
     return {
         "gamma": curve.gamma,
         "residual": curve.residual,
@@ -186,5 +175,5 @@ def _loop(inspection: Inspection) -> dict[str, Any] | None:
         "monotonic": loop.monotonic,
         "bend": loop.bend,
         "target": loop.target,
-        "native_gamma": {name[0]: native_gamma(inspection.session, name) for name in CHANNELS},
+        "native_gamma": {name[0]: transfer.native_gamma(inspection.session, name) for name in CHANNELS},
     }

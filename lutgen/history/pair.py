@@ -10,10 +10,10 @@ import numpy as np
 
 from lutgen.colorimetry import Array, xyz_to_uv
 from lutgen.errors import LutgenError
-from lutgen.history.calibration import bend, full_light_ratio
 from lutgen.history.colour_points import ColourPoints, colour_points
 from lutgen.history.patches import CHANNELS, mean_xyz, tip_rows
 from lutgen.history.steadiness import FEWEST_SHARED, SessionDrift, drift_by_order, drift_by_repeats, shared, steadiness
+from lutgen.history.transfer import bend, full_light_ratio
 
 if TYPE_CHECKING:
     from lutgen.readings.campaign import CampaignEntry
@@ -57,10 +57,7 @@ class SessionPair:
 
     @cached_property
     def seen(self) -> tuple[ColourPoints, ColourPoints] | None:
-        """The colour points of both, the reference's as the session's calibration would show them.
-
-        None: one is relative, or lacks white or a primary. Black is left out of both where one lacks it.
-        """
+        """The colour points of both, the reference's through the session's calibration; None: some are not read."""
         sessions = self.before.session, self.after.session
         black_too = all(mean_xyz(each, "black") is not None for each in sessions)
         one, other = (colour_points(each, black_too=black_too) for each in sessions)
@@ -249,11 +246,7 @@ def _uv(colours: ColourPoints) -> Array:
 
 
 def line_shift(before: Session, after: Session) -> float | None:
-    """Shift in wavelength, in nm, of the spectra of all primaries from one session to the other.
-
-    A common shift comes from the instrument: no display shifts all its primaries. None: a session has no spectra, a
-    primary is missing, or the shifts of the primaries differ by more than half of their median.
-    """
+    """Shift in nm that the spectra of all primaries have in common: the instrument's. None: there is none."""
     if before.spectra is None or after.spectra is None or before.wavelengths is None or after.wavelengths is None:
         return None
     shifts = []

@@ -13,9 +13,9 @@ from lutgen.history.transfer import GreyTracking, Transfer, clipping
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lutgen.history.calibration import Calibration
     from lutgen.history.inspect import Inspection
     from lutgen.history.steadiness import Steadiness
+    from lutgen.history.transfer import Calibration
     from lutgen.readings.session import Session
 
 #: Change of luminance within a session that is drift, and one that no settled display at fixed settings has: a warm-up

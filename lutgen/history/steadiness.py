@@ -122,11 +122,7 @@ class Steadiness:
 
     @property
     def scatter(self) -> float:
-        """Standard deviation of Y of a bright patch, as a share, with almost no drift in it; 0 for few readings.
-
-        The smaller of two estimates: from the median difference of neighbouring readings, which one jump does not
-        change, and from the median second difference, which a steady drift does not change.
-        """
+        """Standard deviation of Y of a bright patch, as a share, free of one jump and of a steady drift."""
         if self.readings < FEWEST:
             return 0.0
         steps = np.diff(self.ratio)
@@ -199,20 +195,14 @@ class SessionDrift:
 
 
 def drift_by_repeats(steady: Steadiness | None, scatter: float | None = None) -> SessionDrift:
-    """Return the drift that a session's own repeated patches show; 0 where none was repeated.
-
-    ``scatter`` is an upper limit of the scatter, from another session that the same meter read.
-    """
+    """Return the drift of a session's repeated patches, 0 without any; ``scatter``: an upper limit of theirs."""
     if steady is None:
         return SessionDrift(0.0, "repeats")
     return SessionDrift(steady.drift, "repeats", steady.scatter if scatter is None else min(scatter, steady.scatter))
 
 
 def drift_by_order(session: Session, other: Session) -> SessionDrift | None:
-    """Return the drift of a session from patches that both sessions read.
-
-    None: too few such patches, no clear drift, an unknown order of reading, or an order that follows the colours.
-    """
+    """Return the drift of a session from patches that both sessions read; None: none is clear."""
     mine, theirs = shared(session, other)
     if mine.size < FEWEST_SHARED or session.order is None:
         return None

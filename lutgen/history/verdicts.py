@@ -193,13 +193,12 @@ def _verdict(
     else:
         sentence = f"It looks as if {' or '.join(meanings)}."
     displays = {known[name].display for name in names} or {"unchanged"}
-    told = kind != "unclear" and len(displays) == 1 and (displays == {"unchanged"} or kind == "named")
+    certain_of = kind != "unclear" and len(displays) == 1 and (displays == {"unchanged"} or kind == "named")
     tests = tuple(known[name].test for name in names) if kind in {"one-of", "several"} or len(names) == 1 else ()
-    return SessionVerdict(kind, names, sentence, evidence, tests, displays.pop() if told else "cannot tell", sure)
+    return SessionVerdict(kind, names, sentence, evidence, tests, displays.pop() if certain_of else "cannot tell", sure)
 
 
 def _facts(pair: SessionPair) -> tuple[str, ...]:
-    """Say by how much white, primaries, black and the curves changed."""
     if pair.seen is None:
         return ()
     before, after = pair.seen

@@ -2,7 +2,7 @@
 
 ``formats`` holds one module for each kind of file. A further kind of file is one more module there: it reads the file
 without trusting its header and ends in ``FORMAT``, which names its suffixes, its rules and the function that applies
-them. ``programs`` holds the readers of ``.cube`` that ``--try`` runs, ``trial`` compares them with our own reading.
+them. ``programs`` holds the readers of ``.cube`` that ``--try`` runs and compares with our own reading.
 """
 
 from __future__ import annotations

@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from lutgen.cells import number
-from lutgen.lint.stream import BYTE_ORDER_MARK, LineBlock, blocks, shown
-from lutgen.lint.table_statistics import Gatherer, TableStatistics
+from lutgen.lint.stream import BYTE_ORDER_MARK, Gatherer, LineBlock, TableStatistics, blocks, shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -27,9 +26,6 @@ if TYPE_CHECKING:
 
 #: Header lines that are kept, so that a file of keywords alone does not fill the memory.
 MAX_ENTRIES = 1000
-
-#: Letters of a header line that are kept for messages.
-MAX_TEXT = 100
 
 #: Characters of plain rows of numbers; a block with other characters is read line by line.
 _PLAIN = b"0123456789.+-eE \t\n"
@@ -128,10 +124,7 @@ class CubeScan:
 
 
 def scan_cube(path: Path, *, keep: bool = False) -> CubeScan:
-    """Scan a ``.cube``; ``keep`` its rows too where readers are to be compared with them.
-
-    Raises LutgenError: the file cannot be read, or is no text.
-    """
+    """Scan a ``.cube``; ``keep`` its rows for comparisons. Raises LutgenError: unreadable, or no text."""
     scanner = _Scanner(keep=keep)
     for block in blocks(path):
         scanner.take(block)
@@ -231,7 +224,8 @@ class _Scanner:
         text = line.decode("utf-8", errors="replace").strip()
         keyword, *words = text.split()
         before = self.table.rows + self.shaper_rows + pending
-        entry = Entry(place, keyword, tuple(words), text[:MAX_TEXT], before)
+        # Letters of a header line that are kept for messages.
+        entry = Entry(place, keyword, tuple(words), text[:100], before)
         if len(self.entries) < MAX_ENTRIES:
             self.entries.append(entry)
         return entry

@@ -70,29 +70,19 @@ def wrong(*readers: str, how: str) -> dict[str, Fate]:
 
 @dataclass(frozen=True)
 class LintFinding:
-    """One fact about a file that affects a reader, or that its author should know.
+    """One fact about a file that affects a reader, or that its author should know."""
 
-    Attributes
-    ----------
-    what, remedy
-        What the file has (the file is the subject of the sentence), and what to do about it.
-    line
-        Line number of the first occurrence, from 1; 0 where no line can be named.
-    fates
-        What the affected readers do. Readers without an entry show what the author meant.
-    in_the_file
-        Whether the fault is in the numbers themselves. Readers show these as they are, so that asking installed readers
-        cannot find the fault.
-    rule
-        Name of the rule, set by ``formats.findings``.
-
-    """
-
+    #: What the file has (the file is the subject of the sentence), and what to do about it.
     what: str
     remedy: str
+    #: Line number of the first occurrence, from 1; 0 where no line can be named.
     line: int = 0
+    #: What the affected readers do. Readers without an entry show what the author meant.
     fates: Mapping[str, Fate] = field(default_factory=dict)
+    #: Whether the fault is in the numbers themselves. Readers show these as they are, so that asking installed readers
+    #: cannot find the fault.
     in_the_file: bool = False
+    #: Name of the rule, set by ``formats.findings``.
     rule: str = ""
 
     def level(self, readers: tuple[str, ...]) -> str:
@@ -104,11 +94,7 @@ class LintFinding:
 
 
 class Trial(NamedTuple):
-    """What an installed reader did with the file.
-
-    ``outcome`` is one of ``OUTCOMES``, or empty where the reader was not tried. ``said`` is the message of the reader,
-    or the difference of its colours from our own reading.
-    """
+    """What an installed reader did with the file: one of ``OUTCOMES`` ("": not tried), and its message."""
 
     reader: str
     version: str
@@ -118,25 +104,16 @@ class Trial(NamedTuple):
 
 @dataclass(frozen=True)
 class Linted:
-    """What a lint found in one file.
-
-    Attributes
-    ----------
-    kind
-        A key of ``READERS``.
-    facts
-        Size, version and contents of the file, in words.
-    findings
-        In the order of the rules' names.
-    trials
-        What installed readers did, when they were asked.
-
-    """
+    """What a lint found in one file."""
 
     path: Path
+    #: A key of ``READERS``.
     kind: str
+    #: Size, version and contents of the file, in words.
     facts: tuple[str, ...]
+    #: In the order of the rules' names.
     findings: tuple[LintFinding, ...]
+    #: What installed readers did, when they were asked.
     trials: tuple[Trial, ...] = ()
 
     @property
@@ -165,7 +142,7 @@ class Linted:
             library = OCIO_21 if trial.version.startswith("2.1.") else OCIO_26
             return trial.outcome == READS or self.fate(library)[0].outcome == REFUSES
         of_readers = [finding for finding in self.findings if not finding.in_the_file]
-        return trial.outcome in {_worst(trial.reader, told)[0].outcome for told in (self.findings, of_readers)}
+        return trial.outcome in {_worst(trial.reader, each)[0].outcome for each in (self.findings, of_readers)}
 
     def as_json(self) -> dict[str, Any]:
         """Return the result for a program to read; see ``schema/lint.json``."""

@@ -1,7 +1,8 @@
 """Readers of ``.cube`` that may be installed, each asked for trilinear interpolation, which all of them have.
 
 ``PROGRAMS`` lists them; one more reader is one more :class:`Program` there: its name and version, and how code values
-are sent through a file. :func:`refusal` and :func:`loading` ask OpenColorIO for the other formats too.
+are sent through a file. ``lutgen lint --try`` compares their colours with our own reading, :func:`read_as_meant`.
+:func:`refusal` and :func:`loading` ask OpenColorIO for the other formats too.
 """
 
 from __future__ import annotations
@@ -14,12 +15,15 @@ from functools import cache
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as version_of
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lutgen.bindings import ocio, ocio_errors, unclosed_metadata, warnings_logged
-from lutgen.lint.finding import COLOUR, FFMPEG, OCIO, OCIO_21, OCIO_26, PILLOW, LintFinding, refused
+from lutgen.files import under_its_name
+from lutgen.lint import finding
+from lutgen.lint.stream import MAX_KEPT
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -28,6 +32,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
+    from lutgen.lint.cube_scan import CubeScan
 
 #: Seconds after which a program counts as hung; each takes less than 2 s for the largest table that is tried.
 TIMEOUT = 60
@@ -137,7 +142,7 @@ def _through_ffmpeg(path: Path, code: NDArray[np.uint8]) -> Array:
 
 def opencolorio_reader() -> str:
     """Return the name of the reader that stands for the installed OpenColorIO."""
-    return OCIO_21 if _opencolorio_version().startswith("2.1.") else OCIO_26
+    return finding.OCIO_21 if _opencolorio_version().startswith("2.1.") else finding.OCIO_26
 
 
 def _opencolorio_version() -> str:
@@ -180,10 +185,10 @@ def _through_pillow(path: Path, code: NDArray[np.uint8]) -> Array:
     return np.asarray(np.asarray(shown)[0] / 255)
 
 
-COLOUR_SCIENCE = Program(lambda: COLOUR, _colour_version, _through_colour, tolerance=1e-5, clips=False)
-FFMPEG_LUT3D = Program(lambda: FFMPEG, _ffmpeg_version, _through_ffmpeg, tolerance=4 / 65535, clips=True)
+COLOUR_SCIENCE = Program(lambda: finding.COLOUR, _colour_version, _through_colour, tolerance=1e-5, clips=False)
+FFMPEG_LUT3D = Program(lambda: finding.FFMPEG, _ffmpeg_version, _through_ffmpeg, tolerance=4 / 65535, clips=True)
 OPENCOLORIO = Program(opencolorio_reader, _opencolorio_version, through_opencolorio, tolerance=1e-5, clips=False)
-PILLOW_LUT = Program(lambda: PILLOW, _pillow_version, _through_pillow, tolerance=1.5 / 255, clips=True)
+PILLOW_LUT = Program(lambda: finding.PILLOW, _pillow_version, _through_pillow, tolerance=1.5 / 255, clips=True)
 
 #: The readers, in the order in which they are asked.
 PROGRAMS = (COLOUR_SCIENCE, FFMPEG_LUT3D, OPENCOLORIO, PILLOW_LUT)
@@ -193,21 +198,144 @@ def refusal(path: Path) -> str:
     """Return why the installed OpenColorIO does not read a file; empty where it does."""
     try:
         through_opencolorio(path, probe_colours())
-    except Refusal as refused:
-        reason = " ".join(str(refused).split())
+    except Refusal as error:
+        reason = " ".join(str(error).split())
         return reason.rpartition("failed with: ")[2].replace(str(path), path.name)[:300] or "it says nothing"
     return ""
 
 
-def loading(why: str | None, *readers: str) -> Iterator[LintFinding]:
-    """Yield the finding for a result of :func:`refusal`, or for None where OpenColorIO was not asked.
-
-    OpenColorIO 2.1 and 2.6 agree on CLF and the text tables except where a rule says otherwise, so that the answer of
-    the installed version holds for all ``readers``.
-    """
+def loading(why: str | None, *readers: str) -> Iterator[finding.LintFinding]:
+    """Yield the finding of a :func:`refusal`, which holds for all ``readers``: OpenColorIO 2.1 and 2.6 agree."""
     if why:
-        fates = refused(*readers, how=f"OpenColorIO {_opencolorio_version()} was asked")
-        yield LintFinding(f"is not read: {why}", "Export it again.", 0, fates)
+        fates = finding.refused(*readers, how=f"OpenColorIO {_opencolorio_version()} was asked")
+        yield finding.LintFinding(f"is not read: {why}", "Export it again.", 0, fates)
     elif why is None:
-        fates = refused(*OCIO, how="takes 129 points an axis at most")
-        yield LintFinding("is too large to be given to OpenColorIO", "Resample it to 65 or 33.", 0, fates)
+        fates = finding.refused(*finding.OCIO, how="takes 129 points an axis at most")
+        yield finding.LintFinding("is too large to be given to OpenColorIO", "Resample it to 65 or 33.", 0, fates)
+
+
+#: Irregularities with which a table has no defined colours.
+MEANINGLESS = {"nan", "infinite", "overflow", "columns", "text", "NUL"}
+
+
+def read_as_meant(scan: CubeScan, code: Array) -> Array | None:
+    """Return the colours that a kept file means for code values, (n, 3) both, trilinearly; None: undefined."""
+    if MEANINGLESS & set(scan.oddities) or len(scan.named("LUT_3D_SIZE")) > 1 or not (scan.size or scan.size_1d):
+        return None
+    shown: Array | None = code
+    if scan.size_1d:
+        shown = _through_curves(scan, code)
+    if scan.size and shown is not None:
+        shown = _through_table(scan, shown)
+    return shown
+
+
+def _through_curves(scan: CubeScan, code: Array) -> Array | None:
+    place = _place(scan, code, "LUT_1D_INPUT_RANGE")
+    surplus = scan.table.rows and not scan.size
+    if place is None or surplus or len(scan.shaper) != scan.size_1d or scan.size_1d < 2:
+        return None
+    index = np.linspace(0, 1, scan.size_1d)
+    return np.column_stack([np.interp(place[:, i], index, scan.shaper[:, i]) for i in range(3)])
+
+
+def _through_table(scan: CubeScan, code: Array) -> Array | None:
+    place = _place(scan, code, "LUT_3D_INPUT_RANGE")
+    table = scan.table.table
+    if place is None or table is None or len(table) != scan.size**3:
+        return None
+    return trilinear(table.reshape(scan.size, scan.size, scan.size, 3), place)
+
+
+def _place(scan: CubeScan, code: Array, keyword: str) -> Array | None:
+    """Return the position of code values in the input range of a part, 0..1; None where the range is empty."""
+    low, high = _range(scan, keyword)
+    return np.clip((code - low) / (high - low), 0, 1) if (high > low).all() else None
+
+
+def trilinear(table: Array, place: Array) -> Array:
+    """Interpolate a table, indexed [blue, green, red], at positions (n, 3) in 0..1, as a sum over eight corners."""
+    size = len(table)
+    scaled = place * (size - 1)
+    cell = np.clip(np.floor(scaled).astype(int), 0, max(size - 2, 0))
+    share = scaled - cell
+    result = np.zeros_like(place)
+    for corner in product((0, 1), repeat=3):
+        red, green, blue = np.minimum(cell + corner, size - 1).T
+        weight = np.where(corner, share, 1.0 - share).prod(axis=1)
+        result += weight[:, np.newaxis] * table[blue, green, red]
+    return result
+
+
+def _range(scan: CubeScan, keyword: str) -> tuple[Array, Array]:
+    """Return the input of the first and of the last row of a part, each (3,)."""
+    low, high = np.zeros(3), np.ones(3)
+    if keyword == "LUT_3D_INPUT_RANGE" or not scan.size:
+        low, high = scan.domain
+    for entry in scan.named(keyword):
+        ends = entry.numbers(2)
+        if ends is not None:
+            low, high = np.full(3, ends[0]), np.full(3, ends[1])
+    return low, high
+
+
+def try_cube(scan: CubeScan) -> Iterator[finding.Trial]:
+    """Yield what each reader does with a file that was scanned with ``keep``."""
+    code = probe_colours()
+    meant = read_as_meant(scan, code / 255)
+    for program in PROGRAMS:
+        try:
+            version = program.version()
+        except Absent as absent:
+            yield finding.Trial(program.reader(), "", "", str(absent))
+            continue
+        if max(scan.size, scan.size_1d >> 8) > MAX_KEPT or scan.bytes > MAX_BYTES:
+            yield finding.Trial(
+                program.reader(), version, "", f"not tried: more than {MAX_KEPT} points an axis, or 200 MiB"
+            )
+            continue
+        yield finding.Trial(program.reader(), version, *_outcome(program, scan.path, code, meant))
+
+
+def _outcome(program: Program, path: Path, code: NDArray[np.uint8], meant: Array | None) -> tuple[str, str]:
+    with under_its_name(path, ".cube") as link:
+        try:
+            shown = program.apply(link, code)
+        except Refusal as refusal:
+            return finding.REFUSES, " ".join(str(refusal).replace(str(link), path.name).split())[:300]
+    if meant is None:
+        return finding.WRONG, "shows colours, though the file defines none"
+    if program.clips:
+        shown, meant = np.clip(shown, 0, 1), np.clip(meant, 0, 1)
+    difference = float(np.abs(shown - meant).max())
+    # NaN fails the comparison too.
+    agrees = difference <= program.tolerance * max(1.0, float(np.abs(meant).max()))
+    return finding.READS if agrees else finding.WRONG, f"differs from our reading by {difference:.2g} at most"
+
+
+def try_config(path: Path) -> Iterator[finding.Trial]:
+    """Run ``ociocheck``, which loads and validates a config and opens no LUT file."""
+    program = shutil.which(finding.OCIOCHECK)
+    if program is None:
+        yield finding.Trial(
+            finding.OCIOCHECK, "", "", "ociocheck is not on the PATH (Debian: apt install opencolorio-tools)"
+        )
+        return
+    try:
+        done = subprocess.run(  # noqa: S603 - no shell
+            [program, "--iconfig", str(path)], capture_output=True, check=False, timeout=TIMEOUT
+        )
+    except subprocess.TimeoutExpired:
+        yield finding.Trial(finding.OCIOCHECK, "", finding.REFUSES, f"gives no answer in {TIMEOUT} s")
+        return
+    output = [line for line in done.stdout.decode(errors="replace").splitlines() if line.strip()]
+    version = next(
+        (line.split(":")[1].strip() for line in output if line.startswith("OpenColorIO Library Version")), ""
+    )
+    failed = bool(done.returncode)
+    yield finding.Trial(
+        finding.OCIOCHECK,
+        version,
+        finding.REFUSES if failed else finding.READS,
+        output[-1] if failed and output else "loads and validates",
+    )

@@ -1,7 +1,7 @@
 """``lutgen merge``: aged displays into a user's own OpenColorIO config, which stays as it is for everything else.
 
-``merging`` plans, writes and proves a merge. ``additions`` holds the new parts of a config, ``files`` its LUT files,
-and ``proof`` compares pixels. One more file here serves merging alone: what lint needs too is in ``lutgen.bindings``.
+``merging`` plans, writes and proves a merge, ``additions`` holds the new parts of a config, ``proof`` compares pixels.
+One more file here serves merging alone: what lint needs too is in ``lutgen.bindings``.
 """
 
 from __future__ import annotations

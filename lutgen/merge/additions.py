@@ -46,10 +46,7 @@ def space_names(config: Any) -> list[str]:
 
 
 def check_source(config: Any, name: str) -> None:
-    """Check that a source space exists, holds colours and is scene-referred.
-
-    Raises LutgenError: the colour space is missing, holds data or belongs to a display.
-    """
+    """Raise LutgenError unless a source space exists, holds colours and is scene-referred."""
     lib, space = ocio(), config.getColorSpace(name)
     if space is None:
         raise pick_one(
@@ -64,12 +61,7 @@ def check_source(config: Any, name: str) -> None:
 
 
 def add_source_signal(config: Any, name: str) -> None:
-    """Add the sRGB signal, defined through the colour space of the role ``aces_interchange``.
-
-    OpenColorIO's own Bradford-adapted matrices convert the signal's linear light to ACES2065-1, as in lutgen's configs.
-
-    Raises LutgenError: the config has no such role, or the name is taken.
-    """
+    """Add the sRGB signal through the role ``aces_interchange``. Raises LutgenError: no role, or a name taken."""
     lib = ocio()
     if config.getMajorVersion() < 2 or not config.hasRole(INTERCHANGE):
         choices = config.getColorSpaceNames(lib.SEARCH_REFERENCE_SPACE_SCENE, lib.COLORSPACE_ALL)
@@ -97,16 +89,14 @@ def add_source_signal(config: Any, name: str) -> None:
         bitDepth=lib.BIT_DEPTH_F32,
         description="Code values as sent to an sRGB display.",
     )
-    steps = [curve, from_aces, *_to_reference(lib, aces)]
+    to_reference = _one_way(lib, aces, lib.COLORSPACE_DIR_TO_REFERENCE, lib.COLORSPACE_DIR_FROM_REFERENCE)
+    steps = [curve, from_aces, *to_reference]
     signal.setTransform(lib.GroupTransform(steps), lib.COLORSPACE_DIR_TO_REFERENCE)
     config.addColorSpace(signal)
 
 
 def add_aged(config: Any, names: AgedNames, *, source: str, onto: Sequence[str], lut: str) -> None:
-    """Add one aged display: colour space, look, named transform, and a view on each display of ``onto``.
-
-    Raises LutgenError: one of the names is taken.
-    """
+    """Add one aged display: space, look, named transform, and views on ``onto``. Raises LutgenError: a name taken."""
     lib = ocio()
     table = lib.FileTransform(src=lut, interpolation=lib.INTERP_TETRAHEDRAL)
     description = f"The code values of {source} as the aged display shows them, on a viewer that is not aged."
@@ -118,8 +108,9 @@ def add_aged(config: Any, names: AgedNames, *, source: str, onto: Sequence[str],
         bitDepth=lib.BIT_DEPTH_F32,
         description=description,
     )
-    steps = [*_from_reference(lib, config.getColorSpace(source)), table]
-    aged.setTransform(lib.GroupTransform(steps), lib.COLORSPACE_DIR_FROM_REFERENCE)
+    there, back = lib.COLORSPACE_DIR_FROM_REFERENCE, lib.COLORSPACE_DIR_TO_REFERENCE
+    steps = [*_one_way(lib, config.getColorSpace(source), there, back), table]
+    aged.setTransform(lib.GroupTransform(steps), there)
     config.addColorSpace(aged)
     _free(names.look, config.getLookNames(), "look")
     config.addLook(lib.Look(name=names.look, processSpace=source, description=description, transform=table))
@@ -136,15 +127,6 @@ def add_aged(config: Any, names: AgedNames, *, source: str, onto: Sequence[str],
     active = [view.strip() for view in active.split(",") if view.strip()] if isinstance(active, str) else list(active)
     if active:
         config.setActiveViews(", ".join([*active, names.view]))
-
-
-def _from_reference(lib: Any, space: Any) -> list[Any]:
-    """Return the transforms from a config's reference to a colour space; none for the reference itself."""
-    return _one_way(lib, space, lib.COLORSPACE_DIR_FROM_REFERENCE, lib.COLORSPACE_DIR_TO_REFERENCE)
-
-
-def _to_reference(lib: Any, space: Any) -> list[Any]:
-    return _one_way(lib, space, lib.COLORSPACE_DIR_TO_REFERENCE, lib.COLORSPACE_DIR_FROM_REFERENCE)
 
 
 def _one_way(lib: Any, space: Any, way: Any, back: Any) -> list[Any]:

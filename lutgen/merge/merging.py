@@ -11,17 +11,18 @@ roles and colour spaces. New parts are inserted into the config's text, which ke
 
 from __future__ import annotations
 
+import os
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
+from lutgen import bindings
 from lutgen.bake.manifest import MANIFEST, FileRecord, read_manifest
-from lutgen.bindings import endless_file, is_utf8, ocio, ocio_errors, refuse_unlikely, search_path, warnings_logged
 from lutgen.display import hour_name
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, pick_one, reason_of
+from lutgen.files import PARTIAL
 from lutgen.merge.additions import AgedNames, add_aged, add_source_signal, check_source, inserted, with_search_path
-from lutgen.merge.files import NewFolder, copy_files, folder_of_luts, moved_search_path
 from lutgen.merge.proof import ROUNDING, aged_difference, compare_parts, missing_parts
 
 if TYPE_CHECKING:
@@ -33,51 +34,32 @@ CONFIG, LUTS = "config.ocio", "lutgen-aged"
 
 @dataclass(frozen=True)
 class Merging:
-    """What to add to a config, and under which names.
+    """What to add to a config, and under which names."""
 
-    Attributes
-    ----------
-    displays
-        Modes and hours of the aged displays; the build has a LUT for each.
-    prefix
-        What all new names begin with. It has no comma, since OpenColorIO separates active views by commas.
-    source_space
-        The user's colour space of the code values that are sent to the display; None to use ``aces_interchange``.
-    onto
-        The user's displays that get the views; empty for those with sRGB in their name.
-
-    """
-
+    #: Modes and hours of the aged displays; the build has a LUT for each.
     displays: Sequence[tuple[str, float]]
+    #: What all new names begin with. It has no comma, since OpenColorIO separates active views by commas.
     prefix: str = "Aged"
+    #: The user's colour space of the code values that are sent to the display; None to use ``aces_interchange``.
     source_space: str | None = None
+    #: The user's displays that get the views; empty for those with sRGB in their name.
     onto: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
 class Merged:
-    """The result of a merge.
-
-    Attributes
-    ----------
-    views
-        Display and name of each new view.
-    source_space
-        The colour space whose code values the new views take.
-    compared
-        Number of parts of the user's config that give the same pixels as before.
-    difference
-        Largest difference of an aged view from the build's own, in code values.
-    remarks
-        What the user should know about the merged config.
-
-    """
+    """The result of a merge."""
 
     config: Path
+    #: Display and name of each new view.
     views: tuple[tuple[str, str], ...]
+    #: The colour space whose code values the new views take.
     source_space: str
+    #: Number of parts of the user's config that give the same pixels as before.
     compared: int
+    #: Largest difference of an aged view from the build's own, in code values.
     difference: float
+    #: What the user should know about the merged config.
     remarks: tuple[str, ...]
 
     def as_json(self) -> dict[str, Any]:
@@ -103,13 +85,17 @@ def merge(build: str | Path, into: str | Path, output: str | Path, wanted: Mergi
         values are sent to the display, the folder exists without ``force``, or the merged config fails its proof.
 
     """
-    lib = ocio()
+    lib = bindings.ocio()
     build, into, output = Path(build), Path(into), Path(output)
-    _check_prefix(wanted.prefix)
+    prefix = wanted.prefix
+    if not prefix or prefix != prefix.strip() or "," in prefix or not prefix.isprintable():
+        raise LutgenError(
+            f"--prefix {prefix!r}: give a word that new names begin with, without commas and blanks around it."
+        )
     if output.exists() and not (force and output.is_dir()):
         raise LutgenError(f"{output}: exists already. Add --force to replace its files, or choose another folder.")
     luts = {which: _lut(build, *which) for which in wanted.displays}
-    with warnings_logged(lib), NewFolder(output) as partial:
+    with bindings.warnings_logged(lib), NewFolder(output) as partial:
         before = _load(lib, into)
         plan = _planned(lib, into, wanted, luts)
         remarks = [*plan.remarks, *copy_files(before, into.parent, partial.path)]
@@ -159,7 +145,7 @@ def _planned(lib: Any, into: Path, wanted: Merging, luts: Mapping[tuple[str, flo
         check_source(config, source)
         for which, lut in luts.items():
             add_aged(config, names[which], source=source, onto=onto, lut=_place(which, lut).as_posix())
-    except ocio_errors() as error:
+    except bindings.ocio_errors() as error:
         # Each version of OpenColorIO knows more kinds of names that may be taken: roles, aliases, shared views.
         raise LutgenError(f"{into}: {' '.join(str(error).split())} Choose another --prefix.") from None
     without = "a config of version 1 has no named transforms: views, looks and colour spaces alone were added"
@@ -172,17 +158,13 @@ def _place(which: tuple[str, float], lut: FileRecord) -> Path:
 
 
 def _written(plan: _Plan, before: Any, into: Path, output: Path, folder: Path) -> tuple[Any, int, float | None]:
-    """Write the merged config into a temporary folder beside ``output``, and load it again.
-
-    Returns the loaded config, the number of parts compared, and, where OpenColorIO wrote the config, the largest
-    difference of these parts, else None.
-    """
-    lib = ocio()
+    """Write the merged config beside ``output`` and load it; return it, parts compared, and their difference."""
+    lib = bindings.ocio()
     moved_search_path(plan.config, into.parent, output)
     try:
         plan.config.validate()
         serialised = str(plan.config.serialize())
-    except ocio_errors() as error:
+    except bindings.ocio_errors() as error:
         raise LutgenError(
             f"{into}: OpenColorIO {lib.__version__} does not write it: {' '.join(str(error).split())}"
         ) from None
@@ -192,8 +174,8 @@ def _written(plan: _Plan, before: Any, into: Path, output: Path, folder: Path) -
     known = {name for name in added if before.getColorSpace(name) is not None}
     views = [(display, names) for names in plan.names.values() for display in plan.onto]
     text = inserted(own.replace("\r\n", "\n"), serialised, [name for name in added if name not in known], views)
-    if text is not None and search_path(before) != search_path(plan.config):
-        text = None if search_path(before) else with_search_path(text)
+    if text is not None and bindings.search_path(before) != bindings.search_path(plan.config):
+        text = None if bindings.search_path(before) else with_search_path(text)
     for attempt, exact in ((text, True), (serialised, False)):
         if attempt is None:
             continue
@@ -214,13 +196,6 @@ def _written(plan: _Plan, before: Any, into: Path, output: Path, folder: Path) -
     raise LutgenError(f"{into}: merging would change {', '.join(proof.changed[:3])}. Nothing was written.")
 
 
-def _check_prefix(prefix: str) -> None:
-    if not prefix or prefix != prefix.strip() or "," in prefix or not prefix.isprintable():
-        raise LutgenError(
-            f"--prefix {prefix!r}: give a word that new names begin with, without commas and blanks around it."
-        )
-
-
 def _lut(build: Path, mode: str, hours: float) -> FileRecord:
     """Return the LUT of a display in a build, the unclipped one where there is one."""
     manifest = read_manifest(build / MANIFEST)
@@ -239,17 +214,17 @@ def _load(lib: Any, path: Path) -> Any:
     lib.ClearAllCaches()
     if not path.is_file():
         raise LutgenError(f"{path}: there is no such file. Give an OpenColorIO config (config.ocio).")
-    refuse_unlikely(path)
+    bindings.refuse_unlikely(path)
     try:
         config = lib.Config.CreateFromFile(str(path))
         config.validate()
-    except ocio_errors() as error:
+    except bindings.ocio_errors() as error:
         raise LutgenError(
             f"{path}: OpenColorIO {lib.__version__} does not load it: {' '.join(str(error).split())}"
         ) from None
-    if not is_utf8(config):
+    if not bindings.is_utf8(config):
         raise LutgenError(f"{path}: has names or texts that are not UTF-8. Save it as UTF-8, then merge again.")
-    endless = endless_file(config)
+    endless = bindings.endless_file(config)
     if endless:
         why = "opens its metadata and never closes them. Correct or remove that file first"
         raise LutgenError(f"{path}: names {endless}, which {why}.")
@@ -257,7 +232,6 @@ def _load(lib: Any, path: Path) -> Any:
 
 
 def _displays(config: Any, wanted: Sequence[str]) -> list[str]:
-    """Return the displays that get the views."""
     there = list(config.getDisplaysAll())
     for name in wanted:
         if name not in there:
@@ -269,3 +243,96 @@ def _displays(config: Any, wanted: Sequence[str]) -> list[str]:
             f"one of: {', '.join(there)}."
         )
     return chosen
+
+
+def located(config: Any, folder: Path, source: str) -> Path | None:
+    """Return the file that a relative source names, searched along the search path; None where there is none."""
+    for entry in [*bindings.search_path(config), ""]:
+        path = folder / entry / source
+        if path.is_file():
+            return path
+    return None
+
+
+def copy_files(config: Any, folder: Path, output: Path) -> list[str]:
+    """Copy the files that a config names from ``folder`` to ``output``; return a remark on each that was not."""
+    remarks = []
+    for source in bindings.sources(config):
+        if Path(source).is_absolute():
+            continue
+        if "$" in source or "%" in source:
+            remarks.append(f"{source} is chosen by a context variable, and was not copied: copy its files along")
+            continue
+        path = located(config, folder, source)
+        if path is None:
+            remarks.append(f"{source} is missing in the config that was merged into")
+            continue
+        below = os.path.relpath(path, folder)
+        if not below.startswith(os.pardir):
+            (output / below).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(path, output / below)
+    return remarks
+
+
+def moved_search_path(config: Any, folder: Path, output: Path) -> None:
+    """Rewrite a config's search path for ``output``: relative entries outside ``folder`` keep their folders."""
+    entries = bindings.search_path(config)
+    moved = [
+        entry
+        if "$" in entry or Path(entry).is_absolute() or not bindings.leads_out(entry)
+        else os.path.relpath((folder / entry).resolve(), output.resolve())
+        for entry in entries
+    ]
+    if folder_of_luts(config) == "." and "." not in moved:
+        moved.append(".")
+    config.clearSearchPaths()
+    for entry in moved:
+        config.addSearchPath(entry)
+
+
+def folder_of_luts(config: Any) -> str:
+    """Return the folder for new LUT files: the first of the search path that lies below the config."""
+    for entry in bindings.search_path(config):
+        if "$" not in entry and not Path(entry).is_absolute() and not bindings.leads_out(entry):
+            return str(Path(entry))
+    # No folder below the config is searched: `moved_search_path` adds the config's own.
+    return "."
+
+
+class NewFolder:
+    """A temporary folder beside ``place``: :meth:`finish` moves it into place, and it is removed without that."""
+
+    def __init__(self, place: Path) -> None:
+        self.place = place
+        self.path = place.absolute().with_name(f".{place.name}{PARTIAL}")
+
+    def __enter__(self) -> Self:
+        """Create the temporary folder."""
+        try:
+            shutil.rmtree(self.path, ignore_errors=True)
+            self.path.mkdir(parents=True)
+        except OSError as error:
+            raise _unwritable(self.place, error) from None
+        return self
+
+    def finish(self) -> None:
+        """Move the folder into place; where a folder is there already, move the files one by one into it."""
+        try:
+            if not self.place.exists():
+                self.path.rename(self.place)
+                return
+            for file in sorted(each for each in self.path.rglob("*") if each.is_file()):
+                to = self.place / file.relative_to(self.path)
+                to.parent.mkdir(parents=True, exist_ok=True)
+                file.replace(to)
+        except OSError as error:
+            raise _unwritable(self.place, error) from None
+
+    def __exit__(self, *_: object) -> None:
+        """Remove the temporary folder."""
+        shutil.rmtree(self.path, ignore_errors=True)
+
+
+def _unwritable(place: Path, error: OSError) -> LutgenError:
+    reason = reason_of(error)
+    return LutgenError(f"{place}: cannot write: {reason}. Make room, or choose another place to write to.")

@@ -77,12 +77,7 @@ def _pixels(config: Any, transform: Any, code: Array) -> NDArray[np.float32] | N
 
 
 def aged_difference(built: Path, merged: Any, source: str, display: str, view: str) -> float:
-    """Return the largest difference of a new view from the build's own view on an sRGB viewer, in code values.
-
-    The same pixels go through the new view, and through the source space and then the build's view.
-
-    Raises LutgenError where the difference is larger than ``TOLERANCE``.
-    """
+    """Return the largest difference, in code values, of a new view from the build's own. Raises LutgenError."""
     lib, start = ocio(), first_space(merged)
     own = lib.Config.CreateFromFile(str(built / "config.ocio"))
     try:

@@ -47,29 +47,19 @@ _COMPRESSION = ("compression", "compressionquality", "openexr:dwacompressionleve
 
 @dataclass(frozen=True)
 class AppliedImage:
-    """One image as it was written: aged, or side by side.
+    """One image as it was written: aged, or side by side."""
 
-    Attributes
-    ----------
-    file, output
-        Paths of the source and of what was written.
-    width, height
-        Of what was written.
-    encoding
-        What the source stores: ``signal`` or ``linear``.
-    clipped_share
-        Share of pixels whose aged colour lies outside the viewer's gamut; None for a LUT, which does not tell.
-    source_clipped_share
-        Share of pixels of the source outside 0..1.
-
-    """
-
+    #: Paths of the source and of what was written.
     file: str
     output: str
+    #: Of what was written.
     width: int
     height: int
+    #: What the source stores: ``signal`` or ``linear``.
     encoding: str
+    #: Share of pixels whose aged colour lies outside the viewer's gamut; None for a LUT, which does not tell.
     clipped_share: float | None
+    #: Share of pixels of the source outside 0..1.
     source_clipped_share: float
 
 
@@ -111,12 +101,7 @@ def apply_to_image(
     """
     outputs = outputs_for([Path(image)], output)
     (applied,) = apply_to_images(
-        [(Path(image), outputs[0])],
-        aging,
-        side_by_side=side_by_side,
-        on_screen=on_screen,
-        source=source,
-        force=force,
+        [(Path(image), outputs[0])], aging, side_by_side=side_by_side, on_screen=on_screen, source=source, force=force
     )
     return applied
 
@@ -146,10 +131,7 @@ def apply_to_images(
     force: bool = False,
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> list[AppliedImage]:
-    """Age several images, given with their outputs: all of them are written, or none.
-
-    ``progress`` is called with the rows done and the rows in all. Otherwise as :func:`apply_to_image`.
-    """
+    """Age several images, given with their outputs: all or none. ``progress`` gets rows done and all rows."""
     if source not in SOURCES:
         raise pick_one("source", source, SOURCES)
     engine = engine_for(aging)
@@ -158,7 +140,10 @@ def apply_to_images(
         _check_output(image, output, force=force)
         with open_source(image, source) as opened:
             Target(opened, format_of_suffix(output), wide=side_by_side)
-            _check_turned(opened, side_by_side=side_by_side)
+            if side_by_side and opened.sideways:
+                raise LutgenError(
+                    f"{image}: is stored on its side (Orientation): its rows have no left and right. Turn it first."
+                )
             rows.append(opened.height)
     done: list[AppliedImage] = []
     with ExitStack() as stack:
@@ -362,9 +347,3 @@ def _check_output(image: Path, output: Path, *, force: bool) -> None:
             raise LutgenError(f"{output}: is the image itself, which is never written to. Choose another name with -o.")
         if not force:
             raise LutgenError(f"{output}: exists already. Choose another name with -o, or replace it with --force.")
-
-
-def _check_turned(source: ImageSource, *, side_by_side: bool) -> None:
-    if side_by_side and source.sideways:
-        message = f"{source.path}: is stored on its side (Orientation): its rows have no left and right. Turn it first."
-        raise LutgenError(message)

@@ -58,9 +58,6 @@ SUFFIXES = (".svs", ".ndpi", ".mrxs")
 #: Pixels along a region's side; a multiple of every usual tile's side, so that no tile is decoded twice.
 REGION = 1024
 
-#: The vendor whose scanner stores no tiles without tissue; in other vendors' slides a missing tile is damage.
-_SPARSE = "mirax"
-
 
 class Slide:
     """A slide that is open for reading, region by region."""
@@ -71,17 +68,11 @@ class Slide:
         """Take a slide that OpenSlide has opened."""
         self.path, self._slide = path, slide
         self.width, self.height = slide.dimensions
-        self._sparse = slide.properties.get("openslide.vendor") == _SPARSE
-
-    def regions(self) -> list[tuple[int, int]]:
-        """Left and upper corner of every region of level 0, row by row."""
-        return [(x, y) for y in range(0, self.height, REGION) for x in range(0, self.width, REGION)]
+        # The vendor whose scanner stores no tiles without tissue; in other vendors' slides a missing tile is damage.
+        self._sparse = slide.properties.get("openslide.vendor") == "mirax"
 
     def read(self, x: int, y: int) -> Stored:
-        """Read the region at (x, y): (rows, columns, 4); alpha is 0 where nothing was scanned. From any thread.
-
-        Raises LutgenError: the file is damaged there, or a tile is missing.
-        """
+        """Read the region at (x, y), from any thread: (rows, columns, 4); alpha 0: not scanned."""
         size = (min(REGION, self.width - x), min(REGION, self.height - y))
         try:
             region = np.asarray(self._slide.read_region((x, y), 0, size))
@@ -100,10 +91,7 @@ class Slide:
 
 @contextmanager
 def open_slide(path: Path) -> Iterator[Slide]:
-    """Open a slide.
-
-    Raises LutgenError: OpenSlide is not installed, or the file is missing or no slide that it reads.
-    """
+    """Open a slide. Raises LutgenError: no OpenSlide, no such file, or no slide that it reads."""
     library = _openslide()
     if not path.is_file():
         raise LutgenError(f"{path}: there is no such slide.")
@@ -174,14 +162,13 @@ class Blocks:
 
 @contextmanager
 def open_blocks(path: Path, source: str = "auto") -> Iterator[Blocks]:
-    """Open a picture; ``source`` as for ``apply``.
-
-    Raises LutgenError: a file that is missing or cannot be read, as :func:`open_source` and :func:`open_slide` say.
-    """
+    """Open a picture; ``source`` as for ``apply``, errors as :func:`open_source` and :func:`open_slide`."""
     if path.suffix.lower() in SUFFIXES:
         with open_slide(path) as slide:
             places = tuple(
-                Place(y, min(y + REGION, slide.height), x, min(x + REGION, slide.width)) for x, y in slide.regions()
+                Place(y, min(y + REGION, slide.height), x, min(x + REGION, slide.width))
+                for y in range(0, slide.height, REGION)
+                for x in range(0, slide.width, REGION)
             )
             yield Blocks(
                 storage=slide.storage,
@@ -247,11 +234,7 @@ def code_of(keys: NDArray[np.uint64]) -> Array:
 
 
 def read_field(file: str | Path, source: str = "auto") -> Field:
-    """Read a whole field of view: PNG, JPEG, TIFF, EXR of at most ``FIELD_PIXELS`` pixels; ``source`` as for ``apply``.
-
-    Raises LutgenError: a file that cannot be read to its end, a slide, more than ``FIELD_PIXELS`` pixels, a pixel that
-    is NaN or infinite, or nothing but pixels of one colour or of alpha 0.
-    """
+    """Read a whole field of view of at most ``FIELD_PIXELS``. Raises LutgenError: unreadable, or one colour."""
     path = Path(file)
     if path.suffix.lower() in SUFFIXES:
         raise LutgenError(

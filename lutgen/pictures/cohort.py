@@ -8,7 +8,7 @@ independently. A lifetime that is never reached is longer than all others; it ta
 from __future__ import annotations
 
 from contextlib import closing, contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property, partial
 from itertools import product
 from math import comb, inf
@@ -40,24 +40,15 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Lives:
-    """Lifetimes of several slides, in hours; None for each that is beyond the hours that were looked at.
+    """Lifetimes of several slides, in hours; None for each that is beyond the hours that were looked at."""
 
-    Attributes
-    ----------
-    median
-        The median. Of an even number the mean of the two in the middle; None where one of these is never reached.
-    interval
-        95 % interval of the median, its ends either of them None as above; None for fewer than six slides.
-    range
-        The shortest and the longest.
-    reached
-        How many slides reach the tolerance.
-
-    """
-
+    #: The median. Of an even number the mean of the two in the middle; None where one of these is never reached.
     median: float | None
+    #: 95 % interval of the median, its ends either of them None as above; None for fewer than six slides.
     interval: tuple[float | None, float | None] | None
+    #: The shortest and the longest.
     range: tuple[float | None, float | None]
+    #: How many slides reach the tolerance.
     reached: int
 
 
@@ -82,11 +73,7 @@ def lives_of(lives: Sequence[float | None]) -> Lives:
 
 
 def left_out(size: int) -> int | None:
-    """Return how many of ``size`` ordered values lie outside the interval of the median at either end; None: no 95 %.
-
-    The probability that the median lies below the (k + 1)-th value is that of at most k heads in ``size`` tosses of a
-    coin.
-    """
+    """Return how many of ``size`` ordered values lie beyond either end of the median's interval; None: no 95 %."""
     below, outside = 0, None
     for k in range(size // 2):
         below += comb(size, k)
@@ -132,27 +119,17 @@ class BrokenSlide:
 
 @dataclass(frozen=True)
 class Cohort:
-    """What :func:`cohort` found.
+    """The result of :func:`cohort`."""
 
-    Attributes
-    ----------
-    slides
-        The slides with a result, in the order given; perhaps none.
-    broken
-        The others.
-    modes
-        The modes of every slide.
-    kept
-        How many results an earlier run had left.
-    folder
-        Where every slide's result is.
-
-    """
-
+    #: The slides with a result, in the order given; perhaps none.
     slides: Lifetimes
+    #: The others.
     broken: tuple[BrokenSlide, ...]
+    #: The modes of every slide.
     modes: tuple[str, ...]
+    #: How many results an earlier run had left.
     kept: int
+    #: Where every slide's result is.
     folder: Path
 
     @cached_property
@@ -180,7 +157,7 @@ class Cohort:
                 "coverage": coverage(len(self.slides.images)),
                 "modes": {mode: self._over_all(mode) for mode in self.lives},
             },
-            "broken": [{"file": each.file, "reason": each.reason} for each in self.broken],
+            "broken": list(map(asdict, self.broken)),
             "slides": content["images"],
         }
 
@@ -189,26 +166,14 @@ class Cohort:
         bands = bands_of(curves)
         return {
             "lifetimes": {
-                f"{tolerance:g}": {
-                    name: {
-                        "median": lives.median,
-                        "interval": lives.interval,
-                        "range": lives.range,
-                        "reached": lives.reached,
-                    }
-                    for name, lives in of.items()
-                }
+                f"{tolerance:g}": {name: asdict(lives) for name, lives in of.items()}
                 for tolerance, of in self.lives[mode].items()
             },
             "curve": [
                 {
                     "hours": float(hours),
                     **{
-                        _POINTS[name]: {
-                            "median": float(band.median[place]),
-                            "low": float(band.low[place]),
-                            "high": float(band.high[place]),
-                        }
+                        _POINTS[name]: {key: float(values[place]) for key, values in vars(band).items()}
                         for name, band in bands.items()
                     },
                 }
@@ -217,11 +182,7 @@ class Cohort:
         }
 
     def as_csv(self) -> str:
-        """Return what ``--csv`` writes: a line a slide and mode, then a mode's median and the ends of its interval.
-
-        The first column says which: ``slide``, ``broken``, ``median``, ``low``, ``high``. Hours, empty where never
-        reached.
-        """
+        """Return what ``--csv`` writes: a line a slide and mode, then a mode's median and the ends of its interval."""
         head, *lines = self.slides.csv_rows()
         rows = [f"row,{head}", *(f"slide,{line}" for line in lines)]
         columns = list(product(self.slides.tolerances, STATISTICS))

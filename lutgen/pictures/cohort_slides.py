@@ -37,9 +37,6 @@ LIST = ".txt"
 #: Most bytes of a list: a path of some hundred bytes for each of a hundred thousand slides.
 MAX_BYTES = 64_000_000
 
-#: Slides that are an index beside a folder of the same name, which holds the pixels.
-_WITH_FOLDER = ".mrxs"
-
 
 @dataclass(frozen=True)
 class CohortSlide:
@@ -55,14 +52,7 @@ class CohortSlide:
 
 
 def find_slides(given: Sequence[str | Path]) -> tuple[CohortSlide, ...]:
-    """Return the slides that files, folders and lists name, in that order; those of a folder by name.
-
-    A folder gives all images and slides in it and below; what begins with a dot is left out. A list (.txt) holds a path
-    a line, seen from the list's folder; empty lines and those that begin with # say nothing. A file that is not there
-    is a slide too, one that cannot be read.
-
-    Raises LutgenError: nothing was given, a folder or a list without slides, or one that cannot be read.
-    """
+    """Return the slides that files, folders and lists (.txt) name, in order. Raises LutgenError: none, unreadable."""
     if not given:
         raise LutgenError("no slide was given. Give slides, a folder of them, or a list (.txt) of a path a line.")
     slides: dict[str, CohortSlide] = {}
@@ -105,7 +95,8 @@ def _slide(path: Path) -> CohortSlide:
 
 def _parts(path: Path) -> Iterator[os.stat_result]:
     files = [path]
-    if path.suffix.lower() == _WITH_FOLDER:
+    # Slides that are an index beside a folder of the same name, which holds the pixels.
+    if path.suffix.lower() == ".mrxs":
         files += sorted(part for part in path.with_suffix("").rglob("*") if part.is_file())
     for file in files:
         with suppress(OSError):
@@ -164,10 +155,7 @@ class RunFolder:
 
 
 def claim(path: Path, asked: CohortTask, *, force: bool) -> RunFolder:
-    """Check, before anything is written, that a run may go into ``path``.
-
-    Raises LutgenError: not a folder, someone else's files, or a run that asked something else, without ``force``.
-    """
+    """Check that a run may go into ``path``. Raises LutgenError: no folder, others' files or, unforced, a run."""
     in_the_way = next((place for place in (path, *path.parents) if place.exists()), path)
     if in_the_way.exists() and not in_the_way.is_dir():
         raise LutgenError(f"{in_the_way}: is a file, and a run is a folder. Choose another with -o.")
@@ -185,10 +173,7 @@ def claim(path: Path, asked: CohortTask, *, force: bool) -> RunFolder:
 
 
 def recipe_of(asked: CohortTask, path: Path) -> dict[str, Any]:
-    """Say what decides the results of a run into ``path``, in words of the command line, ready for JSON.
-
-    Raises LutgenError: the model cannot be found again: its readings, or an effect, come from no file.
-    """
+    """Return what decides the results of a run into ``path``, for JSON. Raises LutgenError: a model without files."""
     return {
         "schema": SCHEMA,
         "version": asked.version,
@@ -232,10 +217,7 @@ _COLUMNS = {"hours": "hours", "mean": "mean", "sd": "sd", "p95": "p95", "p99": "
 
 
 def image_from_json(content: Mapping[str, Any], file: str, tolerances: Sequence[float]) -> ImageLifetime:
-    """Return the image that ``lifetime --json`` wrote, under the name ``file``.
-
-    Raises KeyError, TypeError or ValueError where ``content`` is no such image.
-    """
+    """Return the image that ``lifetime --json`` wrote. Raises KeyError, TypeError or ValueError where it did not."""
     tissue, modes = content["tissue"], content["modes"]
     return ImageLifetime(
         file=file,

@@ -103,11 +103,7 @@ def outcomes(
     slides: Sequence[CohortSlide],
     deadly: str,
 ) -> Outcomes:
-    """Give each slide with its outcome; try again, each alone, the slides that were in hand when a process died.
-
-    ``done`` works on slides and gives each with its outcome, None where a process died that may have had the slide in
-    hand; ``deadly`` is the reason of a slide under which a process dies although the slide is tried alone.
-    """
+    """Give each slide with its outcome; retry slides of dead processes (None of ``done``), each alone."""
     suspects = []
     for slide, outcome in done(slides):
         if outcome:
@@ -133,12 +129,7 @@ _given: tuple[CohortTask, int]
 
 
 def on_this_machine(asked: CohortTask, slides: Sequence[CohortSlide], jobs: int) -> Outcomes:
-    """Give each slide with its outcome, as they are done, from ``jobs`` processes; one process is this one.
-
-    When the iterator is closed or interrupted, the processes are ended.
-
-    Raises LutgenError: processes cannot be started.
-    """
+    """Give each slide with its outcome from ``jobs`` processes. Raises LutgenError: they cannot be started."""
     if jobs <= 1:
         for slide in slides:
             yield slide, look_at(asked, slide)
@@ -245,10 +236,7 @@ _DEADLY_WORKERS = "the Dask workers that took it died, one after the other (out 
 
 @contextmanager
 def on_cluster(address: str) -> Iterator[Callable[[CohortTask, Sequence[CohortSlide]], Outcomes]]:
-    """Connect to a scheduler; give what does slides there: each with its outcome, as they are done.
-
-    Raises LutgenError: Dask is not installed, no scheduler answers, or it has no worker; later, the scheduler is gone.
-    """
+    """Connect to a scheduler; give what does slides there. Raises LutgenError: no Dask, scheduler or worker."""
     dask = _distributed()
     if not _ADDRESS.fullmatch(address):
         raise LutgenError(f"--scheduler {address}: is no address of a Dask scheduler. Write it as tcp://host:8786.")
@@ -320,11 +308,7 @@ def _outcome(dask: Any, client: Any, future: Any) -> Outcome | None:
 
 
 class _Call:
-    """Computes a slide when it is unpickled.
-
-    A worker that cannot unpickle a task, such as a worker without lutgen, drops its connection and reconnects without
-    end. So the task is `pickle.loads`, which all workers have, and a failure is an error of that task.
-    """
+    """Computes a slide when unpickled: a worker without lutgen fails the task, and does not reconnect without end."""
 
     def __init__(self, asked: CohortTask, slide: CohortSlide) -> None:
         self._given = asked, slide

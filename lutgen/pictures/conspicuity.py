@@ -59,12 +59,7 @@ class Rings:
 
 
 def rings_of(nuclei: Nuclei, visible: Mask) -> tuple[Nuclei, Rings, int]:
-    """Return the nuclei that have a ring, numbered anew, their rings, and how many had none.
-
-    A pixel belongs to the ring of the nucleus that is nearest, when it is further than the gap from it and no further
-    than gap and width; so it is outside the gap of every other nucleus, and of what is stained like one but not
-    counted. ``visible``, (rows, columns), leaves out where the image shows nothing.
-    """
+    """Return the nuclei that have a ring of ``visible`` pixels, numbered anew, their rings, and how many had none."""
     from scipy import ndimage
 
     gap = max(round(GAP * nuclei.width), LEAST_GAP)
@@ -141,12 +136,6 @@ class Contrast:
         return points
 
 
-def check_loss(loss: float) -> None:
-    """Raise LutgenError for a loss that is not above 0 and below 100 per cent."""
-    if not (isfinite(loss) and 0.0 < loss < 100.0):
-        raise LutgenError(f"--loss {loss:g}: give the loss in per cent, above 0 and below 100, such as 10.")
-
-
 def contrast_of(unaged: Array, aged: Array, loss: float) -> Contrast:
     """Return the statistics of n nuclei: ``unaged`` (n,), ``aged`` (h, n), ``loss`` in per cent."""
     losing = aged < (1.0 - loss / 100.0) * unaged
@@ -194,37 +183,23 @@ LOSS = 10.0
 
 @dataclass(frozen=True)
 class Conspicuity:
-    """What :func:`nuclei` found.
-
-    Attributes
-    ----------
-    field
-        The image.
-    nuclei, rings
-        Which pixels were compared.
-    ringless
-        Nuclei left out because others leave no room for a ring.
-    colours
-        Distinct colours in nuclei and rings.
-    hours
-        Operating hours, increasing from 0, shape (h,).
-    loss
-        Loss in per cent whose share of nuclei is told.
-    contrasts
-        Mode → ΔE2000 against hours.
-    model
-        The display.
-
-    """
+    """The result of :func:`nuclei`."""
 
     field: Field
+    #: Which pixels were compared.
     nuclei: Nuclei
     rings: Rings
+    #: Nuclei left out because others leave no room for a ring.
     ringless: int
+    #: Distinct colours in nuclei and rings.
     colours: int
+    #: Operating hours, increasing from 0, shape (h,).
     hours: Array
+    #: Loss in per cent: ``contrasts`` have the share of nuclei that lose more.
     loss: float
+    #: Mode → ΔE2000 against hours.
     contrasts: dict[str, Contrast]
+    #: The display.
     model: DisplayModel
 
     def remarks(self) -> list[str]:
@@ -301,7 +276,7 @@ def nuclei(
     min_area
         Pixels of the smallest nucleus; None: from a typical one's width; with a mask, all.
     loss
-        Loss of ΔE2000 in per cent, above 0 and below 100, whose share of nuclei is told.
+        Loss of ΔE2000 in per cent, above 0 and below 100; the result has the share of nuclei that lose more.
     source
         What the numbers of the image are: ``auto``, ``signal`` or ``linear``, as for ``apply``.
     progress
@@ -311,7 +286,7 @@ def nuclei(
     ------
     LutgenError
         An image or a mask that cannot be read or do not fit together, an image of one colour or without nuclei, hours
-        outside the measured span or the luminance law's, or scikit-image is missing where nuclei are to be found.
+        outside the measured span or the luminance law's, or scikit-image is missing and there is no mask.
 
     """
     if source not in SOURCES:
@@ -320,7 +295,8 @@ def nuclei(
         raise LutgenError("--mask says where the nuclei are: leave --stain out.")
     if min_area is not None and min_area < 1:
         raise LutgenError(f"--min-area {min_area}: give the pixels of the smallest nucleus, at least 1.")
-    check_loss(loss)
+    if not (isfinite(loss) and 0.0 < loss < 100.0):
+        raise LutgenError(f"--loss {loss:g}: give the loss in per cent, above 0 and below 100, such as 10.")
     chosen = hours_from_0(model, modes, hours)
     displays = [model.at(mode, hour) for mode, hour in product(modes, chosen)]
     field = read_field(image, source)

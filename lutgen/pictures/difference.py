@@ -26,10 +26,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.colorimetry import CHUNK, Array, delta_e_2000, linear_to_lab, xyY_to_xyz, xyz_to_linear
 from lutgen.display import REFERENCE, AgedDisplay, AppliedEffect, DisplayModel, LatentTips
-from lutgen.display.on_screen import seen_at
+from lutgen.display.chain import viewer_code
+from lutgen.display.on_screen import linear_at, seen_at
 from lutgen.pictures.blocks import threads
 from lutgen.pictures.distinct import Colours, Counts
 from lutgen.readings.rest import TIP_DRIVES
@@ -37,8 +39,11 @@ from lutgen.readings.rest import TIP_DRIVES
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from lutgen.colorimetry import Array
+    from lutgen.display import AgedDisplay, DisplayModel
     from lutgen.display.chain import Link
     from lutgen.display.covariance import FitCovariance
+    from lutgen.display.on_screen import OnScreen
     from lutgen.readings import Measurements
 
 
@@ -51,12 +56,7 @@ def differences(
     *,
     places: Callable[[slice], Array] | None = None,
 ) -> Array:
-    """ΔE2000 of ``size`` colours on each aged display, against the un-aged one: shape (len(aged), size).
-
-    ``code``: slice of 0..size → the code values of these colours, (n, 3) in 0..1; it is called from several threads.
-    ``places``: slice → where on the screen these colours lie, (n, 2); None: all at one place. What the displays' chains
-    have in common is computed once. ``progress`` gets the colours done and all colours.
-    """
+    """ΔE2000 of ``size`` colours at their ``places`` on each aged display: (len(aged), size). Calls back in threads."""
     result = np.empty((len(aged), size))
 
     def fill(start: int) -> int:
@@ -147,12 +147,7 @@ def curves_of(
     hours: Sequence[float],
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> dict[str, DifferenceCurve]:
-    """Return the curve of each mode, at ``hours`` in increasing order.
-
-    The work is that of one image of ``len(colours)`` pixels; memory does not grow with hours or modes. ``progress``
-    gets the differences computed and all differences. Raises LutgenError for hours outside the measured span or the
-    luminance law's.
-    """
+    """Return the curve of each mode, at increasing ``hours``; errors as :meth:`DisplayModel.at`."""
     unaged = model.at("stable", 0.0)
     displays = [model.at(mode, hour) for mode in modes for hour in hours]
     group = max(HELD // len(colours), 1)
@@ -172,10 +167,7 @@ def curves_of(
 
 
 def statistics(values: Array, counts: Counts) -> tuple[float, float, float, float, float]:
-    """Mean, standard deviation, 95 % and 99 % quantile, and largest of values (n,), which occur ``counts`` (n,) times.
-
-    To the last bit the same when all counts are multiplied by a number.
-    """
+    """Mean, standard deviation, 95 % and 99 % quantile, and largest of values (n,), which occur ``counts`` times."""
     total = int(counts.sum())
     parts = [slice(start, start + CHUNK) for start in range(0, len(values), CHUNK)]
     mean = sum(float((values[part] * (counts[part] / total)).sum()) for part in parts)
@@ -231,11 +223,7 @@ def intervals(
     tolerances: Sequence[float],
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Intervals | None:
-    """Return 95 % intervals of lifetimes; None where the model says nothing of its uncertainty.
-
-    Draws are evaluated on coarse colours; what these change in the model's own lifetimes is taken off. The same model
-    gives the same intervals.
-    """
+    """Return 95 % intervals of lifetimes; None where the model says nothing of its uncertainty."""
     models = drawn(model)
     if not models:
         return None
@@ -354,3 +342,44 @@ def coarse(colours: Colours) -> Colours:
     keys = np.flatnonzero(sums[0]).astype(np.uint32)
     means = (sums[1:, keys] / sums[0, keys]).T
     return Colours(np.arange(len(keys), dtype=np.uint32), sums[0, keys].astype(np.int64), means.__getitem__, _BITS)
+
+
+#: Code values, shape (h, w, 3).
+Pixels = NDArray[np.uint8]
+
+
+def placed_picture(code: Pixels, display: AgedDisplay, on_screen: OnScreen) -> Pixels:
+    """Return what an un-aged sRGB viewer shows of a picture on the screen of a display, code values (h, w, 3)."""
+    linear = linear_at(display, code.reshape(-1, 3) / 255.0, _places(code, on_screen))
+    return np.rint(viewer_code(linear) * 255.0).astype(np.uint8).reshape(code.shape)
+
+
+def placed_differences(code: Pixels, unaged: AgedDisplay, aged: Sequence[AgedDisplay], on_screen: OnScreen) -> Array:
+    """ΔE2000 of each pixel on each aged display, against the un-aged one: shape (len(aged), h, w)."""
+    flat, place = code.reshape(-1, 3), _places(code, on_screen)
+    values = differences(lambda part: flat[part] / 255.0, len(flat), unaged, aged, places=place.__getitem__)
+    return values.reshape(len(aged), *code.shape[:2])
+
+
+def placed_curves(
+    code: Pixels,
+    counted: NDArray[np.bool_],
+    model: DisplayModel,
+    on_screen: OnScreen,
+    *,
+    modes: Sequence[str],
+    hours: Sequence[float],
+) -> dict[str, DifferenceCurve]:
+    """Return the curve of each mode, over the pixels that count: where ``counted`` (h, w)."""
+    unaged, curves = on_screen.unaged(model), {}
+    for mode in modes:
+        values = placed_differences(code, unaged, [model.at(mode, hour) for hour in hours], on_screen)[:, counted]
+        figures = np.array([statistics(each, np.ones(len(each), np.int64)) for each in values])
+        curves[mode] = DifferenceCurve(np.array(hours), *figures.T)
+    return curves
+
+
+def _places(code: Pixels, on_screen: OnScreen) -> Array:
+    """Place of each pixel on the screen, (h·w, 2)."""
+    high, wide = code.shape[:2]
+    return on_screen.places(0, high * wide, (high, wide))

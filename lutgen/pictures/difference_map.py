@@ -127,15 +127,7 @@ def difference_map(
     force: bool = False,
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> DifferenceMap:
-    """Find by how much aging changes each pixel of an image.
-
-    ``image``, ``source`` and ``progress`` are those of :func:`lutgen.pictures.frame.aged_series`. The map in numbers is
-    written to ``floats`` too (.exr, .tif), and replaces files there with ``force``. ``on_screen``: where on the screen
-    the image lies; every pixel is then computed at its own place, up to ``MOST_PLACED``.
-
-    Raises LutgenError: an image that cannot be read, a mode that does not age, an unknown source, an hour outside the
-    measured span or the luminance law's, or a file that cannot be written; nothing is written then.
-    """
+    """Find by how much aging changes each pixel, as :func:`.frame.aged_series`; write it to ``floats`` too."""
     path = Path(image)
     if mode not in AGING_MODES:
         raise pick_one("mode that ages", mode, AGING_MODES)
@@ -261,7 +253,7 @@ def _check_floats(path: Path, image: Path, *, force: bool) -> Path:
 
 @contextmanager
 def _floats(path: Path, blocks: Blocks) -> Iterator[Callable[[Place, Singles], None]]:
-    """Give what writes a block of the map in numbers."""
+    """Open a map in numbers; give the function that writes a block of it."""
     with replacing(path) as partial:
         # Python's OSError says why a file cannot be created; OpenImageIO's message does not.
         partial.touch()
@@ -272,8 +264,8 @@ def _floats(path: Path, blocks: Blocks) -> Iterator[Callable[[Place, Singles], N
                 file.geterror()
                 raise OSError(f"OpenImageIO cannot finish the {path.suffix} file")
 
-        def write(place: Place, found: Singles) -> None:
-            rows, values = (place.top, place.bottom), np.ascontiguousarray(found[..., np.newaxis])
+        def write(place: Place, block: Singles) -> None:
+            rows, values = (place.top, place.bottom), np.ascontiguousarray(block[..., np.newaxis])
             if blocks.tile:
                 check(file.write_tiles(place.left, place.right, *rows, 0, 1, values))
             else:

@@ -57,7 +57,7 @@ class Colours:
     counts: Counts
     #: Keys (m,) → code values (m, 3) in 0..1.
     decode: Callable[[Keys], Array]
-    #: Bits a channel that colours are told apart by.
+    #: Bits a channel: colours that differ in them are different.
     bits: int
     #: How far a pixel's code values may lie from those of its colour; 0 where they are counted exactly.
     half_bin: float = 0.0
@@ -78,13 +78,7 @@ class Colours:
 def count_colours(
     path: Path, source: str = "auto", progress: Callable[[int, int], None] = lambda _done, _total: None
 ) -> Colours:
-    """Count the distinct colours of an image or a slide (:data:`lutgen.pictures.blocks.SUFFIXES`), reading it once.
-
-    ``source`` says what the numbers are, as for ``apply``; ``progress`` gets the blocks read and all blocks.
-
-    Raises LutgenError: a file that cannot be read to its end, a pixel that is NaN or infinite, or nothing but pixels of
-    alpha 0.
-    """
+    """Count the distinct colours of an image or a slide. Raises LutgenError: unreadable, NaN, or all transparent."""
     with open_blocks(path, source) as blocks:
         storage = blocks.storage
         exact = storage.dtype == np.uint8 and not storage.associated
@@ -277,10 +271,7 @@ def tissue_only(colours: Colours, path: Path) -> tuple[Colours, Tissue]:
 
 
 def otsu(histogram: Array) -> int:
-    """Return the first bin of the bright class, by Otsu's method: largest variance between classes; (bins,) → index.
-
-    A histogram of one bin has no classes: that bin then begins the bright one.
-    """
+    """Return the first bin of the bright class by Otsu's method: (bins,) → index; of one bin that bin."""
     places = np.arange(len(histogram))
     dark, dark_sum = np.cumsum(histogram), np.cumsum(histogram * places)
     bright, bright_sum = dark[-1] - dark, dark_sum[-1] - dark_sum

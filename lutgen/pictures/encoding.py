@@ -64,19 +64,13 @@ class Storage:
 
 @dataclass(frozen=True)
 class Decoder:
-    """Stored pixels → planes in ``encoding``.
-
-    8- and 16-bit numbers, halves among them, go through a table of all their values: exact, and no power a pixel.
-    """
+    """Stored pixels → planes in ``encoding``; 8- and 16-bit numbers, halves among them, by a table of all values."""
 
     storage: Storage
     encoding: str
 
     def __call__(self, stored: Stored) -> tuple[Array, int]:
-        """Decode (n, channels) → planes (3, n), and how many pixels were outside 0..1 and are clipped.
-
-        Raises NotFiniteError: a pixel is NaN or infinite.
-        """
+        """Decode (n, channels) → planes (3, n), and how many pixels were clipped. Raises NotFiniteError."""
         if self.storage.associated and (stored[:, 3] != self.storage.white).any():
             return self._clipped(self._unassociated(_finite(stored)))
         if self.storage.dtype.kind == "u":

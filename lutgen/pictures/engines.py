@@ -83,10 +83,7 @@ class ChainEngine:
 
 @dataclass(frozen=True)
 class PlacedEngine:
-    """A display on whose screen a picture lies: each pixel is aged at its own place.
-
-    ``shape`` and ``orientation`` are those of the picture as stored.
-    """
+    """A display on whose screen a picture of ``shape`` and ``orientation`` lies: each pixel ages at its own place."""
 
     aged: AgedDisplay
     on_screen: OnScreen
@@ -103,11 +100,7 @@ class PlacedEngine:
 
 @dataclass(frozen=True)
 class PaperEngine:
-    """The paper's chain in double precision, four times as fast as link by link.
-
-    The colours of a block are grouped by the colour points that they are nearest to (``nearest``) or by their smallest
-    channels (``continuous``); each group is multiplied by the mean of its matrices, from linear to linear light.
-    """
+    """The paper's chain in double precision, by groups of colours that share matrices: four times as fast."""
 
     aged: AgedDisplay
     works_in: str = LINEAR
@@ -258,10 +251,7 @@ _COLOUR = np.uint32(0x00FF_FFFF)
 
 @dataclass(frozen=True)
 class TableShader:
-    """Ages every colour of 8-bit pixels once: a table of all 16.7 million (64 MB), filled as they turn up.
-
-    Threads share the table; two that meet the same new colour at once write the same entry.
-    """
+    """Ages every colour of 8-bit pixels once, in a table of 64 MB; threads that meet write the same entry."""
 
     shader: Shader
     chunk: int = 8 * BLOCK

@@ -20,10 +20,9 @@ from lutgen.colorimetry import Array, linear_to_code
 from lutgen.errors import LutgenError, pick_one
 from lutgen.names import AGING_MODES, LINEAR, SOURCES
 from lutgen.pictures.blocks import Blocks, Place, open_blocks
-from lutgen.pictures.difference import DifferenceCurve, curves_of, differences
+from lutgen.pictures.difference import DifferenceCurve, curves_of, differences, placed_curves, placed_picture
 from lutgen.pictures.distinct import count_colours
 from lutgen.pictures.encoding import Decoder, Storage, Stored
-from lutgen.pictures.placed import placed_curves, placed_picture
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -94,10 +93,7 @@ class AreaMeans:
 
 
 def light_means(blocks: Blocks, grid: Grid, progress: Callable[[int, int], None] = lambda _done, _total: None) -> Array:
-    """Give the mean linear light of each cell, (h, w, 3); NaN where all is transparent.
-
-    What a file stores as NaN, or as infinite, is black.
-    """
+    """Give the mean linear light of each cell, (h, w, 3); NaN: all transparent. A NaN of the file is black."""
     decoder, means = Decoder(blocks.storage, LINEAR), AreaMeans(grid, 3)
     for place, stored in blocks.read(progress):
         # In double precision a block takes many times the memory that it has in its file.
@@ -188,11 +184,7 @@ def read_frame(
     source: str = "auto",
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Frame:
-    """Read an image or a slide, and shrink it to at most so many ``pixels``, at most ``width`` in a row.
-
-    Raises LutgenError as :func:`lutgen.pictures.distinct.count_colours`, apart from pixels that are NaN: these are
-    shown black.
-    """
+    """Read a picture, and shrink it to at most ``pixels``, ``width`` in a row; NaN is black. Raises LutgenError."""
     code, visible, size = read_pixels(path, pixels=pixels, width=width, source=source, progress=progress)
     colours, places = np.unique(code.reshape(-1, 3), axis=0, return_inverse=True)
     return Frame(colours, places.reshape(code.shape[:2]), visible, *size)
@@ -297,30 +289,7 @@ def aged_series(
     source: str = "auto",
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> AgedSeries:
-    """Age an image to several hours, in a size that fits a screen, with its ΔE2000 at each.
-
-    Parameters
-    ----------
-    image
-        PNG, JPEG, TIFF, EXR, RGB or RGBA; slides (.svs, .ndpi, .mrxs) with the extra ``slides``.
-    modes, hours
-        Modes that age, and operating hours; hour 0 is added.
-    longest
-        Pixels of the longest side; a larger image is made smaller by a whole factor.
-    on_screen
-        Where on the screen the image lies; ΔE2000 are then those of the smaller picture's pixels.
-    source
-        What the numbers of the image are: ``auto``, ``signal`` or ``linear``, as for ``apply``.
-    progress
-        Called with the work done and all work, in thousandths.
-
-    Raises
-    ------
-    LutgenError
-        An image that cannot be read, a mode that does not age, an unknown source, a size below 1, or an hour outside
-        the measured span or the luminance law's.
-
-    """
+    """Age an image to several hours, at most ``longest`` pixels a side; ``progress`` in thousandths."""
     path = Path(image)
     for mode in modes:
         if mode not in AGING_MODES:
@@ -357,10 +326,7 @@ def aged_series(
 
 
 def plain_png(pixels: Pixels) -> bytes:
-    """Return the PNG of pixels, uint8 of shape (height, width, 3), uncompressed: its size tells width and height alone.
-
-    Gamma, chromaticities, resolution or texts would change how some programs show the picture.
-    """
+    """Return the uncompressed PNG of pixels (h, w, 3), without gamma or text, which some programs would heed."""
     from PIL import Image
 
     file = io.BytesIO()

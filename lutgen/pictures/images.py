@@ -47,20 +47,11 @@ class ImageFormat:
     lossless: tuple[str, ...] = ()
 
 
+DTYPES = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": np.float32}
+
 FORMATS = (
-    ImageFormat(
-        "png",
-        (".png",),
-        (b"\x89PNG\r\n\x1a\n",),
-        {"uint8": "uint8", "uint16": "uint16", "half": "uint16", "float": "uint16"},
-    ),
-    ImageFormat(
-        "jpeg",
-        (".jpg", ".jpeg"),
-        (b"\xff\xd8\xff",),
-        dict.fromkeys(("uint8", "uint16", "half", "float"), "uint8"),
-        alpha=False,
-    ),
+    ImageFormat("png", (".png",), (b"\x89PNG\r\n\x1a\n",), dict.fromkeys(DTYPES, "uint16") | {"uint8": "uint8"}),
+    ImageFormat("jpeg", (".jpg", ".jpeg"), (b"\xff\xd8\xff",), dict.fromkeys(DTYPES, "uint8"), alpha=False),
     ImageFormat(
         "tiff",
         (".tif", ".tiff"),
@@ -80,7 +71,6 @@ FORMATS = (
     ),
 )
 
-DTYPES = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": np.float32}
 
 #: Pixels in a band: large enough for compressors to use every core, small enough to hold several.
 BAND = 1_500_000
@@ -165,10 +155,7 @@ class ImageSource:
 
 @contextmanager
 def open_source(path: Path, source: str = "auto") -> Iterator[ImageSource]:
-    """Open an image; ``source`` is ``auto``, ``SIGNAL`` or ``LINEAR``.
-
-    Raises LutgenError: missing, empty, damaged, not an image of ``FORMATS``, or neither RGB nor RGBA.
-    """
+    """Open an image. Raises LutgenError: missing, empty, damaged, not of ``FORMATS``, or neither RGB nor RGBA."""
     kind = _sniff(path)
     if kind.name in ("png", "tiff") and not is_whole(path):
         raise _damaged(path)

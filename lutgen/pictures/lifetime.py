@@ -41,55 +41,33 @@ _PROBES = 1024
 
 @dataclass(frozen=True)
 class ImageLifetime:
-    """The lifetimes of one image: ΔE2000 against hours in each mode.
-
-    Attributes
-    ----------
-    file
-        Its path.
-    pixels, colours
-        How many pixels count, and of how many distinct colours.
-    bits
-        Bits a channel that colours are told apart by.
-    binning_error
-        The most that ΔE2000 of a pixel is off because colours were counted in bins, at any hour, as found at the
-        corners of many bins; 0 where they were counted exactly.
-    tissue
-        What was left out; None when it was not asked for.
-    curves
-        Mode → curve.
-    intervals
-        95 % intervals of lifetimes; None where the model says nothing of its uncertainty.
-
-    """
+    """The lifetimes of one image: ΔE2000 against hours in each mode."""
 
     file: str
+    #: How many pixels count, and of how many distinct colours.
     pixels: int
     colours: int
+    #: Bits a channel: colours that differ in them are different.
     bits: int
+    #: The most that ΔE2000 of a pixel is off because colours were counted in bins, at any hour, as found at the corners
+    #: of many bins; 0 where they were counted exactly.
     binning_error: float
+    #: What was left out; None when it was not asked for.
     tissue: Tissue | None
+    #: Mode → curve.
     curves: dict[str, DifferenceCurve]
+    #: 95 % intervals of lifetimes; None where the model says nothing of its uncertainty.
     intervals: Intervals | None
 
 
 @dataclass(frozen=True)
 class Lifetimes:
-    """What :func:`lifetime` found.
-
-    Attributes
-    ----------
-    images
-        In the order given.
-    tolerances
-        ΔE2000, in the order given.
-    model
-        The display.
-
-    """
+    """The result of :func:`lifetime`."""
 
     images: tuple[ImageLifetime, ...]
+    #: ΔE2000, in the order given.
     tolerances: tuple[float, ...]
+    #: The display.
     model: DisplayModel
 
     @property

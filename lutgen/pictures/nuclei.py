@@ -72,12 +72,7 @@ class Nuclei:
 
 
 def segment(field: Field, *, stain: str = "auto", min_area: int | None = None) -> Nuclei:
-    """Find the nuclei of a field of stained tissue in bright field.
-
-    ``stain`` is ``he``, ``hdab``, or ``auto``: by whether there is brown. ``min_area``: pixels of the smallest nucleus;
-    None: ``SMALLEST`` of a typical one's squared width. Raises LutgenError: an unknown stain, no nuclei, or
-    scikit-image is not installed.
-    """
+    """Find the nuclei of stained tissue in bright field. Raises LutgenError: unknown stain, none, no scikit-image."""
     from scipy import ndimage
 
     if stain not in ("auto", *STAINS):
@@ -117,11 +112,7 @@ def sized(labels: Labels, width: float, least: float, most: float, how: str) -> 
 
 
 def width_of(mask: Mask) -> float:
-    """Width of a typical piece of a mask in pixels: twice the depth at which half of the nuclear area has its middle.
-
-    Middles of pieces weigh by their squared depth, their area; specks then hardly count, and clumps count as the nuclei
-    that they are made of. 0 where nothing is wider than a pixel or two.
-    """
+    """Twice the depth, in pixels, of the piece of a mask at which half of the nuclear area is reached; 0: specks."""
     from scipy import ndimage
 
     # Pixels outside the field are no ground, so the border of the field does not make a nucleus narrower.
@@ -136,16 +127,12 @@ def width_of(mask: Mask) -> float:
 
 
 def _stain_of(field: Field) -> str:
-    red, green, blue = np.moveaxis(_density(field), -1, 0)
+    # Optical density of each channel, at most that of code value 1.
+    table = -np.log10(np.maximum(np.arange(256), 1) / 255.0).astype(np.float32)
+    red, green, blue = np.moveaxis(table[field.rgb()], -1, 0)
     stained = (np.maximum(np.maximum(red, green), blue) > STAINED) & field.visible
     brown = stained & (blue > green) & (blue > red)
     return "hdab" if np.count_nonzero(brown) > BROWN * np.count_nonzero(stained) else "he"
-
-
-def _density(field: Field) -> NDArray[np.float32]:
-    """Optical density of each channel, (rows, columns, 3); at most that of code value 1."""
-    table = -np.log10(np.maximum(np.arange(256), 1) / 255.0).astype(np.float32)
-    return np.asarray(table[field.rgb()])
 
 
 def _haematoxylin(field: Field, stain: str) -> NDArray[np.float32]:
@@ -160,10 +147,7 @@ def _haematoxylin(field: Field, stain: str) -> NDArray[np.float32]:
 
 
 def _typical_width(field: Field, amount: NDArray[np.float32]) -> float:
-    """Width in pixels of a typical nucleus above Otsu's threshold; 0 where only specks are.
-
-    Where more of that is dark ground than nuclei, the width is that of the ground.
-    """
+    """Width in pixels of a typical nucleus, or of dark ground that prevails; 0 where only specks are."""
     from scipy import ndimage
 
     rough = ndimage.gaussian_filter(amount, 1.0)
@@ -240,14 +224,7 @@ _LARGEST = 2**31 - 1
 
 
 def read_mask(file: str | Path, field: Field, *, min_area: int | None = None) -> Nuclei:
-    """Read nuclei from a PNG or TIFF of the size of ``field``.
-
-    Of a picture of two values (black and white) each connected piece is a nucleus; of more values, each value but 0 is
-    one. ``min_area``: pixels of the smallest nucleus; None: all are kept.
-
-    Raises LutgenError: a file that cannot be read, is lossy, coloured, of another size, holds no whole numbers, or no
-    nucleus.
-    """
+    """Read nuclei from a PNG or TIFF of the field's size. Raises LutgenError: unreadable, no labels, no nucleus."""
     from scipy import ndimage
 
     values = _read(file, field)
@@ -349,10 +326,7 @@ MOST_LABELS = 65_535
 
 
 def labels_png(labels: NDArray[np.int32]) -> bytes:
-    """Return the PNG of labels (h, w) as grey levels of 16 bit, which masks are read from; below 0 is ground.
-
-    Raises LutgenError: there are more labels than such a file can tell apart.
-    """
+    """Return the PNG of labels (h, w) as 16-bit grey levels, below 0 as ground. Raises LutgenError: too many."""
     from PIL import Image
 
     if labels.max() > MOST_LABELS:

@@ -40,27 +40,14 @@ _KELVINS = (3000, 4000, 5000, 6500, 9300, 15000)
 
 
 def plot_display(model: DisplayModel, path: str | Path, *, force: bool = False) -> None:
-    """Write the page of a display, over all its measured hours, as a PNG: the same bytes on every run.
-
-    Raises LutgenError: ``path`` is no .png, cannot be written, or exists and ``force`` is not given.
-    """
+    """Write the page of a display, over all its measured hours, as a PNG; errors as :func:`new_figure`."""
     with new_figure(path, PAGE, force=force) as figure:
         _draw_page(figure, show(model), model)
 
 
 def _draw_page(figure: Figure, shown: Shown, model: DisplayModel) -> None:
-    grid = figure.add_gridspec(
-        2,
-        2,
-        width_ratios=(1.35, 1),
-        height_ratios=(1.7, 1),
-        left=0.05,
-        right=0.97,
-        top=0.86,
-        bottom=0.1,
-        wspace=0.14,
-        hspace=0.3,
-    )
+    ratios = {"width_ratios": (1.35, 1), "height_ratios": (1.7, 1)}
+    grid = figure.add_gridspec(2, 2, left=0.05, right=0.97, top=0.86, bottom=0.1, wspace=0.14, hspace=0.3, **ratios)
     chromaticity(figure.add_subplot(grid[:, 0]), shown)
     luminance(figure.add_subplot(grid[0, 1]), shown, model)
     non_additivity(figure.add_subplot(grid[1, 1]), shown)
@@ -154,10 +141,7 @@ def _draw_diagram(axes: Axes, locus: Array, points: int = 400) -> None:
 
 
 def _draw_drift(axes: Axes, shown: Shown, size: float) -> ScalarMappable:
-    """Draw every tip at every hour, darker with time; return what a colour bar needs.
-
-    Greys, because a hue on a chromaticity diagram reads as a chromaticity.
-    """
+    """Draw every tip at every hour in greys, darker with time, since a hue would read as a chromaticity."""
     hours = np.repeat(shown.hours[:, np.newaxis], len(TIP_NAMES), axis=1)
     return axes.scatter(
         shown.uv[..., 0], shown.uv[..., 1], c=hours, s=size, cmap="Greys", zorder=4, edgecolor="black", linewidth=0.4
@@ -165,7 +149,6 @@ def _draw_drift(axes: Axes, shown: Shown, size: float) -> ScalarMappable:
 
 
 def _label_tips(axes: Axes, shown: Shown) -> None:
-    """Write its Δu'v' beside each tip."""
     places = (("left", 12, -12), ("right", -16, -10), ("left", 6, -20), ("left", 12, 2))
     for i, (name, (align, right, up)) in enumerate(zip(TIP_NAMES, places, strict=True)):
         text, weight = f"{name}: {shown.shift[-1, i]:.3f}", "bold" if i == np.argmax(shown.shift[-1]) else "normal"
@@ -206,9 +189,7 @@ def _draw_rings(axes: Axes, centre: Array, reach: float) -> None:
         axes.plot(centre[0] + radius * np.cos(turn), centre[1] + radius * np.sin(turn), color="#aaaaaa", linewidth=0.8)
         place = centre + radius * np.array([np.cos(3.0), np.sin(3.0)])
         if _inside(axes, place, 0.02, 0.05):
-            axes.text(
-                float(place[0]), float(place[1]), f" {radius:g}", fontsize=8, color="#666666", ha="left", va="center"
-            )
+            axes.text(place[0], place[1], f" {radius:g}", fontsize=8, color="#666666", ha="left", va="center")
 
 
 def _inside(axes: Axes, place: Array, margin_x: float, margin_y: float) -> bool:

@@ -40,11 +40,7 @@ _TEXT, _BAR = 14, 6
 
 
 def check_animation(path: str | Path, hours: Sequence[float], seconds: float) -> float:
-    """Return the seconds of a frame.
-
-    Raises LutgenError: a suffix that is not of ``ANIMATION_SUFFIXES``, MP4 without ffmpeg, fewer than two hours, or
-    frames shown too short or too long.
-    """
+    """Return the seconds of a frame. Raises LutgenError: a wrong suffix, no ffmpeg, too few hours, bad seconds."""
     path = Path(path)
     if path.suffix.lower() not in ANIMATION_SUFFIXES:
         raise pick_one("suffix of an animation", path.suffix or path.name, ANIMATION_SUFFIXES)
@@ -70,12 +66,7 @@ def animate(
     seconds: float = SECONDS,
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Path:
-    """Write an animation of ``hours``, in the order of the frames; an existing file is replaced.
-
-    ``series`` has the curve of ``mode`` at these hours; ``path`` ends in .png or .apng (animated PNG, the same bytes on
-    every run) or in .mp4; ``progress`` gets the frames done and all frames. Raises LutgenError as
-    :func:`check_animation`, and for a file that cannot be written.
-    """
+    """Write an animation of ``hours``, which the curve of ``mode`` has; errors as :func:`check_animation`."""
     path, each = Path(path), check_animation(path, hours, seconds)
 
     def frames() -> Iterator[Pixels]:
@@ -120,10 +111,10 @@ KIND = bytes((8, 2, 0, 0, 0))
 
 def write_apng(frames: Iterable[Pixels], count: int, seconds: float, path: Path) -> None:
     """Write ``count`` frames, uint8 of one shape (h, w, 3), each shown for so many seconds, again and again."""
-    from PIL.PngImagePlugin import putchunk
+    from PIL import Image
+    from PIL.PngImagePlugin import getchunks, putchunk
 
     delay = (max(round(1000 * seconds), 1), 1000)
-    sequence = 0
     with path.open("wb") as file:
         file.write(SIGNATURE)
         for number, frame in enumerate(frames):
@@ -132,22 +123,15 @@ def write_apng(frames: Iterable[Pixels], count: int, seconds: float, path: Path)
                 putchunk(file, b"IHDR", struct.pack(">2I", *size) + KIND)
                 putchunk(file, b"sRGB", b"\0")
                 putchunk(file, b"acTL", struct.pack(">2I", count, 0))
+            sequence = max(2 * number - 1, 0)
             putchunk(file, b"fcTL", struct.pack(">5I2H2B", sequence, *size, 0, 0, *delay, 0, 0))
-            data = _compressed(frame)
+            # The image data of a frame's own PNG.
+            data = b"".join(data for kind, data, _ in getchunks(Image.fromarray(frame)) if kind == b"IDAT")
             if number == 0:
                 putchunk(file, b"IDAT", data)
             else:
                 putchunk(file, b"fdAT", struct.pack(">I", sequence + 1), data)
-            sequence += 1 if number == 0 else 2
         putchunk(file, b"IEND", b"")
-
-
-def _compressed(frame: Pixels) -> bytes:
-    """Return what the image data of a frame's own PNG would be."""
-    from PIL import Image
-    from PIL.PngImagePlugin import getchunks
-
-    return b"".join(data for kind, data, _checksum in getchunks(Image.fromarray(frame)) if kind == b"IDAT")
 
 
 #: Video as players expect it: BT.709 and half the colour resolution, so an even number of rows and columns.
@@ -170,10 +154,7 @@ def check_ffmpeg() -> str:
 
 
 def write_mp4(frames: Iterable[Pixels], seconds: float, path: Path, name: str) -> None:
-    """Write frames, uint8 of one shape (h, w, 3), each shown for ``seconds``; error messages call the file ``name``.
-
-    Raises LutgenError: ffmpeg is not installed, or cannot write the file; the message quotes ffmpeg.
-    """
+    """Write frames, uint8 of one shape (h, w, 3), of so many ``seconds``; errors call the file ``name``."""
     program, frames = check_ffmpeg(), iter(frames)
     first = next(frames)
     command = [

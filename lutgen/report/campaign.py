@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from lutgen.history.explain import Explanations
-    from lutgen.history.limits import Limit
+    from lutgen.history.history import Limit
     from lutgen.readings.campaign import Campaign
 
 
@@ -135,7 +135,7 @@ def trend_headline(trend: Trend) -> str:
 
 
 def _beyond(each: Passing, unit: str) -> str:
-    """Say of a limit that is not kept since when: between two sessions, or since the first."""
+    """Say since when a limit is passed: between two sessions, or since the first."""
     side = "below" if each.limit.above else "above"
     return f"{_NAMES[each.limit.quantity]} has been {side} its {_value(each.limit)} limit {when(each, unit)}"
 
@@ -200,12 +200,8 @@ def limits(trend: Trend) -> Table:
 
 
 def _is_read(trend: Trend, each: Passing) -> bool:
-    """Whether any session tells the quantity of a limit."""
+    """Whether any session read the quantity of a limit."""
     return bool(np.isfinite(trend.history.values[each.limit.quantity]).any())
-
-
-#: Headroom above and below what is drawn, as a share of its reach.
-_ROOM = 0.12
 
 
 #: Deviations from DICOM's contrast response that TG18 allows a primary and another display.
@@ -276,11 +272,11 @@ def _draw(axes: Axes, trend: Trend, name: str, end: float) -> None:
 def _draw_responses(axes: Axes, trend: Trend) -> None:
     """Draw the contrast of the greys of the first and the last session over DICOM's, in percent of it."""
     axes.set_title("contrast response of greys against DICOM's", fontsize=12, loc="left")
-    told = [(here, each) for here, each in enumerate(trend.history.responses) if each is not None]
+    read = [(here, each) for here, each in enumerate(trend.history.responses) if each is not None]
     for share, alpha in ((_SECONDARY, 0.35), (_PRIMARY, 0.8)):
         axes.axhspan(-100 * share, 100 * share, color=BAND, alpha=alpha, linewidth=0, zorder=0)
     reach = 150.0 * _SECONDARY
-    for (here, each), colour in zip(dict((told[0], told[-1])).items(), (GREY, BLUE), strict=False):
+    for (here, each), colour in zip(dict((read[0], read[-1])).items(), (GREY, BLUE), strict=False):
         label = f"{trend.history.time[here]:.0f} {trend.history.unit}"
         axes.plot(each.drive, 100.0 * each.deviation, ".-", color=colour, linewidth=1.5, label=label)
         reach = max(reach, 110.0 * each.worst)
@@ -301,5 +297,6 @@ def _reach(trend: Trend, name: str, drawn: np.ndarray) -> tuple[float, float]:
     bounds = [each.bound for each in trend.passings if each.limit.quantity == name and np.isfinite(each.bound)]
     shown = [*finite, finite[0] - spread, finite[0] + spread, *bounds, *(course.curve[drawn] if course.decay else ())]
     low, high = float(np.min(shown)), float(np.max(shown))
-    room = _ROOM * (high - low)
+    # Headroom above and below what is drawn, as a share of its reach.
+    room = 0.12 * (high - low)
     return (max(low - room, -0.0) if name.endswith("shift") else low - room), high + room

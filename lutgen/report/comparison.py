@@ -45,16 +45,16 @@ def compare_page(comparison: Comparison, again: str = "") -> Iterator[Part]:
     yield ""
     yield error_table(comparison)
     yield ""
-    noticed = standing_out(comparison)
-    if noticed:
+    outstanding = standing_out(comparison)
+    if outstanding:
         yield f"Where it stands out, worst first ({CLEAR:g} × noise is clear):"
-        yield _slice_table(noticed[:SLICES])
+        yield _slice_table(outstanding[:SLICES])
     else:
         yield "No hour, colour or condition stands out from the others."
     yield ""
     yield "The worst readings:"
     yield _worst_table(comparison)
-    if again and noticed:
+    if again and outstanding:
         yield ""
         yield f"Which effect is missing:  lutgen diagnose {again}"
 
@@ -215,22 +215,14 @@ def _most_telling(comparison: Comparison) -> str:
 
 def _draw(
     figure: Figure,
-    drawn: Sequence[ResidualPanel],
+    drawn: list[ResidualPanel],
     earlier: dict[str, ResidualPanel],
     telling: str,
-    between: tuple[float, float],
+    between: Sequence[float],
 ) -> None:
     across = min(len(drawn), ACROSS)
-    grid = figure.add_gridspec(
-        -(-len(drawn) // across),
-        across,
-        left=0.055,
-        right=0.985,
-        bottom=between[0],
-        top=between[1],
-        wspace=0.24,
-        hspace=0.38,
-    )
+    rows, (bottom, top) = -(-len(drawn) // across), between
+    grid = figure.add_gridspec(rows, across, left=0.055, right=0.985, bottom=bottom, top=top, wspace=0.24, hspace=0.38)
     most = max(float(panel.ratio.max()) for panel in (*drawn, *earlier.values()))
     widest = max(LEAST_LAB, 1.15 * max(float(np.abs(panel.lab).max()) for panel in drawn))
     for place, panel in enumerate(drawn):
@@ -332,16 +324,8 @@ def _map(axes: Axes, panel: ResidualPanel) -> None:
     lightness = panel.lab[:, 0]
     reach = max(float(np.abs(lightness).max()), LEAST_LAB)
     axes.add_patch(Rectangle((0, 0), 1, 1, facecolor="#f4f4f4", edgecolor=GREY))
-    axes.scatter(
-        panel.places[:, 0],
-        panel.places[:, 1],
-        c=lightness,
-        s=1500,
-        cmap="PuOr",
-        vmin=-2 * reach,
-        vmax=2 * reach,
-        edgecolor=GREY,
-    )
+    (across, up), low, high = panel.places.T, -2 * reach, 2 * reach
+    axes.scatter(across, up, c=lightness, s=1500, cmap="PuOr", vmin=low, vmax=high, edgecolor=GREY)
     for (u, v), value, ratio in zip(panel.places, lightness, panel.ratio, strict=True):
         axes.text(u, v, f"{value:+.2f}\n{_short(ratio)} ×", ha="center", va="center", fontsize=9)
     axes.set(xlim=(-0.08, 1.08), ylim=(1.08, -0.08), xticks=[], yticks=[])

@@ -57,11 +57,7 @@ def plot_comparison(comparison: Comparison, folder: str | Path, *, force: bool =
 def plot_diagnosis(
     diagnosis: Diagnosis, effects: Mapping[str, Effect], folder: str | Path, *, force: bool = False
 ) -> list[Path]:
-    """Draw a diagnosis; errors as in :func:`plot_comparison`.
-
-    The fit is drawn of the effects that the verdict names. For ``unexplained`` it is drawn of the effect that comes
-    nearest; other verdicts that name no effect have no such picture.
-    """
+    """Draw a diagnosis, and the fit of the effects that it names, or of the nearest one for ``unexplained``."""
     place, foot = Path(folder), diagnosis.problem.readings.provenance
     explanation, problem = diagnosis.explanation, diagnosis.problem
     # A verdict that names no effect has rejected the steps of the search.
@@ -110,9 +106,6 @@ def plot_refinement(
 #: Effects that are drawn alone, at most.
 ALONE = 12
 
-#: An effect that alone takes away less than this share of the error is not drawn.
-LEAST_LOWERED = 0.01
-
 #: Half the height of the band around 1 in which an error counts as noise.
 NEAR = 0.1
 
@@ -135,9 +128,11 @@ class Alone(NamedTuple):
 def alone(diagnosis: Diagnosis) -> list[Alone]:
     """Return the effects that alone lower the error over noise of a comparison, best first."""
     named, problem = diagnosis.verdict.effects, diagnosis.problem
-    found = [(family.name, family.best.fit.terms) for family in diagnosis.explanation.first[:ALONE]]
-    effects = [Alone(name, compare_problem(problem, terms).ratio, name in named) for name, terms in found]
-    lowering = [each for each in effects if each.ratio < (1.0 - LEAST_LOWERED) * diagnosis.comparison.ratio]
+    families = diagnosis.explanation.first[:ALONE]
+    ratios = {each.name: compare_problem(problem, each.best.fit.terms).ratio for each in families}
+    effects = [Alone(name, ratio, name in named) for name, ratio in ratios.items()]
+    # An effect that alone takes away less than this share of the error is not drawn.
+    lowering = [each for each in effects if each.ratio < 0.99 * diagnosis.comparison.ratio]
     return sorted(lowering, key=lambda each: each.ratio)
 
 
@@ -196,7 +191,6 @@ def _ratios(axes: Axes, rows: Sequence[tuple[str, float, str]], most: float) -> 
 
 
 def _colours(axes: Axes, stages: Sequence[Stage]) -> None:
-    """Draw ΔE2000 before, after, and of noise alone."""
     keys = {"mean": "delta_e_mean", "95 % below": "delta_e_p95", "largest": "delta_e_max"}
     floor = stages[-1].comparison.floor
     shades = [RED, *["#bbbbbb"] * max(len(stages) - 2, 0), BLUE][: len(stages)]
@@ -299,9 +293,6 @@ def _hidden(axes: Axes, order: Sequence[Visibility]) -> None:
     without_frame(axes)
 
 
-#: Colours and marks of curves.
-LOOKS = ((BLUE, "o"), (RED, "s"), (GREEN, "^"))
-
 #: Effects in one picture, at most; each has one row.
 MOST = 3
 
@@ -333,7 +324,8 @@ def plot_fit(views: Sequence[View], path: Path, *, title: str, foot: str, force:
 
 def _curves(axes: Axes, view: View) -> None:
     logarithmic = "warmup_min" in view.way.columns
-    for curve, (colour, mark) in zip(view.curves, LOOKS, strict=False):
+    # Colours and marks of curves.
+    for curve, (colour, mark) in zip(view.curves, ((BLUE, "o"), (RED, "s"), (GREEN, "^")), strict=False):
         places = np.where(np.isinf(curve.places), _warm(curve.places), curve.places)
         axes.errorbar(
             places, curve.measured, curve.sigma, fmt=mark, color=colour, markersize=5, capsize=2, label=curve.name

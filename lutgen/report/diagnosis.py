@@ -1,4 +1,4 @@
-"""The pages of ``lutgen diagnose`` and ``refine``: the verdict, the fitted effects, what to measure next."""
+"""The pages of ``lutgen diagnose``, ``refine`` and ``plan``: the verdict, the fitted effects, what to measure next."""
 
 from __future__ import annotations
 
@@ -8,24 +8,23 @@ from typing import TYPE_CHECKING, Any
 from lutgen.criticism.diagnose import Diagnosis, Ranked, parameters_of
 from lutgen.criticism.effect_size import relative_size, typical_size
 from lutgen.numerals import percent, readable, times, with_error
+from lutgen.readings.conditions import COLUMNS
 from lutgen.report.comparison import data_line, fresh_lines
-from lutgen.report.effect_sketch import STUB_FILE, STUB_NAME, stub
+from lutgen.report.effect_sketch import STUB_FILE, STUB_NAME, sketch
 from lutgen.report.parts import Headline, Part, Table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from lutgen.criticism.compare import Comparison
+    from lutgen.criticism.plan import MeasurementPlan
     from lutgen.criticism.refine import Refinement
-    from lutgen.criticism.separate import Separation
+    from lutgen.criticism.separate import Patch, Separation
     from lutgen.criticism.visibility import Visibility
     from lutgen.effects import Effect
 
 #: Rows of the ranking, and parameters that a row lists.
 RANKED, LISTED = 6, 2
-
-#: Most rivals of an effect that "What would refute this" names.
-REFUTED_BY = 3
 
 #: χ² between two rivals that separates them clearly; more repetitions of a set than this are not proposed.
 CLEARLY, TOO_OFTEN = 20.0, 10
@@ -35,21 +34,13 @@ _KNOTS = "level_"
 
 
 def diagnose_page(
-    diagnosis: Diagnosis,
-    effects: Mapping[str, Effect],
-    again: str,
-    stub_file: str | None = None,
-    *,
-    verbose: bool = False,
+    diagnosis: Diagnosis, effects: Mapping[str, Effect], again: str, stub: str | None = None, *, verbose: bool = False
 ) -> Iterator[Part]:
-    """Yield what ``lutgen diagnose`` prints: the verdict, the error, what to do next, and what the verdict rests on.
-
-    ``again`` are DATA and options as a next command repeats them; ``verbose``: every effect by itself too.
-    """
+    """Yield what ``lutgen diagnose`` prints; ``again``: DATA and options as a next command repeats them."""
     verdict = diagnosis.verdict
     yield Headline(f"{verdict.name}: {verdict.sentence}")
     yield from _error_lines(diagnosis)
-    yield from _next(diagnosis, again, stub_file)
+    yield from _next(diagnosis, again, stub)
     if verdict.effects:
         yield ""
         yield parameter_table(parameters_of(diagnosis.explanation.final), effects)
@@ -75,7 +66,6 @@ def diagnose_page(
 
 
 def _error_lines(diagnosis: Diagnosis) -> Iterator[str]:
-    """Say the error of the model, and with the effects that the verdict names."""
     before = diagnosis.comparison
     yield before.sentence()
     if diagnosis.verdict.effects:
@@ -87,10 +77,7 @@ def _error_lines(diagnosis: Diagnosis) -> Iterator[str]:
 
 
 def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect], *, verbose: bool = True) -> Table:
-    """Tabulate the smallest size of each effect that the readings would show, the most visible effect first.
-
-    Unless ``verbose``, without the parameter that the size is of, and what re-measured white and primaries hide.
-    """
+    """Tabulate the smallest size of each effect that the readings would show, the most visible first."""
     rows = []
     ordered = sorted(seen, key=lambda each: (not each.visible, relative_size(each, effects) or 0.0))
     for each in ordered:
@@ -218,7 +205,8 @@ def _refutation(diagnosis: Diagnosis, effects: Mapping[str, Effect]) -> list[str
     lines = []
     for name in verdict.effects[:1] if verdict.name == "one-of" else verdict.effects:
         confused = effects[name].confused_with or {}
-        others = [(other, how) for other, how in confused.items() if other not in verdict.effects][:REFUTED_BY]
+        # Most rivals of an effect that "What would refute this" names.
+        others = [(other, how) for other, how in confused.items() if other not in verdict.effects][:3]
         of = f" in place of {name}" if len(verdict.effects) > 1 else ""
         lines += [f"  to rule out {other}{of}: {how}" for other, how in others]
     if verdict.effects:
@@ -254,7 +242,7 @@ def _own_effect(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iter
     else:
         yield f"An effect of your own to start from (--stub {STUB_FILE} writes it):"
         yield ""
-        yield stub(diagnosis)
+        yield sketch(diagnosis)
     yield f"Next:  lutgen refine {again} --effects {file} --add {STUB_NAME}"
 
 
@@ -296,3 +284,106 @@ def _steps_table(refinement: Refinement) -> Table:
 def _errors(name: str, comparison: Comparison) -> tuple[str, ...]:
     error, floor = comparison.error, comparison.floor
     return (name, f"{error.delta_e_mean:.3f}", f"{floor.delta_e_mean:.3f}", times(comparison.ratio))
+
+
+#: Purpose of a plan → headings of the two numbers of each set: with the readings of today, and with the set.
+GAINS = {
+    "between": ("χ² between them today", "with this set"),
+    "effect": ("seen from today", "with this set"),
+    "coverage": ("", "effects that it opens"),
+}
+
+
+def plan_page(plan: MeasurementPlan, kind: str, written: Sequence[str]) -> Iterator[Part]:
+    """Yield what ``lutgen plan`` prints; ``kind`` is a key of ``GAINS``."""
+    yield Headline(plan.sentence)
+    yield ""
+    yield f"{len(plan.patches)} readings, in this order:"
+    yield _patch_table(plan.patches)
+    if plan.gains:
+        yield ""
+        yield _gain_table(plan, kind)
+    yield ""
+    yield from [f"Written: {path}" for path in written] or ["-o PLAN.csv writes the list to be filled in."]
+    if any(path.endswith(".ti1") for path in written) and any(patch.conditions for patch in plan.patches):
+        yield "A .ti1 holds code values alone: position, room light, minutes, temperature and window are in the .csv."
+
+
+def _patch_table(patches: Sequence[Patch]) -> Table:
+    """Tabulate the patches; neighbours share a row when they differ in one condition at most."""
+    rows = []
+    for group in _joined(list(_grouped(patches))):
+        codes = group[0][1]
+        first = group[0][0]
+        conditions = [*_conditions([patch for patch, _ in group]), *([first.note] if first.note else [])]
+        count = len(group) * sum(codes.values())
+        rows.append((str(count), ", ".join(conditions), "  ".join(_coded(code, n) for code, n in codes.items())))
+    return Table(("readings", "conditions", "R, G, B"), rows, words=range(3))
+
+
+#: Patches under the same conditions: the first of them, and how often each code is read.
+_Group = tuple["Patch", dict[tuple[float, float, float], int]]
+
+
+def _grouped(patches: Sequence[Patch]) -> Iterator[_Group]:
+    first: Patch | None = None
+    codes: dict[tuple[float, float, float], int] = {}
+    for patch in patches:
+        if first is not None and _row_key(patch) != _row_key(first):
+            yield first, codes
+            first, codes = None, {}
+        first = first or patch
+        codes[patch.code] = codes.get(patch.code, 0) + 1
+    if first is not None:
+        yield first, codes
+
+
+def _row_key(patch: Patch) -> tuple[object, ...]:
+    """Return what patches of one row have in common: conditions, note, and kind (pure, grey, ramp, mixture)."""
+    lit = sum(value > 0 for value in patch.code)
+    pure = set(patch.code) <= {0.0, 1.0} and lit in {0, 1, 3}
+    kind = "pure" if pure else "grey" if len(set(patch.code)) == 1 else "ramp" if lit == 1 else "mixture"
+    return tuple(patch.conditions.items()), patch.note, "" if patch.conditions else kind
+
+
+def _joined(groups: Sequence[_Group]) -> Iterator[list[_Group]]:
+    """Join neighbouring groups that have the same code values under other values of the same conditions."""
+    run: list[_Group] = []
+    for group in groups:
+        if run and (group[1], [*group[0].conditions], group[0].note) != (
+            run[0][1],
+            [*run[0][0].conditions],
+            run[0][0].note,
+        ):
+            yield run
+            run = []
+        run.append(group)
+    yield run
+
+
+def _conditions(patches: Sequence[Patch]) -> list[str]:
+    values = [patch.conditions for patch in patches]
+    if len(values) > 1 and [*values[0]] == ["u", "v"]:
+        return ["u,v = " + " ".join(f"{each['u']:g},{each['v']:g}" for each in values)]
+    listed = {name: ", ".join(dict.fromkeys(f"{each[name]:g}" for each in values)) for name in values[0]}
+    return [" ".join(filter(None, (_before(name), text, COLUMNS[name].unit))) for name, text in listed.items()]
+
+
+def _before(name: str) -> str:
+    return "" if COLUMNS[name].unit else name
+
+
+def _coded(code: tuple[float, float, float], times: int) -> str:
+    text = f"{code[0]:g}" if code[0] == code[1] == code[2] else ",".join(f"{value:g}" for value in code)
+    return f"{text} ×{times}" if times > 1 else text
+
+
+def _gain_table(plan: MeasurementPlan, kind: str) -> Table:
+    """Tabulate what each set adds, without the sets that add nothing."""
+    before, after = GAINS[kind]
+    rows = []
+    for name, (today, then) in plan.gains.items():
+        cells = ["not at all" if each is None else readable(each, 3) for each in (today, then)]
+        if cells[0] != cells[1]:
+            rows.append((name, *(cells if before else cells[1:])))
+    return Table(("set", before, after) if before else ("set", after), rows)

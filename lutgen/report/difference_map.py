@@ -41,17 +41,11 @@ _TALL, _WIDE = 10.0, 9.2
 #: Inches left of a map, from it to the scale, of the scale, from it to the histogram, and right of that for labels.
 _LEFT, _GAP, _SCALE, _NEXT, _LABELS = 0.6, 0.35, 0.3, 0.9, 1.35
 
-#: Share of pixels above the scale from which another scale is suggested.
-_MANY = 0.01
-
 #: Least inches of a histogram's height.
 _LEAST = 3.4
 
 #: Length of the pointed ends of the scale, as a share of its length.
 _POINT = 0.04
-
-#: Height of a label, in inches.
-_LINE = 0.17
 
 
 def check_range(low: float, high: float) -> tuple[float, float]:
@@ -67,10 +61,7 @@ def check_range(low: float, high: float) -> tuple[float, float]:
 def plot_map(
     difference: DifferenceMap, path: str | Path, *, ends: tuple[float, float] = RANGE, force: bool = False
 ) -> Path:
-    """Draw a map as a PNG: the same bytes on every run.
-
-    Raises LutgenError: ``ends`` is no scale, as :func:`check_range` says, or ``path`` cannot be written.
-    """
+    """Draw a map as a PNG. Raises LutgenError: ``ends`` is no scale, or ``path`` cannot be written."""
     _draw([difference], Path(path), title_of(difference), check_range(*ends), force=force)
     return Path(path)
 
@@ -150,10 +141,9 @@ def _axes(figure: Figure, inches: tuple[float, float, float, float], height: flo
 def share_above(difference: DifferenceMap, ends: tuple[float, float]) -> str:
     """Say which share of pixels lies above the scale; of a large share, which scale would hold them all."""
     share = difference.share(ends[1])
+    # Share of pixels above the scale from which another scale is suggested.
     more = (
-        f"; --range {ends[0]:g},{np.ceil(difference.largest):g} holds all"
-        if share > _MANY and ends != MAP_RANGE
-        else ""
+        f"; --range {ends[0]:g},{np.ceil(difference.largest):g} holds all" if share > 0.01 and ends != MAP_RANGE else ""
     )
     return f"{f'{share:.1%}' if share > 0.0005 else '< 0.1%'} above{more}"
 
@@ -180,14 +170,11 @@ def draw_histogram(axes: Axes, difference: DifferenceMap, ends: tuple[float, flo
     tidy(axes)
     inside = shares[(middles > ends[0]) & (middles < ends[1])]
     axes.set_xlim(0.0, 1.05 * max(inside.max(initial=0.0), 0.1))
-    line = _LINE * (ends[1] - ends[0]) * DPI / axes.get_window_extent().height
+    # Height of a label, in inches.
+    line = 0.17 * (ends[1] - ends[0]) * DPI / axes.get_window_extent().height
     place = -np.inf
-    for name, value in (
-        ("mean", difference.mean),
-        ("95 %", difference.p95),
-        ("99 %", difference.p99),
-        ("largest", difference.largest),
-    ):
+    marks = {"mean": difference.mean, "95 %": difference.p95, "99 %": difference.p99, "largest": difference.largest}
+    for name, value in marks.items():
         if ends[0] <= value <= ends[1]:
             place = max(value, place + line)
             axes.axhline(value, color=BLACK, linewidth=1.0, linestyle="-" if name == "mean" else ":")

@@ -36,10 +36,7 @@ METADATA: Any = {"Software": None}
 
 
 def check_new_png(path: str | Path, *, force: bool) -> Path:
-    """Return ``path`` when a picture may be written there, before any work is done for it.
-
-    Raises LutgenError: not a .png, a folder, or a file that exists, without ``force``.
-    """
+    """Return ``path``. Raises LutgenError: not a .png, a folder, or a file that exists, without ``force``."""
     path = Path(path)
     if path.suffix.lower() != ".png":
         raise LutgenError(f"{path}: pictures are written as PNG. Give a name that ends in .png.")
@@ -63,10 +60,7 @@ SMALLEST = 9
 
 
 def page_png(pixels: NDArray[np.uint8], palette: NDArray[np.uint8] | None = None) -> bytes:
-    """Return the PNG of RGB or RGBA, (h, w, 3 or 4), or with a ``palette`` (n, 3) of its indices (h, w).
-
-    It says that its colours are sRGB, and is as small as zlib makes it.
-    """
+    """Return the sRGB PNG of RGB or RGBA, (h, w, 3 or 4), or with a ``palette`` (n, 3) of its indices (h, w)."""
     from PIL import Image
     from PIL.PngImagePlugin import PngInfo
 
@@ -96,10 +90,7 @@ _LINES = {"title": 0.30, "second": 0.22, "foot": 0.19}
 
 @contextmanager
 def new_figure(path: str | Path, size: tuple[float, float], *, force: bool) -> Iterator[Figure]:
-    """Give an empty figure of ``size`` inches; on success it becomes a PNG, the same bytes on every run.
-
-    Raises LutgenError: ``path`` is no .png, cannot be written, or exists and ``force`` is not given.
-    """
+    """Give an empty figure of ``size`` inches, which becomes a PNG; errors as in :func:`check_new_png`."""
     from matplotlib import style
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -115,10 +106,7 @@ def new_figure(path: str | Path, size: tuple[float, float], *, force: bool) -> I
 def picture(
     path: Path, title: str, *, second: str = "", foot: str = "", height: float = 9.0, force: bool
 ) -> Iterator[tuple[Figure, float, float]]:
-    """Give a figure to draw into between bottom and top, shares of its height; on success it becomes a PNG.
-
-    Raises LutgenError: ``path`` cannot be written, or exists and ``force`` is not given.
-    """
+    """Give a figure to draw into between bottom and top, shares of its height; errors as :func:`check_new_png`."""
     with new_figure(path, (WIDTH, height), force=force) as figure:
         top = height - 0.2
         for text, letters, kind, look in (

@@ -65,10 +65,7 @@ FOLLOWED = {1.0: "#111111", 0.5: "#2b8a8a", 0.1: "#c07a20"}
 
 
 def plot_effect(effect: Effect, path: str | Path, *, force: bool = False) -> None:
-    """Write the page of an effect at its typical size as a PNG: the same bytes on every run.
-
-    Raises LutgenError: ``path`` is no .png, cannot be written, or exists and ``force`` is not given.
-    """
+    """Write the page of an effect at its typical size as a PNG; errors as :func:`new_figure`."""
     with new_figure(path, PAGE, force=force) as figure:
         _draw_page(figure, Signature.of(effect))
 
@@ -93,7 +90,6 @@ def _draw_page(figure: Figure, signature: Signature) -> None:
 
 
 def _values(signature: Signature) -> str:
-    """List the parameter values and the conditions of the page."""
     effect = signature.effect
     typical = effect.typical()
     moved = [name for name, value in typical.items() if value not in {0.0, effect.neutral.get(name)}]

@@ -118,7 +118,7 @@ _PARTS = {
 }
 
 
-def stub(diagnosis: Diagnosis) -> str:
+def sketch(diagnosis: Diagnosis) -> str:
     """Return the Python source of an effect that follows the error that the model leaves."""
     follows = probe(diagnosis.explanation.base, diagnosis.error).names
     where, course = strongest(diagnosis.explanation)
@@ -128,28 +128,25 @@ def stub(diagnosis: Diagnosis) -> str:
 
 
 def sketched(name: str, *, misfit: str) -> str:
-    """Return the Python source of an effect whose formula follows a probe, or readings, of this ``name``.
-
-    The source keeps the contract of effects without any change.
-    """
-    sketch = next(each for pattern, each in FOLLOWS.items() if re.match(pattern, name))
+    """Return the source of an effect that keeps the contract and follows a probe, or readings, of this ``name``."""
+    pattern_of = next(each for pattern, each in FOLLOWS.items() if re.match(pattern, name))
     part = next((each for pattern, each in _PARTS.items() if re.match(pattern, name)), "")
     growing = "growing" in name
     size = " * ".join(["size", *(["scene.tau"] if growing else []), *([part] if part else [])])
-    formula = sketch.formula.format(size=size)
+    formula = pattern_of.formula.format(size=size)
     signal = formula.partition(" ")[0]
     imports = "import numpy as np\n\n" if "np." in formula else ""
-    needs = f"    needs={_tuple(sketch.needs)},\n" if sketch.needs else ""
+    needs = f"    needs={_tuple(pattern_of.needs)},\n" if pattern_of.needs else ""
     return (
         f'"""What happens, in one sentence; then the mechanism and where it is described.\n\n'
         f"Misfit to be explained: {misfit}.\n"
         f'"""\n\n{imports}'
         f"from lutgen.effects import Parameter, effect\n\n\n"
         f"@effect(\n"
-        f'    stage="{sketch.stage}",  # {signal}: {STAGES[sketch.stage]}\n'
+        f'    stage="{pattern_of.stage}",  # {signal}: {STAGES[pattern_of.stage]}\n'
         f'    neutral={{"size": 0.0}},\n'
         f"{needs}"
-        f'    size=Parameter({sketch.range}, "1", "{sketch.meaning}{" at 18 000 h" if growing else ""}"),\n'
+        f'    size=Parameter({pattern_of.range}, "1", "{pattern_of.meaning}{" at 18 000 h" if growing else ""}"),\n'
         f")\n"
         f"def {STUB_NAME.replace('-', '_')}({signal}, scene, *, size):\n"
         f"    return {formula}\n"

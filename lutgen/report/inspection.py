@@ -179,14 +179,8 @@ def chromaticities(axes: Axes, inspection: Inspection) -> None:
         closed = np.vstack([uv, uv[:1]]) if len(uv) == 3 else uv
         axes.plot(*closed.T, "o-", color=BLACK, linewidth=2.0, markersize=6, label="this display")
     if inspection.white is not None:
-        axes.plot(
-            *xy_to_uv(xyz_to_xyY(inspection.white)[:2]),
-            "o",
-            color="white",
-            markeredgecolor=BLACK,
-            markersize=8,
-            label="its white",
-        )
+        uv = xy_to_uv(xyz_to_xyY(inspection.white)[:2])
+        axes.plot(*uv, "o", color="white", markeredgecolor=BLACK, markersize=8, label="its white")
     axes.set(xlim=(-0.02, 0.65), ylim=(-0.02, 0.62), xlabel="u'", ylabel="v'", aspect="equal")
     axes.set_title("Primaries and white, CIE 1976 u'v'", fontsize=12, loc="left")
     axes.legend(loc="lower right", fontsize=10, frameon=False)
@@ -198,9 +192,8 @@ def transfer_curve(axes: Axes, inspection: Inspection) -> None:
     axes.plot(code, code_to_linear(code), color=GREY, linewidth=5, alpha=0.35, label="sRGB")
     for name, curve in inspection.curves.items():
         gamma = f", γ {curve.gamma:.2f}" if curve.gamma is not None else ""
-        axes.plot(
-            curve.drive, curve.linear, ".-", color=COLOURS[name], markersize=4, linewidth=1.2, label=f"{name}{gamma}"
-        )
+        colour, label = COLOURS[name], f"{name}{gamma}"
+        axes.plot(curve.drive, curve.linear, ".-", color=colour, markersize=4, linewidth=1.2, label=label)
     axes.set(xlabel="code value", ylabel="luminance / full drive", xlim=(0, 1.02))
     axes.set_title("Transfer curve", fontsize=12, loc="left")
     axes.legend(loc="upper left", fontsize=10, frameon=False)
@@ -215,9 +208,8 @@ def lightness_error(axes: Axes, inspection: Inspection) -> None:
         axes.plot(curve.drive, curve.lightness, ".-", color=COLOURS[name], markersize=4, linewidth=1.2)
         reach = max(reach, 1.1 * float(np.abs(curve.lightness).max()))
     code = np.linspace(0.01, 1.0, 200)
-    axes.plot(
-        code, lightness(code**2.2) - lightness(code_to_linear(code)), "--", color=GREY, linewidth=1, label="γ 2.2"
-    )
+    off = lightness(code**2.2) - lightness(code_to_linear(code))
+    axes.plot(code, off, "--", color=GREY, linewidth=1, label="γ 2.2")
     axes.set(xlabel="code value", ylabel="ΔL*, display − sRGB", ylim=(-reach, reach), xlim=(0, 1.02))
     axes.set_title("Deviation from sRGB: above 0 is lighter", fontsize=12, loc="left")
     axes.legend(loc="lower right", fontsize=9, frameon=False)
@@ -232,9 +224,8 @@ def casts(axes: Axes, inspection: Inspection) -> None:
         return
     axes.plot(inspection.greys.drive, inspection.greys.delta_e, ".-", color=BLACK, markersize=4)
     axes.axhline(1.0, color=GREY, linewidth=1, linestyle="--")
-    axes.set(
-        xlim=(0, 1.02), ylim=(0, max(_CALM_CAST, 1.1 * float(inspection.greys.delta_e.max()))), xlabel="code value"
-    )
+    reach = max(_CALM_CAST, 1.1 * float(inspection.greys.delta_e.max()))
+    axes.set(xlim=(0, 1.02), ylim=(0, reach), xlabel="code value")
     tidy(axes)
 
 
@@ -248,12 +239,8 @@ def calibration_curves(axes: Axes, inspection: Inspection) -> None:
     axes.axhline(0.0, color=GREY, linewidth=1)
     for place, name in enumerate(CHANNELS):
         stop = " (stop)" if name in loop.at_stop else ""
-        axes.plot(
-            curves[:, 0],
-            curves[:, 1 + place] - curves[:, 0],
-            color=COLOURS[name],
-            label=f"{name} {loop.ends[place]:.3f}{stop}",
-        )
+        label = f"{name} {loop.ends[place]:.3f}{stop}"
+        axes.plot(curves[:, 0], curves[:, 1 + place] - curves[:, 0], color=COLOURS[name], label=label)
     axes.set(xlim=(0, 1.02), xlabel="code value in")
     axes.legend(loc="best", fontsize=9, frameon=False)
     tidy(axes)

@@ -103,9 +103,6 @@ COLOURS = {"mean": BLUE, "max": RED}
 #: Height of a bar of the hours until a tolerance is reached, in inches.
 _ROW = 0.27
 
-#: Top of the axis over the highest curve: space for labels.
-_HEADROOM = 1.12
-
 
 def picture_names(images: Sequence[str]) -> list[str]:
     """Name the picture of each image. Raises LutgenError where two would have the same name."""
@@ -132,7 +129,8 @@ def plot_lifetime(lifetimes: Lifetimes, image: ImageLifetime, path: Path, *, for
     title, whole = title_of(lifetimes, image), foot + lifetimes.model.measurements.provenance
     with picture(path, title, second=counted(image), foot=whole, height=height, force=force) as (figure, low, high):
         top = max(float(np.maximum(curve.max, curve.p99).max()) for curve in image.curves.values())
-        top = _HEADROOM * max(top, 1.2 * min(lifetimes.tolerances))
+        # Top of the axis over the highest curve: space for labels.
+        top = 1.12 * max(top, 1.2 * min(lifetimes.tolerances))
         width, strip = 0.92 / len(image.curves), _ROW * 2 * len(lifetimes.tolerances) / height
         bottom = low + 0.6 / height
         for number, (mode, curve) in enumerate(image.curves.items()):
@@ -213,6 +211,7 @@ def draw_lives(axes: Axes, lifetimes: Lifetimes, image: ImageLifetime, mode: str
 
 def table_1_page(lifetimes: Lifetimes) -> Iterator[Part]:
     """Yield what ``lutgen table 1`` prints; ``lifetimes`` has the tolerances and modes of the paper."""
+    never = any(row["hours"] is None for row in table_1_json(lifetimes)["rows"])
     for image in lifetimes.images:
         yield Headline(counted(image))
         yield _beside_the_paper(image)
@@ -221,7 +220,7 @@ def table_1_page(lifetimes: Lifetimes) -> Iterator[Part]:
         "Hours until the ΔE2000 between the un-aged and the aged display reaches 3 and 5; below: against the paper's. "
         "Avg: mean over all pixels; Max: mean + 2 SD. The paper's picture (its Figure 2) was never published: other "
         "pictures are expected to differ."
-        f"{f' –: not within {spaced(lifetimes.last)} h.' if any(_misses(lifetimes)) else ''}"
+        f"{f' –: not within {spaced(lifetimes.last)} h.' if never else ''}"
     )
     yield lifetimes.model.measurements.provenance
     yield from lifetimes.remarks()
@@ -283,12 +282,6 @@ def _cells(image: ImageLifetime, mode: str) -> Iterator[tuple[tuple[float, str],
     curve = image.curves[mode]
     for (tolerance, statistic), paper in zip(TABLE_1_COLUMNS, TABLE_1[mode], strict=True):
         yield (tolerance, statistic), curve.hours_until(statistic, tolerance), paper
-
-
-def _misses(lifetimes: Lifetimes) -> Iterator[bool]:
-    for image in lifetimes.images:
-        for mode in TABLE_1:
-            yield from (hours is None for _, hours, _ in _cells(image, mode))
 
 
 def cohort_page(cohort: Cohort) -> Iterator[Part]:

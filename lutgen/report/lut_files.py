@@ -24,16 +24,14 @@ def certificates(rows: list[SummaryRow]) -> Iterator[Part]:
     """Tabulate the worst figures of each mode, format and group of colours."""
     headings = ("mode", "format", "files", "largest ΔE2000", "mean", "99 %", "max")
     cells = [
-        (
-            row.mode,
-            row.format,
-            str(row.files),
-            row.group.replace("_", " "),
-            *(f"{value:.4f}" for value in (row.mean, row.p99, row.max)),
-        )
+        (*(row.mode, row.format, str(row.files), row.group.replace("_", " ")), *_figures(row.mean, row.p99, row.max))
         for row in rows
     ]
     yield Table(headings, cells, words=range(len(headings)))
+
+
+def _figures(*values: float) -> list[str]:
+    return [f"{value:.4f}" for value in values]
 
 
 def simulation(luts: list[FileRecord]) -> Iterator[Part]:
@@ -48,34 +46,16 @@ def compensation(luts: list[FileRecord], unreachable: str) -> Iterator[Part]:
     """Tabulate by mode and hour the colours out of reach and the aging that is left, from the first file of each."""
     yield "smooth, gamut, border: the files against the model's drives. The others: what the aged display shows through"
     yield "them against the un-aged display; border: where the table mixes across a jump or the end of the drive."
-    headings = (
-        "mode",
-        "hours",
-        "out of reach: all",
-        "tissue",
-        "light",
-        "ΔE2000 reached",
-        "99 %",
-        "out of reach",
-        "99 %",
-    )
+    heads = ("mode", "hours", "out of reach: all", "tissue", "light", "ΔE2000 reached", "99 %", "out of reach", "99 %")
     rows: dict[tuple[str | None, float | None], tuple[str, ...]] = {}
     for record in sorted(luts, key=lambda record: bool(record.clipped)):
         certificate = record.certificate
         if certificate and (record.mode, record.hours) not in rows:
-            shares = [
-                certificate["unreachable_lattice_share"],
-                certificate["unreachable_tissue_share"],
-                certificate["scale"],
-            ]
+            shares = [certificate[key] for key in ("unreachable_lattice_share", "unreachable_tissue_share", "scale")]
             groups = [certificate[group][figure] for group in ("reached", "unreachable") for figure in ("mean", "p99")]
-            rows[record.mode, record.hours] = (
-                str(record.mode),
-                f"{record.hours:g}",
-                *(f"{share:.1%}" for share in shares),
-                *(f"{value:.3f}" for value in groups),
-            )
-    yield Table(headings, list(rows.values()), words=range(len(headings)))
+            cells = [f"{share:.1%}" for share in shares] + [f"{value:.3f}" for value in groups]
+            rows[record.mode, record.hours] = (str(record.mode), f"{record.hours:g}", *cells)
+    yield Table(heads, list(rows.values()), words=range(len(heads)))
     yield _UNREACHABLE[unreachable]
 
 

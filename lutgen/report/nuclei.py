@@ -65,15 +65,8 @@ def counted(conspicuity: Conspicuity) -> str:
         f"{spaced(nuclei.count)} {'nucleus' if nuclei.count == 1 else 'nuclei'}, {nuclei.found}, typically "
         f"{nuclei.width:.0f} pixels wide; rings of {rings.width} pixels after a gap of {rings.gap}"
     )
-    left = [
-        f"{spaced(number)} {why}"
-        for number, why in (
-            (nuclei.small, "too small"),
-            (nuclei.large, "too large"),
-            (conspicuity.ringless, "without room for a ring"),
-        )
-        if number
-    ]
+    kinds = {"too small": nuclei.small, "too large": nuclei.large, "without room for a ring": conspicuity.ringless}
+    left = [f"{spaced(number)} {why}" for why, number in kinds.items() if number]
     return f"{sentence}. Left out: {', '.join(left)}." if left else f"{sentence}."
 
 
@@ -137,10 +130,7 @@ def picture_names(image: str) -> list[str]:
 
 
 def plot_nuclei(conspicuity: Conspicuity, folder: str | Path, *, force: bool = False) -> list[Path]:
-    """Draw both pictures into a folder; the same bytes on every run.
-
-    Raises LutgenError: one of them cannot be written, or exists and ``force`` is not given.
-    """
+    """Draw both pictures into a folder. Raises LutgenError: one exists, without ``force``, or cannot be written."""
     page, whole = (Path(folder) / name for name in picture_names(conspicuity.field.file))
     _page(conspicuity, page, force=force)
     with new_png(whole, force=force) as partial:

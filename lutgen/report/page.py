@@ -19,34 +19,24 @@ from lutgen.display.aging import show
 from lutgen.errors import LutgenError
 from lutgen.files import file_sha256, scratch, write_atomically
 from lutgen.numerals import readable, spaced
+from lutgen.report import page_scenes
 from lutgen.report.comparison import compare_page
 from lutgen.report.criticism_plots import FIT, RESIDUALS, STEPS, VISIBILITY, plot_diagnosis, plot_refinement
 from lutgen.report.diagnosis import diagnose_page, refine_page
 from lutgen.report.drawing import data_address
 from lutgen.report.lifetimes import lifetime_page
-from lutgen.report.on_screen import on_screen_section
-from lutgen.report.page_scenes import (
-    MODES_IN_WORDS,
-    TILES,
-    PageScene,
-    Scenes,
-    frames_section,
-    numbers_in_words,
-    script_data,
-    viewer_section,
-)
 from lutgen.report.page_template import PageSection, chart, render, style_and_script
 from lutgen.report.parts import Headline, Page, Part, Table
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from lutgen.criticism.diagnose import Diagnosis
     from lutgen.criticism.refine import Refinement
     from lutgen.display import DisplayModel
     from lutgen.effects import Effect
     from lutgen.pictures.lifetime import Lifetimes
-    from lutgen.report.on_screen import PlacedStills
+    from lutgen.report.page_scenes import PlacedStills
 
 #: Picture → its caption, which programs that read the page aloud say in its place.
 CAPTIONS = {
@@ -78,33 +68,17 @@ class Evidence:
         return self.refinement.diagnosis
 
 
-@dataclass(frozen=True)
-class PageVerdict:
-    """The verdict for the top of the page: its sentence, and how large the error is or becomes."""
-
-    verdict: str
-    error: str
-
-
-def answer(evidence: Evidence) -> PageVerdict:
-    """Say in two sentences what the readings say of the model."""
+def answer(evidence: Evidence) -> dict[str, str]:
+    """Return the verdict on the readings, and a sentence on how large the error is or becomes."""
     verdict, refinement = evidence.diagnosis.verdict, evidence.refinement
     error = refinement.sentence() if refinement.steps else evidence.diagnosis.comparison.sentence()
-    return PageVerdict(f"{verdict.name}: {verdict.sentence}", error)
-
-
-@dataclass(frozen=True)
-class Plot:
-    """A picture inside the page: the address that holds it, and what it shows."""
-
-    address: str
-    caption: str
+    return {"verdict": f"{verdict.name}: {verdict.sentence}", "error": error}
 
 
 def evidence_section(evidence: Evidence) -> PageSection:
     """Gather where the model fails, which effect is missing, and how far that effect takes the error down."""
     diagnosis, refinement = evidence.diagnosis, evidence.refinement
-    readings, verdict = diagnosis.problem.readings, answer(evidence).verdict
+    readings, verdict = diagnosis.problem.readings, answer(evidence)["verdict"]
     pictures = _pictures(partial(plot_diagnosis, diagnosis, evidence.effects))
     comparison = list(compare_page(diagnosis.comparison))
     which = list(diagnose_page(diagnosis, evidence.effects, evidence.again))
@@ -113,9 +87,9 @@ def evidence_section(evidence: Evidence) -> PageSection:
         "model": evidence.model,
         "readings": Path(readings.file).name,
         "comparison": comparison,
-        "residuals": _plots(pictures, (RESIDUALS,)),
+        "residuals": _plots(pictures, RESIDUALS),
         "diagnosis": _without_repetition(which, [Headline(verdict), *comparison]),
-        "effects": _plots(pictures, (STEPS, FIT, VISIBILITY)),
+        "effects": _plots(pictures, STEPS, FIT, VISIBILITY),
         "refinement": [],
         "refined": [],
     }
@@ -123,7 +97,7 @@ def evidence_section(evidence: Evidence) -> PageSection:
         page = refine_page(refinement, evidence.effects, shlex.quote(readings.file), None)
         refined = _pictures(partial(plot_refinement, refinement, evidence.effects))
         values["refinement"] = _without_repetition(page, [*comparison, *which])
-        values["refined"] = _plots(refined, (RESIDUALS,))
+        values["refined"] = _plots(refined, RESIDUALS)
     return PageSection("readings", "Does the model hold?", "readings.html", values)
 
 
@@ -139,8 +113,9 @@ def _pictures(plot: Callable[[str], list[Path]]) -> dict[str, bytes]:
         return {path.name: path.read_bytes() for path in plot(str(folder))}
 
 
-def _plots(pictures: Mapping[str, bytes], names: Iterable[str]) -> list[Plot]:
-    return [Plot(data_address(pictures[name]), CAPTIONS[name]) for name in names if name in pictures]
+def _plots(pictures: Mapping[str, bytes], *names: str) -> list[dict[str, str]]:
+    shown = [name for name in names if name in pictures]
+    return [{"address": data_address(pictures[name]), "caption": CAPTIONS[name]} for name in shown]
 
 
 def finding(lifetimes: Lifetimes) -> str:
@@ -150,12 +125,14 @@ def finding(lifetimes: Lifetimes) -> str:
     for mode, curve in lifetimes.images[0].curves.items():
         hours = curve.hours_until("mean", tolerance)
         when = f"after {spaced(round(hours))} h" if hours is not None else f"not within {spaced(lifetimes.last)} h"
-        how = f"{MODES_IN_WORDS[mode]} ({mode})" if mode in MODES_IN_WORDS else f"in mode {mode}"
+        how = (
+            f"{page_scenes.MODES_IN_WORDS[mode]} ({mode})" if mode in page_scenes.MODES_IN_WORDS else f"in mode {mode}"
+        )
         parts.append(f"{when} {how}")
     return f"This picture has changed by a mean ΔE2000 of {tolerance:g} {', and '.join(parts)}."
 
 
-def picture_caption(lifetimes: Lifetimes, scenes: Scenes) -> str:
+def picture_caption(lifetimes: Lifetimes, scenes: page_scenes.Scenes) -> str:
     """Say which image it is, and how much of it the frames show."""
     frame, name = scenes.frame, Path(lifetimes.images[0].file).name
     size = f"{spaced(frame.source_width)} × {spaced(frame.source_height)} pixels"
@@ -164,7 +141,7 @@ def picture_caption(lifetimes: Lifetimes, scenes: Scenes) -> str:
     return f"{name}, {size}, shown at {frame.width} × {frame.height}; numbers are those of all pixels."
 
 
-def lifetimes_section(lifetimes: Lifetimes, scenes: Scenes) -> PageSection:
+def lifetimes_section(lifetimes: Lifetimes, scenes: page_scenes.Scenes) -> PageSection:
     """Gather the curves, Table 1 and the numbers of every frame."""
     # The section on provenance names the source of the readings.
     source = lifetimes.model.measurements.provenance
@@ -176,9 +153,9 @@ def lifetimes_section(lifetimes: Lifetimes, scenes: Scenes) -> PageSection:
     return PageSection("lifetimes", "How long pictures stay true", "lifetimes.html", values)
 
 
-def _numbers(mode: str, scenes: tuple[PageScene, ...]) -> Table:
-    rows = [(spaced(each.numbers.hours), *numbers_in_words(each.numbers).values()) for each in scenes]
-    return Table(("hours", *TILES.values()), rows, words=(), caption=f"{mode}, at the hours shown")
+def _numbers(mode: str, scenes: tuple[page_scenes.PageScene, ...]) -> Table:
+    rows = [(spaced(each.numbers.hours), *page_scenes.numbers_in_words(each.numbers).values()) for each in scenes]
+    return Table(("hours", *page_scenes.TILES.values()), rows, words=(), caption=f"{mode}, at the hours shown")
 
 
 #: Group of a certificate → which colours it holds.
@@ -201,9 +178,6 @@ _FITTED = {
     "rms_sigma_floor": "error of noise alone, σ",
     "sentence": "verdict",
 }
-
-#: First words of the line `# source: …` of readings that were not measured.
-_NOT_MEASURED = ("RECONSTRUCTED", "SIMULATED")
 
 
 @dataclass(frozen=True)
@@ -267,20 +241,22 @@ def effects_section(model: DisplayModel) -> PageSection:
 def label(model: DisplayModel) -> str:
     """Say that the display was not measured; "" if it was."""
     source = model.measurements.metadata.get("source", "")
-    word = next((word for word in _NOT_MEASURED if source.startswith(word)), "")
+    # First words of the line `# source: …` of readings that were not measured.
+    word = next((word for word in ("RECONSTRUCTED", "SIMULATED") if source.startswith(word)), "")
     return f"This display is {word.lower()}, not measured." if word else ""
 
 
 def provenance_section(
-    image: Path, model: DisplayModel, built: BuildFolder | None, data: tuple[str, str] | None
+    image: Path, model: DisplayModel, built: BuildFolder | None, evidence: Evidence | None
 ) -> PageSection:
-    """Gather files with their SHA-256, the model's choices and the versions; ``data`` is a file and its hash."""
+    """Gather files with their SHA-256, the model's choices and the versions."""
     readings = model.measurements
     rows = [("picture", str(image), file_sha256(image)), ("display", Path(readings.file).name, readings.sha256)]
     if model.file:
         rows.append(("model", model.file, file_sha256(Path(model.file))))
-    if data:
-        rows.append(("readings", *data))
+    if evidence:
+        compared = evidence.diagnosis.problem.readings
+        rows.append(("readings", compared.file, compared.sha256))
     if built:
         rows.append(("build", str(Path(built.folder) / MANIFEST), built.sha256))
     values = {
@@ -312,7 +288,7 @@ class Run:
     #: Lifetimes of one image.
     lifetimes: Lifetimes
     #: The image on the aged displays, hour by hour.
-    scenes: Scenes
+    scenes: page_scenes.Scenes
     #: A folder of LUTs, or None.
     built: BuildFolder | None = None
     #: Readings compared with the model, or None.
@@ -339,29 +315,22 @@ def html(run: Run) -> str:
         answer=answer(run.evidence) if run.evidence else None,
         caption=picture_caption(run.lifetimes, run.scenes),
         sections=list(_sections(run)),
-        data=script_data(run.scenes),
+        data=page_scenes.script_data(run.scenes),
         **style_and_script(),
     )
 
 
 def _sections(run: Run) -> Iterator[PageSection]:
     model, image = run.lifetimes.model, Path(run.lifetimes.images[0].file)
-    yield viewer_section(run.scenes)
+    yield page_scenes.viewer_section(run.scenes)
     yield lifetimes_section(run.lifetimes, run.scenes)
-    yield frames_section(run.scenes)
+    yield page_scenes.frames_section(run.scenes)
     if run.placed:
-        yield on_screen_section(run.placed)
+        yield page_scenes.on_screen_section(run.placed)
     if run.evidence:
         yield evidence_section(run.evidence)
     if model.effects:
         yield effects_section(model)
     if run.built:
         yield certificates_section(run.built, model)
-    yield provenance_section(image, model, run.built, _data(run.evidence))
-
-
-def _data(evidence: Evidence | None) -> tuple[str, str] | None:
-    if evidence is None:
-        return None
-    readings = evidence.diagnosis.problem.readings
-    return readings.file, readings.sha256
+    yield provenance_section(image, model, run.built, run.evidence)

@@ -1,7 +1,8 @@
 """The pictures of the page of ``lutgen report``: for each mode and hour a table that the picture is drawn through.
 
-A script blends the tables of two hours, so that the slider stands anywhere between them; how far that is from the model
-is measured and told. The last hour of each mode is in the page as a picture and a map too: it is printed.
+A script blends the tables of two hours, so that the slider stands anywhere between them; the page says how far the
+blended picture is from the model. The last hour of each mode is in the page as a picture and a map too, which are
+printed, and so is the picture as it lies on the screen: the slider's tables are LUTs and know no places.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from lutgen.colorimetry import Array, code_to_linear, delta_e_2000, linear_to_la
 from lutgen.display.hours import parse_hours
 from lutgen.errors import LutgenError
 from lutgen.numerals import spaced
+from lutgen.pictures.difference import placed_differences, placed_picture
 from lutgen.pictures.viewer import WHITE, viewer_table
 from lutgen.report.drawing import data_address, page_png
 from lutgen.report.page_template import PageSection, ticks
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.display import AgedDisplay, DisplayModel
+    from lutgen.display.on_screen import OnScreen
     from lutgen.pictures.difference import DifferenceCurve
     from lutgen.pictures.frame import Frame
     from lutgen.pictures.lifetime import Lifetimes
@@ -47,22 +50,13 @@ PIXELS, WIDTH = 700_000, 1200
 #: Points along an edge of the tables: 20 kB each.
 SIZE = 17
 
-#: Hours for which a page has tables by default.
-USUAL = 13
-
 #: Hours of a page, at most: with more, the file would be too large.
 MOST = 40
-
-#: Pixels whose colours are compared with the model.
-_COMPARED = 20_000
 
 
 @dataclass(frozen=True)
 class Numbers:
-    """Numbers of a picture on one display: ΔE2000 over all pixels of the image, and the display's white.
-
-    ``luminance`` is relative to the un-aged display's white.
-    """
+    """ΔE2000 of a picture on one display, over all pixels, and the display's white, relative to the un-aged one."""
 
     mode: str
     hours: float
@@ -123,13 +117,11 @@ class Scenes:
 
 
 def hours_of(text: str | None, model: DisplayModel) -> tuple[list[float], list[float]]:
-    """Return the hours of the tables, hour 0 first, and of the curve, which adds the measured times up to the last.
-
-    Raises LutgenError: ``text`` holds no hours, hours outside the measured span, or more than ``MOST``.
-    """
+    """Return the hours of the tables, 0 first, and of the curve. Raises LutgenError: none, too many, or outside."""
     measured = model.tips.hours
     if text is None:
-        even = np.linspace(measured[0], measured[-1], USUAL)
+        # Hours for which a page has tables by default.
+        even = np.linspace(measured[0], measured[-1], 13)
         hours = [float(measured[np.abs(measured - hour).argmin()]) for hour in even]
     else:
         hours = parse_hours(text, model.tips)
@@ -149,11 +141,7 @@ def scenes_of(
     hours: Sequence[float],
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Scenes:
-    """Make the tables, the numbers and the stills of every mode at ``hours``, which increase from 0.
-
-    ``lifetimes`` are those of the whole image, at least at these hours: the numbers are those of the image, not of the
-    frame. ``progress`` gets the number of finished scenes and of all scenes.
-    """
+    """Make tables, numbers and stills of every mode at ``hours``, of which ``lifetimes`` has the whole image's ΔE."""
     reach = reach_of(lifetimes, hours)
     curves, unaged = lifetimes.images[0].curves, model.at("stable", 0.0)
     sampler = Sampler()
@@ -181,9 +169,9 @@ def _scene(sampler: Sampler, unaged: AgedDisplay, aged: AgedDisplay, curve: Diff
 
 
 def _blending(frame: Frame, model: DisplayModel, modes: dict[str, tuple[PageScene, ...]]) -> Blending:
-    """Compare what the viewer draws with the model."""
     places = frame.places[frame.visible]
-    code = frame.colours[places[:: max(1, len(places) // _COMPARED)]] / 255.0
+    # Pixels whose colours are compared with the model.
+    code = frame.colours[places[:: max(1, len(places) // 20_000)]] / 255.0
     nodes, weights = tetrahedra(code, "code", SIZE)
     differences = []
     for mode, scenes in modes.items():
@@ -252,22 +240,13 @@ TILES = {
 }
 
 
-@dataclass(frozen=True)
-class ColourBar:
-    """What the colours of a map mean: its picture, ΔE2000 at its end, and marks as percent of its length and text."""
-
-    address: str
-    steps: int
-    reach: str
-    marks: list[tuple[str, str]]
-
-
-def colour_bar(reach: float) -> ColourBar:
-    """Make the bar of all maps, whose colours end at ``reach``."""
+def colour_bar(reach: float) -> dict[str, Any]:
+    """Return the bar of all maps, whose colours end at ``reach``: picture, and marks as percent of its length."""
     colours = map_colours()
     marks = [(f"{100 * value / reach:g}", f"{value:g}") for value in ticks(reach) if value <= 0.9 * reach]
     last = f"≥\N{NARROW NO-BREAK SPACE}{reach:g}"
-    return ColourBar(data_address(page_png(colours[None])), len(colours), f"{reach:g}", [*marks, ("100", last)])
+    address, marks = data_address(page_png(colours[None])), [*marks, ("100", last)]
+    return {"address": address, "steps": len(colours), "reach": f"{reach:g}", "marks": marks}
 
 
 def numbers_in_words(numbers: Numbers) -> dict[str, str]:
@@ -342,3 +321,48 @@ def packed(table: NDArray[np.uint16]) -> str:
     steps[:, :, 1:] -= table[:, :, :-1]
     planes = steps.astype(">u2").reshape(-1, 1).view(np.uint8).T
     return b64encode(zlib.compress(np.ascontiguousarray(planes).tobytes(), 9)).decode()
+
+
+@dataclass(frozen=True)
+class PlacedStills:
+    """A picture on the screen at one hour."""
+
+    #: Of the stills.
+    hours: float
+    #: Where the picture lies.
+    on_screen: OnScreen
+    #: Data address of what the un-aged display shows.
+    unaged: str
+    #: Mode → its still, and the mean ΔE2000 over the picture's pixels.
+    modes: dict[str, tuple[Still, float]]
+    #: ΔE2000 at the end of the maps' colours.
+    reach: float
+
+
+def placed_stills(scenes: Scenes, model: DisplayModel, on_screen: OnScreen) -> PlacedStills:
+    """Draw the stills at the last hour of ``scenes``; ``model`` knows places (:meth:`OnScreen.aged`)."""
+    frame, hours, reach = scenes.frame, scenes.hours[-1], scenes.reach
+    code, unaged = frame.colours[frame.places], on_screen.unaged(model)
+    stills = {}
+    for mode in scenes.modes:
+        aged = model.at(mode, hours)
+        (difference,) = placed_differences(code, unaged, [aged], on_screen)
+        picture = picture_address(frame, placed_picture(code, aged, on_screen))
+        stills[mode] = Still(picture, map_address(frame, difference, reach)), float(difference[frame.visible].mean())
+    before = picture_address(frame, placed_picture(code, unaged, on_screen))
+    return PlacedStills(hours, on_screen, before, stills, reach)
+
+
+def on_screen_section(stills: PlacedStills) -> PageSection:
+    """Gather the stills and what is to be said of them."""
+    modes = [
+        (mode, MODES_IN_WORDS.get(mode, mode), still, f"{mean:.1f}") for mode, (still, mean) in stills.modes.items()
+    ]
+    values = {
+        "sentences": stills.on_screen.sentences(),
+        "unaged": stills.unaged,
+        "hours": spaced(stills.hours),
+        "bar": colour_bar(stills.reach),
+        "modes": modes,
+    }
+    return PageSection("on-screen", f"On the screen at {spaced(stills.hours)} h", "on_screen.html", values)

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from lutgen.colorimetry import Array
-    from lutgen.pictures.difference import DifferenceCurve
     from lutgen.pictures.lifetime import Lifetimes
 
 #: Script that marks the page, before anything is drawn, as one whose scripts run.
@@ -53,12 +52,9 @@ class PageSection:
 @cache
 def environment() -> Environment:
     """Give the environment of ``report/templates``: autoescape, and an error for a value that was not given."""
+    loader = PackageLoader("lutgen.report")
     templates = Environment(
-        loader=PackageLoader("lutgen.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
+        loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     templates.filters["spaced"] = spaced
     templates.tests |= {
@@ -70,10 +66,7 @@ def environment() -> Environment:
 
 
 def style_and_script() -> dict[str, Any]:
-    """Give the page's style and scripts, the viewer's included, and the hashes by which the page permits these alone.
-
-    The main script is one module in the page, so what it imports stands before it.
-    """
+    """Give the page's style and scripts, imported ones first, and the hashes by which it permits these alone."""
     templates = files("lutgen.report").joinpath("templates")
     own = templates.joinpath("page.js").read_text("utf-8").splitlines(keepends=True)
     script = (FOLDER / "viewer.js").read_text("utf-8") + "".join(each for each in own if not each.startswith("import "))
@@ -106,88 +99,49 @@ _TICKS = 7
 _APART, _ABOVE_AXIS = 34.0, 18.0
 
 
-@dataclass(frozen=True)
-class Line:
-    """The curve of one mode; places in the drawing."""
-
-    #: Its name and what it is drawn in.
-    mode: str
-    colour: str
-    #: Corners of the mean and of mean + 2 SD, as SVG writes them.
-    mean: str
-    most: str
-    #: The computed points of the mean.
-    dots: list[tuple[float, float]]
-    #: Height of its name.
-    label: float
-
-
-@dataclass(frozen=True)
-class Chart:
-    """What ``chart.svg`` draws; places in the drawing, texts of the ticks."""
-
-    #: The last hour.
-    last: float
-    #: Height and text of each tick of ΔE2000; place and text of each tick of the hours.
-    levels: list[tuple[float, str]]
-    hours: list[tuple[float, str]]
-    #: Height and text of each tolerance that the axes hold.
-    tolerances: list[tuple[float, str]]
-    #: One a mode.
-    lines: list[Line]
-    #: Of the drawing, and ends of its axes.
-    width: int = WIDTH
-    height: int = HEIGHT
-    left: int = LEFT
-    right: int = WIDTH - RIGHT
-    top: int = TOP
-    bottom: int = HEIGHT - BOTTOM
-
-
-def chart(lifetimes: Lifetimes) -> Chart:
-    """Place mean and mean + 2 SD of the first image's curves."""
-    curves = lifetimes.images[0].curves
+def chart(lifetimes: Lifetimes) -> dict[str, Any]:
+    """Place mean and mean + 2 SD of the first image's curves: what ``chart.svg`` draws, to a tenth of its unit."""
+    curves, last = lifetimes.images[0].curves, lifetimes.last or 1.0
     top = 1.06 * max(*(float(curve.max.max()) for curve in curves.values()), 1.2 * min(lifetimes.tolerances))
-    axes = _Axes(lifetimes.last or 1.0, top)
-    labels = _apart([axes.y(float(curve.mean[-1])) for curve in curves.values()])
-    return Chart(
-        last=axes.last,
-        levels=[(axes.y(level), f"{level:g}") for level in ticks(top)],
-        hours=[(axes.x(hour), spaced(hour)) for hour in ticks(axes.last)],
-        tolerances=[(axes.y(each), f"{each:g}") for each in lifetimes.tolerances if each < top],
-        lines=[
-            _line(axes, mode, curve, colour, label)
-            for (mode, curve), colour, label in zip(curves.items(), COLOURS, labels, strict=False)
-        ],
-    )
+
+    def x(hours: float) -> float:
+        return round(LEFT + (WIDTH - LEFT - RIGHT) * float(hours) / last, 1)
+
+    def y(value: float) -> float:
+        return round(TOP + (HEIGHT - TOP - BOTTOM) * (1.0 - float(value) / top), 1)
+
+    def corners(hours: Array, values: Array) -> list[tuple[float, float]]:
+        return [(x(hour), y(value)) for hour, value in zip(hours, values, strict=True)]
+
+    labels = _apart([y(float(curve.mean[-1])) for curve in curves.values()])
+    lines = [
+        {
+            "mode": mode,
+            "colour": colour,
+            "mean": _points(dots := corners(curve.hours, curve.mean)),
+            "most": _points(corners(curve.hours, curve.max)),
+            "dots": dots,
+            "label": round(label, 1),
+        }
+        for (mode, curve), colour, label in zip(curves.items(), COLOURS, labels, strict=False)
+    ]
+    return {
+        "last": last,
+        "levels": [(y(level), f"{level:g}") for level in ticks(top)],
+        "hours": [(x(hour), spaced(hour)) for hour in ticks(last)],
+        "tolerances": [(y(each), f"{each:g}") for each in lifetimes.tolerances if each < top],
+        "lines": lines,
+        "width": WIDTH,
+        "height": HEIGHT,
+        "left": LEFT,
+        "right": WIDTH - RIGHT,
+        "top": TOP,
+        "bottom": HEIGHT - BOTTOM,
+    }
 
 
-@dataclass(frozen=True)
-class _Axes:
-    """From hours and ΔE2000 to places in the drawing, to a tenth of its unit."""
-
-    last: float
-    top: float
-
-    def x(self, hours: float) -> float:
-        return round(LEFT + (WIDTH - LEFT - RIGHT) * float(hours) / self.last, 1)
-
-    def y(self, value: float) -> float:
-        return round(TOP + (HEIGHT - TOP - BOTTOM) * (1.0 - float(value) / self.top), 1)
-
-    def corners(self, hours: Array, values: Array) -> str:
-        return " ".join(f"{self.x(hour)},{self.y(value)}" for hour, value in zip(hours, values, strict=True))
-
-
-def _line(axes: _Axes, mode: str, curve: DifferenceCurve, colour: str, label: float) -> Line:
-    return Line(
-        mode,
-        colour,
-        mean=axes.corners(curve.hours, curve.mean),
-        most=axes.corners(curve.hours, curve.max),
-        dots=[(axes.x(hour), axes.y(value)) for hour, value in zip(curve.hours, curve.mean, strict=True)],
-        label=round(label, 1),
-    )
+def _points(corners: list[tuple[float, float]]) -> str:
+    return " ".join(f"{x},{y}" for x, y in corners)
 
 
 def _apart(places: list[float]) -> list[float]:

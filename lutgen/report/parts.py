@@ -60,10 +60,7 @@ def headline_text(headline: Headline) -> Text:
 
 
 def terminal_table(table: Table) -> TerminalTable:
-    """Lay a table out for a terminal, without frame; its notes are sentences, which the caller prints below it.
-
-    Cells and headings are plain text: brackets and colons in them are no markup of rich's.
-    """
+    """Lay a table of plain texts out for a terminal, without frame and without its notes."""
     from rich.table import Table as TerminalTable
     from rich.text import Text
 

@@ -24,7 +24,7 @@ from lutgen.report.drawing import Pixels, Text, grey_page, new_png, save_page, w
 from lutgen.report.lifetimes import plot_lifetime
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from lutgen.display import DisplayModel
     from lutgen.display.on_screen import OnScreen
@@ -121,32 +121,42 @@ def longest(columns: int) -> int:
 
 
 def age_sheet(series: AgedSeries, hours: Sequence[float], path: str | Path, *, force: bool = False) -> Path:
-    """Write a sheet of the modes of ``series`` and of ``hours`` of it, as a PNG: the same bytes on every run.
-
-    Raises LutgenError: too many hours, or a path that cannot be written.
-    """
+    """Write a sheet of the modes of ``series`` and some hours. Raises LutgenError: too many hours, or the path."""
     chosen, modes = check_hours(hours), list(series.curves)
     high, wide = series.source.shape[:2]
     layout = Layout(high, wide, columns=len(chosen), narrowest=LEAST, smallest=12, gap_lines=1)
     heading = wrapped(sheet_title(series, chosen), layout.sheet_width - 2 * layout.gap, round(1.5 * layout.text))
     above = round(2.0 * layout.text * len(heading)) + 2 * layout.gap
+    pictures = [
+        (layout.top(row, above), layout.left(column), _caption(series, mode, hour), series.seen(mode, hour))
+        for row, mode in enumerate(modes)
+        for column, hour in enumerate(chosen)
+    ]
     foot = wrapped(footer(series), layout.sheet_width - 2 * layout.gap, layout.text)
-    below = layout.top(len(modes), above)
-    height = below + round(1.5 * layout.text * len(foot)) + layout.gap
+    return _write(layout, heading, pictures, foot, below=layout.top(len(modes), above), path=path, force=force)
 
-    def texts() -> Iterator[Text]:
-        yield Text(layout.gap, layout.gap, "\n".join(heading), round(1.5 * layout.text))
-        for row, mode in enumerate(modes):
-            for column, hour in enumerate(chosen):
-                yield layout.caption_below(layout.top(row, above), layout.left(column), _caption(series, mode, hour))
-        yield Text(layout.gap, below, "\n".join(foot), layout.text)
 
+def _write(
+    layout: Layout,
+    heading: list[str],
+    pictures: list[tuple[int, int, str, Pixels]],
+    foot: list[str],
+    *,
+    below: int,
+    path: str | Path,
+    force: bool,
+) -> Path:
+    """Write pictures with top, left and caption; the heading at the upper left, the foot at row ``below``."""
+    texts = [
+        Text(layout.gap, layout.gap, "\n".join(heading), round(1.5 * layout.text)),
+        *(layout.caption_below(top, left, caption) for top, left, caption, _ in pictures),
+        Text(layout.gap, below, "\n".join(foot), layout.text),
+    ]
     with new_png(path, force=force) as partial:
-        sheet = grey_page(height, layout.sheet_width, texts())
-        for row, mode in enumerate(modes):
-            for column, hour in enumerate(chosen):
-                top, left = layout.top(row, above), layout.left(column)
-                sheet[top : top + layout.height, left : left + layout.width] = series.seen(mode, hour)
+        height = below + round(1.5 * layout.text * len(foot)) + layout.gap
+        sheet = grey_page(height, layout.sheet_width, texts)
+        for top, left, _, pixels in pictures:
+            sheet[top : top + layout.height, left : left + layout.width] = pixels
         save_page(sheet, partial)
     return Path(path)
 
@@ -177,22 +187,15 @@ def footer(series: AgedSeries) -> str:
 def contact_sheet(
     images: Mapping[str, Pixels], path: str | Path, *, title: str, footer: str, force: bool = False
 ) -> Path:
-    """Write a contact sheet as a PNG: the same bytes on every run.
-
-    ``images``: caption (two lines of up to 50 letters) → code values, uint8 of shape (h, w, 3), all of one size, in the
-    order of ``PLACES``: un-aged, then clockwise from the top. The title stands in the free corner at the upper left,
-    the footer below; both are wrapped.
-
-    Raises LutgenError: not five images of one size and of type uint8, or a path that cannot be written.
-    """
+    """Write images (h, w, 3), uint8, by caption, in the order of ``PLACES``; title and footer are wrapped."""
     layout = _checked(images)
-    with new_png(path, force=force) as partial:
-        sheet = _write_texts(layout, list(images), title, footer)
-        for place, pixels in zip(PLACES, images.values(), strict=True):
-            top, left = layout.corner(place)
-            sheet[top : top + layout.height, left : left + layout.width] = pixels
-        save_page(sheet, partial)
-    return Path(path)
+    pictures = [
+        (*layout.corner(place), caption, pixels)
+        for place, (caption, pixels) in zip(PLACES, images.items(), strict=True)
+    ]
+    heading = wrapped(title, layout.cell, round(1.5 * layout.text))
+    foot = wrapped(footer, layout.sheet_width - 2 * layout.gap, layout.text)
+    return _write(layout, heading, pictures, foot, below=layout.top(3), path=path, force=force)
 
 
 def _checked(images: Mapping[str, Pixels]) -> Layout:
@@ -209,23 +212,6 @@ def _checked(images: Mapping[str, Pixels]) -> Layout:
     return Layout(*first.shape[:2])
 
 
-def _write_texts(layout: Layout, captions: list[str], title: str, footer: str) -> Pixels:
-    """Return the sheet with all its texts and no images, shape (H, W, 3)."""
-    below = wrapped(footer, layout.sheet_width - 2 * layout.gap, layout.text)
-    rows = layout.top(3)
-    height = rows + round(1.5 * layout.text * len(below)) + layout.gap
-    return grey_page(height, layout.sheet_width, _texts(layout, captions, title, below, rows))
-
-
-def _texts(layout: Layout, captions: list[str], title: str, below: list[str], rows: int) -> Iterator[Text]:
-    """Yield title, captions and footer with their places."""
-    heading = round(1.5 * layout.text)
-    yield Text(layout.gap, layout.gap, "\n".join(wrapped(title, layout.cell, heading)), heading)
-    for place, caption in zip(PLACES, captions, strict=True):
-        yield layout.caption_below(*layout.corner(place), caption)
-    yield Text(layout.gap, rows, "\n".join(below), layout.text)
-
-
 def draw_figure(
     number: str,
     image: str | Path,
@@ -237,15 +223,7 @@ def draw_figure(
     force: bool = False,
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Path:
-    """Draw a figure of the paper from an image, as a PNG: the same bytes on every run.
-
-    ``number`` is one of ``FIGURES``; ``image``, ``source`` and ``progress`` are those of
-    :func:`lutgen.pictures.frame.aged_series`. ``on_screen``: where on the screen the image lies; not for Figure 5,
-    whose curves know no places.
-
-    Raises LutgenError: another figure, an image that cannot be read, a display whose measured span lacks the figure's
-    hours, or a path that cannot be written.
-    """
+    """Draw a figure of the paper from an image; arguments and errors as :func:`.frame.aged_series`."""
     if number not in FIGURES:
         raise pick_one("figure", number, FIGURES)
     if number == "5" and on_screen:
@@ -266,26 +244,12 @@ def draw_figure(
             maps.append(difference_map(image, model, mode, hour, on_screen=on_screen, source=source, progress=share))
         plot_figure_6(maps, path, force=force)
     else:
-        _ages(number, image, model, Path(path), on_screen=on_screen, source=source, force=force, progress=progress)
+        modes, hours = list(dict.fromkeys(mode for mode, _ in AGES)), sorted({hour for _, hour in AGES})
+        series = aged_series(image, model, modes, hours, on_screen=on_screen, source=source, progress=progress)
+        pictures = {"un-aged": series.seen("stable", 0.0)}
+        pictures |= {_caption(series, mode, hour): series.seen(mode, hour) for mode, hour in AGES}
+        mode, hour = AGES[-1]
+        last, name = f"By {spaced(hour)} h {series.mean_in_words(mode, hour)} in {mode}", Path(series.file).name
+        title = f"{last} (Figure {number}, {name})"
+        contact_sheet(pictures, path, title=title, footer=footer(series), force=force)
     return Path(path)
-
-
-def _ages(
-    number: str,
-    image: str | Path,
-    model: DisplayModel,
-    path: Path,
-    *,
-    on_screen: OnScreen | None,
-    source: str,
-    force: bool,
-    progress: Callable[[int, int], None],
-) -> None:
-    modes, hours = list(dict.fromkeys(mode for mode, _ in AGES)), sorted({hour for _, hour in AGES})
-    series = aged_series(image, model, modes, hours, on_screen=on_screen, source=source, progress=progress)
-    pictures = {"un-aged": series.seen("stable", 0.0)}
-    pictures |= {_caption(series, mode, hour): series.seen(mode, hour) for mode, hour in AGES}
-    mode, hour = AGES[-1]
-    last, name = f"By {spaced(hour)} h {series.mean_in_words(mode, hour)} in {mode}", Path(series.file).name
-    title = f"{last} (Figure {number}, {name})"
-    contact_sheet(pictures, path, title=title, footer=footer(series), force=force)

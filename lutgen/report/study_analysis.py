@@ -261,9 +261,6 @@ _BINS = 45
 #: Colours of conditions, the un-aged one first.
 _COLOURS = (BLUE, RED, GREEN, BLACK)
 
-#: Characters of a condition's name that fit below its column; a longer name is broken before its hour.
-_LETTERS = 12
-
 
 def plot_study(analysis: Analysis, folder: str | Path, *, force: bool = False) -> Path:
     """Draw ``study.png`` into a folder; the same bytes on every run. Raises LutgenError when it cannot be written."""
@@ -357,7 +354,8 @@ def _point(axes: Axes, place: int, value: float, ends: tuple[float, float], text
 def _name(axes: Axes, conditions: Sequence[str], analysis: Analysis, what: str) -> None:
     digits, unit = _UNITS[what]
     against, names = changes(analysis, what), []
-    long = any(len(condition) > _LETTERS for condition in conditions)
+    # Characters of a condition's name that fit below its column; a longer name is broken before its hour.
+    long = any(len(condition) > 12 for condition in conditions)
     for condition in conditions:
         change, p = against.get(condition, (float("nan"), float("nan")))
         below = f"{signed(change, digits)}{unit}\np = {p_value(p)}" if isfinite(change) else ""

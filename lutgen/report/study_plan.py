@@ -252,18 +252,18 @@ def condition_table(planned: Planned) -> Table:
     for each in planned.protocol.conditions:
         lut = planned.protocol.model["luts"].get(each.name)
         count = planned.per_condition.get(each.name)
+        error = "no LUT: pixels as they are"
+        if lut is not None:
+            smooth, worst = lut["worst_smooth_delta_e_2000"], lut["worst_delta_e_2000"]
+            error = f"{smooth:.4f} ({worst:.2f} where the model jumps)"
         row = (
             each.name,
             "–" if each == UNAGED else spaced(each.hours),
             "later sessions" if count is None else str(count),
-            "no LUT: pixels as they are" if lut is None else _lut_error(lut),
+            error,
         )
         rows.append(row)
     return Table(("condition", "hours", "images a reader", "ΔE2000 of the LUT, worst"), rows)
-
-
-def _lut_error(lut: dict[str, float]) -> str:
-    return f"{lut['worst_smooth_delta_e_2000']:.4f} ({lut['worst_delta_e_2000']:.2f} where the model jumps)"
 
 
 def _sessions(planned: Planned) -> Iterator[str]:

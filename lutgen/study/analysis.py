@@ -9,22 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import pick_one
 from lutgen.names import INTERVALS
+from lutgen.study import comparisons
 from lutgen.study.answers import Answer, sensible
-from lutgen.study.comparisons import (
-    Agreement,
-    AgreementTest,
-    Corrected,
-    FurtherAgreement,
-    FurtherMeans,
-    Table2,
-    corrected,
-    further_agreement,
-    further_means,
-    samples,
-    table_2,
-    table_3,
-    table_4,
-)
+from lutgen.study.comparisons import corrected, samples, table_4
 from lutgen.study.mixed import MISSING, MixedModel, available, mixed_models
 from lutgen.study.power import ALPHA, LEAST, MOST, ONE_TAILED, smallest_difference
 from lutgen.study.statistics import UNAGED, Kappa, condition_order, counts, kappas, mixed_sessions, pairs
@@ -106,9 +93,9 @@ def _order(reading_pairs: Sequence[ReadingPair]) -> Iterator[str]:
 
 def figure_limits(
     rows: Sequence[AgreementCounts],
-    table_4: Sequence[AgreementTest],
-    further: Sequence[FurtherAgreement],
-    corrected: Sequence[Corrected],
+    table_4: Sequence[comparisons.AgreementTest],
+    further: Sequence[comparisons.FurtherAgreement],
+    corrected: Sequence[comparisons.Corrected],
 ) -> Iterator[str]:
     """Say what follows from the figures: width of intervals, number of tests, findings that depend on one test."""
     least = min((row.n for row in rows), default=0)
@@ -136,7 +123,9 @@ def _width(share: float, pairs: int) -> str:
     )
 
 
-def _depending_on_the_test(table_4: Sequence[AgreementTest], further: Sequence[FurtherAgreement]) -> Iterator[str]:
+def _depending_on_the_test(
+    table_4: Sequence[comparisons.AgreementTest], further: Sequence[comparisons.FurtherAgreement]
+) -> Iterator[str]:
     both = {(each.first, each.second): each for each in further}
     for test in table_4:
         other = both.get((test.greater, test.less))
@@ -155,39 +144,27 @@ SCHEMA = 1
 
 @dataclass(frozen=True)
 class Analysis:
-    """The result of an analysis.
+    """The result of an analysis."""
 
-    Attributes
-    ----------
-    sources
-        Where the figures come from, in sentences; the first says so where they are simulated.
-    ci
-        How intervals of means are made, a key of ``INTERVALS``.
-    samples
-        Behind Table 2.
-    table2, table3, table4
-        As in the paper; empty where the figures for them are not known.
-    means, agreement, kappas, mixed, holm
-        Beyond the paper.
-    limits
-        What this design can and cannot show, in sentences.
-    remarks
-        What was left out, in sentences.
-
-    """
-
+    #: Where the figures come from, in sentences; the first says so where they are simulated.
     sources: tuple[str, ...]
+    #: How intervals of means are made, a key of ``INTERVALS``.
     ci: str
+    #: Behind Table 2.
     samples: tuple[StudySample, ...]
-    table2: Table2
-    table3: tuple[Agreement, ...]
-    table4: tuple[AgreementTest, ...]
-    means: tuple[FurtherMeans, ...]
-    agreement: tuple[FurtherAgreement, ...]
+    #: As in the paper; empty where the figures for them are not known.
+    table2: comparisons.Table2
+    table3: tuple[comparisons.Agreement, ...]
+    table4: tuple[comparisons.AgreementTest, ...]
+    #: Beyond the paper.
+    means: tuple[comparisons.FurtherMeans, ...]
+    agreement: tuple[comparisons.FurtherAgreement, ...]
     kappas: tuple[Kappa, ...]
     mixed: tuple[MixedModel, ...]
-    holm: tuple[Corrected, ...]
+    holm: tuple[comparisons.Corrected, ...]
+    #: What this design can and cannot show, in sentences.
     limits: tuple[str, ...]
+    #: What was left out, in sentences.
     remarks: tuple[str, ...]
 
     def as_json(self) -> dict[str, Any]:
@@ -236,7 +213,7 @@ def analyse_answers(
         rows,
         ci=ci,
         sources=sources,
-        agreement=further_agreement(rows, reading_pairs),
+        agreement=comparisons.further_agreement(rows, reading_pairs),
         kappa_rows=kappas(order, reading_pairs),
         mixed=mixed_models(order, answers, reading_pairs) if available() else (),
         limits=tuple(design_limits(order, answers, reading_pairs)),
@@ -247,17 +224,14 @@ def analyse_answers(
 def analyse_figures(
     rows: Sequence[AgreementCounts], measured: Sequence[StudySample], *, sources: Sequence[str] = (), ci: str = "normal"
 ) -> Analysis:
-    """Analyse figures that are already counted: agreement, and samples without values; either may be empty.
-
-    Raises LutgenError: ``ci`` is unknown.
-    """
+    """Analyse counted agreement, and samples without values; either may be empty. Raises LutgenError for ``ci``."""
     remarks = ["Rank tests, paired tests, κ and mixed models need the answers themselves, not their figures."]
     return _analysis(
         measured,
         rows,
         ci=ci,
         sources=sources,
-        agreement=further_agreement(rows),
+        agreement=comparisons.further_agreement(rows),
         limits=tuple(design_limits((), (), ())),
         remarks=remarks,
     )
@@ -269,7 +243,7 @@ def _analysis(
     *,
     ci: str,
     sources: Sequence[str],
-    agreement: tuple[FurtherAgreement, ...],
+    agreement: tuple[comparisons.FurtherAgreement, ...],
     limits: tuple[str, ...],
     remarks: Sequence[str],
     kappa_rows: tuple[Kappa, ...] = (),
@@ -277,16 +251,16 @@ def _analysis(
 ) -> Analysis:
     if ci not in INTERVALS:
         raise pick_one("interval", ci, INTERVALS)
-    second, fourth = table_2(measured, ci=ci), table_4(rows)
+    second, fourth = comparisons.table_2(measured, ci=ci), table_4(rows)
     several = corrected(second.tests, fourth)
     return Analysis(
         sources=tuple(sources),
         ci=ci,
         samples=tuple(measured),
         table2=second,
-        table3=table_3(rows),
+        table3=comparisons.table_3(rows),
         table4=fourth,
-        means=further_means(measured),
+        means=comparisons.further_means(measured),
         agreement=agreement,
         kappas=kappa_rows,
         mixed=mixed,

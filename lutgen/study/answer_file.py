@@ -63,11 +63,7 @@ class AnswerFile:
     """A reader's file that is open for appending."""
 
     def __init__(self, path: Path, anchor: str, *, first: tuple[str, Mapping[str, Any]]) -> None:
-        """Open the file, or make it, readable for its owner alone, with a first row.
-
-        ``anchor`` is the protocol's hash; ``first`` are time and content of the first row, which is written when there
-        is none yet. Raises LutgenError: the file cannot be opened, is damaged, or was altered.
-        """
+        """Open the file, or make it with a ``first`` row. Raises LutgenError: unreadable, damaged, altered."""
         self.path = path
         self._anchor = anchor
         self.entries: list[AnswerRow] = []
@@ -92,10 +88,7 @@ class AnswerFile:
             raise
 
     def append(self, at: str, session: int, events: Sequence[tuple[str, Mapping[str, Any]]]) -> None:
-        """Write rows, all of them or none, and return when they are on disk.
-
-        Raises NotSavedError: the disk is full, or cannot be written to.
-        """
+        """Write rows, all of them or none, to the disk. Raises NotSavedError: it is full or not writable."""
         new = self._chained(at, session, events)
         try:
             self._connection.execute("BEGIN IMMEDIATE")
@@ -126,10 +119,7 @@ class AnswerFile:
 
 
 def read_entries(path: Path, anchor: str) -> list[AnswerRow]:
-    """Return the rows of a reader's file, verified; none where its first row was never written.
-
-    Raises LutgenError: the file cannot be read, is damaged, or was altered; names the row.
-    """
+    """Return the verified rows of a reader's file, perhaps none. Raises LutgenError: unreadable, damaged, altered."""
     with _explained(path):
         # Not mode=ro: a journal that a killed process left must be rolled back before anything is read.
         connection = sqlite3.connect(f"{path.absolute().as_uri()}?mode=rw", uri=True, timeout=_PATIENCE)
@@ -141,10 +131,7 @@ def read_entries(path: Path, anchor: str) -> list[AnswerRow]:
 
 @contextmanager
 def held(path: Path) -> Iterator[None]:
-    """Lock a reader's place for this process. The lock ends with the process, however that ends.
-
-    Raises LutgenError: another process holds it.
-    """
+    """Lock a reader's place for the life of this process. Raises LutgenError: another process holds it."""
     beside = path.with_name(f".{path.stem}.lock")
     with _explained(beside):
         connection = sqlite3.connect(beside, timeout=0, isolation_level=None, check_same_thread=False)

@@ -33,10 +33,7 @@ _PLACE = re.compile(r"reader-([1-9][0-9]*)\.sqlite")
 
 
 def reader_name(text: str) -> str:
-    """Return a reader's name as it is kept: Unicode NFC, blanks at the ends and doubled ones taken out.
-
-    Raises LutgenError: empty, too long, or with characters that cannot be seen: control, bidirectional, undecodable.
-    """
+    """Return a name in NFC, blanks trimmed. Raises LutgenError: empty, too long, or with unseen characters."""
     name = re.sub(" +", " ", unicodedata.normalize("NFC", text)).strip(" ")
     if name.isprintable() and 1 <= len(name) <= LONGEST_NAME:
         return name
@@ -44,13 +41,7 @@ def reader_name(text: str) -> str:
 
 
 def take_place(study: Path, protocol: Protocol, name: str, *, session: int, at: str) -> AnswerFile:
-    """Open the file of a reader; a new name takes the next free place.
-
-    ``name`` is one from :func:`reader_name`, and its capitals do not matter; ``session`` is the session to be read;
-    ``at`` is the time now, ISO 8601.
-
-    Raises LutgenError: all places are taken, a new name would begin with a later session, or a file cannot be read.
-    """
+    """Open the file of a reader; a new name takes the next free place. Raises LutgenError: none is free."""
     for place in range(1, protocol.readers + 1):
         path = study / ANSWERS / f"reader-{place}.sqlite"
         there = read_entries(path, protocol.sha256) if path.exists() else []
@@ -59,7 +50,11 @@ def take_place(study: Path, protocol: Protocol, name: str, *, session: int, at: 
         if not there and session != 1:
             message = f"--session {session}: no reader {name!r} has read session 1. Check the name, or begin with it."
             raise LutgenError(message)
-        _make_folder(path.parent)
+        try:
+            path.parent.mkdir(mode=0o700, exist_ok=True)
+        except OSError as error:
+            message = f"{path.parent}: cannot be made: {reason_of(error)}. Check the study's folder and its rights."
+            raise LutgenError(message) from None
         first = {"schema": SCHEMA, "reader": name, "place": place, "protocol": protocol.sha256}
         file = AnswerFile(path, protocol.sha256, first=(at, first))
         if _same(whose(file.entries, path), name):
@@ -115,14 +110,6 @@ def _same(one: str, other: str) -> bool:
     return one.casefold() == other.casefold()
 
 
-def _make_folder(folder: Path) -> None:
-    try:
-        folder.mkdir(mode=0o700, exist_ok=True)
-    except OSError as error:
-        reason = reason_of(error)
-        raise LutgenError(f"{folder}: cannot be made: {reason}. Check the study's folder and its rights.") from None
-
-
 def _answers(entries: Sequence[AnswerRow], place: int, path: Path, protocol: Protocol) -> list[Answer]:
     reader = whose(entries, path)
     categories = {category.name: category.positive for category in protocol.categories}
@@ -165,43 +152,28 @@ MAX_SECONDS = 86_400.0
 
 @dataclass(frozen=True)
 class Answer:
-    """A reader's answer to one image.
+    """A reader's answer to one image."""
 
-    Attributes
-    ----------
-    reader
-        As the reader was named when the session was run.
-    session, position
-        Number of the session, and of the image within the session, both from 1.
-    image, condition
-        Names of the protocol's image and condition.
-    seconds
-        Time to score: from the first paint of the image to the decision, pauses left out.
-    ease
-        Ease of reading, on the protocol's scale; larger is easier.
-    category
-        Name of the protocol's category: the diagnosis.
-    positive
-        Whether that category is a positive one.
-
-    """
-
+    #: As the reader was named when the session was run.
     reader: str
+    #: Number of the session, and of the image within the session, both from 1.
     session: int
     position: int
+    #: Names of the protocol's image and condition.
     image: str
     condition: str
+    #: Time to score: from the first paint of the image to the decision, pauses left out.
     seconds: float
+    #: Ease of reading, on the protocol's scale; larger is easier.
     ease: int
+    #: Name of the protocol's category: the diagnosis.
     category: str
+    #: Whether that category is a positive one.
     positive: bool
 
 
 def sensible(answers: Sequence[Answer]) -> tuple[tuple[Answer, ...], list[str]]:
-    """Return the answers with a possible time to score, and a sentence for each answer that is left out.
-
-    Raises LutgenError where no answer is left.
-    """
+    """Return the answers with a possible time, and a sentence on each other. Raises LutgenError: none is left."""
     kept = tuple(answer for answer in answers if 0 <= answer.seconds <= MAX_SECONDS)
     left_out = [
         f"Left out: {answer.reader}, session {answer.session}, image {answer.position} ({answer.image}): "
@@ -308,10 +280,7 @@ class StudyStatus:
 
 
 def study_status(study: Path) -> StudyStatus:
-    """Return how far the readers of a study are.
-
-    Raises LutgenError: the protocol or a file of answers cannot be read, or was altered.
-    """
+    """Return how far the readers of a study are. Raises LutgenError: a file cannot be read, or was altered."""
     protocol = read_protocol(study)
     paths = dict(answer_files(study))
     readers = []

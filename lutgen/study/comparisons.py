@@ -14,24 +14,8 @@ from dataclasses import dataclass
 from math import isfinite, nan
 from typing import TYPE_CHECKING
 
-from lutgen.study.statistics import (
-    MEASURES,
-    AgreementCounts,
-    Interval,
-    ReadingPair,
-    StudySample,
-    equal_variances,
-    hedges_g,
-    mean_interval,
-    mixed_sessions,
-    newcombe,
-    odds_ratio,
-    pairs_of,
-    pooled,
-    sample_of,
-    welch,
-    wilson,
-)
+from lutgen.study import statistics
+from lutgen.study.statistics import hedges_g, odds_ratio
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -48,7 +32,7 @@ class Mean:
     n: int
     mean: float
     sd: float
-    ci95: Interval
+    ci95: statistics.Interval
 
 
 @dataclass(frozen=True)
@@ -72,37 +56,41 @@ class Table2:
     tests: tuple[MeanTest, ...]
 
 
-def samples(conditions: Sequence[str], answers: Sequence[Answer]) -> tuple[StudySample, ...]:
+def samples(conditions: Sequence[str], answers: Sequence[Answer]) -> tuple[statistics.StudySample, ...]:
     """Collect time and ease by condition, from the sessions that showed anything aged; from all where none did."""
-    mixed = mixed_sessions(answers)
+    mixed = statistics.mixed_sessions(answers)
     taken = [answer for answer in answers if (answer.reader, answer.session) in mixed] or list(answers)
     collected = []
-    for measure in MEASURES:
+    for measure in statistics.MEASURES:
         for condition in conditions:
             there = [answer for answer in taken if answer.condition == condition]
             values = [answer.seconds if measure == "time" else float(answer.ease) for answer in there]
             if values:
-                collected.append(sample_of(measure, condition, values))
+                collected.append(statistics.sample_of(measure, condition, values))
     return tuple(collected)
 
 
-def table_2(measured: Sequence[StudySample], *, ci: str = "normal") -> Table2:
+def table_2(measured: Sequence[statistics.StudySample], *, ci: str = "normal") -> Table2:
     """Make the table and its tests from samples in their order; ``ci`` is a key of ``INTERVALS``."""
-    means = tuple(Mean(one.measure, one.condition, one.n, one.mean, one.sd, mean_interval(one, ci)) for one in measured)
+    means = tuple(
+        Mean(one.measure, one.condition, one.n, one.mean, one.sd, statistics.mean_interval(one, ci)) for one in measured
+    )
     return Table2(means, tuple(_mean_test(first, second) for first, second in same_measure(measured)))
 
 
-def same_measure(measured: Sequence[StudySample]) -> list[tuple[StudySample, StudySample]]:
+def same_measure(
+    measured: Sequence[statistics.StudySample],
+) -> list[tuple[statistics.StudySample, statistics.StudySample]]:
     """Return each pair of conditions, measure by measure, where both have a variance."""
     return [
         pair
-        for measure in MEASURES
-        for pair in pairs_of(one for one in measured if one.measure == measure and one.n > 1)
+        for measure in statistics.MEASURES
+        for pair in statistics.pairs_of(one for one in measured if one.measure == measure and one.n > 1)
     ]
 
 
-def _mean_test(first: StudySample, second: StudySample) -> MeanTest:
-    t, df, p = map(float, pooled(second, first))
+def _mean_test(first: statistics.StudySample, second: statistics.StudySample) -> MeanTest:
+    t, df, p = map(float, statistics.pooled(second, first))
     return MeanTest(first.measure, first.condition, second.condition, second.mean - first.mean, t, df, p)
 
 
@@ -114,14 +102,14 @@ class Agreement:
     agreed: int
     disagreed: int
     percent: float
-    ci95: Interval
+    ci95: statistics.Interval
 
 
-def table_3(rows: Sequence[AgreementCounts]) -> tuple[Agreement, ...]:
+def table_3(rows: Sequence[statistics.AgreementCounts]) -> tuple[Agreement, ...]:
     """Make the table from what was counted."""
     rows_of_table = []
     for row in rows:
-        low, high = wilson(row.agreed, row.n)
+        low, high = statistics.wilson(row.agreed, row.n)
         rows_of_table.append(
             Agreement(row.condition, row.agreed, row.disagreed, 100 * row.share, (100 * low, 100 * high))
         )
@@ -140,13 +128,15 @@ class AgreementTest:
     variances_p: float
 
 
-def table_4(rows: Sequence[AgreementCounts]) -> tuple[AgreementTest, ...]:
+def table_4(rows: Sequence[statistics.AgreementCounts]) -> tuple[AgreementTest, ...]:
     """Test each condition against each later one; conditions of a single pair are left out."""
     tests = []
-    for greater, less in pairs_of(row for row in rows if row.n > 1):
+    for greater, less in statistics.pairs_of(row for row in rows if row.n > 1):
         figures = greater.figures(), less.figures()
-        t, df, p = map(float, pooled(*figures, one_tailed=True))
-        tests.append(AgreementTest(greater.condition, less.condition, t, df, p, float(equal_variances(*figures))))
+        t, df, p = map(float, statistics.pooled(*figures, one_tailed=True))
+        tests.append(
+            AgreementTest(greater.condition, less.condition, t, df, p, float(statistics.equal_variances(*figures)))
+        )
     return tuple(tests)
 
 
@@ -188,7 +178,7 @@ class FurtherMeans:
     second: str
     #: second − first, with Welch's interval.
     difference: float
-    difference_ci95: Interval
+    difference_ci95: statistics.Interval
     #: Welch's t-test, two-sided: no equal variances assumed.
     welch_t: float
     welch_df: float
@@ -198,7 +188,7 @@ class FurtherMeans:
     rank_p: float
     #: The difference in standard deviations.
     hedges_g: float
-    hedges_g_ci95: Interval
+    hedges_g_ci95: statistics.Interval
 
 
 @dataclass(frozen=True)
@@ -223,23 +213,23 @@ class FurtherAgreement:
     fisher: float
     #: second − first in percentage points, with Newcombe's interval.
     difference: float
-    difference_ci95: Interval
+    difference_ci95: statistics.Interval
     #: Odds of agreeing, second over first.
     odds_ratio: float
-    odds_ratio_ci95: Interval
+    odds_ratio_ci95: statistics.Interval
     #: Exact, two-sided, where the same reader read the same images under both conditions; else None.
     mcnemar: McNemar | None
 
 
-def further_means(samples: Sequence[StudySample]) -> tuple[FurtherMeans, ...]:
+def further_means(samples: Sequence[statistics.StudySample]) -> tuple[FurtherMeans, ...]:
     """Compare means by Welch's test, by ranks and by the size of the effect, pair by pair."""
     return tuple(_means(first, second) for first, second in same_measure(samples))
 
 
-def _means(first: StudySample, second: StudySample) -> FurtherMeans:
+def _means(first: statistics.StudySample, second: statistics.StudySample) -> FurtherMeans:
     from scipy.stats import t as student
 
-    t, df, p = map(float, welch(second, first))
+    t, df, p = map(float, statistics.welch(second, first))
     difference = second.mean - first.mean
     half = float(student.ppf(0.975, df)) * (first.sd**2 / first.n + second.sd**2 / second.n) ** 0.5
     g, g_ci95 = hedges_g(first, second)
@@ -258,7 +248,7 @@ def _means(first: StudySample, second: StudySample) -> FurtherMeans:
     )
 
 
-def _rank_p(first: StudySample, second: StudySample) -> float:
+def _rank_p(first: statistics.StudySample, second: statistics.StudySample) -> float:
     if len({*first.values, *second.values}) < 2:
         return nan
     from scipy.stats import mannwhitneyu
@@ -268,19 +258,21 @@ def _rank_p(first: StudySample, second: StudySample) -> float:
 
 
 def further_agreement(
-    rows: Sequence[AgreementCounts], reading_pairs: Sequence[ReadingPair] = ()
+    rows: Sequence[statistics.AgreementCounts], reading_pairs: Sequence[statistics.ReadingPair] = ()
 ) -> tuple[FurtherAgreement, ...]:
     """Compare shares of agreement by exact tests and intervals; without ``reading_pairs`` no test is paired."""
-    return tuple(_agreement(first, second, reading_pairs) for first, second in pairs_of(rows))
+    return tuple(_agreement(first, second, reading_pairs) for first, second in statistics.pairs_of(rows))
 
 
 def _agreement(
-    first: AgreementCounts, second: AgreementCounts, reading_pairs: Sequence[ReadingPair]
+    first: statistics.AgreementCounts,
+    second: statistics.AgreementCounts,
+    reading_pairs: Sequence[statistics.ReadingPair],
 ) -> FurtherAgreement:
     from scipy.stats import fisher_exact
 
     table = [[first.agreed, first.disagreed], [second.agreed, second.disagreed]]
-    low, high = newcombe((second.agreed, second.n), (first.agreed, first.n))
+    low, high = statistics.newcombe((second.agreed, second.n), (first.agreed, first.n))
     odds, odds_ci95 = odds_ratio(first, second)
     return FurtherAgreement(
         first.condition,
@@ -295,7 +287,7 @@ def _agreement(
     )
 
 
-def _mcnemar(first: str, second: str, reading_pairs: Sequence[ReadingPair]) -> McNemar | None:
+def _mcnemar(first: str, second: str, reading_pairs: Sequence[statistics.ReadingPair]) -> McNemar | None:
     """Exact test on the images of which a reader agreed under one condition and not under the other."""
     from scipy.stats import binomtest
 

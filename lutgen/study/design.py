@@ -38,12 +38,6 @@ UNAGED = StudyCondition("none", "stable", 0.0)
 PAPER_CONDITIONS = "none,chroma@18000,chroma-luma@18000"
 PAPER_PER_CONDITION, PAPER_SESSIONS = 40, 2
 
-#: The stream that the design itself is drawn from; readers and sessions count from 1.
-_DESIGN = (0, 0)
-
-#: Hours of a condition, at most.
-_MOST_HOURS = 1e9
-
 #: A larger number of readers or sessions is treated as a typing error.
 MOST = 1000
 
@@ -87,7 +81,8 @@ def condition_of(text: str) -> StudyCondition:
     mode, _, hour = text.partition("@")
     # Folders name hours in digits, to six decimals.
     hours = number(hour) if set(hour) <= set("0123456789.") else None
-    if mode not in MODES or hours is None or not 0 <= hours < _MOST_HOURS or round(hours, 6) != hours:
+    # Hours of a condition, at most.
+    if mode not in MODES or hours is None or not 0 <= hours < 1e9 or round(hours, 6) != hours:
         raise LutgenError(
             f"unknown condition {text!r}. Write none (un-aged), or a mode and an hour such as chroma@18000; "
             f"modes are {', '.join(MODES)}."
@@ -117,16 +112,10 @@ def balanced_design(
     sessions: int = PAPER_SESSIONS,
     seed: int,
 ) -> Design:
-    """Draw the balanced design that this module's docstring describes.
-
-    Of more ``images`` than are needed a random part is read. ``conditions`` are those of session 1, each with
-    ``per_condition`` images for every reader; all later sessions are un-aged. ``seed`` counts from 0; the same seed and
-    input give the same design.
-
-    Raises LutgenError: fewer images than are needed, numbers that make no study, or more readings than a study can
-    hold.
-    """
-    _check_counts(per_condition=per_condition, readers=readers, sessions=sessions)
+    """Draw the balanced design of this module's docstring. Raises LutgenError: too few images, or no study."""
+    for name, count in (("per-condition", per_condition), ("readers", readers), ("sessions", sessions)):
+        if count < 1 or (name != "per-condition" and count > MOST):
+            raise LutgenError(f"--{name} {count}: give {'1 or more' if name == 'per-condition' else f'1 to {MOST}'}.")
     needed = len(conditions) * per_condition
     if len(images) < needed:
         raise LutgenError(
@@ -135,7 +124,8 @@ def balanced_design(
             f"--per-condition {len(images) // len(conditions)}."
         )
     check_readings(needed * readers * sessions, f"{needed} images × {readers} readers × {sessions} sessions")
-    drawn = [images[place] for place in stream(seed, *_DESIGN).permutation(len(images))[:needed]]
+    # The stream that the design itself is drawn from; readers and sessions count from 1.
+    drawn = [images[place] for place in stream(seed, 0, 0).permutation(len(images))[:needed]]
     trials: list[StudyTrial] = []
     for reader in range(1, readers + 1):
         turn = [conditions[(place + reader - 1) % len(conditions)].name for place in range(len(conditions))]
@@ -167,13 +157,6 @@ def stream(seed: int, reader: int, session: int) -> np.random.Generator:
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(reader, session)))
 
 
-def _check_counts(**counts: int) -> None:
-    for name, count in counts.items():
-        if count < 1 or (name != "per_condition" and count > MOST):
-            allowed = "1 or more" if name == "per_condition" else f"1 to {MOST}"
-            raise LutgenError(f"--{name.replace('_', '-')} {count}: give {allowed}.")
-
-
 NEEDED, OPTIONAL = ("session", "image", "condition"), ("reader", "position")
 
 
@@ -189,14 +172,7 @@ class _Shown(NamedTuple):
 
 
 def read_design(path: Path, images: Sequence[str], *, readers: int | None, seed: int) -> Design:
-    """Read a design from a table, of images with the given names.
-
-    Without a column ``reader`` every reader gets all rows, and ``readers`` says how many there are (None: 1); without
-    ``position`` each reader's sessions are put into an order drawn as for a balanced design. Lines that are empty or
-    begin with # are skipped.
-
-    Raises LutgenError: no such table, with the line; a session or reader that is left out; an image twice in a session.
-    """
+    """Read a design from a table, of images with these names. Raises LutgenError with the line at fault."""
     rows = [_shown(row, images) for row in read_rows(path, NEEDED, optional=OPTIONAL)[1]]
     named = {row.reader for row in rows if row.reader is not None}
     if named and readers is not None and readers != max(named):

@@ -63,10 +63,7 @@ class Picture:
 
 
 def find_images(given: Iterable[str | Path]) -> list[Path]:
-    """Return the images that files and folders name, in that order; those of a folder, and below it, by path.
-
-    Raises LutgenError: a folder without images or that cannot be read, or a file that is named twice.
-    """
+    """Return the images that files and folders name, in order. Raises LutgenError: none, unreadable or twice."""
     images: dict[Path, Path] = {}
     for path in (path for each in given for path in _images_of(Path(each))):
         whole = path.resolve()
@@ -86,19 +83,22 @@ def _images_of(given: Path) -> list[Path]:
 
 
 def look_at(paths: Sequence[Path], progress: Callable[[int], None]) -> tuple[Picture, ...]:
-    """Look at every image; ``progress`` is called with how many are done.
-
-    Raises LutgenError: one that cannot be read or shown, and two that have one name, are one file, or look the same.
-    """
+    """Look at every image; ``progress`` gets how many are done. Raises LutgenError: unfit, or two are alike."""
     pictures = []
     for name, path in zip(_names(paths), paths, strict=True):
         pictures.append(_picture(name, path))
         progress(len(pictures))
     for what, key in (
-        ("are the same file, byte for byte", lambda each: each.sha256),
-        ("show the same pixels", lambda each: each.pixels_sha256),
+        ("are the same file, byte for byte", "sha256"),
+        ("show the same pixels", "pixels_sha256"),
     ):
-        _check_distinct(pictures, what, key)
+        first: dict[str, Picture] = {}
+        for picture in pictures:
+            other = first.setdefault(getattr(picture, key), picture)
+            if other is not picture:
+                raise LutgenError(
+                    f"{other.path} and {picture.path}: {what}, so a reader would read one picture twice. Leave one out."
+                )
     return tuple(pictures)
 
 
@@ -115,16 +115,6 @@ def _names(paths: Sequence[Path]) -> list[str]:
     return names
 
 
-def _check_distinct(pictures: Sequence[Picture], what: str, key: Callable[[Picture], str]) -> None:
-    first: dict[str, Picture] = {}
-    for picture in pictures:
-        other = first.setdefault(key(picture), picture)
-        if other is not picture:
-            raise LutgenError(
-                f"{other.path} and {picture.path}: {what}, so a reader would read one picture twice. Leave one out."
-            )
-
-
 def _picture(name: str, path: Path) -> Picture:
     pixels = shown_pixels(path)
     shown = hashlib.sha256(str(pixels.shape).encode())
@@ -135,11 +125,7 @@ def _picture(name: str, path: Path) -> Picture:
 
 
 def shown_pixels(path: Path) -> Pixels:
-    """Read an image as readers see it: uint8, shape (height, width, 3); of 16 bits the nearest 8.
-
-    Raises LutgenError: not a PNG, TIFF or JPEG of 8 or 16 bits a channel, transparent somewhere, to be turned by the
-    viewer, or damaged.
-    """
+    """Read an image as readers see it: uint8, (height, width, 3). Raises LutgenError: it cannot be shown so."""
     with open_source(path) as source:
         _check_shown(source)
         pixels = np.concatenate(list(_bands(source)))
@@ -172,9 +158,6 @@ def _bands(source: ImageSource) -> Iterator[Pixels]:
 #: The LUTs that images go through: the most exact of the formats.
 LUT_FORMAT = "clf"
 
-#: Letters of a blind name.
-BLIND = 20
-
 #: Time stamp of every picture, in seconds since 1970: the earliest that a ZIP archive can store.
 _WRITTEN = 315_532_800
 
@@ -194,19 +177,12 @@ class BakedLut:
 
     def as_json(self) -> dict[str, Any]:
         """Return the entry of this LUT in the protocol."""
-        return {
-            "format": LUT_FORMAT,
-            "sha256": self.sha256,
-            "worst_delta_e_2000": self.worst,
-            "worst_smooth_delta_e_2000": self.smooth,
-        }
+        worst = {"worst_delta_e_2000": self.worst, "worst_smooth_delta_e_2000": self.smooth}
+        return {"format": LUT_FORMAT, "sha256": self.sha256, **worst}
 
 
 def bake_conditions(conditions: Iterable[StudyCondition], model: DisplayModel, folder: Path) -> dict[str, BakedLut]:
-    """Bake and certify the LUT of every condition but the un-aged one, by the condition's name.
-
-    Raises LutgenError: hours outside the measured span, or a display that cannot be baked.
-    """
+    """Bake and certify the LUT of every aged condition, by name. Raises LutgenError: it cannot be baked."""
     baked = {}
     for condition in conditions:
         if condition == UNAGED:
@@ -224,7 +200,8 @@ def bake_conditions(conditions: Iterable[StudyCondition], model: DisplayModel, f
 
 def blind_name(key: bytes, image: str, condition: str) -> str:
     """Name a render: a keyed hash of what it shows."""
-    return hmac.new(key, f"{image}\0{condition}".encode(), hashlib.sha256).hexdigest()[:BLIND]
+    # Letters of a blind name.
+    return hmac.new(key, f"{image}\0{condition}".encode(), hashlib.sha256).hexdigest()[:20]
 
 
 def render_images(
@@ -234,12 +211,7 @@ def render_images(
     key: bytes,
     progress: Callable[[int], None],
 ) -> tuple[Render, ...]:
-    """Write what is shown of each (image, condition) into a study's folder; ``progress`` is told how many are done.
-
-    The un-aged picture is the image itself; of 16 bits a channel the nearest 8 are shown, after aging.
-
-    Raises LutgenError: an image that cannot be read or aged. What is written so far is the caller's to remove.
-    """
+    """Write what is shown of each (image, condition) into a study's folder. Raises LutgenError: unreadable."""
     renders: dict[tuple[str, str], Render] = {}
     (study / IMAGES).mkdir()
     # In the order of blind names, which is random: the order of writing would tell the un-aged picture.

@@ -8,7 +8,7 @@ import math
 import shutil
 from collections import Counter
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,27 +36,17 @@ _OURS = {PROTOCOL, IMAGES, ANSWERS}
 
 @dataclass(frozen=True)
 class Planned:
-    """A study that was planned.
+    """A study that was planned."""
 
-    Attributes
-    ----------
-    study
-        Its folder.
-    protocol
-        What was frozen.
-    left_out
-        Names of images that were given and that nobody reads.
-    rounded
-        Names of images of 16 bits a channel, of which 8 are shown.
-    remarks
-        What the LUTs fix of the display, and what they cannot carry: sentences.
-
-    """
-
+    #: Its folder.
     study: Path
+    #: What was frozen.
     protocol: Protocol
+    #: Names of images that were given and that nobody reads.
     left_out: tuple[str, ...]
+    #: Names of images of 16 bits a channel, of which 8 are shown.
     rounded: tuple[str, ...]
+    #: What the LUTs fix of the display, and what they cannot carry: sentences.
     remarks: tuple[str, ...]
 
     @property
@@ -66,11 +56,7 @@ class Planned:
 
     @property
     def power(self) -> Power | None:
-        """What the study can find, by the fewest answers that a condition of session 1 gets.
-
-        None where nothing is compared, where some condition has fewer answers than there are readers, and beyond what
-        power is worked out for.
-        """
+        """What the study can find, by the fewest answers of a condition of session 1; None: nothing to say."""
         answers = Counter(trial.condition for trial in self.protocol.trials if trial.session == 1)
         readers = self.protocol.readers
         fewest = min(answers.values()) // readers
@@ -89,10 +75,8 @@ class Planned:
             "display": {"file": protocol.model["file"], "sha256": protocol.model["sha256"]},
             "model": protocol.model["model"],
             "conditions": [
-                {
-                    "name": each.name,
-                    "mode": each.mode,
-                    "hours": each.hours,
+                asdict(each)
+                | {
                     "images_a_reader": self.per_condition.get(each.name, 0),
                     "lut": protocol.model["luts"].get(each.name),
                 }
@@ -166,9 +150,13 @@ def plan_study(
     shown = _shown(pictures, practised, design)
     with _made_whole(study, force=force) as new, scratch() as folder:
         luts = bake_conditions(design.conditions, model, Path(folder))
-        key = _key(seed, (*pictures, *practised), luts)
+        # To work the blind names out takes the seed, every image and every LUT.
+        hashes = [*(each.sha256 for each in (*pictures, *practised)), *(lut.sha256 for lut in luts.values())]
+        key = hashlib.sha256(json.dumps([seed, *hashes]).encode()).digest()
         renders = render_images(shown, luts, new, key, lambda done: progress(done, len(shown)))
-        _check_unchanged((*pictures, *practised))
+        for picture in (*pictures, *practised):
+            if file_sha256(picture.path) != picture.sha256:
+                raise LutgenError(f"{picture.path}: was changed while the study was planned. Plan it again.")
         protocol = Protocol(
             title=title,
             conditions=design.conditions,
@@ -243,14 +231,8 @@ def _shown(pictures: Sequence[Picture], practised: Sequence[Picture], design: De
     return [*shown, *((picture, UNAGED.name) for picture in practised)]
 
 
-def _key(seed: int, pictures: Sequence[Picture], luts: dict[str, BakedLut]) -> bytes:
-    """Return the key of the blind names: it takes the seed, every image and every LUT to work one out."""
-    made_of = [seed, *(picture.sha256 for picture in pictures), *(lut.sha256 for lut in luts.values())]
-    return hashlib.sha256(json.dumps(made_of).encode()).digest()
-
-
 def _model(model: DisplayModel, luts: dict[str, BakedLut]) -> dict[str, Any]:
-    """Describe the display: the file's name and hash, everything that made the LUTs, and what each was found to be."""
+    """Describe the display: name and hash of its file, the model behind the LUTs, and each LUT's error."""
     readings = model.measurements
     content = {
         "file": Path(readings.file).name,
@@ -264,19 +246,9 @@ def _model(model: DisplayModel, luts: dict[str, BakedLut]) -> dict[str, Any]:
     return plain
 
 
-def _check_unchanged(pictures: Sequence[Picture]) -> None:
-    for picture in pictures:
-        if file_sha256(picture.path) != picture.sha256:
-            raise LutgenError(f"{picture.path}: was changed while the study was planned. Plan it again.")
-
-
 @contextmanager
 def _made_whole(study: Path, *, force: bool) -> Iterator[Path]:
-    """Give a new folder that becomes ``study`` when all is done, and is removed when it is not.
-
-    It lies in one beside ``study``, where a study that is replaced waits until the new one is in place. What a killed
-    run left is removed first.
-    """
+    """Give a new folder that becomes ``study`` when all is done; one that is replaced waits beside it."""
     whole = study.resolve()
     beside = whole.with_name(f".{whole.name}{PARTIAL}")
     new, old = beside / "new", beside / "old"

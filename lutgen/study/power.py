@@ -58,11 +58,7 @@ _REACH = 8.0
 
 @dataclass(frozen=True)
 class Detectable:
-    """The smallest true difference that a test finds with ``TARGET`` power; None where no difference is enough.
-
-    ``measure`` is ``time`` (s), ``ease`` (steps of the scale) or ``agreement`` (a fall of a share); ``base`` is the
-    agreement un-aged, ``sd`` the standard deviation that was assumed; each None where it means nothing.
-    """
+    """The smallest true difference that a test finds with ``TARGET`` power; None where no difference is enough."""
 
     measure: str
     test: str
@@ -73,11 +69,7 @@ class Detectable:
 
 @dataclass(frozen=True)
 class Seen:
-    """A difference that the paper measured, and the power to find a difference as large.
-
-    ``paper`` is the power with the paper's numbers of answers, ``yours`` with those asked about, ``needed`` the answers
-    per condition for ``TARGET``, None where ``MOST`` are not enough.
-    """
+    """A difference that the paper measured, and the power to find a difference as large."""
 
     measure: str
     test: str
@@ -123,10 +115,7 @@ class Power:
 
 
 def study_power(per_condition: int, readers: int = 1) -> Power:
-    """Work out the power of a study with so many images per condition and reader.
-
-    Raises LutgenError: no images or readers, or more than ``MOST`` answers per condition.
-    """
+    """Work out the power of so many images per condition and reader. Raises LutgenError: none, or too many."""
     for option, count in (("--per-condition", per_condition), ("--readers", readers)):
         if count < 1:
             raise LutgenError(f"{option} {count}: give 1 or more.")
@@ -147,11 +136,7 @@ def standard_deviation(measure: str, conditions: Sequence[str]) -> float:
 
 
 def t_power(difference: float, sd: float, answers: tuple[int, int], *, tails: int) -> float:
-    """Power of Student's two-sample t at ``ALPHA`` for a true difference, in the unit of ``sd``.
-
-    Exact for normal values of one variance: t follows the noncentral distribution with n + m - 2 degrees of freedom and
-    noncentrality d / (sd √(1/n + 1/m)). 0 for a group of fewer than ``LEAST``.
-    """
+    """Power of Student's two-sample t at ``ALPHA``, exact for normal values, by the noncentral t distribution."""
     from scipy import stats
 
     if min(answers) < LEAST:
@@ -168,10 +153,7 @@ def t_power(difference: float, sd: float, answers: tuple[int, int], *, tails: in
 
 
 def agreement_power(shares: tuple[float, float], answers: tuple[int, int], *, test: str) -> float:
-    """Power to find that the first share is the larger, one-tailed at ``ALPHA``: exact, over all outcomes.
-
-    ``test`` is ``t`` (pooled, on 0/1 values) or ``fisher``. 0 for a group of fewer than ``LEAST``.
-    """
+    """Power to find that the first share is the larger, one-tailed at ``ALPHA``: exact, over all outcomes."""
     from scipy import stats
 
     if min(answers) < LEAST:
@@ -200,11 +182,7 @@ def t_rejects(first: NDArray[Any], second: NDArray[Any], answers: tuple[int, int
 
 
 def fisher_rejects(first: NDArray[Any], second: NDArray[Any], answers: tuple[int, int]) -> NDArray[np.bool_]:
-    """Whether Fisher's exact test finds the first of two counts larger, one-tailed; counts broadcast.
-
-    Given how many agree in all, the first count is hypergeometric: it is the larger from that count on above which,
-    itself included, no more than ``ALPHA`` of the distribution lies.
-    """
+    """Whether Fisher's exact test, hypergeometric, finds the first of two counts larger; counts broadcast."""
     from scipy.special import gammaln
 
     n, m = answers
@@ -242,17 +220,13 @@ def power_of(test: str, values: tuple[float, float], sd: float | None, answers: 
 
 
 def _detectable(answers: int) -> list[Detectable]:
-    detectable = []
+    smallest: list[tuple[str, str, float | None, float | None]] = []
     for measure in TABLE_2:
         sd = standard_deviation(measure, tuple(ANSWERS))
-        detectable += [_smallest(measure, test, sd, None, answers) for test in TESTS[measure]]
+        smallest += [(measure, test, sd, None) for test in TESTS[measure]]
     base = AGREED["none"] / ANSWERS["none"]
-    detectable += [_smallest("agreement", test, None, base, answers) for test in TESTS["agreement"]]
-    return detectable
-
-
-def _smallest(measure: str, test: str, sd: float | None, base: float | None, answers: int) -> Detectable:
-    return Detectable(measure, test, sd, base, smallest_difference(test, sd, base, answers))
+    smallest += [("agreement", test, None, base) for test in TESTS["agreement"]]
+    return [Detectable(*each, smallest_difference(*each[1:], answers)) for each in smallest]
 
 
 def smallest_difference(test: str, sd: float | None, base: float | None, answers: int) -> float | None:
@@ -292,11 +266,7 @@ def paper_values(measure: str, first: str, second: str) -> tuple[tuple[float, fl
 
 @cache
 def answers_needed(test: str, values: tuple[float, float], sd: float | None) -> int | None:
-    """Answers per condition for ``TARGET`` power; None when ``MOST`` are not enough.
-
-    Power is not monotone for counts: the bisection returns an n that suffices while n − 1 does not, not always the
-    smallest.
-    """
+    """Return answers per condition for ``TARGET`` power: n suffices, n − 1 does not; None beyond ``MOST``."""
 
     def enough(answers: int) -> bool:
         return power_of(test, values, sd, (answers, answers)) >= TARGET

@@ -139,10 +139,7 @@ def write_protocol(study: Path, protocol: Protocol) -> None:
 
 
 def read_protocol(study: Path) -> Protocol:
-    """Read a study's protocol.
-
-    Raises LutgenError: the file is missing, is no protocol or too large for one, or was altered after it was frozen.
-    """
+    """Read a study's protocol. Raises LutgenError: missing, no protocol, too large, or altered."""
     path = study / PROTOCOL
     advice = "Give the folder that lutgen study plan made."
     data = read_at_most(path, MAX_BYTES, what="the protocol", none="protocol", advice=advice)
@@ -198,12 +195,7 @@ MAX_LETTERS = 40
 
 
 def categories_of(negative: str, positive: str) -> tuple[Category, ...]:
-    """Return the diagnoses of two lists such as ``0,1+`` and ``2+,3+``.
-
-    The key of each is the digit that its name begins with, where all begin with different ones, else its number.
-
-    Raises LutgenError: a side without diagnoses, one that is named twice, too many, or a name that no key can carry.
-    """
+    """Return the diagnoses of lists such as ``0,1+`` and ``2+,3+``, with keys. Raises LutgenError: bad lists."""
     sides = [(name.strip(), side) for text, side in ((negative, False), (positive, True)) for name in text.split(",")]
     names = [name for name, _ in sides]
     wrong = next((name for name in names if not (name.isprintable() and 0 < len(name) <= MAX_LETTERS)), None)
@@ -222,10 +214,7 @@ def categories_of(negative: str, positive: str) -> tuple[Category, ...]:
 
 
 def ease_of(text: str) -> tuple[int, int]:
-    """Return smallest and largest ease of reading of text such as ``1..10``; every step has its digit, 10 has 0.
-
-    Raises LutgenError where the text is no such scale.
-    """
+    """Return smallest and largest ease of text such as ``1..10``. Raises LutgenError: the text is no such scale."""
     first, dots, last = text.partition("..")
     lowest = whole(first, least=0, most=1)
     highest = None if lowest is None else whole(last, least=lowest + 1, most=10 if lowest else 9)

@@ -18,22 +18,8 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen import __version__
 from lutgen.errors import LutgenError, reason_of
+from lutgen.study import answers
 from lutgen.study.answer_file import AnswerFile, held
-from lutgen.study.answers import (
-    ANSWERED,
-    ENDED,
-    MAX_SECONDS,
-    OVERRIDDEN,
-    PRACTISED,
-    RESUMED,
-    STARTED,
-    answered,
-    latest,
-    may_begin,
-    reader_name,
-    session_progress,
-    take_place,
-)
 from lutgen.study.protocol import Protocol, read_protocol
 
 if TYPE_CHECKING:
@@ -95,17 +81,19 @@ class ReadingSession:
         self.reader, self.place = str(file.entries[0].content["reader"]), int(file.entries[0].content["place"])
         self._file, self._clock = file, clock
         self.practice, self.images = tasks_of(protocol, self.place, session)
-        self._done = {kind: len(answered(file.entries, session, kind)) for kind in (PRACTISED, ANSWERED)}
+        self._done = {
+            kind: len(answers.answered(file.entries, session, kind)) for kind in (answers.PRACTISED, answers.ANSWERED)
+        }
 
     @property
     def practised(self) -> int:
         """How many images were practised on."""
-        return self._done[PRACTISED]
+        return self._done[answers.PRACTISED]
 
     @property
     def read(self) -> int:
         """How many images of the session were read."""
-        return self._done[ANSWERED]
+        return self._done[answers.ANSWERED]
 
     @property
     def left(self) -> int:
@@ -132,7 +120,7 @@ class ReadingSession:
 
     def following(self) -> str:
         """Say when this reader may read on; empty after the last session."""
-        begin = may_begin(self._file.entries, self.session + 1, self.protocol.washout_days)
+        begin = answers.may_begin(self._file.entries, self.session + 1, self.protocol.washout_days)
         if begin is None or self.session == self.protocol.sessions:
             return ""
         return f"Session {self.session + 1} may begin on {when(begin)}."
@@ -142,13 +130,8 @@ class ReadingSession:
         self._file.append(text_of(self._clock()), self.session, [(kind, content)])
 
     def answer(self, number: int, decision: Decision, *, practice: bool = False) -> None:
-        """Record an answer; when this returns, it is on disk. The same answer again changes nothing.
-
-        Raises PastError: ``number`` is not the image to be read now, or was answered otherwise; NotSavedError: the disk
-        is full, or cannot be written to, and nothing was recorded; LutgenError: no such category or ease, or an
-        impossible time.
-        """
-        kind = PRACTISED if practice else ANSWERED
+        """Record an answer on disk. Raises PastError, NotSavedError, or LutgenError for what is no answer."""
+        kind = answers.PRACTISED if practice else answers.ANSWERED
         self._check(decision)
         if number <= self._done[kind]:
             self._check_same(kind, number, decision)
@@ -160,7 +143,7 @@ class ReadingSession:
         content = {"position": number, "showings": self.showings(task), **asdict(decision)}
         events: list[tuple[str, Mapping[str, Any]]] = [(kind, content)]
         if not practice and number == len(self.images):
-            events.append((ENDED, {"answers": number}))
+            events.append((answers.ENDED, {"answers": number}))
         self._file.append(text_of(self._clock()), self.session, events)
         self._done[kind] += 1
 
@@ -168,8 +151,8 @@ class ReadingSession:
         lowest, highest = self.protocol.ease
         names = [category.name for category in self.protocol.categories]
         times = {
-            "seconds": (decision.seconds, MAX_SECONDS),
-            "first_choice_seconds": (decision.first_choice_seconds, MAX_SECONDS),
+            "seconds": (decision.seconds, answers.MAX_SECONDS),
+            "first_choice_seconds": (decision.first_choice_seconds, answers.MAX_SECONDS),
             "pauses": (decision.pauses, MAX_PAUSES),
             "paused_seconds": (decision.paused_seconds, MAX_PAUSED),
         }
@@ -182,17 +165,14 @@ class ReadingSession:
                 raise LutgenError(f"{name} {str(value)[:12]}: give 0 to {most:g}.")
 
     def _check_same(self, kind: str, number: int, decision: Decision) -> None:
-        before = answered(self._file.entries, self.session, kind)[number - 1]
+        before = answers.answered(self._file.entries, self.session, kind)[number - 1]
         if {**before, **asdict(decision)} != before:
             message = f"image {number} was answered already, and otherwise: that answer stays. There is no going back."
             raise PastError(message)
 
 
 def tasks_of(protocol: Protocol, place: int, session: int) -> tuple[list[Task], list[Task]]:
-    """Return what a reader is shown in a session: the images to practise on, and those of the session.
-
-    Raises LutgenError: the protocol has no such session, or names an image that was not rendered.
-    """
+    """Return the images of a session to practise on and to read. Raises LutgenError: no such session or image."""
     first = {render.image: render for render in reversed(protocol.renders)}
     trials = protocol.session(place, session)
     if not trials:
@@ -236,9 +216,6 @@ def text_of(time: datetime) -> str:
     return time.astimezone(UTC).isoformat(timespec="milliseconds")
 
 
-#: A clock that goes back by less than this was corrected by network time, not set by hand.
-CLOCK_SLACK = timedelta(seconds=2)
-
 #: Letters of a reason, at most.
 LONGEST_REASON = 500
 
@@ -253,34 +230,20 @@ def begin_reading(
     clock: Callable[[], datetime] = lambda: datetime.now(UTC),
     progress: Callable[[int, int], None] | None = None,
 ) -> Iterator[ReadingSession]:
-    """Begin a reader's session, or go on with it, and hold it until the end of the block.
-
-    Parameters
-    ----------
-    reader, session
-        Name, of which a new one takes the next free place; number from 1, after the session before and the washout.
-    override
-        A reason to begin before the washout is over, or with a clock that was set back; recorded when it was needed.
-    clock
-        Gives the time now, UTC.
-    progress
-        Called with the number of images compared with the protocol, and of all.
-
-    Raises
-    ------
-    LutgenError
-        The session may not be read now, or not by this reader; the study's files are not as they were planned.
-
-    """
+    """Begin or resume a reader's session for the block. Raises LutgenError: it may not be read now."""
     protocol = read_protocol(study)
-    name, why = reader_name(reader), _reason(override)
+    name, why = answers.reader_name(reader), _reason(override)
     if not 1 <= session <= protocol.sessions:
         raise LutgenError(f"--session {session}: the study has sessions 1 to {protocol.sessions}. Pick one of these.")
-    file = take_place(study, protocol, name, session=session, at=text_of(clock()))
+    file = answers.take_place(study, protocol, name, session=session, at=text_of(clock()))
     try:
         with held(file.path):
             began = ReadingSession(study, protocol, file, session, clock)
-            _check_pictures(study, [*began.practice, *began.images], progress)
+            tasks = [*began.practice, *began.images]
+            for done, task in enumerate(tasks, start=1):
+                picture_of(study, task)
+                if progress:
+                    progress(done, len(tasks))
             _begin(began, file, clock(), why)
             yield began
     finally:
@@ -289,27 +252,32 @@ def begin_reading(
 
 def _begin(began: ReadingSession, file: AnswerFile, now: datetime, why: str | None) -> None:
     protocol, session = began.protocol, began.session
-    here = session_progress(file.entries, session, len(began.images))
+    here = answers.session_progress(file.entries, session, len(began.images))
     if here.ended:
         following = f" Next is --session {session + 1}." if session < protocol.sessions else ""
         raise LutgenError(f"--session {session}: is complete, {here.read} of {here.images} images are read.{following}")
     if here.started:
-        file.append(text_of(now), session, [(RESUMED, {"read": here.read})])
+        file.append(text_of(now), session, [(answers.RESUMED, {"read": here.read})])
         return
-    if session > 1 and not session_progress(file.entries, session - 1, 0).ended:
+    if session > 1 and not answers.session_progress(file.entries, session - 1, 0).ended:
         message = f"--session {session}: session {session - 1} is not complete. Read --session {session - 1} first."
         raise LutgenError(message)
-    overridden = [(OVERRIDDEN, {"what": what, "reason": why}) for what in _forbidden(protocol, file, session, now, why)]
-    file.append(text_of(now), session, [*overridden, (STARTED, {"images": here.images, "version": __version__})])
+    overridden = [
+        (answers.OVERRIDDEN, {"what": what, "reason": why}) for what in _forbidden(protocol, file, session, now, why)
+    ]
+    file.append(
+        text_of(now), session, [*overridden, (answers.STARTED, {"images": here.images, "version": __version__})]
+    )
 
 
 def _forbidden(protocol: Protocol, file: AnswerFile, session: int, now: datetime, why: str | None) -> list[str]:
     """Return the rules that beginning now breaks. Raises LutgenError where it breaks one and no reason is given."""
     reasons = {}
-    last = latest(file.entries)
-    if now < last - CLOCK_SLACK:
+    last = answers.latest(file.entries)
+    # A clock that goes back by less than this was corrected by network time, not set by hand.
+    if now < last - timedelta(seconds=2):
         reasons["clock"] = f"the clock says {when(now)}, but {when(last)} was recorded before: it was set back. Set it"
-    begin = may_begin(file.entries, session, protocol.washout_days)
+    begin = answers.may_begin(file.entries, session, protocol.washout_days)
     if begin and now < begin:
         reasons["washout"] = (
             f"it may begin on {when(begin)}, {protocol.washout_days:g} days after session {session - 1} ended. Wait"
@@ -318,13 +286,6 @@ def _forbidden(protocol: Protocol, file: AnswerFile, session: int, now: datetime
         message = f"--session {session}: {next(iter(reasons.values()))}, or give --override REASON, which is recorded."
         raise LutgenError(message)
     return list(reasons)
-
-
-def _check_pictures(study: Path, tasks: list[Task], progress: Callable[[int, int], None] | None) -> None:
-    for done, task in enumerate(tasks, start=1):
-        picture_of(study, task)
-        if progress:
-            progress(done, len(tasks))
 
 
 def _reason(text: str | None) -> str | None:

@@ -35,9 +35,6 @@ LEASE = 7.0
 #: What the page may have recorded, apart from answers.
 NOTES = ("paused", "continued", "warned", "accepted")
 
-#: Letters of what the page says beside such a note.
-_LONGEST_NOTE = 2000
-
 #: Fields of an answer, and what JSON they are.
 _ANSWER: dict[str, type | tuple[type, ...]] = {
     "category": str,
@@ -65,10 +62,10 @@ class Conversation:
         self._tab, self._heard, self._closed = "", 0.0, False
         self._shown: tuple[str, Task, bytes] | None = None
         self.finished = Event()
-        self._asked = {
+        self._asked: dict[str, Callable[[str, Mapping[str, Any]], dict[str, Any]]] = {
             "claim": self._claim,
             "look": self._look,
-            "beat": self._beat,
+            "beat": lambda _tab, _body: {},
             "leave": self._leave,
             "next": self._next,
             "answer": self._answer,
@@ -137,9 +134,6 @@ class Conversation:
             "largest": [max(image.width for image in protocol.images), max(image.height for image in protocol.images)],
         }
 
-    def _beat(self, _tab: str, _body: Mapping[str, Any]) -> dict[str, Any]:
-        return {}
-
     def _leave(self, _tab: str, _body: Mapping[str, Any]) -> dict[str, Any]:
         self._tab, self._shown = "", None
         if self._reading.task() is None:
@@ -180,12 +174,13 @@ class Conversation:
         return {"saved": True}
 
     def _note(self, _tab: str, body: Mapping[str, Any]) -> dict[str, Any]:
-        kind, said = body.get("kind"), body.get("said")
-        if kind not in NOTES or not isinstance(said, dict) or len(json.dumps(said)) > _LONGEST_NOTE:
+        kind, words = body.get("kind"), body.get("said")
+        # Letters of what the page says beside such a note.
+        if kind not in NOTES or not isinstance(words, dict) or len(json.dumps(words)) > 2000:
             raise RefusedError(400, "bad", f"kind: pick one of {', '.join(NOTES)}; said: a short object.")
         task = self._shown[1] if self._shown else None
         where = {"practice": task.practice, "position": task.number} if task else {}
-        self._reading.note(str(kind), {"said": said, **where})
+        self._reading.note(str(kind), {"said": words, **where})
         return {"saved": True}
 
 
@@ -200,9 +195,6 @@ def _decision(body: Mapping[str, Any]) -> Decision:
 
 
 PAGE = Path(__file__).parent / "page"
-
-#: Seconds for which the closing page is waited for.
-_CLOSING = 20.0
 
 
 def session_application(conversation: Conversation) -> ASGIApp:
@@ -237,12 +229,7 @@ def session_application(conversation: Conversation) -> ASGIApp:
 
 @contextmanager
 def serving(conversation: Conversation, listening: socket | None = None) -> Iterator[str]:
-    """Serve a session's page in the background until the end of the block, on any port or on the one taken for it.
-
-    Gives its address.
-
-    Raises LutgenError: no port is free, or what serves pages is not installed.
-    """
+    """Serve a session's page in the background; give its address. Raises LutgenError: no free port."""
     try:
         with served(session_application(conversation), listening or port_taken(0)) as address:
             yield address
@@ -257,12 +244,7 @@ def serve(
     say: Callable[[str], None],
     listening: socket | None = None,
 ) -> None:
-    """Serve a session until it is complete and its closing page was shown.
-
-    ``opened`` is called with the page's address once the page is served, ``say`` with sentences on troubles for whoever
-    runs the study. ``listening`` is a socket from :func:`lutgen.server.port_taken`; None: any free port. Raises
-    LutgenError: no port is free, or what serves pages is not installed.
-    """
+    """Serve a session until it is complete and its closing page was shown; ``say`` gets troubles, in sentences."""
     conversation = Conversation(reading, say)
     with serving(conversation, listening) as address:
         opened(address)
@@ -270,5 +252,6 @@ def serve(
         while not conversation.finished.wait(0.2):
             if reading.task() is None:
                 complete = complete or time.monotonic()
-                if time.monotonic() - complete > _CLOSING:
+                # Seconds for which the closing page is waited for.
+                if time.monotonic() - complete > 20.0:
                     return

@@ -125,12 +125,7 @@ class SimulatedReader:
         return float(self._random(0, crc32(image.encode())).standard_normal())
 
     def answer(self, trial: StudyTrial, difference: float, difficulty: float) -> tuple[float, int, str]:
-        """Answer one trial: seconds, ease on the study's scale, name of a category.
-
-        The trial's reader, session and position choose the noise, its image the category that the reader settles on.
-        ``difference`` is ΔE2000 at nuclei, aged against un-aged, at least 0; ``difficulty`` is that of the image, from
-        :meth:`difficulty`.
-        """
+        """Answer one trial of so large a ``difference`` (ΔE2000): seconds, ease, name of a category."""
         pace = self.pace * float(self._random(1, trial.reader).standard_normal())
         random = self._random(2, trial.reader, trial.session, trial.position)
         read = self.readings(difference, difficulty, random, pace)
@@ -154,12 +149,7 @@ class SimulatedReader:
 def simulate(
     trials: Iterable[StudyTrial], differences: Mapping[tuple[str, str], float], reader: SimulatedReader
 ) -> tuple[Answer, ...]:
-    """Answer all trials, of a protocol or from :func:`paper_trials`.
-
-    ``differences``: (image, condition) → ΔE2000 at nuclei; an image that is missing there, such as an un-aged one, has
-    0. Every place in the study is one such ``reader``, with a pace of its own. Raises LutgenError: a difference is
-    negative or not finite.
-    """
+    """Answer all trials, by (image, condition) → ΔE2000 at nuclei, 0 where none is given. Raises LutgenError."""
     for (image, condition), difference in differences.items():
         if not 0 <= difference < float("inf"):
             raise LutgenError(f"ΔE2000 at nuclei of {image} under {condition}: {difference:g} is not 0 or above.")
@@ -184,27 +174,8 @@ def simulate(
     return tuple(answers)
 
 
-def paper_trials(seed: int, *, per_condition: int = 40, readers: int = 1) -> tuple[StudyTrial, ...]:
-    """Plan the paper's study (section 2.3): a session of images under three conditions, and one of all un-aged."""
-    random = np.random.default_rng([seed, 4])
-    names = [f"image-{number:03}" for number in range(1, 3 * per_condition + 1)]
-    trials = []
-    for reader in range(1, readers + 1):
-        under = dict(zip(random.permutation(names), sorted([*PAPER_DIFFERENCES] * per_condition), strict=True))
-        for session, shown in ((1, under), (2, dict.fromkeys(names, "none"))):
-            order = map(str, random.permutation(names))
-            trials += [
-                StudyTrial(reader, session, place, name, shown[name]) for place, name in enumerate(order, start=1)
-            ]
-    return tuple(trials)
-
-
 def nuclear_difference(unaged: Path, aged: Mapping[str, Path]) -> dict[str, float]:
-    """Mean ΔE2000 over the pixels of nuclei, for each aged picture of an image: condition → picture of the same size.
-
-    The nuclei are those of the un-aged picture. Raises LutgenError: a picture cannot be read, has no nuclei or another
-    size; scikit-image is missing.
-    """
+    """Mean ΔE2000 over the nuclei of an un-aged picture, for each aged one. Raises LutgenError: unreadable."""
     field = read_field(unaged)
     nuclei = segment(field).labels > 0
     before = linear_to_lab(code_to_linear(code_of(field.keys[nuclei])))
@@ -221,10 +192,7 @@ def nuclear_difference(unaged: Path, aged: Mapping[str, Path]) -> dict[str, floa
 def measured_differences(
     study: Path, protocol: Protocol, progress: Callable[[int, int], None] = lambda _done, _total: None
 ) -> dict[tuple[str, str], float]:
-    """Measure every image of a study under every aged condition that it is read under: (image, condition) → ΔE2000.
-
-    Raises LutgenError as :func:`nuclear_difference`, or an image is never read un-aged.
-    """
+    """Measure each image of a study under each aged condition; errors as :func:`nuclear_difference`."""
     files: dict[str, dict[str, Path]] = {}
     for render in protocol.renders:
         files.setdefault(render.image, {})[render.condition] = study / render.file

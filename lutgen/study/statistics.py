@@ -92,10 +92,7 @@ def mean_interval(sample: StudySample, kind: str = "normal") -> Interval:
 
 
 def wilson(count: int, n: int) -> Interval:
-    """Score interval of the share ``count`` of ``n`` ≥ 1, without continuity correction.
-
-    Wilson 1927, doi:10.1080/01621459.1927.10502953.
-    """
+    """Score interval of the share ``count`` of ``n`` ≥ 1: Wilson 1927, doi:10.1080/01621459.1927.10502953."""
     share, weight = count / n, Z**2 / n
     middle = (share + weight / 2) / (1 + weight)
     half = sqrt(weight * (share * (1 - share) + weight / 4)) / (1 + weight)
@@ -103,11 +100,8 @@ def wilson(count: int, n: int) -> Interval:
 
 
 def newcombe(first: tuple[int, int], second: tuple[int, int]) -> Interval:
-    """Interval of the difference of two shares, first − second, each (count, n).
-
-    Method 10 of Newcombe 1998, doi:10.1002/(SICI)1097-0258(19980430)17:8<873::AID-SIM779>3.0.CO;2-I: the two Wilson
-    intervals, put together.
-    """
+    """Interval of first − second, each (count, n): Newcombe 1998, method 10, of two Wilson intervals."""
+    # doi:10.1002/(SICI)1097-0258(19980430)17:8<873::AID-SIM779>3.0.CO;2-I
     (one, low_1, high_1), (two, low_2, high_2) = ((k / n, *wilson(k, n)) for k, n in (first, second))
     difference = one - two
     return (
@@ -133,11 +127,7 @@ class Tested(NamedTuple):
 
 
 def pooled(first: Any, second: Any, *, one_tailed: bool = False) -> Tested:
-    """Student's two-sample t of equal variances.
-
-    ``first`` and ``second`` have n, mean and sd, as ``SampleFigures`` and ``StudySample`` have. p is that of different
-    means; with ``one_tailed`` that of a larger mean of ``first``.
-    """
+    """Student's two-sample t of equal variances, of two samples with n, mean and sd."""
     df = np.asarray(first.n + second.n - 2, np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):
         variance = ((first.n - 1) * np.square(first.sd) + (second.n - 1) * np.square(second.sd)) / df
@@ -175,11 +165,7 @@ Sized = tuple[float, Interval]
 
 
 def hedges_g(first: StudySample, second: StudySample) -> Sized:
-    """Difference of means, second − first, in pooled standard deviations, without the bias of small samples.
-
-    Hedges 1981, doi:10.3102/10769986006002107, with the exact factor; the interval by the large-sample variance of
-    Hedges & Olkin 1985, Statistical Methods for Meta-Analysis, chapter 5.
-    """
+    """Second − first in pooled standard deviations, unbiased: Hedges 1981, doi:10.3102/10769986006002107."""
     t, df, _ = map(float, pooled(second, first))
     shares = 1 / first.n + 1 / second.n
     factor = _gamma_ratio(df) if df > 1 else nan
@@ -274,10 +260,7 @@ def counts(conditions: Sequence[str], reading_pairs: Sequence[ReadingPair]) -> t
 
 @dataclass(frozen=True)
 class Kappa:
-    """κ of the pairs of a condition: ``of`` is ``side`` (positive or negative) or ``category``.
-
-    κ and its interval are NaN where all readings gave the same answer: chance alone would agree always.
-    """
+    """κ of the pairs of a condition, by ``side`` or ``category``; NaN where all readings gave the same answer."""
 
     condition: str
     of: str
@@ -310,10 +293,7 @@ def _kappa(condition: str, of: str, readings: Sequence[tuple[str, str]]) -> Kapp
 
 
 def cohen(table: Array) -> tuple[float, float]:
-    """κ and its standard error from a square table of counts, (k, k); NaN where chance agrees always.
-
-    Cohen 1960, doi:10.1177/001316446002000104; error by Fleiss, Cohen & Everitt 1969, doi:10.1037/h0028106.
-    """
+    """κ of counts (k, k), Cohen 1960, and its error, Fleiss, Cohen & Everitt 1969, doi:10.1037/h0028106; or NaN."""
     n = table.sum()
     share = table / n
     rows, columns = share.sum(axis=1), share.sum(axis=0)
@@ -329,10 +309,7 @@ def cohen(table: Array) -> tuple[float, float]:
 
 
 def odds_ratio(first: AgreementCounts, second: AgreementCounts) -> Sized:
-    """Odds of agreeing, second over first, with the exact conditional interval (Cornfield 1956; as R's fisher.test).
-
-    NaN or infinite where a count is 0.
-    """
+    """Odds of agreeing, second over first, with the exact conditional interval (Cornfield 1956)."""
     from scipy.stats.contingency import odds_ratio as conditional
 
     ratio = conditional([[second.agreed, second.disagreed], [first.agreed, first.disagreed]])

@@ -79,18 +79,7 @@ class Row:
 
 
 def read_rows(file: str | Path, columns: Sequence[str], *, optional: Sequence[str] = ()) -> tuple[str, tuple[Row, ...]]:
-    """Read a table that has exactly these columns, and any of the optional ones, in any order.
-
-    Returns
-    -------
-    remark
-        The comment in the first line, without ``#``; empty where there is none.
-    rows
-        At least one.
-
-    Raises LutgenError: the file cannot be read, is too large or no UTF-8, has other columns, or no rows; a line has
-    more or fewer cells.
-    """
+    """Return the remark in the first line, and the rows of exactly these columns. Raises LutgenError: another table."""
     advice = f"Give a .csv with {','.join(columns)}."
     data = read_at_most(Path(file), MAX_BYTES, what="the table", none="such table", advice=advice)
     try:
@@ -138,11 +127,7 @@ COLUMNS = tuple(field.name for field in fields(Answer))
 
 
 def read_answer_table(file: str | Path) -> tuple[str, tuple[Answer, ...]]:
-    """Read a table of answers: the remark in its first line, and the answers in the order of the lines.
-
-    Raises LutgenError as :func:`lutgen.study.tables.read_rows`; a cell out of range; an image twice in a reader's
-    session; a category that is positive in one line and negative in another.
-    """
+    """Return the remark in the first line, and the answers. Raises LutgenError: a wrong cell, or an image twice."""
     remark, rows = read_rows(file, COLUMNS)
     answers = []
     lines: dict[tuple[str, int, str], int] = {}
@@ -194,11 +179,7 @@ MOST = 10_000
 
 
 def read_counts(file: str | Path) -> tuple[str, tuple[AgreementCounts, ...]]:
-    """Read ``condition,agreed,disagreed``: the remark in the first line, and the rows.
-
-    Raises LutgenError as :func:`lutgen.study.tables.read_rows`; a cell that is no count, a condition twice or without
-    any pair.
-    """
+    """Read ``condition,agreed,disagreed``: the remark and the rows; errors as :func:`read_rows`."""
     remark, rows = read_rows(file, COUNTS)
     counts = []
     for row in rows:
@@ -212,13 +193,7 @@ def read_counts(file: str | Path) -> tuple[str, tuple[AgreementCounts, ...]]:
 
 
 def read_summary(file: str | Path, *, ci: str = "normal") -> tuple[str, tuple[StudySample, ...]]:
-    """Read ``condition,measure,n,mean,ci95``: the remark in the first line, and the samples.
-
-    ``ci95`` is the half width: mean ± ci95. The standard deviation is taken back from it as ``ci`` says, a key of
-    ``INTERVALS``: ``normal``, ci95 = 1.96 SD/√n, or ``t``.
-
-    Raises LutgenError as :func:`read_counts`; a measure that is none of ``MEASURES``, or an interval below 0.
-    """
+    """Read ``condition,measure,n,mean,ci95``, where ci95 is the half width; errors as :func:`read_rows`."""
     remark, rows = read_rows(file, SUMMARY)
     samples = []
     for row in rows:

@@ -8,7 +8,7 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import NUMBER, WHOLE, check_output, image_argument, model_from, picture_options
-from lutgen.cli.terminal import progress_bar, say
+from lutgen.cli.outputs import progress_bar, say
 from lutgen.names import AGING_MODES, ANIMATION_SUFFIXES
 
 #: Seconds of the animation and pixels of its longest side, unless an option says otherwise.

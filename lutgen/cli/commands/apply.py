@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import NUMBER, model_from, model_options, source_option
-from lutgen.cli.outputs import print_json
-from lutgen.cli.screen_options import AskedPlace, screen_options
-from lutgen.cli.terminal import progress_bar, say
+from lutgen.cli.options import NUMBER, AskedPlace, model_from, model_options, screen_options, source_option
+from lutgen.cli.outputs import print_json, progress_bar, say
+from lutgen.errors import LutgenError
 from lutgen.names import MODES
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from lutgen.display import AgedDisplay
     from lutgen.display.on_screen import OnScreen
     from lutgen.pictures.apply import AppliedImage
@@ -67,8 +65,6 @@ def command(
       lutgen apply slide.png --mode chroma --hours 10000 -o aged.png
       lutgen apply a.tif b.tif --build aged/ --mode chroma-luma --hours 18000 --side-by-side -o compared/
     """
-    from pathlib import Path
-
     from lutgen.pictures.apply import apply_to_images, outputs_for
 
     aging, screen, remarks = _aging(mode, hours, lut, build, options=options, where=where)
@@ -76,13 +72,7 @@ def command(
     pairs = list(zip(paths, outputs_for(paths, output), strict=True))
     with progress_bar("applying", quiet=as_json) as progress:
         done = apply_to_images(
-            pairs,
-            aging,
-            side_by_side=side_by_side,
-            on_screen=screen,
-            source=source,
-            force=force,
-            progress=progress,
+            pairs, aging, side_by_side=side_by_side, on_screen=screen, source=source, force=force, progress=progress
         )
     if as_json:
         from dataclasses import asdict
@@ -104,11 +94,8 @@ def _aging(
     options: dict[str, Any],
     where: AskedPlace,
 ) -> tuple[AgedDisplay | Path, OnScreen | None, list[str]]:
-    """What to apply, where on the screen, and what is to be said of a model's conditions."""
-    from pathlib import Path
-
+    """Return the display or LUT to apply, where on the screen, and remarks on the model's conditions."""
     from lutgen.display import what_pictures_carry
-    from lutgen.errors import LutgenError
 
     model_given = any(options.values())
     if any(where) and (lut or build):
@@ -133,7 +120,6 @@ def _aging(
 def _built_lut(folder: Path, mode: str, hours: float) -> Path:
     from lutgen.bake.formats import format_named, format_names
     from lutgen.display import hour_name
-    from lutgen.errors import LutgenError
     from lutgen.files import is_file
 
     # The most accurate format first; pictures go through a format that OpenColorIO reads.

@@ -9,8 +9,7 @@ import click
 from lutgen.bake.formats import format_names
 from lutgen.cli.command import Advanced, Command, Section
 from lutgen.cli.options import NUMBER, WHOLE, WholeFrom, model_from, model_options, split_list
-from lutgen.cli.outputs import print_json
-from lutgen.cli.terminal import progress_bar, say
+from lutgen.cli.outputs import print_json, progress_bar, say
 from lutgen.names import AGING_MODES, DIRECTIONS, MODES, UNREACHABLE
 
 if TYPE_CHECKING:

@@ -10,8 +10,7 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import NUMBER, WholeFrom, model_from, model_options
-from lutgen.cli.outputs import print_json
-from lutgen.cli.terminal import progress_bar, say
+from lutgen.cli.outputs import print_json, progress_bar, say
 from lutgen.names import MODES
 
 if TYPE_CHECKING:

@@ -9,8 +9,7 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import WholeFrom, json_option, life_options, model_from, model_options, numbers, source_option
-from lutgen.cli.outputs import Outputs
-from lutgen.cli.terminal import progress_bar, say
+from lutgen.cli.outputs import Outputs, progress_bar, say
 
 
 @click.command(cls=Command, section=Section.PICTURES, place=2)

@@ -9,8 +9,7 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.data_options import data_options, question_from, split_all
-from lutgen.cli.outputs import Outputs, check_new_file
-from lutgen.cli.terminal import progress_bar
+from lutgen.cli.outputs import Outputs, check_new_file, progress_bar
 
 if TYPE_CHECKING:
     from lutgen.criticism.diagnose import Diagnosis
@@ -78,7 +77,7 @@ def _write_stub(diagnosis: Diagnosis, to: str | None) -> str | None:
         click.echo(f"{to} is not written: nothing is left that an effect of your own could explain.", err=True)
         return None
     from lutgen.files import write_atomically
-    from lutgen.report.effect_sketch import stub
+    from lutgen.report.effect_sketch import sketch
 
-    write_atomically(Path(to), stub(diagnosis).encode())
+    write_atomically(Path(to), sketch(diagnosis).encode())
     return to

@@ -10,6 +10,7 @@ import click
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import NumberFrom
 from lutgen.cli.outputs import print_json, print_page
+from lutgen.errors import pick_one
 from lutgen.report.parts import Headline, Page, Table
 
 if TYPE_CHECKING:
@@ -17,9 +18,6 @@ if TYPE_CHECKING:
 
     from lutgen.effects import Effect
     from lutgen.effects.contract import Report
-
-#: Letters in a line of the built-in effects' docstrings.
-SOURCE_WIDTH = 120
 
 #: Version of the JSON.
 SCHEMA = 1
@@ -92,7 +90,6 @@ def command(
 
 
 def _chosen(effects: Mapping[str, Effect], name: str) -> Effect:
-    from lutgen.errors import pick_one
 
     if name not in effects:
         raise pick_one("effect", name, effects)
@@ -158,7 +155,8 @@ def _unwrapped(text: str) -> str:
     joined = first
     last = first
     for line in others:
-        broken = line and last and len(last) + 1 + len(line.split()[0]) > SOURCE_WIDTH
+        # Letters in a line of the built-in effects' docstrings.
+        broken = line and last and len(last) + 1 + len(line.split()[0]) > 120
         joined += f" {line}" if broken else f"\n{line}"
         last = line
     return joined
@@ -249,12 +247,8 @@ def _rehearsal_json(rehearsal: Any) -> dict[str, Any]:
         return {}
     return {
         "rehearsal": {
-            "absorbed": rehearsal.absorbed,
-            "smallest_detectable": rehearsal.smallest_detectable,
-            "unit": rehearsal.unit,
-            "likeness": [list(pair) for pair in rehearsal.likeness],
-            "recovered": rehearsal.recovered,
-            "sentence": rehearsal.sentence,
+            key: getattr(rehearsal, key)
+            for key in ("absorbed", "smallest_detectable", "unit", "likeness", "recovered", "sentence")
         }
     }
 

@@ -6,7 +6,7 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import WHOLE
-from lutgen.cli.terminal import say
+from lutgen.cli.outputs import say
 from lutgen.names import BASELINES
 
 
@@ -34,6 +34,7 @@ def command(
       lutgen explore
       lutgen explore examples/display-a.csv --image slide.png
     """
+    import webbrowser
     from contextlib import suppress
     from threading import Thread
 
@@ -48,16 +49,10 @@ def command(
         say(f"Ctrl-C ends the page. See it at {address}")
         if not no_browser:
             # Some browsers are waited for while they start; the page is made meanwhile.
-            Thread(target=_browse, args=(address,), daemon=True).start()
+            Thread(target=webbrowser.open, args=(address,), daemon=True).start()
 
     with port_taken(port) as listening:
         readings = data or ("" if model else str(example_readings()))
         asked = Asked(readings, image or str(tissue()), model, baseline)
         with suppress(KeyboardInterrupt):
             serve(asked, listening, opened=opened, wait=bool(data or image or model))
-
-
-def _browse(address: str) -> None:
-    import webbrowser
-
-    webbrowser.open(address)

@@ -7,9 +7,8 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import check_output, image_argument, model_from, picture_options
-from lutgen.cli.screen_options import AskedPlace, screen_options
-from lutgen.cli.terminal import progress_bar, say
+from lutgen.cli.options import AskedPlace, check_output, image_argument, model_from, picture_options, screen_options
+from lutgen.cli.outputs import progress_bar, say
 from lutgen.names import FIGURES
 
 
@@ -20,14 +19,7 @@ from lutgen.names import FIGURES
 @picture_options
 @screen_options
 def command(
-    *,
-    number: str,
-    image: str,
-    output: str,
-    source: str,
-    force: bool,
-    where: AskedPlace,
-    **options: Any,
+    *, number: str, image: str, output: str, source: str, force: bool, where: AskedPlace, **options: Any
 ) -> None:
     """Redraw a figure of the paper from your own image; the images of the paper were never published.
 

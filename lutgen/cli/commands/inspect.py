@@ -9,8 +9,7 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import json_option
-from lutgen.cli.outputs import Outputs
-from lutgen.cli.terminal import progress_bar
+from lutgen.cli.outputs import Outputs, progress_bar
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

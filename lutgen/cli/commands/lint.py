@@ -7,8 +7,7 @@ import sys
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.outputs import Outputs
-from lutgen.cli.terminal import progress_bar
+from lutgen.cli.outputs import Outputs, progress_bar
 
 
 @click.command(cls=Command, section=Section.OTHERS_FILES, place=1)

@@ -6,11 +6,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lutgen.cells import number_list
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import NUMBER, check_output, image_argument, model_from, picture_options
-from lutgen.cli.outputs import Outputs
-from lutgen.cli.screen_options import AskedPlace, screen_options
-from lutgen.cli.terminal import progress_bar
+from lutgen.cli.options import (
+    NUMBER,
+    AskedPlace,
+    check_output,
+    image_argument,
+    model_from,
+    picture_options,
+    screen_options,
+)
+from lutgen.cli.outputs import Outputs, progress_bar
+from lutgen.errors import LutgenError
 from lutgen.names import AGING_MODES, MAP_SUFFIXES
 
 if TYPE_CHECKING:
@@ -65,20 +73,14 @@ def command(
     low, high = check_range(*_numbers(ends))
     statistics = Outputs(json_to, force=force)
     paths = [check_output(output, image, force=force, suffixes=(".png", *MAP_SUFFIXES)) for output in outputs]
-    _check_different(outputs)
+    twice = next((output for output in outputs if outputs.count(output) > 1), None)
+    if twice:
+        raise LutgenError(f"{twice}: is given twice with -o. Give each file once.")
     floats = [path for path in paths if path.suffix.lower() in MAP_SUFFIXES]
     model, screen = where.on(model_from(**options))
     with progress_bar("comparing pixels", quiet=statistics.alone) as progress:
         difference = difference_map(
-            image,
-            model,
-            mode,
-            hours,
-            floats=floats,
-            on_screen=screen,
-            source=source,
-            force=force,
-            progress=progress,
+            image, model, mode, hours, floats=floats, on_screen=screen, source=source, force=force, progress=progress
         )
     for path in paths:
         if path not in floats:
@@ -89,21 +91,11 @@ def command(
 
 
 def _numbers(text: str) -> tuple[float, float]:
-    from lutgen.cells import number_list
-    from lutgen.errors import LutgenError
 
     ends = number_list(text)
     if ends is None or len(ends) != 2:
         raise LutgenError(f"--range {text}: give the two ends of the scale, such as 0,12.")
     return ends[0], ends[1]
-
-
-def _check_different(outputs: tuple[str, ...]) -> None:
-    from lutgen.errors import LutgenError
-
-    twice = next((output for output in outputs if outputs.count(output) > 1), None)
-    if twice:
-        raise LutgenError(f"{twice}: is given twice with -o. Give each file once.")
 
 
 def _sentences(difference: DifferenceMap) -> list[str]:

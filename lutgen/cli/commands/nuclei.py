@@ -8,8 +8,7 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import NUMBER, WHOLE, hours_option, json_option, model_from, model_options, source_option
-from lutgen.cli.outputs import Outputs, check_new_file
-from lutgen.cli.terminal import progress_bar
+from lutgen.cli.outputs import Outputs, check_new_file, progress_bar
 from lutgen.files import write_atomically
 from lutgen.names import STAINS
 

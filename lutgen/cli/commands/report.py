@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import model_from, model_options, numbers, source_option, tolerance_option
-from lutgen.cli.outputs import check_new_file
-from lutgen.cli.screen_options import AskedPlace, screen_options
-from lutgen.cli.terminal import progress_bar, say
+from lutgen.cli.options import (
+    AskedPlace,
+    model_from,
+    model_options,
+    numbers,
+    screen_options,
+    source_option,
+    tolerance_option,
+)
+from lutgen.cli.outputs import check_new_file, progress_bar, say
 from lutgen.names import INSTRUMENTS
 
 if TYPE_CHECKING:
@@ -68,13 +75,10 @@ def command(
       lutgen report slide.png -o slide.html
       lutgen report slide.png --data examples/display-a.csv --hours 0..18000:3000 -o diagnosed.html
     """
-    from pathlib import Path
-
     from lutgen.pictures.frame import read_frame
     from lutgen.pictures.lifetime import check_tolerances, lifetime
-    from lutgen.report.on_screen import placed_stills
     from lutgen.report.page import Run, read_build, write_report
-    from lutgen.report.page_scenes import PIXELS, WIDTH, hours_of, scenes_of
+    from lutgen.report.page_scenes import PIXELS, WIDTH, hours_of, placed_stills, scenes_of
 
     tolerances = check_tolerances(numbers("--tolerance", tolerance))
     check_new_file(output, force=force, suffixes=(".html", ".htm"))

@@ -7,9 +7,8 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import check_output, image_argument, model_from, picture_options
-from lutgen.cli.screen_options import AskedPlace, screen_options
-from lutgen.cli.terminal import progress_bar, say
+from lutgen.cli.options import AskedPlace, check_output, image_argument, model_from, picture_options, screen_options
+from lutgen.cli.outputs import progress_bar, say
 from lutgen.names import AGING_MODES
 
 

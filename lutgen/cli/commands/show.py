@@ -74,18 +74,10 @@ def _report(shown: Shown, plot: str | None) -> None:
     rows = []
     for row, hour in enumerate(shown.hours):
         x, y, luminance = shown.xyY[row, 0]
-        rows.append(
-            (
-                f"{hour:g}",
-                f"{x:.4f}",
-                f"{y:.4f}",
-                f"{luminance:.1f}",
-                f"{shown.cct[row]:.0f}",
-                *(f"{shift:.4f}" for shift in shown.shift[row]),
-                f"{shown.luminance[row, 0]:.3f}",
-                f"{100 * shown.non_additivity[row]:+.2f}",
-            )
-        )
+        white = (f"{hour:g}", f"{x:.4f}", f"{y:.4f}", f"{luminance:.1f}", f"{shown.cct[row]:.0f}")
+        shifts = (f"{shift:.4f}" for shift in shown.shift[row])
+        relative, excess = f"{shown.luminance[row, 0]:.3f}", f"{100 * shown.non_additivity[row]:+.2f}"
+        rows.append((*white, *shifts, relative, excess))
     table = Table(heads, rows, words=())
     verdict = f" ({shown.verdict})" if shown.verdict else ""
     print_page(

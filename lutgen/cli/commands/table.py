@@ -8,8 +8,7 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import json_option, model_from, model_options, source_option
-from lutgen.cli.outputs import Outputs
-from lutgen.cli.terminal import progress_bar
+from lutgen.cli.outputs import Outputs, progress_bar
 
 
 @click.command(cls=Command, section=Section.PICTURES, place=8)

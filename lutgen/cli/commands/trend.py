@@ -6,8 +6,7 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import json_option
-from lutgen.cli.outputs import check_json, check_new_file, print_page, write_json
-from lutgen.cli.terminal import progress_bar
+from lutgen.cli.outputs import Outputs, check_new_file, progress_bar
 from lutgen.errors import LutgenError
 from lutgen.names import DRIFT, LIMIT_SETS, TG18_SECONDARY
 
@@ -63,7 +62,7 @@ def command(
       lutgen trend examples/campaign/campaign.toml
       lutgen trend examples/campaign/campaign.toml --limit 'white>=80%' --plot trend.png --json trend.json
     """
-    from lutgen.history.limits import limits_of, parse_limit
+    from lutgen.history.history import limits_of, parse_limit
     from lutgen.history.trend import trend, trend_as_json
     from lutgen.readings import read_campaign
     from lutgen.report.campaign import trend_page
@@ -72,11 +71,11 @@ def command(
         raise LutgenError(
             f"--ambient {ambient:g}: luminance of the dark screen in the lit room, 0 to {MOST_AMBIENT:g} cd/m²."
         )
-    alone = check_json(json_to, force=force)
+    outputs = Outputs(json_to, force=force)
     path = check_new_file(plot, force=force, suffixes=(".png",)) if plot else None
     chosen = sets or (() if own else (TG18_SECONDARY, DRIFT))
     limits = [*(limit for name in chosen for limit in limits_of(name)), *(parse_limit(text) for text in own)]
-    with progress_bar("following", quiet=alone) as progress:
+    with progress_bar("following", quiet=outputs.alone) as progress:
         result = trend(
             read_campaign(*files), limits, all_sessions=all_sessions, ambient_cd_m2=ambient, progress=progress
         )
@@ -84,7 +83,4 @@ def command(
         from lutgen.report.campaign import plot_trend
 
         plot_trend(result, path, force=force)
-    if json_to:
-        write_json(trend_as_json(result), json_to)
-    if not alone:
-        print_page([*trend_page(result), *([f"Picture: {path}"] if path else [])])
+    outputs.write([*trend_page(result), *([f"Picture: {path}"] if path else [])], lambda: trend_as_json(result))

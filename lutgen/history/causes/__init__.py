@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     #: Parameter of ``colour_points.PARAMETERS`` → its fitted numbers.
     Values = Mapping[str, Array]
 
-#: What may be said about the display itself where one cause alone is named.
+#: What a verdict with a single cause may say about the display itself.
 ON_THE_DISPLAY = ("unchanged", "changed", "cannot tell")
 
 

@@ -38,11 +38,6 @@ def formats() -> list[FileKind]:
     return [import_module(f"{__name__}.{module.name}").FORMAT for module in iter_modules(__path__)]
 
 
-def rule_names() -> list[str]:
-    """Return the names of all rules, as they are printed."""
-    return sorted({_name(rule) for form in formats() for rule in form.rules})
-
-
 def findings(rules: Iterable[Rule], scan: object) -> Iterator[LintFinding]:
     """Yield what rules find in a scan, in the order of the rules' names."""
     for rule in sorted(rules, key=_name):

@@ -33,9 +33,6 @@ _BLOCK = 1 << 16
 #: LUT files that a config of an archive may name and that lint reads.
 _LUTS = {suffix: each.FORMAT for each in (cube, clf, tables) for suffix in each.FORMAT.suffixes}
 
-#: Rules that find a LUT which is too large to be given to OpenColorIO.
-_LARGE = {"loads", "cube-size"}
-
 
 @dataclass(frozen=True)
 class ArchiveScan:
@@ -53,10 +50,7 @@ class ArchiveScan:
 
 @contextmanager
 def scan_archive(path: Path) -> Iterator[tuple[ArchiveScan, Path]]:
-    """Read an archive's directory, unpack what is safe, and give the folder, which is removed at the end.
-
-    Raises LutgenError: the file cannot be read.
-    """
+    """Read an archive's directory, unpack what is safe into a temporary folder. Raises LutgenError: unreadable."""
     with scratch() as folder:
         try:
             size = path.stat().st_size
@@ -89,9 +83,9 @@ def _unpack(path: Path, size: int, folder: Path) -> ArchiveScan:
     with zipfile.ZipFile(path) as archive:
         entries = [entry for entry in archive.infolist() if not entry.is_dir()]
         names = tuple(entry.filename for entry in entries)
-        told = sum(entry.file_size for entry in entries)
-        if len(entries) > MOST_FILES or told > LARGEST:
-            what = f"unpacks to {len(entries)} files of {told >> 20} MiB together, which no config has"
+        unpacked = sum(entry.file_size for entry in entries)
+        if len(entries) > MOST_FILES or unpacked > LARGEST:
+            what = f"unpacks to {len(entries)} files of {unpacked >> 20} MiB together, which no config has"
             return ArchiveScan(path, size, what, names, ())
         doubled = next((name for name, count in Counter(names).items() if count > 1), None)
         if doubled:
@@ -160,7 +154,8 @@ def lint_archive(path: Path, _ask_readers: bool) -> Linted:
             for finding in _inside(folder, name, form)
         ]
         all_findings = [*findings(RULES, scan), *of_luts]
-        if any(each.rule in _LARGE for each in of_luts):
+        # Rules that find a LUT which is too large to be given to OpenColorIO.
+        if any(each.rule in {"loads", "cube-size"} for each in of_luts):
             # Loading the config loads its LUTs, and a LUT that claims a huge size would fill the memory.
             all_findings.append(
                 LintFinding(f"{CONFIG} was not loaded, since a LUT may be too large", "Correct that first.")

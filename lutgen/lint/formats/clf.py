@@ -39,10 +39,7 @@ MAX_NODES = 1000
 
 @dataclass(frozen=True)
 class Node:
-    """An operator: its line, name and attributes, ``dim`` of its array and the largest finite number in that.
-
-    ``odd`` is the first of its values that is no finite decimal number of float32.
-    """
+    """An operator: line, name, attributes, ``dim`` of its array, its largest finite and first ``odd`` number."""
 
     line: int
     name: str

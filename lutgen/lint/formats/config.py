@@ -11,21 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lutgen.bindings import (
-    all_parts,
-    endless_file,
-    file_transforms,
-    is_utf8,
-    leads_out,
-    ocio,
-    ocio_errors,
-    search_path,
-    warnings_logged,
-)
+from lutgen import bindings
 from lutgen.errors import LutgenError, reason_of
 from lutgen.lint.finding import BLENDER, DJV, NUKE, OCIO, OCIO_21, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
-from lutgen.lint.trial import try_config
+from lutgen.lint.programs import try_config
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -79,14 +69,11 @@ class ConfigScan:
     @property
     def file_transforms(self) -> list[Any]:
         """Every FileTransform of the config."""
-        return list(file_transforms(self.config)) if self.config else []
+        return list(bindings.file_transforms(self.config)) if self.config else []
 
 
 def scan_config(path: Path) -> ConfigScan:
-    """Load a config and instantiate its parts.
-
-    Raises LutgenError: the file cannot be read, or is far larger than any config.
-    """
+    """Load a config and instantiate its parts. Raises LutgenError: unreadable, or larger than any config."""
     try:
         if path.stat().st_size > MAX_BYTES:
             raise LutgenError(f"{path}: has more than {MAX_BYTES >> 20} MiB, which no config has.")
@@ -97,17 +84,17 @@ def scan_config(path: Path) -> ConfigScan:
     text = data.decode("utf-16" if utf16 else "utf-8", errors="replace")
     stated = re.search(r"^ocio_profile_version:\s*[\"']?([0-9]+)(?:\.([0-9]+))?", text, re.MULTILINE)
     version = (int(stated[1][:6]), int((stated[2] or "0")[:6])) if stated else (0, 0)
-    lib = ocio()
+    lib = bindings.ocio()
     lib.ClearAllCaches()
     broken: list[tuple[str, str]] = []
     config, refusal = None, ""
-    with warnings_logged(lib) as warnings:
+    with bindings.warnings_logged(lib) as warnings:
         try:
             config = lib.Config.CreateFromFile(str(path))
             config.validate()
-        except ocio_errors() as error:
+        except bindings.ocio_errors() as error:
             refusal = " ".join(str(error).split())
-        decodes = config is None or is_utf8(config)
+        decodes = config is None or bindings.is_utf8(config)
         if config is not None and decodes:
             broken = _broken(config)
     return ConfigScan(
@@ -123,18 +110,18 @@ def scan_config(path: Path) -> ConfigScan:
 
 
 def _broken(config: Any) -> list[tuple[str, str]]:
-    endless = endless_file(config)
+    endless = bindings.endless_file(config)
     if endless:
         return [
             ("whatever reads it", f"{endless.name} opens its metadata and never closes them, so that readers never end")
         ]
     works, fails = set(), {}
     try:
-        for name, transform in all_parts(config):
+        for name, transform in bindings.all_parts(config):
             try:
                 config.getProcessor(transform).getDefaultCPUProcessor()
                 works.add(name)
-            except ocio_errors() as error:
+            except bindings.ocio_errors() as error:
                 fails[name] = " ".join(str(error).split())
     except LutgenError as error:
         fails["the whole"] = str(error)
@@ -145,7 +132,7 @@ def _broken(config: Any) -> list[tuple[str, str]]:
 def config_version(scan: ConfigScan) -> Iterator[LintFinding]:
     """OpenColorIO 2.1 refuses version 2.2 and later. Any other refusal of the installed version stands for all."""
     line = scan.line_of("ocio_profile_version")
-    installed = str(ocio().__version__)
+    installed = str(bindings.ocio().__version__)
     if scan.version == (0, 0) and not scan.refusal:
         fates = wrong(*OCIO, BLENDER, NUKE, DJV, how="reads it as an empty config")
         yield LintFinding("states no ocio_profile_version, so it is not a config", "Export it again.", 0, fates)
@@ -192,25 +179,25 @@ def config_files(scan: ConfigScan) -> Iterator[LintFinding]:
     if scan.config is None:
         return
     files = [transform.getSrc() for transform in scan.file_transforms]
-    absolute = [each for each in [*files, *search_path(scan.config)] if Path(each).is_absolute()]
+    absolute = [each for each in [*files, *bindings.search_path(scan.config)] if Path(each).is_absolute()]
     if absolute:
         what = f"names {absolute[0]} by an absolute path: it works on this machine only"
         yield LintFinding(what, "Name it relative to the config.", scan.line_of(absolute[0]))
-    outside = [each for each in search_path(scan.config) if leads_out(each)]
+    outside = [each for each in bindings.search_path(scan.config) if bindings.leads_out(each)]
     if outside:
         what = f"searches {outside[0]}, outside its folder: moving the folder breaks it"
         yield LintFinding(what, "Keep LUT files below the config.", scan.line_of(outside[0]))
-    unsaid = [
+    unstated = [
         transform.getSrc()
         for transform in scan.file_transforms
         if transform.getSrc().lower().endswith(TABLES) and _says_nothing(transform)
     ]
-    if unsaid:
+    if unstated:
         yield LintFinding(
-            f"states no interpolation for {unsaid[0]}: OpenColorIO then takes trilinear, and tetrahedral follows the "
+            f"states no interpolation for {unstated[0]}: OpenColorIO then takes trilinear, and tetrahedral follows the "
             "grey axis of a 3D table better",
             "Add interpolation: tetrahedral for 3D tables.",
-            scan.line_of(unsaid[0]),
+            scan.line_of(unstated[0]),
         )
 
 

@@ -14,7 +14,7 @@ from lutgen.bake.fitted_nodes import HEADROOM
 from lutgen.lint.cube_scan import CubeScan, Entry, scan_cube
 from lutgen.lint.finding import COLOUR, FFMPEG, OCIO, OCIO_21, OCIO_26, PILLOW, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
-from lutgen.lint.trial import try_cube
+from lutgen.lint.programs import try_cube
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -291,7 +291,6 @@ def cube_rows(scan: CubeScan) -> Iterator[LintFinding]:
 
 
 def _curve_rows(scan: CubeScan) -> Iterator[LintFinding]:
-    """Rows of a 1D table that stands alone."""
     rows = scan.shaper_rows + scan.table.rows
     if scan.size_line or not scan.size_1d or rows == scan.size_1d:
         return

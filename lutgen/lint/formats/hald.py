@@ -21,9 +21,6 @@ if TYPE_CHECKING:
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
-#: Chunks that are read; writers split pixels into chunks of 8 kB or more, so that images of all levels have fewer.
-MOST_CHUNKS = 100_000
-
 #: Width of the largest Hald image that ffmpeg takes, level 16; pixels of wider images are not decompressed.
 WIDEST = 16**3
 
@@ -82,8 +79,8 @@ def scan_hald(path: Path) -> HaldScan:
             whole = file.read(8) == SIGNATURE and chunks.read() and file.tell() <= size
     except OSError as error:
         raise LutgenError(f"{path}: cannot be read: {reason_of(error)}. Give the name of a PNG.") from None
-    told = tuple(chunks.told)
-    return HaldScan(path, size, *chunks.header[:4], told, whole, chunks.missing, whole and _in_tiles(path, chunks))
+    names = tuple(chunks.of_colour)
+    return HaldScan(path, size, *chunks.header[:4], names, whole, chunks.missing, whole and _in_tiles(path, chunks))
 
 
 def _in_tiles(path: Path, chunks: _Chunks) -> bool:
@@ -103,13 +100,15 @@ class _Chunks:
         self.file = file
         #: Width, height, bits, colour type, and whether it is interlaced.
         self.header = (0, 0, 0, 0, 0)
-        self.told: list[str] = []
+        self.of_colour: list[str] = []
         self.missing = 0
         self._unpacker = zlib.decompressobj()
 
     def read(self) -> bool:
         """Read all chunks, and return whether the last one, IEND, is there."""
-        for _ in range(MOST_CHUNKS):
+        # Chunks that are read; writers split pixels into chunks of 8 kB or more, so that images of all levels have
+        # fewer.
+        for _ in range(100_000):
             head = self.file.read(8)
             if len(head) < 8:
                 return False
@@ -120,8 +119,8 @@ class _Chunks:
                 self.missing = self._wanted()
             elif name == b"IDAT":
                 self._unpack(length)
-            elif name in _OF_COLOUR and name.decode() not in self.told:
-                self.told.append(name.decode())
+            elif name in _OF_COLOUR and name.decode() not in self.of_colour:
+                self.of_colour.append(name.decode())
             self.file.seek(end)
             if name == b"IEND":
                 return True

@@ -35,9 +35,6 @@ DEVICES, OTHERS = ("mntr", "scnr", "prtr", "spac"), ("link", "abst", "nmcl")
 #: What Chromium does with every profile that it refuses.
 IGNORED = wrong(CHROMIUM, how="ignores the profile and shows the picture unchanged")
 
-#: The newest version that LittleCMS opens.
-NEWEST = (5, 0)
-
 #: Bytes that may follow a table: padding.
 PADDING = 3
 
@@ -55,10 +52,7 @@ _V4, _V4_HEAD, _V4_NUMBERS = b"mAB ", 32, 20
 
 
 class TableHead(NamedTuple):
-    """The head of a table of type mft1, mft2 or mAB, and the bytes that a table of this head needs.
-
-    ``points``: along the edge that has fewest.
-    """
+    """The head of a table of type mft1, mft2 or mAB, the least ``points`` of an edge, and the bytes needed."""
 
     tag: Tag
     kind: bytes
@@ -113,10 +107,7 @@ class ProfileScan:
 
 
 def scan_profile(path: Path) -> ProfileScan:
-    """Scan a profile; of a file larger than any profile only header, tag table and heads of tables are read.
-
-    Raises LutgenError: the file cannot be read.
-    """
+    """Scan a profile, of a huge one its heads alone. Raises LutgenError: unreadable."""
     try:
         with path.open("rb") as file:
             start = file.read(HEADER + 4 + 12 * MOST_TAGS)
@@ -225,7 +216,8 @@ def profile_version(scan: ProfileScan) -> Iterator[LintFinding]:
         fates |= refused(ARGYLL, how="reads version 2 only")
     if not 2 <= major <= 4:
         fates |= IGNORED
-    if scan.version > NEWEST:
+    # The newest version that LittleCMS opens.
+    if scan.version > (5, 0):
         fates |= refused(LCMS_8, LCMS_16, how="does not know this version")
     if fates:
         yield LintFinding(f"is of version {major}.{minor}", "Export it as version 2 for these readers.", 0, fates)
@@ -331,10 +323,7 @@ def _unusable(scan: ProfileScan, table: TableHead) -> dict[str, Fate]:
 
 
 def profile_white(scan: ProfileScan) -> Iterator[LintFinding]:
-    """LittleCMS maps white to white where it resamples a profile: tables for integers, a matrix for 16 bits.
-
-    With the absolute intent it does not.
-    """
+    """LittleCMS maps white to white where it resamples a profile, but not with the absolute intent."""
     if scan.unasked:
         yield LintFinding(f"was not checked for its white: {scan.unasked}", "Install it to check.")
     if scan.white is None or np.abs(np.clip(scan.white, 0, 1) - 1).max() <= SAME:

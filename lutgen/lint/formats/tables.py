@@ -12,8 +12,7 @@ from lutgen.cells import NON_FINITE, NUMBER
 from lutgen.lint.finding import FFMPEG, OCIO, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.programs import MAX_BYTES, loading, refusal
-from lutgen.lint.stream import blocks, shown
-from lutgen.lint.table_statistics import MAX_KEPT
+from lutgen.lint.stream import MAX_KEPT, blocks, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -40,9 +39,6 @@ _SOUND = {
     ".csp": re.compile(rf"(?:\s*{NUMBER}(?=\s|$))*\s*$".encode()),
     ".3dl": re.compile(rb"[\s\d]*$"),
 }
-
-#: Letters of a first line that are kept.
-MAX_HEAD = 1000
 
 #: Rows of the only table that ffmpeg reads from a .3dl, of 17 points an axis.
 FFMPEG_ROWS = 17**3
@@ -94,7 +90,8 @@ class TableScan:
             return
         first = not self.head
         if first:
-            self.head = line[:MAX_HEAD].decode("ascii", errors="replace").strip()
+            # Letters of a first line that are kept.
+            self.head = line[:1000].decode("ascii", errors="replace").strip()
         # In a .spi3d the first line of three numbers is the size; a .3dl has no such line.
         header = _SIZE.match(line) if not self.size and self.suffix != ".3dl" and of_csp in {"", "table"} else None
         row = None
@@ -119,11 +116,7 @@ class TableScan:
 
 
 class _CspLines:
-    """Finds the part of a ``.csp`` that each line belongs to: "words", "curves", or "table" after the three curves.
-
-    A curve is a line with its number of points and, for two points or more, a line of inputs and a line of outputs. A
-    curve of three points looks like the size of a table, and so do rows of a 1D file.
-    """
+    """Tells the lines of a ``.csp`` apart: "words", "curves" (count, inputs, outputs of three), or "table"."""
 
     def __init__(self) -> None:
         self._dimension, self._metadata, self._curves, self._lines = b"", False, 0, 0
@@ -150,10 +143,7 @@ class _CspLines:
 
 
 def scan_table(path: Path) -> TableScan:
-    """Read such a file in one pass, then ask the installed OpenColorIO, unless its header would take all memory.
-
-    Raises LutgenError: the file cannot be read, or is no text.
-    """
+    """Read a file in one pass, then ask OpenColorIO, unless its header would take all memory. Raises LutgenError."""
     scan = TableScan(path)
     for block in blocks(path):
         scan.ends |= block.ends

@@ -26,17 +26,7 @@ LARGEST, WHITE = 100.0, 65_280.0
 
 
 def viewer_table(shown: Array, apart: tuple[Array, Array] | None) -> NDArray[np.uint16]:
-    """Return RGBA for the viewer, little-endian, in the order of the table.
-
-    Parameters
-    ----------
-    shown
-        Code values that a table holds, (..., 3) in 0..``bake.beside_clip.HEADROOM``.
-    apart
-        What the un-aged and the aged display show of the same colours, (..., 3) each in 0..1, for A: their ΔE2000, as
-        :func:`differences` takes it. None: A is not asked for.
-
-    """
+    """Return RGBA of code values (..., 3): uint16; A is ΔE2000 between two displays' colours, if ``apart`` is given."""
     table = np.full((*shown.shape[:-1], 4), 65_535.0)
     table[..., :3] = np.clip(shown * WHITE, 0.0, 65_535.0)
     if apart is not None:

@@ -6,8 +6,7 @@ import click
 
 from lutgen.cli.command import Command
 from lutgen.cli.options import json_option
-from lutgen.cli.outputs import Outputs
-from lutgen.cli.terminal import progress_bar
+from lutgen.cli.outputs import Outputs, progress_bar
 
 
 @click.command(cls=Command)

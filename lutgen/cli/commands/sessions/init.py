@@ -9,8 +9,7 @@ import click
 
 from lutgen.cells import number
 from lutgen.cli.command import Command
-from lutgen.cli.outputs import check_new_file
-from lutgen.cli.terminal import progress_bar, say
+from lutgen.cli.outputs import check_new_file, progress_bar, say
 from lutgen.files import write_atomically
 
 if TYPE_CHECKING:
@@ -69,21 +68,15 @@ def _ask(sessions: Sequence[Session]) -> Answers:
     names = ", ".join(dict.fromkeys(each.display for each in sessions if each.display))
     say("Enter alone: not known, and left open in the file.", err=True)
     name = click.prompt("Display", default=names, err=True)
-    answers = {key: _line(question) for key, question in {**OF_DISPLAY, **OF_SESSION}.items()}
-    numbers = {
-        key: value for key, text in answers.items() if key != "settings" and (value := _number(key, text)) is not None
-    }
-    return Answers(name, numbers, {"settings": answers["settings"]})
+    values: dict[str, float | str] = {}
+    for key, question in {**OF_DISPLAY, **OF_SESSION}.items():
+        values[key] = click.prompt(question, default="", show_default=False, err=True).strip()
+    return Answers(name, {key: _value(key, str(text)) for key, text in values.items() if text})
 
 
-def _line(question: str) -> str:
-    answer: str = click.prompt(question, default="", show_default=False, err=True)
-    return answer.strip()
-
-
-def _number(key: str, text: str) -> float | None:
-    if not text:
-        return None
+def _value(key: str, text: str) -> float | str:
+    if key == "settings":
+        return text
     value = number(text)
     most = 24 if key == "hours_per_day" else 200_000
     if value is None or not 0 <= value <= most or (key == "hours_per_day" and value == 0):

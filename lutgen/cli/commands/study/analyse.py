@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from lutgen.cli.command import Command
 from lutgen.cli.options import json_option
-from lutgen.cli.outputs import Outputs, check_new_file
-from lutgen.cli.terminal import progress_bar
+from lutgen.cli.outputs import Outputs, check_new_file, progress_bar
+from lutgen.errors import LutgenError
 from lutgen.names import INTERVALS
 
 if TYPE_CHECKING:
@@ -76,9 +77,7 @@ def command(
 
 
 def _write_tables(analysis: Analysis, folder: str) -> None:
-    """Write the tables; those of an earlier analysis that this one does not have are taken away."""
-    from pathlib import Path
-
+    """Write the tables; remove those of an earlier analysis that this one does not have."""
     from lutgen.files import write_atomically
     from lutgen.study.tables import TABLE_FILES, tables_csv
 
@@ -110,9 +109,7 @@ def _analysis(study: str | None, answers: str | None, counts: str | None, summar
 
 
 def _of_study(study: str, ci: str) -> Analysis:
-    from pathlib import Path
 
-    from lutgen.errors import LutgenError
     from lutgen.study.analysis import analyse_answers
     from lutgen.study.answers import read_answers
     from lutgen.study.protocol import read_protocol
@@ -131,7 +128,5 @@ def _of_study(study: str, ci: str) -> Analysis:
 
 def _source(file: str, remark: str) -> str:
     """Say where figures come from; what a file says of itself in its first line comes first."""
-    from pathlib import Path
-
     name = Path(file).name
     return f"{remark.rstrip('.')}. File: {name}." if remark else f"File: {name}, which does not say where it is from."

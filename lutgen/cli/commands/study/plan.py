@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from lutgen.cli.command import Command
 from lutgen.cli.options import NUMBER, WHOLE, json_option, model_from, model_options
-from lutgen.cli.outputs import Outputs
-from lutgen.cli.terminal import progress_bar
+from lutgen.cli.outputs import Outputs, progress_bar
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -123,9 +123,6 @@ def _design(
     per_condition: int | None,
     sessions: int | None,
 ) -> Callable[[Sequence[str]], Design]:
-    """Return what draws or reads the design, given the names of the images."""
-    from pathlib import Path
-
     from lutgen.study import design
     from lutgen.study.design import read_design
 

@@ -8,7 +8,7 @@ import click
 
 from lutgen.cli.command import Command
 from lutgen.cli.options import WHOLE
-from lutgen.cli.terminal import progress_bar, say
+from lutgen.cli.outputs import progress_bar, say
 
 
 @click.command(cls=Command)

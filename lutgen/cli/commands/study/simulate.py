@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -9,13 +10,11 @@ import click
 from lutgen.cells import number
 from lutgen.cli.command import Command
 from lutgen.cli.options import WholeFrom
-from lutgen.cli.outputs import check_new_file
-from lutgen.cli.terminal import progress_bar, say
+from lutgen.cli.outputs import check_new_file, progress_bar, say
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
     from lutgen.study.protocol import Protocol
 
@@ -46,8 +45,6 @@ def command(*, study: str, seed: int, given: tuple[str, ...], output: str, force
       lutgen study simulate study/ --seed 1 --difference chroma@18000=5.1 -o simulated.csv
       lutgen study analyse --answers simulated.csv
     """
-    from pathlib import Path
-
     from lutgen.files import write_atomically
     from lutgen.study.protocol import read_protocol
     from lutgen.study.simulated import SimulatedReader, simulate
