@@ -11,6 +11,7 @@ import pytest
 from lutgen.criticism.diagnose import parameters_of
 from lutgen.criticism.fit import Fit, fit
 from lutgen.criticism.linear import State, Term, predict
+from lutgen.criticism.measured_tips import interpolated
 from lutgen.criticism.problem import Problem
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError
@@ -213,7 +214,7 @@ def test_chi2_counts_the_residuals_and_what_gains_and_tips_cost() -> None:
     for reading, light, cov in zip(problem.xyz, found.predicted, _covariances(found), strict=True):
         total += float((reading - light) @ np.linalg.solve(cov, reading - light))
     total += float(((found.gains / problem.noise.session) ** 2).sum())
-    off = (found.tips - problem.interpolated(found.tips))[2] / problem.slack[2]
+    off = (found.tips - interpolated(problem, found.tips))[2] / problem.slack[2]
     assert found.chi2 == pytest.approx(total + float((off**2).sum()), rel=1e-4)
     assert found.freedom == 3 * len(patches) - 3 * 12 - 1
 

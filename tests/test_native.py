@@ -23,11 +23,13 @@ from lutgen.criticism.fit import fit
 from lutgen.criticism.influence import wrong_rows
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.refine import refine
+from lutgen.criticism.shared_errors import with_shared_errors
 from lutgen.display import MODES, REFERENCES, SELECTIONS, DisplayModel, load_model, save_model
 from lutgen.display.modes import luminance_law
 from lutgen.display.native import NativeDisplay
 from lutgen.display.ramp import rising_light
 from lutgen.display.transfer_curve import TransferCurve
+from lutgen.effects import catalogue
 from lutgen.errors import LutgenError
 from lutgen.readings import Measurements, read_measurements
 from tests.native_displays import BLACK, GREYS, LEVELS, MIXTURES, RAMPS, TIPS, Panel, from_8_bit, session, write
@@ -395,18 +397,43 @@ def test_real_displays_are_nearer_to_their_own_first_session(
     assert own.error.delta_e_mean < usual.error.delta_e_mean
 
 
+def bright_mixtures(*hidden: tuple[str, float, str]) -> Measurements:
+    """Mixtures brighter than curves say, as by products of code values on real displays; white and primaries stay."""
+    hours = (0.0, 2500.0, 6000.0, 11_500.0, 18_000.0)
+    readings = read(csv_text(Campaign(design="full", hours=hours, hidden=hidden, seed=8)), file="a.csv", sha256="")
+    lit = (readings.drive > 0).sum(axis=1, keepdims=True) > 1
+    pairs = np.sin(np.pi * readings.drive).clip(0.0).prod(axis=1, keepdims=True)
+    return replace(readings, xyz_cd_m2=readings.xyz_cd_m2 * (1.0 + 0.04 * lit * pairs))
+
+
 def test_what_curves_miss_of_mixtures_is_no_aging() -> None:
     """Few mixtures make no own model; what the curves miss of them on the first day tells how far they err later."""
-    from lutgen.criticism.diagnose import diagnose
-    from lutgen.criticism.problem import Problem
-
     plain = Campaign(design="full", hours=(0.0, 2500.0, 6000.0, 11_500.0, 18_000.0), seed=8)
-    readings = read(csv_text(plain), file="display.csv", sha256="")
-    assert not Problem.of(readings, baseline="native").discrepancy
-    lit = (readings.drive > 0).sum(axis=1, keepdims=True) > 1
-    # Products of code values make mixtures brighter, as on most real displays; white and primaries stay.
-    pairs = np.sin(np.pi * readings.drive).clip(0.0).prod(axis=1, keepdims=True)
-    bright = replace(readings, xyz_cd_m2=readings.xyz_cd_m2 * (1.0 + 0.04 * lit * pairs))
-    problem = Problem.of(bright, baseline="native")
-    assert problem.discrepancy
+    assert not Problem.of(read(csv_text(plain), file="a.csv", sha256=""), baseline="native").discrepancy
+    bright = bright_mixtures()
+    assert Problem.of(bright, baseline="native").discrepancy
     assert diagnose(bright, baseline="native").verdict.name == "consistent"
+
+
+def test_a_change_smaller_than_what_curves_miss_is_named() -> None:
+    """Every later reading of a colour is told from its first one, which holds what curves miss."""
+    found = diagnose(bright_mixtures(("eotf-drift", 0.01, "same")), baseline="native").verdict
+    assert (found.name, found.effects) == ("named", ("eotf-drift",))
+
+
+def test_a_dark_offset_that_differs_from_session_to_session_is_no_leak_of_a_native_display() -> None:
+    readings = bright_mixtures()
+    hours, place = np.unique(readings.hours, return_inverse=True)
+    dark = np.random.default_rng(4).normal(0.0, 0.03, (hours.size, 3))[place.reshape(-1)]
+    wandering = replace(readings, xyz_cd_m2=readings.xyz_cd_m2 + dark)
+    assert with_shared_errors(Problem.of(wandering, baseline="native")).offset_cd_m2 > 0.01
+    assert diagnose(wandering, baseline="native").verdict.name == "consistent"
+
+
+def test_of_an_effect_a_native_display_holds_what_was_there_at_first() -> None:
+    """Its sizes at hour 0 are no unknowns then."""
+    told = catalogue()["crosstalk"].since_first_session()
+    assert told.forms[0] == ("grown",)
+    assert not {"new", "onset"} & {name for form in told.forms for name in form}
+    assert told.rest()["onset"] == 0.0
+    assert catalogue()["edge-falloff"].since_first_session() is catalogue()["edge-falloff"]

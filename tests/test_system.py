@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from lutgen.criticism.linear import State, tip_scale
+from lutgen.criticism.measured_tips import interpolated
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.system import bounded, prior_rows
 from tests.criticism_twin import FAULTS, HOURS, TIPS, display, noisy, session, table
@@ -67,7 +68,7 @@ def test_local_unknowns_are_drawn_to_rest_and_to_their_neighbours() -> None:
         back = np.concatenate([np.zeros(12), -state.gains, [0.0]])
         scale = np.concatenate([np.zeros(12), np.full(len(gains), 0.004), [1.0]])
         if not knot:
-            back[:12] = ((problem.interpolated(tips)[hour] - tips[hour]) / tip_scale(problem)).ravel()
+            back[:12] = ((interpolated(problem, tips)[hour] - tips[hour]) / tip_scale(problem)).ravel()
             scale[:12] = (problem.slack[hour] / tip_scale(problem)).ravel()
         # One equation for each unknown, which the way back solves, and of which one σ is 1.
         known = scale > 0

@@ -14,6 +14,7 @@ import numpy as np
 
 from lutgen.criticism.fit import fit
 from lutgen.criticism.linear import State, predict
+from lutgen.criticism.measured_tips import interpolated
 from lutgen.readings.rest import TIP_DRIVES
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ def anchored(problem: Problem, terms: Sequence[Term]) -> Array:
         tips[:] = solved.tips[0]
     else:
         tips[np.isin(problem.hours, part.hours)] = solved.tips
-        tips = problem.interpolated(tips)
+        tips = interpolated(problem, tips)
     state = State(fixed, tips, np.zeros(max(int(problem.gains.max()) + 1, 1)))
     return predict(problem, state)
 
@@ -71,7 +72,7 @@ def noise_only(problem: Problem, predicted: Array, draws: int = DRAWS) -> Iterat
         shift = np.zeros((problem.hours.size, 4, 3))
         for hour, tip, here in of_tip:
             shift[hour, tip] = noise[here].mean(axis=0)
-        shift = np.broadcast_to(shift[0], shift.shape) if fresh else problem.interpolated(shift)
+        shift = np.broadcast_to(shift[0], shift.shape) if fresh else interpolated(problem, shift)
         # Between sessions the tips are off by what a straight line misses as well.
         bend = np.where(np.isfinite(problem.slack), problem.slack, 0.0) * rng.standard_normal(shift.shape)
         shift = shift + (0.0 if fresh else bend)

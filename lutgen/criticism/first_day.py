@@ -43,7 +43,7 @@ COLOURS = 4.0**3
 
 
 @dataclass(frozen=True)
-class Remembered:
+class FirstReadings:
     """What readings of the first session say of all readings of a problem, (n, …).
 
     ``light`` (n, 3) is what curves miss, in full red, green and blue; ``doubt`` is how often the variance of a reading
@@ -77,7 +77,7 @@ class FirstDay:
         return factor
 
     @cached_property
-    def remembered(self) -> Remembered:
+    def remembered(self) -> FirstReadings:
         """What the first session says of the colours that it has read, beside the colour points."""
         problem, readings, (codes, place) = self.problem, self.problem.readings, self._codes
         first = first_session_rows(readings, problem.noise.slips)
@@ -91,7 +91,7 @@ class FirstDay:
         off = np.where((times > 0)[:, np.newaxis], mean - plain.emit(tips), 0.0)
         later = np.bincount(place[~met], minlength=times.size) / np.maximum(times, 1)
         foreign = (other & codes.any(axis=1) & (times == 0))[place]
-        return Remembered(
+        return FirstReadings(
             np.linalg.solve((tips[0, 1:] - black).T, off.T).T[place],
             np.where(met | (times == 0)[place], 0.0, later[place]),
             met,

@@ -23,6 +23,7 @@ from lutgen.colorimetry import code_to_linear
 from lutgen.criticism.curve_doubt import curve_doubt, drawn_displays, mode_weights
 from lutgen.criticism.discrepancy import APART, NONE, Discrepancy, discrepancy_of_native
 from lutgen.criticism.first_day import FirstDay, is_held
+from lutgen.criticism.measured_tips import measured_tips, slack
 from lutgen.criticism.noise import estimate_noise
 from lutgen.criticism.replicates import group_means, replicate_groups
 from lutgen.criticism.shared_columns import shared_columns
@@ -32,12 +33,11 @@ from lutgen.display.paper import nearest_weights
 from lutgen.display.trace import Panel, emitted, panel, reported
 from lutgen.effects import Scene
 from lutgen.effects.spectra import SpectralDisplay, class_of
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import pick_one
 from lutgen.names import BASELINES, FORETELLING_BASELINES, NATIVE_BASELINES
 from lutgen.readings.conditions import COLUMNS
-from lutgen.readings.rest import TIP_DRIVES, is_tip
+from lutgen.readings.rest import is_tip
 from lutgen.readings.table import is_capped, is_shrouded
-from lutgen.time_law import between, error_between
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
-    from lutgen.criticism.first_day import Remembered
+    from lutgen.criticism.first_day import FirstReadings
     from lutgen.criticism.noise import Noise
     from lutgen.display.trace import Applied
     from lutgen.readings import Measurements
@@ -267,9 +267,8 @@ class Problem:
         meter = self.noise.covariance(xyz_cd_m2)
         if self.native:
             # The first session's dark offset is in the display's black, and not before a capped lens.
-            meter = (
-                meter + (is_capped(self.readings)[self.rows] * self.offset_cd_m2**2)[:, np.newaxis, np.newaxis] * APART
-            )
+            capped = is_capped(self.readings)[self.rows, np.newaxis, np.newaxis]
+            meter = meter + capped * self.offset_cd_m2**2 * APART
         if not self.discrepancy:
             return meter
         # Black and the colour points are what the model is made to meet.
@@ -302,39 +301,12 @@ class Problem:
     @cached_property
     def measured_tips(self) -> Array:
         """Tips at every hour, as measured or interpolated, (H, 4, 3), cd/m²."""
-        hours, drive = self.readings.hours[self.rows], self.readings.drive[self.rows]
-        rest = self.readings.at_rest()[self.rows] & ~is_capped(self.readings)[self.rows]
-        tips = np.empty((self.hours.size, 4, 3))
-        for index in np.flatnonzero(self.is_knot):
-            here = rest & (hours == self.hours[index])
-            for tip in range(4):
-                chosen = here & (drive == TIP_DRIVES[tip]).all(axis=1)
-                if not chosen.any():
-                    message = (
-                        f"{self.readings.file}: hour {self.hours[index]:g}: no reading of a tip is left beside those "
-                        f"that contradict it. Measure white, red, green and blue of that hour again."
-                    )
-                    raise LutgenError(message)
-                tips[index, tip] = self.xyz[chosen].mean(axis=0)
-        return self.interpolated(tips)
-
-    def interpolated(self, tips: Array) -> Array:
-        """Fill the hours without tips from their neighbours, by the law of :mod:`lutgen.time_law`: (..., H, 4, 3)."""
-        tips = tips.copy()
-        by_hour = np.moveaxis(tips, -3, 0)
-        times, values = self.hours[self.is_knot], by_hour[self.is_knot]
-        for index in np.flatnonzero(~self.is_knot):
-            by_hour[index] = between(times, values, self.hours[index])
-        return tips
+        return measured_tips(self)
 
     @cached_property
     def slack(self) -> Array:
         """How well interpolation knows the tips of each hour, 1 σ, (H, 4, 3); infinite at hours that have their own."""
-        slack = np.full((self.hours.size, 4, 3), np.inf)
-        times, values = self.hours[self.is_knot], self.measured_tips[self.is_knot]
-        for index in np.flatnonzero(~self.is_knot):
-            slack[index] = error_between(times, values, self.hours[index])
-        return slack
+        return slack(self)
 
     @cached_property
     def first_day(self) -> FirstDay:
@@ -342,7 +314,7 @@ class Problem:
         return FirstDay(self)
 
     @property
-    def remembered(self) -> Remembered | None:
+    def remembered(self) -> FirstReadings | None:
         """What the first session says of single colours; None where curves, or an own model, foretell them well."""
         curves_alone = self.remembers and self.native is not None and not self.native.own
         return self.first_day.remembered if curves_alone and self.discrepancy else None

@@ -12,6 +12,7 @@ import numpy as np
 import scipy  # its parts load when they are first used: the first comparison needs few of them
 
 from lutgen.criticism.linear import State, tip_scale
+from lutgen.criticism.measured_tips import interpolated
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -203,7 +204,7 @@ def prior_rows(problem: Problem, state: State, hour: int, gains: tuple[int, ...]
         return rows, off
     slack = problem.slack[hour]
     of_tips = np.column_stack([np.diag((tip_scale(problem) / slack).ravel()), np.zeros((12, len(gains) + shared))])
-    off_tips = ((problem.interpolated(state.tips)[hour] - state.tips[hour]) / slack).ravel()
+    off_tips = ((interpolated(problem, state.tips)[hour] - state.tips[hour]) / slack).ravel()
     return np.concatenate([rows, of_tips]), np.concatenate([off, off_tips])
 
 
