@@ -18,6 +18,7 @@ from lutgen import read_measurements
 from lutgen.criticism.fit import fit, start_state
 from lutgen.criticism.heldout import cells, held_out
 from lutgen.criticism.linear import State, Term, predict, tip_scale, whiten
+from lutgen.criticism.measured_tips import interpolated
 from lutgen.criticism.problem import Problem
 from lutgen.effects import catalogue
 from tests.virtual_display.campaign import Campaign, csv_text
@@ -145,7 +146,7 @@ class AllAtOnce:
         gains = vector[place + tips.size :]
         residual = whiten(problem, problem.xyz - predict(problem, State(tuple(terms), tips, gains)))
         between = ~problem.is_knot
-        off = (problem.interpolated(tips) - tips)[between] / problem.slack[between]
+        off = (interpolated(problem, tips) - tips)[between] / problem.slack[between]
         return np.concatenate([residual.ravel(), off.ravel(), gains / max(problem.noise.session, 1e-6)])
 
 
