@@ -86,9 +86,8 @@ class FirstDay:
         times, met = same.sum(axis=0), np.isin(problem.rows, first) & other[place]
         mean = same.T.astype(np.float64) @ readings.xyz_cd_m2[first] / np.maximum(times, 1)[:, np.newaxis]
         tips = problem.measured_tips[:1]
-        plain = panel((), self._first_scene, problem.selection, native=problem.native)
-        black = np.array(plain.black or (0.0, 0.0, 0.0)) * tips[0, 0]
-        off = np.where((times > 0)[:, np.newaxis], mean - plain.emit(tips), 0.0)
+        black = np.array(self._plain.black or (0.0, 0.0, 0.0)) * tips[0, 0]
+        off = np.where((times > 0)[:, np.newaxis], mean - self._plain.emit(tips), 0.0)
         later = np.bincount(place[~met], minlength=times.size) / np.maximum(times, 1)
         foreign = (other & codes.any(axis=1) & (times == 0))[place]
         return FirstReadings(

@@ -130,10 +130,11 @@ def explain(
         names = {each.effect.name for each in chosen}
         ranked = _ranked(current, [each for each in effects if each.name not in names], progress)
     chosen = _clean(_pruned(chosen, base), base, error)
-    alike = _alone(chosen, first, base, error)
+    final = together(base, chosen)
+    alike = _alone(chosen, final, first, base, error)
     if alike:
         chosen = [alike[0].best]
-    final = together(base, chosen)
+        final = together(base, chosen)
     trail = [together(base, chosen[: count + 1]) for count in range(len(chosen))]
     steps = tuple(
         Step(each, tuple(other for other in chosen if other is not each), tuple(effects), base, tuple(alike[1:]))
@@ -245,12 +246,13 @@ def stand_apart(chosen: Sequence[Candidate], base: Fit) -> bool:
     return own > HALF * (base.chi2 - left)
 
 
-def _alone(chosen: Sequence[Candidate], first: Sequence[Family], base: Fit, error: PureError) -> list[Family]:
+def _alone(
+    chosen: Sequence[Candidate], final: Fit, first: Sequence[Family], base: Fit, error: PureError
+) -> list[Family]:
     """Families that each alone explain nearly all of a misfit, best first, where several effects are no finding of it.
 
     A formula that does not quite fit leaves something, however small beside its effect, and others are fitted to that.
     """
-    final = together(base, chosen)
     if len(chosen) < 2 or (is_within_scatter(error, final) and stand_apart(chosen, base)):
         return []
     whole = base.chi2 - final.chi2 + probe(final, error).gain
