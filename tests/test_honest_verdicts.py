@@ -22,6 +22,7 @@ from tests.campaigns import single, text_of
 from tests.command import Done, in_process
 from tests.quick import mostly_slow
 from tests.readings_text import read
+from tests.virtual_display.campaign import Campaign, csv_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -214,3 +215,23 @@ def test_the_f_test_goes_by_the_replicates() -> None:
     problem = Problem.of(readings("healthy"))
     assert PureError.of(problem).measured
     assert not PureError.of(replace(problem, rows=problem.rows[:5])).measured
+
+
+#: Sessions of ten hours, as the bench of criticism has them; of seed 0 the whites' replicates happen to agree too well.
+LUCKY = Campaign(design="full", hours=(0.0, 1000.0, 2500.0, 4500.0, 6000.0, 8500.0, 11_500.0, 18_000.0), seed=0)
+
+
+def test_scatter_is_even_where_only_bright_patches_have_more_of_it_than_lucky_replicates() -> None:
+    """Bright readings scatter by 1.3 times the variance that 72 replicates show, dark ones do not."""
+    found = diagnose(read(csv_text(LUCKY), file="lucky.csv", sha256=""))
+    assert found.error.p_of_leftover(found.explanation.base) < 0.01
+    assert found.verdict.name == "measurement-problem", found.verdict.sentence
+
+
+@pytest.mark.slow(every=True)
+def test_an_effect_that_explains_nearly_all_of_chi2_does_not_hide_another_that_is_seen() -> None:
+    """A leak of black explains 99.6 % of χ²; the warm-up beside it, of usual size, is a sixth of the excess ΔE2000."""
+    hidden = (("black-level", 0.0016, "other"), ("warm-up", 0.1, "other"))
+    found = diagnose(read(csv_text(replace(LUCKY, hidden=hidden)), file="lucky.csv", sha256=""))
+    assert found.verdict.name == "several", found.verdict.sentence
+    assert set(found.verdict.effects) == {"black-level", "warm-up"}

@@ -94,8 +94,8 @@ def test_noise_is_recovered_from_replicates(relative: float, floor: float, corre
 def test_the_scatter_of_replicates_is_three_a_contrast_in_units_of_the_noise_they_tell() -> None:
     found = [estimate_noise(with_noise(readings(), seed)) for seed in range(20)]
     # 32 contrasts of bright patches and 8 of black leave open what is added to the variance that they tell.
-    bright, dark = found[0].doubt
-    np.testing.assert_allclose((bright, dark), (34 / 30, 13 / 9))
+    assert found[0].known_from == (34, 13)
+    bright, dark = 34 / 30, 13 / 9
     expected = (32 / bright + 8 / dark) / 40
     assert np.mean([each.scatter / (3 * each.contrasts) for each in found]) == pytest.approx(expected, abs=0.02)
 

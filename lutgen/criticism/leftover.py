@@ -4,7 +4,8 @@ Size is an F test for lack of fit. But noise known from a few dozen replicates i
 replicates happened to agree would then call every display faulty. What a wrong model leaves is uneven: it sits in some
 colours, conditions or hours. So an effect that is named may leave what is too large yet even. But nothing is called
 consistent that the F test rejects: scatter that is too large and even has no structure that a display could have, so
-the measurement is blamed. How uneven noise is, seeded draws of χ² tell.
+the measurement is blamed. How uneven noise is, seeded draws of χ² tell; the noise of bright patches, and that of dark
+ones, is in each draw another one that the replicates allow.
 """
 
 from __future__ import annotations
@@ -72,7 +73,14 @@ def _p_of_parts(squares: Array, labels: NDArray[np.generic], found: Fit) -> floa
         return 1.0
     freedom = 3.0 * count * max(found.freedom, 1) / found.readings
     seen = _unevenness(np.bincount(part, squares).astype(np.float64), freedom)
-    draws = np.random.default_rng(SEED).chisquare(freedom, size=(DRAWS, freedom.size))
+    rng, problem = np.random.default_rng(SEED), found.problem
+    draws = rng.chisquare(freedom, size=(DRAWS, freedom.size))
+    known = 3.0 * np.array(problem.noise.known_from)
+    if np.isfinite(known).all():
+        bright = problem.noise.bright_share(np.abs(found.predicted))[_judged(found)]
+        share = np.bincount(part, bright) / count
+        of_bright, of_dark = rng.chisquare(known, size=(DRAWS, 2)).T / known[:, np.newaxis]
+        draws *= share / of_bright[:, np.newaxis] + (1.0 - share) / of_dark[:, np.newaxis]
     return float((1 + np.count_nonzero(_unevenness(draws, freedom) >= seen)) / (DRAWS + 1))
 
 

@@ -62,6 +62,10 @@ DARK_CD_M2 = 1.0
 SLIP = 12.0
 
 
+#: Contrasts that the prior counts as, for the bright part and for the floor, whose replicates are few.
+PRIOR_CONTRASTS = 2.0, 5.0
+
+
 @dataclass(frozen=True)
 class Noise:
     """Noise of the readings.
@@ -92,8 +96,8 @@ class Noise:
         Spreads that are usual: of the dark offset from session to session, and of the gain within a session.
     instrument
         Name of the instrument that the noise is of, or that it is held near; "" for none.
-    doubt
-        Factors of the variance of the bright part and of the floor that make up for what replicates leave open of them.
+    known_from
+        Contrasts from which the bright part and the floor are known, with what the prior counts; infinite: stated.
     across_sessions
         Whether the replicates lie in different sessions of one hour, whose gains were taken out.
 
@@ -112,7 +116,7 @@ class Noise:
     floor_ratio: tuple[float, float, float] = (1.0, 1.0, 1.0)
     shot_cd_m2: float = 0.0
     digits: Digits = NO_DIGITS
-    doubt: tuple[float, float] = (1.0, 1.0)
+    known_from: tuple[float, float] = (np.inf, np.inf)
     across_sessions: bool = False
     floor_correlation: Array = field(default_factory=lambda: _matrix(FLOOR_CORRELATION))
     offset_cd_m2: float = OFFSET_CD_M2
@@ -121,13 +125,27 @@ class Noise:
 
     def covariance(self, xyz_cd_m2: Array) -> Array:
         """Covariance of readings of light (n, 3): (n, 3, 3)."""
+        bright, floor = self._variances(xyz_cd_m2)
+        sigma = np.sqrt(bright)
+        shared = self.correlation * sigma[:, :, np.newaxis] * sigma[:, np.newaxis, :]
+        shared += self.floor_correlation * (np.sqrt(floor)[:, np.newaxis] * np.sqrt(floor))
+        return np.asarray(shared + np.eye(3) * (self.digits.step(xyz_cd_m2) ** 2 / 12.0)[:, np.newaxis])
+
+    def bright_share(self, xyz_cd_m2: Array) -> Array:
+        """Share of the variance of readings of light (n, 3) that goes with the light: (n,)."""
+        bright, floor = self._variances(xyz_cd_m2)
+        return np.asarray(bright.sum(axis=1) / (bright + floor).sum(axis=1))
+
+    def _variances(self, xyz_cd_m2: Array) -> tuple[Array, Array]:
+        """Variances of the part that goes with the light (n, 3), and of the floor (3,).
+
+        The inverse of a covariance that was estimated from n contrasts of three numbers is n/(n − 4) too large
+        (Muirhead 1982, doi:10.1002/9780470316559, theorem 3.2.12).
+        """
+        too_small, floor_too_small = (n / max(n - 4.0, 2.0) if np.isfinite(n) else 1.0 for n in self.known_from)
         relative = self.relative * np.array(self.ratio) * xyz_cd_m2
         floor = self.floor_cd_m2 * np.array(self.floor_ratio)
-        bright, dark = self.doubt
-        sigma = np.sqrt(bright * (relative**2 + self.shot_cd_m2 * np.abs(xyz_cd_m2)))
-        shared = self.correlation * sigma[:, :, np.newaxis] * sigma[:, np.newaxis, :]
-        shared += self.floor_correlation * (dark * floor[:, np.newaxis] * floor)
-        return np.asarray(shared + np.eye(3) * (self.digits.step(xyz_cd_m2) ** 2 / 12.0)[:, np.newaxis])
+        return too_small * (relative**2 + self.shot_cd_m2 * np.abs(xyz_cd_m2)), floor_too_small * floor**2
 
     def whitener(self, xyz_cd_m2: Array) -> Array:
         """Matrices (n, 3, 3) that turn residuals of readings into independent ones of variance 1."""
@@ -177,7 +195,7 @@ def estimate_noise(readings: Measurements, instrument: str | None = None) -> Noi
         # Black alone tells the floor, and nothing of how noise grows with the light.
         source = "replicates" if pooled.bright >= ENOUGH else noise.source
         usual = noise if stated else replace(noise, ratio=(1.0, 1.0, Z_OVER_Y**0.5))
-        noise = replace(pooled.most_likely(usual), source=source, doubt=pooled.doubt())
+        noise = replace(pooled.most_likely(usual), source=source, known_from=pooled.known_from)
     return replace(
         noise,
         scatter=pooled.squares(noise),
@@ -242,15 +260,10 @@ class _Pooled:
         """Contrasts of patches at which an ordinary colorimeter's noise goes with the light."""
         return int(self.freedom[self.mean[:, 1] > FLOOR_CD_M2 / RELATIVE].sum())
 
-    def doubt(self) -> tuple[float, float]:
-        """Return the factors by which fresh readings scatter more than the noise that replicates tell, squared.
-
-        The inverse of a covariance that was estimated from n contrasts of three numbers is n/(n − 4) too large
-        (Muirhead 1982, doi:10.1002/9780470316559, theorem 3.2.12); the prior counts as two contrasts of the bright part
-        and as five of the floor, whose replicates are few.
-        """
-        bright, dark = self.bright, self.contrasts - self.bright
-        return (bright + 2.0) / max(bright - 2.0, 2.0), (dark + 5.0) / (dark + 1.0)
+    @property
+    def known_from(self) -> tuple[float, float]:
+        """Contrasts of bright patches and of dark ones, to which the prior adds."""
+        return self.bright + PRIOR_CONTRASTS[0], self.contrasts - self.bright + PRIOR_CONTRASTS[1]
 
     def squares(self, noise: Noise) -> float:
         if not self.contrasts:

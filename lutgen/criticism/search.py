@@ -274,6 +274,7 @@ class Score:
         whole = np.concatenate([part.outside(base.linear.residual, part.off) for part in self.parts])
         self.residual = self._without_free(whole)
         self._proposed: dict[str, tuple[list[dict[str, float]], int]] = {}
+        self._of_effect, self._seen = "", {}  # type: str, dict[tuple[object, ...], tuple[Array, Array]]
         self.optimism, self._largest = OPTIMISM, 0.0
 
     def learn(self, promise: float, gain: float) -> None:
@@ -303,9 +304,17 @@ class Score:
         return whiten(self.problem, self._change_by(moved) / step)
 
     def seen(self, term: Term, name: str) -> tuple[Array, Array]:
-        """Return a parameter's signature, and what of it the base fit's unknowns cannot absorb, (3n,) each."""
-        signature = self.signature(term, name)
-        return signature.ravel(), self.project(signature)
+        """Return a parameter's signature, and what of it the base fit's unknowns cannot absorb, (3n,) each.
+
+        Forms of one effect share their parameters: what one has asked for is kept until another effect is asked for.
+        """
+        if term.effect.name != self._of_effect:
+            self._of_effect, self._seen = term.effect.name, {}
+        key = (name, *term.values.values())
+        if key not in self._seen:
+            signature = self.signature(term, name)
+            self._seen[key] = signature.ravel(), self.project(signature)
+        return self._seen[key]
 
     def gain(self, term: Term, names: Sequence[str]) -> float:
         """χ² that a step of some parameters from where the effect does nothing would gain, bounds ignored."""

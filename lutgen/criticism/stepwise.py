@@ -17,7 +17,7 @@ import numpy as np
 
 from lutgen.criticism.fit import fit
 from lutgen.criticism.heldout import STANDARD_ERRORS, held_out
-from lutgen.criticism.leftover import is_within_scatter
+from lutgen.criticism.leftover import is_noise
 from lutgen.criticism.linear import State
 from lutgen.criticism.probes import probe
 from lutgen.criticism.search import HALF, STRONG, Family, Score, bic, contenders, families, family, forms_of
@@ -253,9 +253,10 @@ def _alone(
 
     A formula that does not quite fit leaves something, however small beside its effect, and others are fitted to that.
     """
-    if len(chosen) < 2 or (is_within_scatter(error, final) and stand_apart(chosen, base)):
+    probed = probe(final, error)
+    if len(chosen) < 2 or (is_noise(final, error) and not probed.names and stand_apart(chosen, base)):
         return []
-    whole = base.chi2 - final.chi2 + probe(final, error).gain
+    whole = base.chi2 - final.chi2 + probed.gain
     return [each for each in first if each.best.gain > MOST_OF_IT * whole]
 
 

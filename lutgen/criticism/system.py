@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 #: Directions in which parameters trade off, to the accuracy of a numerical derivative, are left where they are.
 TRADED = 1e-6
 
+#: A triangle whose diagonal spans more than this may be singular, and is solved by least squares.
+SINGULAR = 1e-9
 
 #: A direction that holds less than this share (of variance) of a parameter has nothing to do with it.
 BARELY = 1e-3
@@ -165,7 +167,11 @@ class Block:
         if not local:
             return np.zeros(0)
         right = self.upper[:, -1] - self.upper[:, local:-1] @ parameters
-        return np.asarray(np.linalg.lstsq(self.upper[:, :local], right, rcond=1e-12)[0])
+        triangle = self.upper[:, :local]
+        diagonal = np.abs(np.diag(triangle))
+        if diagonal.size == local and diagonal.min() > SINGULAR * diagonal.max():
+            return np.asarray(scipy.linalg.solve_triangular(triangle, right, check_finite=False))
+        return np.asarray(np.linalg.lstsq(triangle, right, rcond=1e-12)[0])
 
 
 def local_columns(

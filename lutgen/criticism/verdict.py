@@ -39,6 +39,9 @@ VERDICTS = {
 #: Lines of readings that a remark names.
 NAMED_LINES = 12
 
+#: Shares of the excess error below this are printed as 0 %: an effect of both is no finding beside others.
+TRIFLE = 0.005
+
 NO_PROBES = Probed()
 
 AGREES = "Nothing is above the noise: the model agrees with these readings."
@@ -283,6 +286,10 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
         remarks = (*remarks, f"Fitted beside, for what the formula leaves, no fault of its own: {', '.join(shadows)}.")
     left = "" if clean else f"its formula leaves something: {structure(explanation, probed)}."
     seen = shares_of_delta_e(base, final, [step.name for step in kept])
+    if trifles := [step.name for step in kept if max(seen[step.name], shares[step.name]) < TRIFLE]:
+        kept = tuple(step for step in kept if step.name not in trifles)
+        remarks = (*remarks, f"Fitted beside, next to nothing of the error: {', '.join(trifles)}.")
+        shadows += trifles
     kept = tuple(sorted(kept, key=lambda step: -seen[step.name]))
     return replace(_worded(kept, shares, seen, remarks, left, alone=not shadows), shares_delta_e=seen)
 
