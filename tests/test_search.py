@@ -13,7 +13,8 @@ from lutgen.criticism.fit import Fit, fit, switching_penalty
 from lutgen.criticism.linear import Term
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.pure_error import PureError
-from lutgen.criticism.search import STRONG, Score, bic, contenders, families, family, forms_of
+from lutgen.criticism.score import Score
+from lutgen.criticism.search import STRONG, bic, contenders, families, family, forms_of
 from lutgen.effects import Effect, catalogue
 from lutgen.errors import LutgenError
 from tests.criticism_twin import FAULTS, TRUTHS, display, measured, noisy, session, table

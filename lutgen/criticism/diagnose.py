@@ -12,7 +12,7 @@ from lutgen.criticism.heldout import held_out
 from lutgen.criticism.influence import Suspicion, suspicious_noise, wrong_rows, wrong_sessions
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.pure_error import PureError
-from lutgen.criticism.search import Score
+from lutgen.criticism.score import Score
 from lutgen.criticism.separate import Separation, what_separates
 from lutgen.criticism.shared_errors import with_shared_errors
 from lutgen.criticism.stepwise import Explanation, explain

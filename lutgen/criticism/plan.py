@@ -10,7 +10,8 @@ from lutgen.criticism.fit import Fit, fit
 from lutgen.criticism.linear import State, Term
 from lutgen.criticism.noise import estimate_noise
 from lutgen.criticism.problem import Problem
-from lutgen.criticism.search import Score, family
+from lutgen.criticism.score import Score
+from lutgen.criticism.search import family
 from lutgen.criticism.separate import POOL, Patch, Separation, separation, with_patches
 from lutgen.criticism.shared_errors import with_shared_errors
 from lutgen.criticism.visibility import visibility

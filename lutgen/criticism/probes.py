@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.linear import whiten
-from lutgen.criticism.search import STRONG, Score
+from lutgen.criticism.score import Score
+from lutgen.criticism.search import STRONG
 from lutgen.readings.conditions import CONDITIONS
 from lutgen.readings.table import is_capped
 
@@ -33,6 +34,9 @@ MOST = 24
 
 #: A signature of which less than this share remains beside tips and effects says nothing.
 LEAST_SEEN = 1e-3
+
+#: Signatures that are projected at once: more take memory.
+AT_ONCE = 32
 
 #: Centres of the level probes in code values, and their half width.
 LEVELS, WIDTH = (0.1, 0.25, 0.4, 0.6, 0.8), 0.2
@@ -88,15 +92,16 @@ def probe(found: Fit, error: PureError) -> Probed:
 
 def _columns(score: Score, signatures: Iterator[tuple[str, Array]]) -> tuple[list[str], Array]:
     """Unit vectors of what tips and effects leave of signatures, (k, 3n), with their names."""
-    names, columns = [], []
-    for name, signature in signatures:
-        raw = whiten(score.problem, signature)
-        left, size = score.project(raw), float(np.linalg.norm(raw))
-        seen = float(np.linalg.norm(left))
-        if size > 0 and seen > LEAST_SEEN * size:
-            names.append(name)
-            columns.append(left / seen)
-    return names, np.array(columns)
+    names, columns, every = [], [np.zeros((0, score.residual.size))], list(signatures)
+    for start in range(0, len(every), AT_ONCE):
+        some = every[start : start + AT_ONCE]
+        raw = whiten(score.problem, np.array([signature for _, signature in some]))
+        left, size = score.project(raw), np.linalg.norm(raw.reshape(len(some), -1), axis=1)
+        seen = np.linalg.norm(left, axis=1)
+        told = (size > 0) & (seen > LEAST_SEEN * size)
+        names += [name for (name, _), tells in zip(some, told, strict=True) if tells]
+        columns.append(left[told] / seen[told, np.newaxis])
+    return names, np.concatenate(columns)
 
 
 def _strange(problem: Problem, predicted: Array) -> Iterator[tuple[str, Array]]:

@@ -17,7 +17,8 @@ from lutgen.criticism.fit import fit
 from lutgen.criticism.linear import State, Term, predict, whiten
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.pure_error import PureError
-from lutgen.criticism.search import Score, family
+from lutgen.criticism.score import Score
+from lutgen.criticism.search import family
 from lutgen.criticism.stepwise import explain
 from lutgen.criticism.visibility import threshold, visibility
 from lutgen.effects.declare import PROPOSED

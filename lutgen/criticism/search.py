@@ -2,33 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.criticism.code_shifts import FITTED, CodeShifts
+from lutgen.criticism.code_shifts import FITTED
 from lutgen.criticism.fit import Fit, fit
-from lutgen.criticism.linear import BEHIND_PANEL, STEP, State, Term, whiten
-from lutgen.criticism.system import local_columns, prior_rows
+from lutgen.criticism.linear import State, Term
+from lutgen.criticism.score import Score
 from lutgen.effects.declare import PROPOSED
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
     from lutgen.effects import Effect
 
 #: ΔBIC from which one explanation is preferred to another ("strong" in Kass & Raftery 1995,
 #: doi:10.1080/01621459.1995.10476572).
 STRONG = 6.0
-
-#: By how much a full fit may beat the promise of its first step, which is linear and has few starts.
-OPTIMISM = 1.6
 
 #: A formula of so many numbers says what an effect is. A longer form is still that effect where a formula explains more
 #: than half of what the longer form does.
@@ -258,145 +251,3 @@ def _thirds(effect: Effect, name: str) -> list[float]:
     if low > 0 and high / low > 10:
         return [float(low ** (1 - share) * high**share) for share in (1 / 3, 2 / 3)]
     return [low + (high - low) / 3, low + 2 * (high - low) / 3]
-
-
-class Score:
-    """Gains in χ² that a first step promises, from one linearisation that all candidates share."""
-
-    def __init__(self, base: Fit) -> None:
-        """Linearise about a fit."""
-        self.base, self.problem, self.state = base, base.problem, _state(base)
-        self.before = self.problem.panel(base.terms)
-        self.predicted = self.problem.predict(base.terms, self.before, base.tips)
-        self.parts = [_Part.of(base, self.state, here) for here in self.problem.blocks]
-        free = [self._outside(column) for column in base.linear.free]
-        self.free = np.linalg.qr(np.array(free).T)[0] if free else None
-        whole = np.concatenate([part.outside(base.linear.residual, part.off) for part in self.parts])
-        self.residual = self._without_free(whole)
-        self._proposed: dict[str, tuple[list[dict[str, float]], int]] = {}
-        self._of_effect, self._seen = "", {}  # type: str, dict[tuple[object, ...], tuple[Array, Array]]
-        self.optimism, self._largest = OPTIMISM, 0.0
-
-    def learn(self, promise: float, gain: float) -> None:
-        """Learn from the largest gain of a fit so far by how much fits beat their promises here.
-
-        Where slips are weighed down, a first step promises little of what the fit gains.
-        """
-        if gain > self._largest:
-            self.optimism, self._largest = max(OPTIMISM, OPTIMISM * gain / max(promise, 1e-9)), gain
-
-    def _outside(self, column: Array) -> Array:
-        return np.concatenate([part.outside(column) for part in self.parts])
-
-    def _without_free(self, rows: Array) -> Array:
-        return rows if self.free is None else rows - self.free @ (self.free.T @ rows)
-
-    def project(self, column: Array) -> Array:
-        """What the base fit's unknowns cannot absorb of a whitened signature (n, 3), priors included: (3n + k,)."""
-        return self._without_free(self._outside(column))
-
-    def signature(self, term: Term, name: str) -> Array:
-        """Whitened change of the readings per unit of a parameter, tips held: (n, 3)."""
-        low, high = term.effect.parameters[name].bounds
-        value = term.values[name]
-        step = STEP * (high - low) * (1 if value + STEP * (high - low) <= high else -1)
-        moved = replace(term, values={**term.values, name: value + step})
-        return whiten(self.problem, self._change_by(moved) / step)
-
-    def seen(self, term: Term, name: str) -> tuple[Array, Array]:
-        """Return a parameter's signature, and what of it the base fit's unknowns cannot absorb, (3n,) each.
-
-        Forms of one effect share their parameters: what one has asked for is kept until another effect is asked for.
-        """
-        if term.effect.name != self._of_effect:
-            self._of_effect, self._seen = term.effect.name, {}
-        key = (name, *term.values.values())
-        if key not in self._seen:
-            signature = self.signature(term, name)
-            self._seen[key] = signature.ravel(), self.project(signature)
-        return self._seen[key]
-
-    def gain(self, term: Term, names: Sequence[str]) -> float:
-        """χ² that a step of some parameters from where the effect does nothing would gain, bounds ignored."""
-        if not names:
-            return self._plain_gain(term)
-        columns = np.array([self.seen(term, name)[1] for name in names]).T
-        size = np.linalg.norm(columns, axis=0)
-        columns = columns[:, size > 1e-9] / size[size > 1e-9]
-        if not columns.shape[1]:
-            return 0.0
-        found = np.linalg.lstsq(columns, self.residual, rcond=1e-6)[0]
-        return float(((columns @ found) ** 2).sum())
-
-    def gain_of_typical(self, term: Term) -> float:
-        """χ² that the signature of an effect at given values, scaled at will, gains."""
-        column = self.project(self._switched(term))
-        size = float(np.linalg.norm(column))
-        return float((column @ self.residual / size) ** 2) if size > 1e-9 else 0.0
-
-    def _plain_gain(self, term: Term) -> float:
-        """χ² that switching on an effect without amplitudes gains."""
-        after = self.residual - self.project(self._switched(term))
-        return float(self.residual @ self.residual - after @ after)
-
-    def _switched(self, term: Term) -> Array:
-        return whiten(self.problem, self._change_by(term))
-
-    def _change_by(self, term: Term) -> Array:
-        """Change of the readings by one more term, tips held: (n, 3), cd/m²."""
-        terms = (*self.base.terms, term)
-        before = self.before if term.effect.stage in BEHIND_PANEL else self.problem.panel(terms)
-        return self.problem.predict(terms, before, self.base.tips) - self.predicted
-
-    @cached_property
-    def code_shifts(self) -> CodeShifts:
-        """What the readings say of the shift of each code value."""
-        return CodeShifts.of(self.problem, self._switched, self.project, self.residual)
-
-    def proposed(self, effect: Effect) -> tuple[list[dict[str, float]], int]:
-        """Settings that an effect proposes for jagged shifts of code values, best first, and how many it looked at."""
-        if effect.name not in self._proposed:
-            looked = 0
-
-            def judge(shifts: Array) -> Array:
-                nonlocal looked
-                looked += len(shifts)
-                return self.code_shifts.agreement(shifts)
-
-            settings = (
-                effect.propose(self.code_shifts.code, judge) if effect.propose and self.code_shifts.is_jagged else []
-            )
-            self._proposed[effect.name] = settings, max(looked, 1)
-        return self._proposed[effect.name]
-
-    def switched(self, term: Term) -> tuple[float, float]:
-        """Whitened norm of what an effect at given values changes, and of what cannot be absorbed of that."""
-        changed = self._switched(term)
-        return float(np.linalg.norm(changed)), float(np.linalg.norm(self.project(changed)))
-
-
-@dataclass(frozen=True)
-class _Part:
-    """A block's readings ``here``, an orthonormal basis of what its local unknowns do, and the priors' right sides."""
-
-    here: NDArray[np.intp]
-    basis: Array
-    off: Array
-
-    @classmethod
-    def of(cls, base: Fit, state: State, here: NDArray[np.intp]) -> _Part:
-        """Take a block of the problem at a fit."""
-        problem, linear = base.problem, base.linear
-        local, gains = local_columns(problem, linear, here, here)
-        shared = len(problem.shared[int(here[0])])
-        prior, off = prior_rows(problem, state, int(problem.hour_of[here[0]]), gains, shared)
-        columns = np.concatenate([local.reshape(len(local), -1).T, prior])
-        if not columns.shape[1]:
-            return cls(here, columns, off)
-        u, s, _ = np.linalg.svd(columns, full_matrices=False)
-        return cls(here, u[:, s > 1e-9 * max(float(s.max(initial=0.0)), 1e-300)], off)
-
-    def outside(self, column: Array, off: Array | None = None) -> Array:
-        """What the local unknowns cannot explain of a column's readings, and of the priors' right sides."""
-        rows = np.concatenate([column[self.here].ravel(), np.zeros(self.off.size) if off is None else off])
-        return np.asarray(rows - self.basis @ (self.basis.T @ rows))

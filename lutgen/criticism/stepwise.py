@@ -20,7 +20,8 @@ from lutgen.criticism.heldout import STANDARD_ERRORS, held_out
 from lutgen.criticism.leftover import is_noise
 from lutgen.criticism.linear import State
 from lutgen.criticism.probes import probe
-from lutgen.criticism.search import HALF, STRONG, Family, Score, bic, contenders, families, family, forms_of
+from lutgen.criticism.score import Score
+from lutgen.criticism.search import HALF, STRONG, Family, bic, contenders, families, family, forms_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

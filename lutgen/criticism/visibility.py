@@ -10,7 +10,8 @@ import numpy as np
 from lutgen.criticism.fit import switching_penalty
 from lutgen.criticism.heldout import confirmed_gain
 from lutgen.criticism.linear import Term
-from lutgen.criticism.search import STRONG, Score
+from lutgen.criticism.score import Score
+from lutgen.criticism.search import STRONG
 from lutgen.effects.declare import PROPOSED
 
 if TYPE_CHECKING:
