@@ -16,6 +16,7 @@ from lutgen.criticism.search import STRONG
 from lutgen.criticism.shares import shares_of_delta_e
 from lutgen.criticism.stepwise import MOST_OF_IT, stand_apart
 from lutgen.criticism.tails import SLIP
+from lutgen.effects.shapes import is_knot
 from lutgen.numerals import percent
 
 if TYPE_CHECKING:
@@ -320,8 +321,15 @@ def _worded(
         listed = " or ".join((step.name, *(rival.name for rival in step.rivals)))
         sentence = f"One effect is missing, and these data cannot tell which: {listed}. If it is {step.name}, {size}."
         return Verdict("one-of", sentence, rivals[0], rivals, shares, remarks)
+    freed = ", ".join(step.chosen.form)
+    if any(is_knot(name) for name in step.chosen.form):
+        # A free curve follows whatever else changes the curve of a display.
+        sentence = (
+            f"One effect is missing: {step.name}, or another change of the curve, which the catalogue lacks, since "
+            f"{freed} had to be free. If it is {step.name}, {size}."
+        )
+        return Verdict("one-of", sentence, names, (), shares, remarks)
     if step.chosen.refined:
-        freed = ", ".join(step.chosen.form)
         sentence = (
             f"{step.name} is missing, but not in its simple form: {freed} had to be free. {size[0].upper()}{size[1:]}."
         )

@@ -53,6 +53,11 @@ LEAST_EXPONENT = 0.05
 _BASIS = np.array([[1.0, 4.0, 1.0, 0.0], [-3.0, 0.0, 3.0, 0.0], [3.0, -6.0, 3.0, 0.0], [-1.0, 3.0, -3.0, 1.0]]) / 6.0
 
 
+def is_knot(name: str) -> bool:
+    """Whether a parameter of this name is a knot of a free curve of levels: it ends with the code value in per cent."""
+    return name.rpartition("_")[2].isdigit()
+
+
 def level_curve(code: Array, knots: Sequence[float] | Array) -> Array:
     """Γ at code values of any shape; ``knots`` are the coefficients at equal steps from code 0 to 1."""
     given = np.asarray(knots, dtype=np.float64)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.criticism.diagnose import Diagnosis, Ranked, parameters_of
 from lutgen.criticism.effect_size import relative_size, typical_size
+from lutgen.effects.shapes import is_knot
 from lutgen.numerals import percent, readable, times, with_error
 from lutgen.readings.conditions import COLUMNS
 from lutgen.report.comparison import data_line, fresh_lines
@@ -28,9 +29,6 @@ RANKED, LISTED = 6, 2
 
 #: χ² between two rivals that separates them clearly; more repetitions of a set than this are not proposed.
 CLEARLY, TOO_OFTEN = 20.0, 10
-
-#: Beginning of the names of parameters that together are one curve over code values; one line counts them.
-_KNOTS = "level_"
 
 
 def diagnose_page(
@@ -166,7 +164,7 @@ def noise_rms(diagnosis: Diagnosis) -> float:
 
 def _in_short(each: Ranked, effect: Effect) -> str:
     """List the first free parameters; the knots of a level curve count as one."""
-    plain = [name for name in each.form if not name.startswith(_KNOTS)]
+    plain = [name for name in each.form if not is_knot(name)]
     words = [f"{name} {estimate_in_words(each.parameters[name], effect, name)}" for name in plain[:LISTED]]
     more = len(plain) - LISTED
     words += [f"{more} more"] if more > 0 else []

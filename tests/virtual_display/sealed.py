@@ -45,7 +45,7 @@ PAIRS = {
 }
 
 #: For a fault outside the catalogue: the family of which it is a refined form, so that ``form`` is no wrong answer.
-KIN = {"blue-run-in": "warm-up", "dynamic-dimming": "loading", "room-sensor": "ambient-reflection"}
+KIN = {"blue-run-in": "warm-up", "dynamic-dimming": "dynamic-contrast", "room-sensor": "ambient-reflection"}
 
 #: Names that the data of ``first-hour`` sets cannot always tell apart.
 TIED = 3
