@@ -10,11 +10,12 @@ the evidence of the free term, in the currency by which effects are compared; wh
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.criticism.leftover import is_even, is_within_scatter
 from lutgen.criticism.linear import whiten
 from lutgen.criticism.score import Score
 from lutgen.criticism.search import STRONG
@@ -88,6 +89,13 @@ def probe(found: Fit, error: PureError) -> Probed:
     if evidence <= STRONG:
         return Probed()
     return Probed(tuple(names[index] for index in chosen), gain, evidence)
+
+
+def free_term(found: Fit, error: PureError) -> Probed:
+    """Find the free term of a fit; where scatter is too large yet even, in units of the scatter that is there."""
+    if not is_within_scatter(error, found) and is_even(found):
+        error = replace(error, squares=found.chi2, freedom=max(found.freedom, 1), inside=None)
+    return probe(found, error)
 
 
 def _columns(score: Score, signatures: Iterator[tuple[str, Array]]) -> tuple[list[str], Array]:

@@ -35,6 +35,9 @@ if TYPE_CHECKING:
     from lutgen.criticism.linear import Linear, Term
     from lutgen.criticism.problem import Problem
 
+    #: Gains of three sessions that a line would join: place of a session → which of its gains, and its weight.
+    Line = dict[int, tuple[int, float]]
+
 #: No instrument's gain wanders more than this.
 MOST = 0.3
 
@@ -104,15 +107,26 @@ def _wander(problem: Problem, told: list[Told]) -> float:
 
 
 def _unsteady(told: list[Told], least: float) -> float:
-    """Spread of gains that makes the median departure from a steady course as large as it should be."""
-    courses: dict[str, list[tuple[float, float, float]]] = {}
-    for hour, names, estimate, covariance in told:
-        for name, size, variance in zip(names, estimate, np.diag(covariance), strict=True):
-            courses.setdefault(name, []).append((hour, size, variance))
-    departures = [departure for course in courses.values() for departure in _departures(np.array(course))]
-    if not departures:
+    """Spread of gains that makes the median departure from a steady course as large as it should be.
+
+    The smaller one of two: that of the gains as they are, which a misfit of some kinds of readings does not move, and
+    that along the axes of their covariance: the noise of white, which all gains of a session share, moves few of these.
+    """
+    sessions = [part for each in told for part in _by_session(each)]
+    found = [each for place in range(len(sessions)) if (each := _departed(sessions, place))]
+    if not found:
         return least
-    squares, noise, gain = np.array(departures).T
+    plain = [np.array([off**2, np.diag(noise), gain]) for off, noise, gain in found]
+    apart = []
+    for off, noise, gain in found:
+        variances, axes = np.linalg.eigh(noise)
+        apart.append(np.array([(axes.T @ off) ** 2, np.maximum(variances, 0.0), (axes**2).T @ gain]))
+    return min(_spread_of_median(np.concatenate(each, axis=1), least) for each in (plain, apart))
+
+
+def _spread_of_median(departures: Array, least: float) -> float:
+    """Spread with which the median of departures (3, k), their squares, noise and gain, is that of χ²."""
+    squares, noise, gain = departures
     usual = 2.0 * float(gammaincinv(0.5, 0.5))
 
     def excess(spread: float) -> float:
@@ -121,18 +135,44 @@ def _unsteady(told: list[Told], least: float) -> float:
     return float(scipy.optimize.brentq(excess, least, MOST)) if excess(least) > 0 > excess(MOST) else least
 
 
-def _departures(course: Array) -> list[tuple[float, float, float]]:
-    """Departures of a course (n, 3) of hours, sizes and variances from the line between the neighbours.
+def _by_session(told: Told) -> list[Told]:
+    """Part what an hour tells where a name comes again: there another session begins."""
+    starts = [0]
+    for place, name in enumerate(told.names):
+        if name in told.names[starts[-1] : place]:
+            starts.append(place)
+    parts = [slice(start, end) for start, end in zip(starts, [*starts[1:], len(told.names)], strict=True)]
+    return [Told(told.hour, told.names[part], told.estimate[part], told.covariance[part, part]) for part in parts]
 
-    Each: its square, its variance by noise, and by a spread of 1.
+
+def _departed(sessions: list[Told], place: int) -> tuple[Array, Array, Array] | None:
+    """How far the gains of a session are from the lines between those of the sessions before and after.
+
+    Departures (k,), their covariance by noise (k, k), and their variances by a spread of 1 (k,); None: of no gain.
     """
-    found = []
-    for (start, before, a), (hour, size, b), (end, after, c) in zip(course, course[1:], course[2:], strict=False):
-        share = (hour - start) / (end - start) if end > start else 0.5
-        off = size - (1.0 - share) * before - share * after
-        weights = np.array([(1.0 - share) ** 2, 1.0, share**2])
-        found.append((off**2, float(weights @ (a, b, c)), float(weights.sum())))
-    return found
+    here, lines = sessions[place], []
+    for mine, name in enumerate(here.names):
+        before = next((at for at in range(place - 1, -1, -1) if name in sessions[at].names), None)
+        after = next((at for at in range(place + 1, len(sessions)) if name in sessions[at].names), None)
+        if before is None or after is None:
+            continue
+        start, end = sessions[before].hour, sessions[after].hour
+        share = (here.hour - start) / (end - start) if end > start else 0.5
+        ends = {at: (sessions[at].names.index(name), size) for at, size in ((before, share - 1.0), (after, -share))}
+        lines.append({place: (mine, 1.0), **ends})
+    if not lines:
+        return None
+
+    def shared(left: Line, right: Line) -> float:
+        return sum(
+            size * right[at][1] * float(sessions[at].covariance[which, right[at][0]])
+            for at, (which, size) in left.items()
+            if at in right
+        )
+
+    off = np.array([sum(size * sessions[at].estimate[which] for at, (which, size) in each.items()) for each in lines])
+    gain = np.array([sum(size**2 for _, size in each.values()) for each in lines])
+    return off, np.array([[shared(left, right) for right in lines] for left in lines]), gain
 
 
 def _told(plain: Problem, state: State, linear: Linear, rows: NDArray[np.bool_], unit: Problem) -> list[Told]:

@@ -19,7 +19,7 @@ from lutgen.criticism.fit import fit
 from lutgen.criticism.heldout import STANDARD_ERRORS, held_out
 from lutgen.criticism.leftover import is_noise
 from lutgen.criticism.linear import State
-from lutgen.criticism.probes import probe
+from lutgen.criticism.probes import free_term, probe
 from lutgen.criticism.score import Score
 from lutgen.criticism.search import HALF, STRONG, Family, bic, contenders, families, family, forms_of
 
@@ -254,11 +254,20 @@ def _alone(
 
     A formula that does not quite fit leaves something, however small beside its effect, and others are fitted to that.
     """
-    probed = probe(final, error)
-    if len(chosen) < 2 or (is_noise(final, error) and not probed.names and stand_apart(chosen, base)):
+    if len(chosen) < 2:
         return []
-    whole = base.chi2 - final.chi2 + probed.gain
-    return [each for each in first if each.best.gain > MOST_OF_IT * whole]
+    left, apart = free_term(final, error), stand_apart(chosen, base)
+    if is_noise(final, error) and not left.names and apart:
+        return []
+    whole = base.chi2 - final.chi2 + left.gain
+    alike = [each for each in first if each.best.gain > MOST_OF_IT * whole]
+    if alike and apart:
+        # Effects beside the one that explain nearly all of what it leaves are a finding, however little that is.
+        others = alike[0].best.fit.chi2 - final.chi2
+        missed = max(left.gain, final.chi2 - final.freedom * error.scale)
+        if others > MOST_OF_IT * (others + missed):
+            return []
+    return alike
 
 
 #: Two fits whose χ² differs by less than this are equal, whichever has a parameter more.

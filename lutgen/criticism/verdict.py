@@ -10,8 +10,7 @@ import numpy as np
 from lutgen.criticism.families import condition_of, family_of
 from lutgen.criticism.first_day import white_moved
 from lutgen.criticism.leftover import is_even, is_noise, is_within_scatter
-from lutgen.criticism.probes import Probed, probe
-from lutgen.criticism.pure_error import PureError
+from lutgen.criticism.probes import Probed, free_term, probe
 from lutgen.criticism.search import STRONG
 from lutgen.criticism.shares import shares_of_delta_e
 from lutgen.criticism.stepwise import MOST_OF_IT, stand_apart
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from lutgen.criticism.influence import Suspicion
+    from lutgen.criticism.pure_error import PureError
     from lutgen.criticism.stepwise import Explanation, Step
     from lutgen.criticism.visibility import Visibility
 
@@ -167,9 +167,7 @@ def _nothing_named(
     if within and not probed.names:
         compared = not base.problem.is_anchor.all()
         return Verdict("consistent", AGREES if compared else NOTHING_COMPARED, remarks=remarks)
-    # Structure stands out from the scatter that is there, not only from that of replicates.
-    own = PureError(base.chi2, max(base.freedom, 1))
-    if not within and is_even(base) and not probe(base, own).names:
+    if not within and is_even(base) and not free_term(base, error).names:
         return _too_much_scatter(explanation, error, remarks)
     return _unexplained(explanation, remarks, probed)
 
@@ -267,7 +265,7 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
     shares, before = {}, base.chi2
     for step, found in zip(steps, explanation.trail, strict=True):
         shares[step.name], before = max(before - found.chi2, 0.0) / excess, found.chi2
-    nothing, probed = probe(base, error), probe(final, error)
+    nothing, probed = probe(base, error), free_term(final, error)
     both = final.bic - probed.evidence
     kept = _needed(explanation, error, shares, nothing, both)
     clean = is_noise(final, error) and not probed.names
@@ -278,7 +276,7 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
     gain = base.chi2 - final.chi2
     explained = gain / (gain + probed.gain) if probed.names else gain / excess
     # One family may leave what its formula misses; several that leave a misfit are what greedy search makes of another.
-    enough = explained > MOST_OF_IT and (len(kept) == 1 or is_within_scatter(error, final))
+    enough = explained > MOST_OF_IT and (len(kept) == 1 or is_noise(final, error))
     physical = not any(_is_at_its_limit(step) for step in kept)
     sound = (clean or enough) and physical and stand_apart([step.chosen for step in kept], base)
     if not kept or base.bic - nothing.evidence < both - STRONG or not sound:
