@@ -71,11 +71,7 @@ def conditions_of(values: Mapping[str, float]) -> Conditions:
 def parse_at(texts: Iterable[str], usual: Conditions = REFERENCE) -> Conditions:
     """Read ``--at``: NAME=VALUE, repeated or as a comma list.
 
-    Raises
-    ------
-    LutgenError
-        Not of that form, an unknown name, one given twice, or a value that is not allowed.
-
+    Raises LutgenError: not of that form, an unknown name, one given twice, or a value that is not allowed.
     """
     values: dict[str, float] = {}
     for part in (part for text in texts for part in text.split(",")):

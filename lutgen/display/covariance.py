@@ -26,22 +26,13 @@ LOOSE = 1e-5
 class FitCovariance:
     """How the errors of all that a fit found hang together.
 
-    Attributes
-    ----------
-    of
-        Effect and parameter of each fitted number.
-    matrix
-        Covariance in the parameters' own units, (p, p), or with the latent tips behind them, (p + 12·n, p + 12·n): X, Y
-        and Z in cd/m² of white, red, green and blue at each hour, or at hour 0 where all hours are foretold from it.
-
-    Raises
-    ------
-    LutgenError
-        Shapes do not fit, a number is not finite, or the matrix is no covariance.
-
+    Raises LutgenError: shapes do not fit, a number is not finite, or the matrix is no covariance.
     """
 
+    #: Effect and parameter of each fitted number.
     of: tuple[tuple[str, str], ...]
+    #: Covariance in the parameters' own units, (p, p), or with the latent tips behind them, (p + 12·n, p + 12·n): X, Y
+    #: and Z in cd/m² of white, red, green and blue at each hour, or at hour 0 where all hours are foretold from it.
     matrix: Array
 
     def __post_init__(self) -> None:

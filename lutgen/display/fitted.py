@@ -114,21 +114,12 @@ def _check_names(effect: Effect, names: Mapping[str, Any] | tuple[str, ...]) -> 
 class LatentTips:
     """White and primaries of the display before its effects, as a fit found them.
 
-    Attributes
-    ----------
-    hours
-        Increasing from 0, shape (N,).
-    xyz_cd_m2
-        XYZ in cd/m² of white, red, green, blue, shape (N, 4, 3).
-
-    Raises
-    ------
-    LutgenError
-        Shapes do not fit, hours do not increase from 0, or a tip is not finite or gives no light.
-
+    Raises LutgenError: shapes do not fit, hours do not increase from 0, or a tip is not finite or gives no light.
     """
 
+    #: Increasing from 0, shape (N,).
     hours: Array
+    #: XYZ in cd/m² of white, red, green, blue, shape (N, 4, 3).
     xyz_cd_m2: Array
 
     def __post_init__(self) -> None:

@@ -30,11 +30,7 @@ def parse_hours(text: str, tips: Tips) -> list[float]:
     ``0..18000`` is every measured time in the span and its two ends, ``0..18000:500`` a step from its start,
     ``0,5000,10000`` a list.
 
-    Raises
-    ------
-    LutgenError
-        Not of these forms, reversed, endless, too many, or outside the measured span.
-
+    Raises LutgenError: not of these forms, reversed, endless, too many, or outside the measured span.
     """
     if ".." not in text:
         return _checked({_number(part, text) for part in text.split(",")}, tips)

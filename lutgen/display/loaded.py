@@ -36,21 +36,13 @@ NOTHING = 1e-6
 
 @dataclass(frozen=True)
 class LoadedCalibrations:
-    """What later calibrations make of code values, as an effect on the drive that nobody has to find.
+    """What later calibrations make of code values, as an effect on the drive that nobody has to find."""
 
-    Attributes
-    ----------
-    hours
-        Hours of the sessions whose calibration is known, (K,), from 0 on.
-    ends
-        Outputs of the calibrations at full code of red, green and blue, by hour.
-    asked
-        Code values of the first session that drive the panel as ``CODES`` do later, by hour and channel.
-
-    """
-
+    #: Hours of the sessions whose calibration is known, (K,), from 0 on.
     hours: tuple[float, ...]
+    #: Outputs of the calibrations at full code of red, green and blue, by hour.
     ends: tuple[tuple[float, ...], ...]
+    #: Code values of the first session that drive the panel as ``CODES`` do later, by hour and channel.
     asked: tuple[tuple[tuple[float, ...], ...], ...]
 
     @classmethod

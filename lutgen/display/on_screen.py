@@ -30,21 +30,14 @@ PLACE = ("u", "v")
 
 @dataclass(frozen=True)
 class OnScreen:
-    """Where on the screen a picture lies, and what was measured of the screen's uniformity.
+    """Where on the screen a picture lies, and what was measured of the screen's uniformity."""
 
-    Attributes
-    ----------
-    left, top, width, height
-        Of the picture, as shares of the screen's width and height.
-    uniformity
-        A measured table; None: the model's effects alone know places.
-
-    """
-
+    #: Of the picture, as shares of the screen's width and height.
     left: float = 0.0
     top: float = 0.0
     width: float = 1.0
     height: float = 1.0
+    #: A measured table; None: the model's effects alone know places.
     uniformity: MeasuredUniformity | None = None
 
     def __post_init__(self) -> None:
@@ -69,11 +62,8 @@ class OnScreen:
     def aged(self, model: DisplayModel) -> DisplayModel:
         """Return the model with the measured uniformity.
 
-        Raises
-        ------
-        LutgenError
-            Nothing in the model depends on the place, the place counts twice, or the model is seen at a stated one.
-
+        Raises LutgenError: nothing in the model depends on the place, the place counts twice, or the model is seen at a
+        stated one.
         """
         stated = [name for name in model.conditions.stated() if name in PLACE]
         if stated:

@@ -28,11 +28,7 @@ def record_of(effect: Effect, folder: Path) -> dict[str, str]:
 
     The origin is ``built-in``, the way from ``folder`` to a .py file, a package, or an expression.
 
-    Raises
-    ------
-    LutgenError
-        It was declared by a running program, or its file is gone.
-
+    Raises LutgenError: it was declared by a running program, or its file is gone.
     """
     if not effect.origin.endswith(".py"):
         if effect.origin.startswith(_CODE):
@@ -49,11 +45,7 @@ def record_of(effect: Effect, folder: Path) -> dict[str, str]:
 def found_by(name: str, record: Mapping[str, str], folder: Path) -> Effect:
     """Find an effect again by what :func:`record_of` said in a file in ``folder``.
 
-    Raises
-    ------
-    LutgenError
-        It is not there any more, its file has changed, or a user's effect breaks the contract.
-
+    Raises LutgenError: it is not there any more, its file has changed, or a user's effect breaks the contract.
     """
     from lutgen.effects import own
     from lutgen.effects.contract import refuse_unsound

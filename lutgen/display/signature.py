@@ -53,15 +53,9 @@ class _Applied:
 
 @dataclass(frozen=True)
 class EffectDifference:
-    """Colours with an effect. All CIE L*a*b* of the un-aged white, (n, 3).
+    """Colours with an effect. All CIE L*a*b* of the un-aged white, (n, 3)."""
 
-    Attributes
-    ----------
-    aged, new, model
-        With the effect; without it; by the paper's model through the tips that the aged display has at that hour.
-
-    """
-
+    #: With the effect; without it; by the paper's model through the tips that the aged display has at that hour.
     aged: Array
     new: Array
     model: Array
@@ -79,18 +73,11 @@ class EffectDifference:
 
 @dataclass(frozen=True)
 class Signature:
-    """An effect of its typical size.
+    """An effect of its typical size."""
 
-    Attributes
-    ----------
-    effect
-        The effect.
-    conditions
-        The columns that it needs, at values where it shows.
-
-    """
-
+    #: The effect.
     effect: Effect
+    #: The columns that it needs, at values where it shows.
     conditions: Mapping[str, float]
 
     @classmethod

@@ -23,18 +23,11 @@ MAX_CONDITION = 1e5
 
 @dataclass(frozen=True)
 class Tips:
-    """White and primaries over a display's life.
+    """White and primaries over a display's life."""
 
-    Attributes
-    ----------
-    hours
-        Measured times, increasing from 0, shape (N,); one time alone tells the display at hour 0, and no aging.
-    xyY
-        x, y and Y in cd/m² of white, red, green, blue, shape (N, 4, 3).
-
-    """
-
+    #: Measured times, increasing from 0, shape (N,); one time alone tells the display at hour 0, and no aging.
     hours: Array
+    #: x, y and Y in cd/m² of white, red, green, blue, shape (N, 4, 3).
     xyY: Array  # noqa: N815 - the CIE's own spelling
     source: str = "<memory>"
 

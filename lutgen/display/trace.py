@@ -71,25 +71,16 @@ def through(applied: Sequence[Applied], stages: tuple[str, ...], signal: Array, 
 
 @dataclass(frozen=True)
 class Panel:
-    """The signal behind drive, transfer and mixing: linear light per channel and its share of each tip.
+    """The signal behind drive, transfer and mixing: linear light per channel and its share of each tip."""
 
-    Attributes
-    ----------
-    shares
-        XYZ = Σ share · tip over white, red, green, blue: (n, 4).
-    black
-        X, Y and Z of code 0 as shares of white's, for a native display; None: black gives no light. Colours then are
-        so much above black: XYZ = K + Σ share · (tip − K).
-    gain
-        Factor of X, Y and Z, (n, 3): what the display's own model says beside; None: 1.
-    offset
-        X, Y and Z beside, as shares of white's, (n, 3); None: 0.
-
-    """
-
+    #: XYZ = Σ share · tip over white, red, green, blue: (n, 4).
     shares: Array
+    #: X, Y and Z of code 0 as shares of white's, for a native display; None: black gives no light. Colours then are so
+    #: much above black: XYZ = K + Σ share · (tip − K).
     black: tuple[float, float, float] | None = None
+    #: Factor of X, Y and Z, (n, 3): what the display's own model says beside; None: 1.
     gain: Array | None = None
+    #: X, Y and Z beside, as shares of white's, (n, 3); None: 0.
     offset: Array | None = None
 
     def emit(self, tips: Array) -> Array:
@@ -188,21 +179,9 @@ def since_first_session(
 ) -> tuple[Array, Array]:
     """What makes effects begin with the first session, whose readings had them in: for :meth:`Panel.begun`.
 
-    Parameters
-    ----------
-    before, plain
-        The panel with the effects, and without, of the scene ``first``.
-    tips
-        Of hour 0, as measured, (1, 4, 3).
-    first
-        The code values at hour 0, at rest.
-
-    Returns
-    -------
-    tuple
-        Factor of X, Y and Z, (n, 3), which takes out what effects up to the emission do at hour 0, and what those
-        behind it do, as shares of white, (n, 3).
-
+    ``before``, ``plain``: the panel with the effects, and without, of the scene ``first``. ``tips``: of hour 0, as
+    measured, (1, 4, 3). ``first``: the code values at hour 0, at rest. Returns factor of X, Y and Z, (n, 3), which
+    takes out what effects up to the emission do at hour 0, and what those behind it do, as shares of white, (n, 3).
     """
     wanted = plain.emit(tips)
     sent = before.emit(through(applied, ("emission",), tips, first))

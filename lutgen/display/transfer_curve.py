@@ -27,21 +27,13 @@ if TYPE_CHECKING:
 class TransferCurve:
     """Points of a curve from (0, 0) to (1, 1), and the curve through them.
 
-    Attributes
-    ----------
-    channel
-        What it is the curve of, for messages.
-    codes, light
-        Code values, increasing from 0 to 1, and linear light relative to that at code 1, never falling, from 0 to 1.
-
-    Raises
-    ------
-    LutgenError
-        Fewer than two points, other ends, codes that do not increase, or light that falls: names channel and codes.
-
+    Raises LutgenError: fewer than two points, other ends, codes that do not increase, or light that falls: names
+    channel and codes.
     """
 
+    #: What it is the curve of, for messages.
     channel: str
+    #: Code values, increasing from 0 to 1, and linear light relative to that at code 1, never falling, from 0 to 1.
     codes: tuple[float, ...]
     light: tuple[float, ...]
 

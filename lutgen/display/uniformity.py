@@ -40,24 +40,15 @@ SIDE = 65
 
 @dataclass(frozen=True, eq=False)
 class MeasuredUniformity:
-    """What was read at several places of one screen.
+    """What was read at several places of one screen."""
 
-    Attributes
-    ----------
-    places
-        Shares from the left and the top, (p, 2), each once.
-    ratio
-        X, Y and Z there over those of the middle, (p, 3).
-    grey
-        The code value that was read.
-    file, sha256
-        The table.
-
-    """
-
+    #: Shares from the left and the top, (p, 2), each once.
     places: Array
+    #: X, Y and Z there over those of the middle, (p, 3).
     ratio: Array
+    #: The code value that was read.
     grey: float
+    #: The table.
     file: str = field(default="<memory>")
     sha256: str = ""
 
@@ -65,11 +56,7 @@ class MeasuredUniformity:
     def of(cls, session: Session) -> MeasuredUniformity:
         """Take the brightest grey that was read at ``LEAST_PLACES`` places or more, one of them in the middle.
 
-        Raises
-        ------
-        LutgenError
-            The session has no such grey, or a reading of it without light.
-
+        Raises LutgenError: the session has no such grey, or a reading of it without light.
         """
         if session.positions is None:
             raise LutgenError(

@@ -48,12 +48,8 @@ _Given = tuple[float, tuple[float, float] | None]
 def parse(text: str) -> Effect:
     """Read a one-line effect: ``[name:] formula [; parameter=start[low,high]]…``.
 
-    Raises
-    ------
-    LutgenError
-        Too long, outside the grammar, of no or of two signals, a misspelt quantity, or not the signal itself when its
-        amplitudes are 0.
-
+    Raises LutgenError: too long, outside the grammar, of no or of two signals, a misspelt quantity, or not the signal
+    itself when its amplitudes are 0.
     """
     if len(text) > MAX_LETTERS:
         raise LutgenError(

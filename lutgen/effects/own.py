@@ -47,16 +47,8 @@ _PRIVATE = "lutgen_own_"
 def everything(files: Iterable[str | Path] = (), expressions: Iterable[str] = ()) -> dict[str, Effect]:
     """Return all effects by name, in chain order: built-in, installed, from files and from expressions.
 
-    Parameters
-    ----------
-    files, expressions
-        As users name them after ``--effects`` and ``--add-expr``.
-
-    Raises
-    ------
-    LutgenError
-        A file, package or expression is refused, or two of them give an effect the same name.
-
+    ``files``, ``expressions``: as users name them after ``--effects`` and ``--add-expr``. Raises LutgenError: a file,
+    package or expression is refused, or two of them give an effect the same name.
     """
     from lutgen.effects.expression import parse
 
@@ -79,17 +71,8 @@ def everything(files: Iterable[str | Path] = (), expressions: Iterable[str] = ()
 def load_file(path: str | Path) -> tuple[Effect, ...]:
     """Import a Python file and return the effects that it declares, in chain order.
 
-    Parameters
-    ----------
-    path
-        The file. It becomes the effects' ``origin`` as it is given.
-
-    Raises
-    ------
-    LutgenError
-        Missing, no Python, raises when it is run, declares no effect, a declaration is refused, or an effect has a
-        built-in one's name.
-
+    ``path``: the file. It becomes the effects' ``origin`` as it is given. Raises LutgenError: missing, no Python,
+    raises when it is run, declares no effect, a declaration is refused, or an effect has a built-in one's name.
     """
     name = _module_name(path)
     module = sys.modules.get(name) or _run(name, path)
@@ -114,11 +97,7 @@ def load_file(path: str | Path) -> tuple[Effect, ...]:
 def installed() -> tuple[Effect, ...]:
     """Load the effects of installed packages.
 
-    Raises
-    ------
-    LutgenError
-        A package's entry point cannot be loaded, or is no effect.
-
+    Raises LutgenError: a package's entry point cannot be loaded, or is no effect.
     """
     effects = {}
     for point in sorted(entry_points(group=GROUP), key=lambda point: (_distribution(point), point.name)):
@@ -132,11 +111,7 @@ def installed() -> tuple[Effect, ...]:
 def recall(name: str, origin: str) -> Effect:
     """Find an effect by name and origin, as a saved model or a worker process names it.
 
-    Raises
-    ------
-    LutgenError
-        It is not to be found there any more.
-
+    Raises LutgenError: it is not to be found there any more.
     """
     from lutgen.effects.expression import parse
 

@@ -123,24 +123,15 @@ _LEAST = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class SpectralDisplay:
-    """Spectra of a display's primaries.
+    """Spectra of a display's primaries."""
 
-    Attributes
-    ----------
-    display_class
-        One of :meth:`classes`.
-    spectra
-        Of red, green, blue at full drive, (3, 81), at ``observer.WAVELENGTHS``; Σ spectrum·CMF is XYZ in cd/m².
-    parts
-        Part of the light that wears, the fastest first → its share of the light at each wavelength, (81,).
-    misfit
-        Largest relative error of the XYZ of a primary; above 1e-9 only for XYZ that no light has.
-
-    """
-
+    #: One of :meth:`classes`.
     display_class: str
+    #: Of red, green, blue at full drive, (3, 81), at ``observer.WAVELENGTHS``; Σ spectrum·CMF is XYZ in cd/m².
     spectra: Array
+    #: Part of the light that wears, the fastest first → its share of the light at each wavelength, (81,).
     parts: Mapping[str, Array]
+    #: Largest relative error of the XYZ of a primary; above 1e-9 only for XYZ that no light has.
     misfit: float
 
     @staticmethod
@@ -155,18 +146,8 @@ class SpectralDisplay:
         Where no class is stated, it is the one whose typical spectra need the least correction, in relative entropy; of
         the broad lights, which primaries do not tell apart, always ``DEFAULT_CLASS``.
 
-        Parameters
-        ----------
-        display_class
-            One of :meth:`classes`, or ``UNSTATED``.
-        xyz_tips
-            XYZ of white, red, green, blue in cd/m², (4, 3). White itself is not asked for.
-
-        Raises
-        ------
-        LutgenError
-            Unknown class, or a primary without luminance.
-
+        ``display_class``: one of :meth:`classes`, or ``UNSTATED``. ``xyz_tips``: XYZ of white, red, green, blue in
+        cd/m², (4, 3). White itself is not asked for. Raises LutgenError: unknown class, or a primary without luminance.
         """
         primaries = np.asarray(xyz_tips, dtype=np.float64)[1:]
         if not (np.isfinite(primaries).all() and (primaries[:, 1] > 0).all()):
