@@ -229,8 +229,7 @@ class AskedPlace(NamedTuple):
         """Return the model with its screen's uniformity, and where the picture lies. Raises LutgenError."""
         if not any(self):
             return model, None
-        from lutgen.display.on_screen import OnScreen
-        from lutgen.display.uniformity import MeasuredUniformity
+        from lutgen.display.on_screen import MeasuredUniformity, OnScreen
         from lutgen.readings import read_session
 
         table = MeasuredUniformity.of(read_session(self.uniformity)) if self.uniformity else None

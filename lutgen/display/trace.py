@@ -17,7 +17,7 @@ from lutgen.display.paper import continuous_weights, nearest_weights
 from lutgen.effects import STAGES
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from lutgen.colorimetry import Array
     from lutgen.display.native import NativeDisplay
@@ -210,3 +210,31 @@ def reported(applied: Sequence[Applied], before: Panel, tips: Array, scene: Scen
     """XYZ that a meter reports, (..., n, 3): with the room's light and the instrument's own faults."""
     xyz = through(applied, ("viewing",), emitted(applied, before, tips, scene), scene)
     return through(applied, ("instrument",), xyz * (1.0 - scene.capped), scene)
+
+
+#: Number of sets of code values whose answers are kept, and the most numbers that such a set may hold: a table is kept,
+#: an image is not.
+KEPT, MOST = 8, 30_000
+
+
+class Remembered:
+    """The last few answers about code values, which nobody may alter: a fit asks about the same code values often."""
+
+    def __init__(self) -> None:
+        """Begin with none."""
+        self._answers: dict[tuple[tuple[int, ...], bytes], Array] = {}
+
+    def of(self, code: Array, compute: Callable[[], Array]) -> Array:
+        """Return the answer for code values (..., 3); ``compute`` gives it where none is kept."""
+        if code.size > MOST:
+            return compute()
+        key = code.shape, code.tobytes()
+        answer = self._answers.pop(key, None)
+        if answer is None:
+            answer = compute()
+            answer.flags.writeable = False
+        self._answers[key] = answer
+        # Threads may ask at once: the second thread then finds that the first has removed the old answers.
+        for old in list(self._answers)[:-KEPT]:
+            self._answers.pop(old, None)
+        return answer

@@ -46,10 +46,10 @@ STAGES = {
 }
 
 #: Modules whose effects are lutgen's own.
-_BUILT_IN = "lutgen.effects.catalogue."
+_CATALOGUE = "lutgen.effects.catalogue."
 
-#: Origin of an effect that a program declares, before the program's module.
-CODE = "code, module "
+#: Origin of an effect of the catalogue; and of an effect that a program declares, before the program's module.
+BUILT_IN, CODE = "built-in", "code, module "
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ class Effect:
     source: str = ""
     propose: Propose | None = None
     text: str = ""
-    origin: str = "built-in"
+    origin: str = BUILT_IN
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the place of the effect: the decorator has put the effect under the name of its function."""
@@ -303,7 +303,7 @@ def effect(
             source=source,
             propose=propose,
             text=inspect.getdoc(module) or inspect.getdoc(function) or "",
-            origin="built-in" if function.__module__.startswith(_BUILT_IN) else CODE + function.__module__,
+            origin=BUILT_IN if function.__module__.startswith(_CATALOGUE) else CODE + function.__module__,
         )
         check_declaration(declared)
         return declared

@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lutgen.effects import catalogue
-from lutgen.effects.declare import CODE, Effect, chain_order
+from lutgen.effects.declare import BUILT_IN, CODE, Effect, chain_order
 from lutgen.errors import LutgenError, pick_one
 from lutgen.files import read_at_most
 
@@ -109,13 +109,10 @@ def installed() -> tuple[Effect, ...]:
 
 
 def recall(name: str, origin: str) -> Effect:
-    """Find an effect by name and origin, as a saved model or a worker process names it.
-
-    Raises LutgenError: it is not to be found there any more.
-    """
+    """Find an effect by name and origin, as a model file or a worker has them. Raises LutgenError: it is gone."""
     from lutgen.effects.expression import parse
 
-    if origin == "built-in":
+    if origin == BUILT_IN:
         known: dict[str, Effect] = catalogue()
     elif origin.startswith(CODE):
         raise LutgenError(
@@ -127,7 +124,8 @@ def recall(name: str, origin: str) -> Effect:
         packages = {each.name: each for each in installed() if each.origin.split()[:1] == origin.split()[:1]}
         known = packages or {each.name: each for each in (parse(origin),)}
     if name not in known:
-        raise LutgenError(f"{origin}: {pick_one('effect', name, known)}")
+        unknown = pick_one("effect", name, known)
+        raise unknown if origin == BUILT_IN else LutgenError(f"{origin}: {unknown}")
     return known[name]
 
 
@@ -201,7 +199,7 @@ def _effects_of(point: EntryPoint) -> tuple[Effect, ...]:
             f"{_whose(point)}: {what_was_raised(error, '')}. Update, mend or uninstall the package."
         ) from None
     values = (loaded,) if isinstance(loaded, Effect) else vars(loaded).values() if hasattr(loaded, "__dict__") else ()
-    effects = tuple(value for value in values if isinstance(value, Effect) and value.origin != "built-in")
+    effects = tuple(value for value in values if isinstance(value, Effect) and value.origin != BUILT_IN)
     if not effects:
         raise LutgenError(f"{_whose(point)}: {point.value} holds no effect. Update, mend or uninstall the package.")
     return effects

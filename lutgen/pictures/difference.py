@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay, DisplayModel
     from lutgen.display.chain import Link
-    from lutgen.display.covariance import FitCovariance
+    from lutgen.display.fitted import FitCovariance
     from lutgen.display.on_screen import OnScreen
     from lutgen.readings import Measurements
 
