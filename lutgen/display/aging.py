@@ -38,7 +38,6 @@ HELD = 0.02
 class Shown:
     """A display's aging at n hours. Second axes run over white, red, green, blue."""
 
-    #: The readings.
     measurements: Measurements
     #: Shape (n,), increasing.
     hours: Array

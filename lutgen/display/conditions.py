@@ -116,12 +116,12 @@ def in_words(conditions: Conditions, names: Iterable[str]) -> str:
     return ", ".join(dict.fromkeys(each.told(values) for each in asked))
 
 
-#: Column → what an effect depends on that needs it.
+#: Column → what effects that need the column depend on.
 _DEPENDS = {column.name: condition.depends for condition in CONDITIONS for column in condition.columns}
 
 
 def what_luts_carry(model: DisplayModel) -> list[str]:
-    """Say by name what a bake of ``model`` fixes, and what no LUT can carry: sentences, none where there is nothing."""
+    """Return a sentence on each condition that a bake of ``model`` fixes, and on each effect that no LUT can carry."""
     steps = [
         f"{name} makes stairs of the curves, which are finer than a LUT's grid: its error is in the group border."
         for name in model.names_of_steps()
@@ -130,16 +130,16 @@ def what_luts_carry(model: DisplayModel) -> list[str]:
 
 
 def what_pictures_carry(model: DisplayModel, on_screen: OnScreen | None = None) -> list[str]:
-    """Say by name what is fixed when ``model`` is applied to a picture: sentences, none where there is nothing.
+    """Return a sentence on each condition that is fixed when ``model`` is applied to a picture.
 
-    ``on_screen``: where each pixel of the picture has its own place.
+    ``on_screen``: where on the screen the picture lies, so that each pixel has its own place.
     """
     fixed = _fixed(model, "Shown at", "which is taken as the same in all of the picture", PLACE if on_screen else ())
     return [*on_screen.sentences(), *fixed] if on_screen else fixed
 
 
 def seen_on(model: DisplayModel, on_screen: OnScreen | None = None) -> dict[str, Any]:
-    """Return what the JSON of every command on pictures says of the display: display, model, remarks, place."""
+    """Return what every command on pictures says of the display in its JSON: display, model, remarks, place."""
     return {
         "display": {"file": model.measurements.file, "sha256": model.measurements.sha256},
         "model": model.file or None,

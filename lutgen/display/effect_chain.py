@@ -62,7 +62,6 @@ def four_tips(xyz_cd_m2: Array) -> FourTips:
 class Surroundings:
     """What effects may know besides the signal."""
 
-    #: Operating hours.
     hours: float
     #: White, red, green, blue before any effect, now and at hour 0, in cd/m².
     tips: FourTips
@@ -130,11 +129,12 @@ class Fresh:
     selection: str
     #: The fresh display; None: the paper's.
     native: NativeDisplay | None = None
-    #: Whether effects begin with the first session, which had them in; else they show at hour 0 too.
+    #: Whether the readings of the first session contain the effects already, so that only what effects change after it
+    #: counts; else effects show at hour 0 too.
     told: bool = False
 
     def panel(self, signal: Array, applied: tuple[Applied, ...], surroundings: Surroundings) -> trace.Panel:
-        """What of the light each tip has behind a :class:`PanelLink`, whose signal is (n, 7 or 10)."""
+        """Return each tip's share of the light from the signal of a :class:`PanelLink`, (n, 7 or 10)."""
         gain = signal[:, 7:] if signal.shape[1] > 7 else None
         black = self.native.black if self.native else None
         before = trace.Panel(signal[:, :4], black, gain)
@@ -223,9 +223,10 @@ class EffectChain:
     def at(self, mode: str, hours: float, now: Surroundings, luminance: Callable[[float], float]) -> AgedDisplay:
         """Return the display of ``mode`` at ``hours``.
 
-        ``mode``, ``hours``: what the display is to be called. ``now``: hour and tips, under the reference conditions.
-        ``luminance``: white's emitted luminance by the effects alone, relative to hour 0 → that which the mode gives
-        it. Raises LutgenError: white's luminance cannot be brought there, or the effects give NaN or infinity.
+        ``now``: hour and tips, under the reference conditions. ``luminance``: white's luminance by the effects alone,
+        relative to hour 0 → the luminance that the mode gives white.
+
+        Raises LutgenError: white's luminance cannot be brought there, or the effects give NaN or infinity.
         """
         new, aged = self._whites(now)
         wanted = luminance(aged / new) * new

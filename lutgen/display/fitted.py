@@ -168,12 +168,12 @@ LOOSE = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class FitCovariance:
-    """How the errors of all that a fit found hang together.
+    """How the errors of all fitted numbers depend on each other.
 
     Raises LutgenError: shapes do not fit, a number is not finite, or the matrix is no covariance.
     """
 
-    #: Effect and parameter of each fitted number.
+    #: Effect and name of each fitted parameter.
     of: tuple[tuple[str, str], ...]
     #: Covariance in the parameters' own units, (p, p), or with the latent tips behind them, (p + 12·n, p + 12·n): X, Y
     #: and Z in cd/m² of white, red, green and blue at each hour, or at hour 0 where all hours are foretold from it.
@@ -207,13 +207,13 @@ class FitCovariance:
         return hash((self.of, self.matrix.tobytes()))
 
     def as_record(self) -> dict[str, Any]:
-        """Return what files hold of it."""
+        """Return the covariance as model files hold it."""
         rows = [row[: place + 1] for place, row in enumerate(self.matrix.tolist())]
         return {"of": [".".join(names) for names in self.of], "rows": rows}
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any]) -> FitCovariance:
-        """Make it again of what :meth:`as_record` gave. Raises LutgenError where that is none."""
+        """Return the covariance of a record that :meth:`as_record` gave. Raises LutgenError for any other record."""
         try:
             of = tuple((str(effect), str(name)) for effect, name in (str(each).rsplit(".", 1) for each in record["of"]))
             rows = [[float(value) for value in row] for row in record["rows"]]
@@ -230,7 +230,7 @@ class FitCovariance:
         return cls(of, matrix + np.tril(matrix, -1).T)
 
     def check(self, free: Collection[tuple[str, str]], hours: int) -> None:
-        """Raise LutgenError unless it is of some ``free`` parameters, and of no tips or those of so many ``hours``."""
+        """Raise LutgenError unless all parameters are among ``free``, and the tips of ``hours`` hours or of none."""
         other = next((each for each in self.of if each not in free or self.of.count(each) > 1), None)
         if other:
             why = "is there twice" if other in free else "is not a fitted parameter"
@@ -241,7 +241,7 @@ class FitCovariance:
             raise LutgenError(message)
 
     def among(self, free: Collection[tuple[str, str]]) -> FitCovariance:
-        """Return what it says of those of its parameters that are among ``free``, and of the tips."""
+        """Return the covariance of the parameters that are among ``free``, and of the tips."""
         kept = [place for place, each in enumerate(self.of) if each in free]
         places = [*kept, *range(len(self.of), len(self.matrix))]
         return FitCovariance(tuple(self.of[place] for place in kept), self.matrix[np.ix_(places, places)])

@@ -67,11 +67,9 @@ UNSAID = LuminanceLaw("")
 
 
 def law_of(readings: Measurements) -> LuminanceLaw:
-    """Return the law of a display that nobody states: its own, as measured, unless its file says otherwise.
+    """Return the law of a display without ``--luminance``: as measured, or the paper's by ``# luminance_law: paper``.
 
-    ``# luminance_law: paper`` in the readings asks for the paper's.
-
-    Raises LutgenError: the file names a law that is none.
+    Raises LutgenError: the file names an unknown law.
     """
     stated = readings.metadata.get("luminance_law", "measured")
     if stated not in LAWS:

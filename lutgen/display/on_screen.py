@@ -37,23 +37,23 @@ if TYPE_CHECKING:
     from lutgen.effects import Scene
     from lutgen.readings.session import Session
 
-#: The name of the effect.
+#: The name of the effect of a measured uniformity.
 NAME = "measured-uniformity"
 
-#: Places that a table has at least, and how far from the middle the nearest of them may be, in shares of a side.
+#: Fewest places of a table, and how far from the middle of the screen the nearest place may be, in shares of a side.
 LEAST_PLACES, MIDDLE = 5, 0.1
 
-#: Points along each side of the table in which pixels are looked up, by bilinear interpolation.
+#: Points along each side of the grid on which the spline is evaluated; pixels are interpolated bilinearly in it.
 SIDE = 65
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredUniformity:
-    """What was read at several places of one screen."""
+    """Readings of one grey at several places of a screen."""
 
-    #: Shares from the left and the top, (p, 2), each once.
+    #: Shares from the left and the top, (p, 2), each place once.
     places: Array
-    #: X, Y and Z there over those of the middle, (p, 3).
+    #: X, Y and Z at each place over those of the middle, (p, 3).
     ratio: Array
     #: The code value that was read.
     grey: float
@@ -63,7 +63,7 @@ class MeasuredUniformity:
 
     @classmethod
     def of(cls, session: Session) -> MeasuredUniformity:
-        """Take the brightest grey that was read at ``LEAST_PLACES`` places or more, one of them in the middle.
+        """Return the table of the brightest grey that was read at ``LEAST_PLACES`` places or more, the middle included.
 
         Raises LutgenError: the session has no such grey, or a reading of it without light.
         """

@@ -53,7 +53,7 @@ class _Applied:
 
 @dataclass(frozen=True)
 class EffectDifference:
-    """Colours with an effect. All CIE L*a*b* of the un-aged white, (n, 3)."""
+    """Colours with an effect and without it, in CIE L*a*b* under the un-aged white, (n, 3) each."""
 
     #: With the effect; without it; by the paper's model through the tips that the aged display has at that hour.
     aged: Array
@@ -73,11 +73,10 @@ class EffectDifference:
 
 @dataclass(frozen=True)
 class Signature:
-    """An effect of its typical size."""
+    """An effect of its typical size, under conditions in which it shows."""
 
-    #: The effect.
     effect: Effect
-    #: The columns that it needs, at values where it shows.
+    #: Column that the effect needs → a value at which the effect shows.
     conditions: Mapping[str, float]
 
     @classmethod

@@ -54,7 +54,7 @@ class Tips:
                 raise LutgenError(message)
 
     def check_span(self, hours: float) -> None:
-        """Raise LutgenError when ``hours`` lies outside the measured span: lutgen does not extrapolate."""
+        """Raise LutgenError where ``hours`` lies outside the measured span: lutgen does not extrapolate."""
         first, last = self.hours[0], self.hours[-1]
         if not first <= hours <= last:
             if self.hours.size == 1:
@@ -106,7 +106,7 @@ MAX_HOURS = 10_000
 #: No display reaches this hour. Larger hours are not rounded; the check of the measured span refuses them.
 _ENDLESS = 10**9
 
-#: Stands for hours that are larger than any double.
+#: Value of hours that are larger than any double.
 _BEYOND = Decimal("1e309")
 
 _ALLOWED = "Write 0..18000 (every measured time), 0..18000:500 (a step) or 0,5000,10000 (a list)"

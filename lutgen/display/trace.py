@@ -51,7 +51,7 @@ SELECTION_STAGE = "selection"
 
 
 def is_soft(each: Applied) -> bool:
-    """Whether an effect replaces the selection by more than the paper's ``continuous``."""
+    """Whether an effect says itself how much of a colour is grey, instead of the paper's ``continuous``."""
     return each.effect.stage == SELECTION_STAGE and any(each.values.values())
 
 
@@ -75,12 +75,12 @@ class Panel:
 
     #: XYZ = Σ share · tip over white, red, green, blue: (n, 4).
     shares: Array
-    #: X, Y and Z of code 0 as shares of white's, for a native display; None: black gives no light. Colours then are so
-    #: much above black: XYZ = K + Σ share · (tip − K).
+    #: X, Y and Z of code 0, K, as shares of white's, for a native display: XYZ = K + Σ share · (tip − K). None: black
+    #: gives no light.
     black: tuple[float, float, float] | None = None
-    #: Factor of X, Y and Z, (n, 3): what the display's own model says beside; None: 1.
+    #: Factor of X, Y and Z by the display's own model, (n, 3); None: 1.
     gain: Array | None = None
-    #: X, Y and Z beside, as shares of white's, (n, 3); None: 0.
+    #: X, Y and Z that are added, as shares of white's, (n, 3); None: 0.
     offset: Array | None = None
 
     def emit(self, tips: Array) -> Array:
@@ -177,11 +177,11 @@ def panel(
 def since_first_session(
     applied: Sequence[Applied], before: Panel, plain: Panel, tips: Array, first: Scene
 ) -> tuple[Array, Array]:
-    """What makes effects begin with the first session, whose readings had them in: for :meth:`Panel.begun`.
+    """Return factor and offset for :meth:`Panel.begun`: the readings of the first session contain its effects already.
 
-    ``before``, ``plain``: the panel with the effects, and without, of the scene ``first``. ``tips``: of hour 0, as
-    measured, (1, 4, 3). ``first``: the code values at hour 0, at rest. Returns factor of X, Y and Z, (n, 3), which
-    takes out what effects up to the emission do at hour 0, and what those behind it do, as shares of white, (n, 3).
+    The factor of X, Y and Z, (n, 3), takes out what effects up to the emission do at hour 0; the offset, (n, 3), as
+    shares of white, what effects behind the emission do. ``first``: code values at hour 0, at rest. ``before``,
+    ``plain``: the panel of that scene with the effects and without. ``tips``: as measured at hour 0, (1, 4, 3).
     """
     wanted = plain.emit(tips)
     sent = before.emit(through(applied, ("emission",), tips, first))

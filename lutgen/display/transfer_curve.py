@@ -165,8 +165,9 @@ def fallen(codes: Array, light: Array, sigma: Array, who: str) -> str:
     """Say where a ramp falls, if only by noise; "" where it does not.
 
     ``codes``, ``light``, ``sigma``: code values between 0 and 1, light there relative to full drive, and its standard
-    deviation, (m,) each. ``who``: the ramp, for messages. Raises LutgenError: a fall by more than ``FALLS`` standard
-    deviations.
+    deviation, (m,) each. ``who``: the ramp, for messages.
+
+    Raises LutgenError: a fall by more than ``FALLS`` standard deviations.
     """
     codes, light = np.array([0.0, *codes, 1.0]), np.array([0.0, *light, 1.0])
     sigma = np.array([sigma[0], *sigma, sigma[-1]])

@@ -33,8 +33,9 @@ def check_file(path: str | Path, *, limit_s: float = LIMIT_S) -> tuple[Report, .
 
     The clause during which the child ended is broken, and effects after that one are not tried.
 
-    ``path``: the file. ``limit_s``: seconds after which the child is stopped. Raises LutgenError: as
-    :func:`lutgen.effects.own.load_file`, or the child ended while it loaded the file.
+    ``limit_s``: seconds after which the child is stopped.
+
+    Raises LutgenError: as :func:`lutgen.effects.own.load_file`, or the child ended while it loaded the file.
     """
     answers, ended = _ask(path, limit_s)
     reports: list[Report] = []

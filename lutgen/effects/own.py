@@ -47,8 +47,9 @@ _PRIVATE = "lutgen_own_"
 def everything(files: Iterable[str | Path] = (), expressions: Iterable[str] = ()) -> dict[str, Effect]:
     """Return all effects by name, in chain order: built-in, installed, from files and from expressions.
 
-    ``files``, ``expressions``: as users name them after ``--effects`` and ``--add-expr``. Raises LutgenError: a file,
-    package or expression is refused, or two of them give an effect the same name.
+    ``files``, ``expressions``: as users name them after ``--effects`` and ``--add-expr``.
+
+    Raises LutgenError: a file, package or expression is refused, or two of them give an effect the same name.
     """
     from lutgen.effects.expression import parse
 
@@ -71,8 +72,10 @@ def everything(files: Iterable[str | Path] = (), expressions: Iterable[str] = ()
 def load_file(path: str | Path) -> tuple[Effect, ...]:
     """Import a Python file and return the effects that it declares, in chain order.
 
-    ``path``: the file. It becomes the effects' ``origin`` as it is given. Raises LutgenError: missing, no Python,
-    raises when it is run, declares no effect, a declaration is refused, or an effect has a built-in one's name.
+    ``path`` becomes the effects' ``origin`` as it is given.
+
+    Raises LutgenError: the file is missing, is no Python, raises an exception, or declares no effect; a declaration is
+    refused, or an effect has the name of a built-in one.
     """
     name = _module_name(path)
     module = sys.modules.get(name) or _run(name, path)
