@@ -30,7 +30,7 @@ MAX_DUV = 0.05
 #: Δu'v' below which no direction of a shift is given: a good meter repeats to about this.
 UNMOVED = 0.001
 
-#: White that stays within this share of its first luminance is called held: sensors of medical displays hold 1 to 2 %.
+#: White within this share of its first luminance counts as held: sensors of medical displays hold it to 1 to 2 %.
 HELD = 0.02
 
 

@@ -131,7 +131,6 @@ class LatentTips:
     xyz_cd_m2: Array
 
     def __post_init__(self) -> None:
-        """Check shapes, hours and light."""
         hours = np.asarray(self.hours, dtype=np.float64)
         xyz = np.asarray(self.xyz_cd_m2, dtype=np.float64)
         object.__setattr__(self, "hours", hours)
@@ -150,7 +149,7 @@ class LatentTips:
             raise LutgenError("latent tips: Y of white and primaries must be above 0 cd/m².")
 
     def over_time(self, source: str) -> Tips:
-        """Return the tips as a history. Raises LutgenError when it is none."""
+        """Return the tips over time. Raises LutgenError where primaries lie on a line."""
         return Tips(self.hours, xyz_to_xyY(self.xyz_cd_m2), source=f"latent tips of {source}")
 
 
@@ -180,7 +179,6 @@ class FitCovariance:
     matrix: Array
 
     def __post_init__(self) -> None:
-        """Round, and check that it is a covariance."""
         matrix, count = np.asarray(self.matrix, dtype=np.float64), len(self.of)
         if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or matrix.shape[0] < count:
             message = f"covariance: {count} parameters need {count} rows and columns, and 12 more an hour of tips."

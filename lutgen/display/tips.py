@@ -36,7 +36,7 @@ class Tips:
 
     @classmethod
     def of(cls, measurements: Measurements) -> Tips:
-        """Take the tips of ``measurements``. Raises LutgenError when they do not make a history."""
+        """Take the tips of ``measurements``. Raises LutgenError where primaries lie on a line."""
         return cls(*measurements.tips(), source=measurements.file)
 
     def __post_init__(self) -> None:

@@ -41,7 +41,6 @@ class TransferCurve:
     light: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        """Refuse what is no transfer curve."""
         codes, light = np.array(self.codes, dtype=np.float64), np.array(self.light, dtype=np.float64)
         who = f"native display: the curve of {self.channel}"
         if codes.ndim != 1 or codes.shape != light.shape or codes.size < 2:

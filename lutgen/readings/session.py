@@ -81,7 +81,6 @@ class Session:
     sha256: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse a session without readings or with too many, and values that are not finite or out of range."""
         if not len(self.drive):
             raise LutgenError(
                 f"{self.file}: holds no readings. A session has a row of R, G, B and X, Y, Z for every patch."
