@@ -18,6 +18,7 @@ from lutgen.criticism.plan import plan
 from lutgen.criticism.refine import refine
 from lutgen.history.causes import ON_THE_DISPLAY, causes
 from lutgen.history.history import QUANTITIES
+from lutgen.history.patches import GAMUTS
 from lutgen.history.trend import LAWS
 from lutgen.history.verdicts import KINDS
 from lutgen.names import BASELINES
@@ -100,6 +101,9 @@ def test_schemas_name_what_the_library_has() -> None:
     session = schemas()["explain"]["properties"]["sessions"]["items"]["properties"]
     assert session["verdict"]["enum"] == list(KINDS)
     assert session["display"]["enum"] == list(ON_THE_DISPLAY)
+    gamut = schemas()["inspect"]["properties"]["sessions"]["items"]["properties"]["gamut"]
+    nearest = next(each for each in gamut.get("anyOf", [gamut]) if "properties" in each)["properties"]["nearest"]
+    assert nearest["enum"] == list(GAMUTS)
     limit = schemas()["trend"]["properties"]["limits"]["items"]["properties"]
     assert limit["quantity"]["enum"] == list(QUANTITIES)
     assert schemas()["trend"]["$defs"]["law"]["enum"] == [law.name for law in LAWS]

@@ -40,7 +40,6 @@ class Tips:
         return cls(*measurements.tips(), source=measurements.file)
 
     def __post_init__(self) -> None:
-        """Refuse primaries on a line."""
         xyz = np.swapaxes(xyY_to_xyz(self.xyY), -1, -2)
         for i, name in enumerate(TIP_NAMES):
             condition = np.linalg.cond(np.delete(xyz, i, axis=-1) / xyz[:, 1:2, :1])

@@ -221,7 +221,6 @@ class Remembered:
     """The last few answers about code values, which nobody may alter: a fit asks about the same code values often."""
 
     def __init__(self) -> None:
-        """Begin with none."""
         self._answers: dict[tuple[tuple[int, ...], bytes], Array] = {}
 
     def of(self, code: Array, compute: Callable[[], Array]) -> Array:
