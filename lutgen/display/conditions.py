@@ -39,9 +39,9 @@ _Columns: Any = make_dataclass(
 class Conditions(_Columns):  # type: ignore[misc] # its fields are the columns that the registry has
     """Where, when and in which surroundings the display is seen: a number for each column of a condition.
 
-    These are ``u`` and ``v``, position from the top left, 0..1; ``ambient_lx``, room light on the screen; ``warmup_min``,
-    minutes since power-on, infinity when warm; ``temperature_c`` of the panel; ``window``, share of the screen that a
-    colour covers, and ``surround``, code value of the grey around it; and what further conditions declare.
+    These are ``u`` and ``v``, position from the top left, 0..1; ``ambient_lx``, room light on the screen;
+    ``warmup_min``, minutes since power-on, infinity when warm; ``temperature_c`` of the panel; ``window``, share of the
+    screen that a colour covers; ``surround``, code value of the grey around it; and what other conditions declare.
     """
 
     def __post_init__(self) -> None:
