@@ -26,7 +26,7 @@ from lutgen.bindings import ocio
 from lutgen.cli.outputs import progress_bar
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab
 from lutgen.display import default_display, hour_name
-from lutgen.display.hours import parse_hours
+from lutgen.display.tips import parse_hours
 from lutgen.numerals import spaced
 from lutgen.report.sheets import contact_sheet
 

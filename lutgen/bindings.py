@@ -82,12 +82,8 @@ def littlecms() -> Any:
 def lut_processor(path: Path) -> Any:
     """Return OpenColorIO's processor for a LUT file of code values, interpolated tetrahedrally.
 
-    Raises
-    ------
-    LutgenError
-        No file, an empty or huge one, one whose header claims more than any LUT has, or one that OpenColorIO cannot
-        read.
-
+    Raises LutgenError: no file, an empty or huge one, one whose header claims more than any LUT has, or one that
+    OpenColorIO cannot read.
     """
     lib = ocio()
     refuse_unlikely(path)
@@ -175,11 +171,7 @@ def _binding(module: str) -> Any:
 def all_parts(config: Any) -> Iterator[tuple[str, Any]]:
     """Yield the name of each view, colour space and look, and a transform between it and :func:`first_space`.
 
-    Raises
-    ------
-    LutgenError
-        No colour space of the config holds colours.
-
+    Raises LutgenError: no colour space of the config holds colours.
     """
     lib, start = ocio(), first_space(config)
     for display in config.getDisplaysAll():
@@ -195,11 +187,7 @@ def all_parts(config: Any) -> Iterator[tuple[str, Any]]:
 def first_space(config: Any) -> str:
     """Return a colour space that pictures are in: the role scene_linear or default, else the first with colours.
 
-    Raises
-    ------
-    LutgenError
-        No colour space of the config holds colours.
-
+    Raises LutgenError: no colour space of the config holds colours.
     """
     roles = [name for name in ("scene_linear", "default") if config.hasRole(name)]
     for name in [*roles, *config.getColorSpaceNames()]:

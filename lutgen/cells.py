@@ -87,8 +87,8 @@ def first_doubled(names: Iterable[str]) -> str | None:
 
 def number_list(text: str) -> tuple[float, ...] | None:
     """Read a list of numbers with commas between them; None where one of them is no number."""
-    found = [number(part) for part in text.split(",")]
-    return None if None in found else tuple(value for value in found if value is not None)
+    values = [number(part) for part in text.split(",")]
+    return None if None in values else tuple(value for value in values if value is not None)
 
 
 def whole(text: str, *, least: int, most: int) -> int | None:

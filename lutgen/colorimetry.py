@@ -38,7 +38,7 @@ CHUNK = 15_360
 
 
 def in_chunks(function: Callable[..., Array], *signals: NDArray[Any]) -> Array:
-    """Give what a function makes of signals (n, ...), so many rows at a time; its rows depend on theirs alone.
+    """Return a function of signals (n, ...), computed in chunks of rows; each row may depend on its own row alone.
 
     The result's columns are contiguous.
     """
@@ -48,10 +48,10 @@ def in_chunks(function: Callable[..., Array], *signals: NDArray[Any]) -> Array:
     result = np.empty(0)
     for start in range(0, rows, CHUNK):
         part = slice(start, start + CHUNK)
-        made = function(*(signal[part] for signal in signals))
+        chunk = function(*(signal[part] for signal in signals))
         if not start:
-            result = np.empty((rows, *made.shape[1:]), order="F")
-        result[part] = made
+            result = np.empty((rows, *chunk.shape[1:]), order="F")
+        result[part] = chunk
     return result
 
 

@@ -60,7 +60,7 @@ def from_toml(text: str) -> dict[str, Any]:
 
 def deepest(text: str) -> int:
     """Return how deep TOML is nested, and how many parts its longest key has, in one pass over the text."""
-    found = depth = parts = 0
+    largest = depth = parts = 0
     for match in _MARK.finditer(text):
         mark = match[0]
         if mark in ("[", "{"):
@@ -68,8 +68,8 @@ def deepest(text: str) -> int:
         elif mark in ("]", "}"):
             depth = max(depth - 1, 0)
         parts = parts + 1 if mark == "." else parts if len(mark) > 1 else 0
-        found = max(found, depth, parts)
-    return found
+        largest = max(largest, depth, parts)
+    return largest
 
 
 def _values(content: Any) -> Iterator[Any]:

@@ -53,11 +53,7 @@ def read_at_most(path: Path, most: int, *, what: str, none: str, advice: str = "
     ``what`` it is, such as "the session", what no file of that size is, such as "session", and what to do, a sentence,
     are for the messages.
 
-    Raises
-    ------
-    LutgenError
-        The file cannot be read, or is larger.
-
+    Raises LutgenError: the file cannot be read, or is larger.
     """
     then = f" {advice}" if advice else ""
     try:
@@ -73,13 +69,7 @@ def read_at_most(path: Path, most: int, *, what: str, none: str, advice: str = "
 def bytes_at_most(path: Path, most: int, *, none: str, advice: str = "") -> bytes:
     """Read as :func:`read_at_most`, for callers with a sentence of their own on a file that is not there.
 
-    Raises
-    ------
-    OSError
-        The file cannot be read.
-    LutgenError
-        It is larger.
-
+    Raises OSError: the file cannot be read. Raises LutgenError: it is larger.
     """
     with path.open("rb") as file:
         # A device or a pipe has no size, and may never end.
@@ -104,11 +94,7 @@ def files_below(folder: Path, suffixes: Sequence[str]) -> list[Path] | None:
 
     Hidden ones, and what is in hidden folders, are left out.
 
-    Raises
-    ------
-    LutgenError
-        It cannot be looked into.
-
+    Raises LutgenError: it cannot be looked into.
     """
     try:
         if not folder.is_dir():
@@ -128,11 +114,7 @@ def files_below(folder: Path, suffixes: Sequence[str]) -> list[Path] | None:
 def replacing(path: Path) -> Iterator[Path]:
     """Give a temporary path beside ``path``; on success it takes ``path``'s place, on failure it is removed.
 
-    Raises
-    ------
-    LutgenError
-        The folder is read-only or full, or a file stands where a folder should.
-
+    Raises LutgenError: the folder is read-only or full, or a file stands where a folder should.
     """
     partial = _partial(path)
     try:
@@ -156,11 +138,7 @@ def _partial(path: Path) -> Path:
 def check_new_file(path: str | Path, *, force: bool, suffixes: Iterable[str] = ()) -> Path:
     """Return the path when a file may be written there, before any work is done for it.
 
-    Raises
-    ------
-    LutgenError
-        Another suffix, a folder, or a file that exists without ``force``.
-
+    Raises LutgenError: another suffix, a folder, or a file that exists without ``force``.
     """
     file, suffixes = Path(path), tuple(suffixes)
     if suffixes and file.suffix.lower() not in suffixes:

@@ -45,11 +45,7 @@ def tags_claimed(data: bytes) -> Iterator[Tag]:
 def tag_table(data: bytes, file: object) -> tuple[Tag, ...]:
     """Return the tags of a whole profile, all of which lie in it; ``file`` is named in errors.
 
-    Raises
-    ------
-    LutgenError
-        It is no profile, or its table lies.
-
+    Raises LutgenError: it is no profile, or its table lies.
     """
     if len(data) < HEADER + 4 or not is_profile(data):
         raise LutgenError(f"{file}: is no ICC profile: it has {len(data)} bytes and not ICC's signature.")

@@ -208,11 +208,7 @@ def page_file(folder: Path, name: str) -> tuple[bytes, str]:
 def port_taken(port: int) -> socket:
     """Bind a port of this computer (0: any free one), before any other work is done.
 
-    Raises
-    ------
-    LutgenError
-        Another program has the port, there is no such port, or starlette or uvicorn is not installed.
-
+    Raises LutgenError: another program has the port, there is no such port, or starlette or uvicorn is not installed.
     """
     check_installed()
     if not 0 <= port <= 65535:

@@ -26,15 +26,8 @@ LEAST = 1e-6
 def between(times: Array, values: Array, when: float) -> Array:
     """Values at one time, on the straight line between the two measured times around it.
 
-    Parameters
-    ----------
-    times
-        Measured times, increasing, shape (n,), n ≥ 2.
-    values
-        What was measured, shape (n, ...).
-    when
-        A time from the first to the last measured one; at a measured time its value is returned to the last bit.
-
+    ``times``: measured times, increasing, shape (n,), n ≥ 2. ``values``: what was measured, shape (n, ...). ``when``: a
+    time from the first to the last measured one; at a measured time its value is returned to the last bit.
     """
     after = _after(times, when)
     start, end = times[after - 1], times[after]

@@ -15,7 +15,7 @@ from lutgen.bake.build import Plan, build
 from lutgen.bake.manifest import MANIFEST, read_manifest
 from lutgen.bindings import ocio
 from lutgen.display import DisplayModel, default_display
-from lutgen.display.hours import parse_hours
+from lutgen.display.tips import parse_hours
 from lutgen.names import MODES
 from lutgen.readings import read_measurements
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lutgen.display import Tips, hour_name
-from lutgen.display.hours import MAX_HOURS, parse_hours
+from lutgen.display.tips import MAX_HOURS, parse_hours
 from lutgen.errors import LutgenError
 
 #: Measured at these hours, evenly neither in number nor in kind.

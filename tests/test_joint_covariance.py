@@ -17,7 +17,7 @@ from lutgen.criticism.linear import State, Term, predict, whiten
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.refine import Refinement, refine
 from lutgen.display import load_model, save_model
-from lutgen.display.covariance import FitCovariance
+from lutgen.display.fitted import FitCovariance
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError
 from lutgen.pictures.difference import drawn

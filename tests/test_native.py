@@ -27,8 +27,7 @@ from lutgen.criticism.shared_errors import with_shared_errors
 from lutgen.display import MODES, REFERENCES, SELECTIONS, DisplayModel, load_model, save_model
 from lutgen.display.modes import luminance_law
 from lutgen.display.native import NativeDisplay
-from lutgen.display.ramp import rising_light
-from lutgen.display.transfer_curve import TransferCurve
+from lutgen.display.transfer_curve import TransferCurve, rising_light
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError
 from lutgen.readings import Measurements, read_measurements

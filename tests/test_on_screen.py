@@ -15,8 +15,7 @@ from lutgen import DisplayModel, LutgenError, apply_to_image, read_measurements
 from lutgen.bindings import oiio
 from lutgen.colorimetry import CHUNK, delta_e_2000
 from lutgen.display import AppliedEffect, Conditions, default_display, save_model
-from lutgen.display.on_screen import OnScreen, seen_at
-from lutgen.display.uniformity import SIDE, MeasuredUniformity
+from lutgen.display.on_screen import SIDE, MeasuredUniformity, OnScreen, seen_at
 from lutgen.effects import catalogue
 from lutgen.pictures.difference import placed_picture, shown_lab
 from lutgen.pictures.difference_map import check_placed, difference_map

@@ -7,6 +7,7 @@ from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
 
 from lutgen.cli.outputs import write_json
@@ -15,6 +16,11 @@ from lutgen.criticism.diagnose import VERDICTS, diagnose
 from lutgen.criticism.families import dimension
 from lutgen.criticism.plan import plan
 from lutgen.criticism.refine import refine
+from lutgen.history.causes import ON_THE_DISPLAY, causes
+from lutgen.history.history import QUANTITIES
+from lutgen.history.patches import GAMUTS
+from lutgen.history.trend import LAWS
+from lutgen.history.verdicts import KINDS
 from lutgen.names import BASELINES
 from lutgen.readings.conditions import COLUMNS, CONDITIONS
 from tests.altered import altered
@@ -92,6 +98,21 @@ def test_schemas_are_schemas_and_describe_what_they_hold() -> None:
 def test_schemas_name_what_the_library_has() -> None:
     assert schemas()["diagnose"]["properties"]["verdict"]["enum"] == list(VERDICTS)
     assert schemas()["compare"]["properties"]["baseline"]["enum"] == list(BASELINES)
+    session = schemas()["explain"]["properties"]["sessions"]["items"]["properties"]
+    assert session["verdict"]["enum"] == list(KINDS)
+    assert session["display"]["enum"] == list(ON_THE_DISPLAY)
+    gamut = schemas()["inspect"]["properties"]["sessions"]["items"]["properties"]["gamut"]
+    nearest = next(each for each in gamut.get("anyOf", [gamut]) if "properties" in each)["properties"]["nearest"]
+    assert nearest["enum"] == list(GAMUTS)
+    limit = schemas()["trend"]["properties"]["limits"]["items"]["properties"]
+    assert limit["quantity"]["enum"] == list(QUANTITIES)
+    assert schemas()["trend"]["$defs"]["law"]["enum"] == [law.name for law in LAWS]
+
+
+@pytest.mark.parametrize("key", ["causes", "certain"])
+def test_a_verdict_on_sessions_may_name_every_cause(key: str) -> None:
+    schema = schemas()["explain"]["properties"]["sessions"]["items"]["properties"][key]
+    Draft202012Validator(schema).validate(list(causes()))
 
 
 @pytest.mark.parametrize("name", ["compare leak", "plan leak"])

@@ -15,9 +15,10 @@ from PIL import Image
 
 from lutgen import DisplayModel, LutgenError, read_measurements, show
 from lutgen.colorimetry import xy_to_uv
-from lutgen.display import default_display
+from lutgen.display import AppliedEffect, Estimate, default_display
 from lutgen.display.aging import cct_and_duv, toward
 from lutgen.display.modes import luminance_law
+from lutgen.effects import catalogue
 from lutgen.numerals import spaced
 from lutgen.report.aging_plot import PAGE, plot_display
 from lutgen.report.drawing import DPI
@@ -283,3 +284,19 @@ def test_help_ends_in_an_example_and_does_not_import_numpy(tmp_path: Path) -> No
 )
 def test_hours_are_spaced_in_thousands(hours: float, text: str) -> None:
     assert spaced(hours).replace("\N{NO-BREAK SPACE}", " ") == text
+
+
+def test_of_an_effect_the_fitted_parameters_are_told_and_those_that_are_not_at_rest() -> None:
+    leak = catalogue()["black-level"]
+    values = leak.rest() | {"new": 0.002, "tint_x": 0.1}
+    estimates = {name: Estimate(value) for name, value in values.items()}
+    estimates["grown"] = Estimate(0.0, 0.001, at_bound=True)
+    model = DisplayModel(
+        read_measurements(default_display()),
+        effects=(AppliedEffect(leak, estimates, free=("grown",)), AppliedEffect.of(catalogue()["drive-loss"], {})),
+    )
+    loss, leaks = show(model, [0.0]).effects_in_words()
+    assert loss == "drive-loss: on"
+    assert [part.split()[0] for part in leaks.removeprefix("black-level: ").split(", ")] == ["new", "grown", "tint_x"]
+    assert leaks.count("(at its bound)") == 1
+    assert "(at its bound)" in leaks.split(", ")[1]

@@ -11,8 +11,19 @@ import pytest
 from lutgen import default_display, read_measurements
 from lutgen.colorimetry import D65, LINEAR_TO_XYZ, rgb_to_xyz_matrix, xy_to_uv, xyY_to_xyz, xyz_to_xyY
 from lutgen.effects import Scene, catalogue
-from lutgen.effects.lights import BROAD, DEFAULT_CLASS, UNSTATED, WAVELENGTHS, class_of, light_of, stated_class
-from lutgen.effects.spectra import CMFS, SpectralDisplay, mapped, of_scene
+from lutgen.effects.spectra import (
+    BROAD,
+    CMFS,
+    DEFAULT_CLASS,
+    UNSTATED,
+    WAVELENGTHS,
+    SpectralDisplay,
+    class_of,
+    light_of,
+    mapped,
+    of_scene,
+    stated_class,
+)
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Question:
-    """What the options ask: these readings, this model."""
+    """Readings, model and effects that the options name."""
 
     #: As :func:`lutgen.criticism.diagnose.diagnose` takes them; so are ``terms``.
     readings: Measurements
@@ -36,7 +36,7 @@ class Question:
     terms: tuple[Term, ...]
     #: The model of ``--model``.
     saved: DisplayModel | None
-    #: DATA and options as words for another command that asks of the same readings and model.
+    #: DATA and options as a shell reads them, for another command on the same readings and model.
     again: str
 
     @property

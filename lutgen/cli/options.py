@@ -157,7 +157,7 @@ model_options = stacked(
     ),
 )
 
-#: What commands that draw one image end with, and what lifetimes are asked for.
+#: Last options of the commands that draw one image; options that say which lifetimes are computed.
 picture_options = stacked(source_option, force_option, model_options)
 life_options = stacked(tolerance_option, hours_option)
 
@@ -200,7 +200,7 @@ def model_from(
 
 
 def say_remarks(readings: Measurements) -> None:
-    """Print to standard error what the reader of the file had to decide, or ignored."""
+    """Print to standard error the remarks of the reader: what it had to decide, and what it ignored."""
     for remark in readings.remarks:
         say(f"{readings.file}: {remark}", err=True)
 
@@ -219,7 +219,7 @@ def numbers(option: str, text: str) -> list[float]:
 
 
 class AskedPlace(NamedTuple):
-    """What the three options say."""
+    """Values of --on-screen, --place and --uniformity."""
 
     on_screen: bool
     place: str | None
@@ -229,8 +229,7 @@ class AskedPlace(NamedTuple):
         """Return the model with its screen's uniformity, and where the picture lies. Raises LutgenError."""
         if not any(self):
             return model, None
-        from lutgen.display.on_screen import OnScreen
-        from lutgen.display.uniformity import MeasuredUniformity
+        from lutgen.display.on_screen import MeasuredUniformity, OnScreen
         from lutgen.readings import read_session
 
         table = MeasuredUniformity.of(read_session(self.uniformity)) if self.uniformity else None

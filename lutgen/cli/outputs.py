@@ -96,7 +96,6 @@ def print_page(page: Page) -> None:
 def _print(part: Headline | Table) -> None:
     from rich.console import Console
 
-    from lutgen.cli.outputs import fitted
     from lutgen.report.parts import Headline, headline_text, terminal_table
 
     console = Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH)

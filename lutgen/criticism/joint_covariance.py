@@ -12,7 +12,7 @@ import numpy as np
 
 from lutgen.criticism.linear import State, tip_scale
 from lutgen.criticism.system import System
-from lutgen.display.covariance import FitCovariance
+from lutgen.display.fitted import FitCovariance
 from lutgen.readings.instruments import session_gain
 
 if TYPE_CHECKING:

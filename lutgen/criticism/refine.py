@@ -17,8 +17,7 @@ from lutgen.criticism.linear import Term
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.search import family
 from lutgen.criticism.shared_errors import with_shared_errors
-from lutgen.display.carried import what_luts_carry
-from lutgen.display.conditions import Conditions, conditions_of
+from lutgen.display.conditions import Conditions, conditions_of, what_luts_carry
 from lutgen.display.fitted import AppliedEffect, Estimate, LatentTips
 from lutgen.display.model import DisplayModel
 from lutgen.effects import catalogue

@@ -30,59 +30,40 @@ MAX_DUV = 0.05
 #: Δu'v' below which no direction of a shift is given: a good meter repeats to about this.
 UNMOVED = 0.001
 
-#: White that stays within this share of its first luminance is called held: sensors of medical displays hold 1 to 2 %.
+#: White within this share of its first luminance counts as held: sensors of medical displays hold it to 1 to 2 %.
 HELD = 0.02
 
 
 @dataclass(frozen=True)
 class Shown:
-    """A display's aging at n hours. Second axes run over white, red, green, blue.
-
-    Attributes
-    ----------
-    measurements
-        The readings.
-    hours
-        Shape (n,), increasing.
-    xyY
-        As measured, Y in cd/m², piecewise linear between measured times; with effects as the model shows them.
-        Shape (n, 4, 3).
-    uv
-        CIE 1976 u', v', shape (n, 4, 2).
-    cct, duv
-        Of white: kelvin (NaN where white is too far from the Planckian locus), and D_uv, positive above it. Shape (n,).
-    cct_new
-        CCT at hour 0, kelvin.
-    shift
-        Δu'v' since hour 0, shape (n, 4).
-    direction
-        Which way white has gone since hour 0: the nearest of the six hues of sRGB, or "" where it has not moved.
-    luminance
-        Y relative to hour 0, shape (n, 4).
-    non_additivity
-        (Y_r + Y_g + Y_b − Y_w) / Y_w, shape (n,).
-    effects
-        Of the model, in the order of the light's way.
-    remarks
-        The conditions that a LUT fixes, and the effects that no LUT of the model can carry.
-    verdict
-        How the model was found.
-
-    """
+    """A display's aging at n hours. Second axes run over white, red, green, blue."""
 
     measurements: Measurements
+    #: Shape (n,), increasing.
     hours: Array
+    #: As measured, Y in cd/m², piecewise linear between measured times; with effects as the model shows them. Shape
+    #: (n, 4, 3).
     xyY: Array  # noqa: N815 - the CIE's own spelling
+    #: CIE 1976 u', v', shape (n, 4, 2).
     uv: Array
+    #: Of white: kelvin (NaN where white is too far from the Planckian locus), and D_uv, positive above it. Shape (n,).
     cct: Array
     duv: Array
+    #: CCT at hour 0, kelvin.
     cct_new: float
+    #: Δu'v' since hour 0, shape (n, 4).
     shift: Array
+    #: Which way white has gone since hour 0: the nearest of the six hues of sRGB, or "" where it has not moved.
     direction: tuple[str, ...]
+    #: Y relative to hour 0, shape (n, 4).
     luminance: Array
+    #: (Y_r + Y_g + Y_b − Y_w) / Y_w, shape (n,).
     non_additivity: Array
+    #: Of the model, in the order of the light's way.
     effects: tuple[AppliedEffect, ...] = ()
+    #: The conditions that a LUT fixes, and the effects that no LUT of the model can carry.
     remarks: tuple[str, ...] = ()
+    #: How the model was found.
     verdict: str = ""
 
     @property

@@ -66,22 +66,14 @@ class SrgbTransfer:
 
 @dataclass(frozen=True)
 class AgedDisplay:
-    """A display of one mode at one hour: the chain from code value to XYZ, and back to a viewer's code value.
+    """A display of one mode at one hour: the chain from code value to XYZ, and back to a viewer's code value."""
 
-    Attributes
-    ----------
-    mode, hours
-        What this display is.
-    head
-        Links that do not depend on mode or hour; two aged displays with equal heads share their head signal.
-    tail
-        Links that do.
-
-    """
-
+    #: What this display is.
     mode: str
     hours: float
+    #: Links that do not depend on mode or hour; two aged displays with equal heads share their head signal.
     head: tuple[Link, ...]
+    #: Links that do.
     tail: tuple[Link, ...]
 
     def head_signal(self, code: Array) -> Array:

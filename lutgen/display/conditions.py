@@ -1,21 +1,30 @@
-"""``--at``: the conditions under which a display is baked, since a LUT knows the code values and nothing else."""
+"""The conditions under which a display is baked or shown (``--at``), and what a LUT or a picture cannot carry of it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, make_dataclass, replace
+from itertools import product
 from math import inf, isfinite
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from lutgen.cells import BLANKS, number
+from lutgen.effects.probe import reacts_to
 from lutgen.errors import LutgenError, pick_one
 from lutgen.readings.conditions import COLUMNS, CONDITIONS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
+    from lutgen.display.model import DisplayModel
+    from lutgen.display.on_screen import OnScreen
 
 #: What people call the power-on time of a display that is warm.
 WARM = "warm"
+
+#: The conditions that say where on the screen something is.
+PLACE = ("u", "v")
 
 #: One field a column of a condition, at its usual value unless given.
 _Columns: Any = make_dataclass(
@@ -30,13 +39,9 @@ _Columns: Any = make_dataclass(
 class Conditions(_Columns):  # type: ignore[misc] # its fields are the columns that the registry has
     """Where, when and in which surroundings the display is seen: a number for each column of a condition.
 
-    Attributes
-    ----------
-    u, v, ambient_lx, warmup_min, temperature_c, window, surround, …
-        Position, 0..1 from the top left; room light that falls on the screen, lux; minutes since power-on, infinity
-        when warm; panel temperature, °C; share of the screen that a colour covers, and the code value of the grey
-        around it.
-
+    These are ``u`` and ``v``, position from the top left, 0..1; ``ambient_lx``, room light on the screen;
+    ``warmup_min``, minutes since power-on, infinity when warm; ``temperature_c`` of the panel; ``window``, share of the
+    screen that a colour covers; ``surround``, code value of the grey around it; and what other conditions declare.
     """
 
     def __post_init__(self) -> None:
@@ -71,11 +76,7 @@ def conditions_of(values: Mapping[str, float]) -> Conditions:
 def parse_at(texts: Iterable[str], usual: Conditions = REFERENCE) -> Conditions:
     """Read ``--at``: NAME=VALUE, repeated or as a comma list.
 
-    Raises
-    ------
-    LutgenError
-        Not of that form, an unknown name, one given twice, or a value that is not allowed.
-
+    Raises LutgenError: not of that form, an unknown name, one given twice, or a value that is not allowed.
     """
     values: dict[str, float] = {}
     for part in (part for text in texts for part in text.split(",")):
@@ -109,3 +110,65 @@ def in_words(conditions: Conditions, names: Iterable[str]) -> str:
     wanted, values = set(names), conditions.as_dict()
     asked = [each for each in CONDITIONS if wanted & {column.name for column in each.columns}]
     return ", ".join(dict.fromkeys(each.told(values) for each in asked))
+
+
+#: Column → what effects that need the column depend on.
+_DEPENDS = {column.name: condition.depends for condition in CONDITIONS for column in condition.columns}
+
+
+def what_luts_carry(model: DisplayModel) -> list[str]:
+    """Return a sentence on each condition that a bake of ``model`` fixes, and on each effect that no LUT can carry."""
+    steps = [
+        f"{name} makes stairs of the curves, which are finer than a LUT's grid: its error is in the group border."
+        for name in model.names_of_steps()
+    ]
+    return _fixed(model, "Baked at", "which a LUT cannot carry") + steps
+
+
+def what_pictures_carry(model: DisplayModel, on_screen: OnScreen | None = None) -> list[str]:
+    """Return a sentence on each condition that is fixed when ``model`` is applied to a picture.
+
+    ``on_screen``: where on the screen the picture lies, so that each pixel has its own place.
+    """
+    fixed = _fixed(model, "Shown at", "which is taken as the same in all of the picture", PLACE if on_screen else ())
+    return [*on_screen.sentences(), *fixed] if on_screen else fixed
+
+
+def seen_on(model: DisplayModel, on_screen: OnScreen | None = None) -> dict[str, Any]:
+    """Return what every command on pictures says of the display in its JSON: display, model, remarks, place."""
+    return {
+        "display": {"file": model.measurements.file, "sha256": model.measurements.sha256},
+        "model": model.file or None,
+        "remarks": what_pictures_carry(model, on_screen),
+        **({"on_screen": on_screen.as_json()} if on_screen else {}),
+    }
+
+
+def _fixed(model: DisplayModel, verb: str, but: str, free: tuple[str, ...] = ()) -> list[str]:
+    stated = model.conditions.stated()
+    asks = {
+        each.effect.name: tuple(name for name in reacts_to(each.effect) if name not in free) for each in model.baked
+    }
+    needs = {name for names in asks.values() for name in names} | set(stated)
+    lines = [f"{verb}: {in_words(model.conditions, needs)}."] if needs else []
+    for each in model.baked:
+        if names := asks[each.effect.name]:
+            what = " and ".join(dict.fromkeys(_DEPENDS[name] for name in names))
+            lines.append(f"{each.effect.name} depends on {what}, {but}.")
+    lines += [f"Nothing in this model depends on {name}." for name in stated if not _matters(model, name)]
+    return lines + [
+        f"{each.effect.name} is left out: it belongs to the instrument, not to the display."
+        for each in model.effects
+        if each.effect.stage == "instrument"
+    ]
+
+
+def _matters(model: DisplayModel, name: str) -> bool:
+    """Whether any of some colours looks otherwise under the usual value of a condition, at the first or last hour."""
+    usual = replace(model, conditions=replace(model.conditions, **{name: getattr(REFERENCE, name)}))
+    code = np.array(list(product((0.0, 0.25, 0.5, 1.0), repeat=3)))
+    ends = (float(model.tips.hours[0]), float(model.tips.hours[-1]))
+    return any(
+        (model.at("chroma", hours).code_to_xyz(code) != usual.at("chroma", hours).code_to_xyz(code)).any()
+        for hours in ends
+    )

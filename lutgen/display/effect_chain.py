@@ -60,25 +60,15 @@ def four_tips(xyz_cd_m2: Array) -> FourTips:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What effects may know besides the signal.
-
-    Attributes
-    ----------
-    hours
-        Operating hours.
-    tips, fresh
-        White, red, green, blue before any effect, now and at hour 0, in cd/m².
-    display_class
-        What the readings say of the display's kind, for a spectral estimate.
-    conditions
-        Where and when it is seen.
-
-    """
+    """What effects may know besides the signal."""
 
     hours: float
+    #: White, red, green, blue before any effect, now and at hour 0, in cd/m².
     tips: FourTips
     fresh: FourTips
+    #: What the readings say of the display's kind, for a spectral estimate.
     display_class: str
+    #: Where and when it is seen.
     conditions: Conditions = REFERENCE
 
     def scene(self, code: Array) -> Scene:
@@ -133,25 +123,18 @@ def _nowhere(code: Array) -> Scene:
 
 @dataclass(frozen=True)
 class Fresh:
-    """The display that effects act on.
+    """The display that effects act on."""
 
-    Attributes
-    ----------
-    selection
-        The paper's choice of matrix.
-    native
-        The fresh display; None: the paper's.
-    told
-        Whether effects begin with the first session, which had them in; else they show at hour 0 too.
-
-    """
-
+    #: The paper's choice of matrix.
     selection: str
+    #: The fresh display; None: the paper's.
     native: NativeDisplay | None = None
+    #: Whether the readings of the first session contain the effects already, so that only what effects change after it
+    #: counts; else effects show at hour 0 too.
     told: bool = False
 
     def panel(self, signal: Array, applied: tuple[Applied, ...], surroundings: Surroundings) -> trace.Panel:
-        """What of the light each tip has behind a :class:`PanelLink`, whose signal is (n, 7 or 10)."""
+        """Return each tip's share of the light from the signal of a :class:`PanelLink`, (n, 7 or 10)."""
         gain = signal[:, 7:] if signal.shape[1] > 7 else None
         black = self.native.black if self.native else None
         before = trace.Panel(signal[:, :4], black, gain)
@@ -240,20 +223,10 @@ class EffectChain:
     def at(self, mode: str, hours: float, now: Surroundings, luminance: Callable[[float], float]) -> AgedDisplay:
         """Return the display of ``mode`` at ``hours``.
 
-        Parameters
-        ----------
-        mode, hours
-            What the display is to be called.
-        now
-            Hour and tips, under the reference conditions.
-        luminance
-            White's emitted luminance by the effects alone, relative to hour 0 → that which the mode gives it.
+        ``now``: hour and tips, under the reference conditions. ``luminance``: white's luminance by the effects alone,
+        relative to hour 0 → the luminance that the mode gives white.
 
-        Raises
-        ------
-        LutgenError
-            White's luminance cannot be brought there, or the effects give NaN or infinity.
-
+        Raises LutgenError: white's luminance cannot be brought there, or the effects give NaN or infinity.
         """
         new, aged = self._whites(now)
         wanted = luminance(aged / new) * new

@@ -1,20 +1,28 @@
-"""What a fit has found, as a display model keeps it: effects with their estimates, and the tips before them."""
+"""What a fit gives a display model: effects with their estimates, the tips before the effects, and their covariance.
+
+:func:`record_of` says how a file names an effect, and :func:`found_by` finds that effect again.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import os
 from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lutgen.colorimetry import xyz_to_xyY
 from lutgen.display.tips import Tips
-from lutgen.errors import LutgenError, pick_one
+from lutgen.effects.declare import BUILT_IN, CODE
+from lutgen.errors import LutgenError, pick_one, reason_of
+from lutgen.files import bytes_at_most
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Mapping
 
     from lutgen.colorimetry import Array
     from lutgen.effects import Effect
@@ -114,25 +122,15 @@ def _check_names(effect: Effect, names: Mapping[str, Any] | tuple[str, ...]) -> 
 class LatentTips:
     """White and primaries of the display before its effects, as a fit found them.
 
-    Attributes
-    ----------
-    hours
-        Increasing from 0, shape (N,).
-    xyz_cd_m2
-        XYZ in cd/m² of white, red, green, blue, shape (N, 4, 3).
-
-    Raises
-    ------
-    LutgenError
-        Shapes do not fit, hours do not increase from 0, or a tip is not finite or gives no light.
-
+    Raises LutgenError: shapes do not fit, hours do not increase from 0, or a tip is not finite or gives no light.
     """
 
+    #: Increasing from 0, shape (N,).
     hours: Array
+    #: XYZ in cd/m² of white, red, green, blue, shape (N, 4, 3).
     xyz_cd_m2: Array
 
     def __post_init__(self) -> None:
-        """Check shapes, hours and light."""
         hours = np.asarray(self.hours, dtype=np.float64)
         xyz = np.asarray(self.xyz_cd_m2, dtype=np.float64)
         object.__setattr__(self, "hours", hours)
@@ -151,10 +149,174 @@ class LatentTips:
             raise LutgenError("latent tips: Y of white and primaries must be above 0 cd/m².")
 
     def over_time(self, source: str) -> Tips:
-        """Return the tips as a history. Raises LutgenError when it is none."""
+        """Return the tips over time. Raises LutgenError where primaries lie on a line."""
         return Tips(self.hours, xyz_to_xyY(self.xyz_cd_m2), source=f"latent tips of {source}")
 
 
 def constant_tips(hours: Array, xyY: Array, source: str) -> Tips:
     """Return tips that are xyY, shape (4, 3), at every one of the hours (N,)."""
     return Tips(hours, np.repeat(xyY[np.newaxis], hours.size, axis=0), source=source)
+
+
+#: Significant digits that a covariance keeps: a file says no more, and a model is the one that its file gives.
+DIGITS = 7
+
+#: Share by which rounding may make a correlation larger than 1.
+LOOSE = 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class FitCovariance:
+    """How the errors of all fitted numbers depend on each other.
+
+    Raises LutgenError: shapes do not fit, a number is not finite, or the matrix is no covariance.
+    """
+
+    #: Effect and name of each fitted parameter.
+    of: tuple[tuple[str, str], ...]
+    #: Covariance in the parameters' own units, (p, p), or with the latent tips behind them, (p + 12·n, p + 12·n): X, Y
+    #: and Z in cd/m² of white, red, green and blue at each hour, or at hour 0 where all hours are foretold from it.
+    matrix: Array
+
+    def __post_init__(self) -> None:
+        matrix, count = np.asarray(self.matrix, dtype=np.float64), len(self.of)
+        if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or matrix.shape[0] < count:
+            message = f"covariance: {count} parameters need {count} rows and columns, and 12 more an hour of tips."
+            raise LutgenError(message)
+        if (matrix.shape[0] - count) % 12:
+            message = (
+                f"covariance: {matrix.shape[0]} rows are {matrix.shape[0] - count} beside those of parameters; tips "
+                f"take 12 an hour."
+            )
+            raise LutgenError(message)
+        if not np.isfinite(matrix).all():
+            raise LutgenError("covariance: all numbers must be finite.")
+        size = np.sqrt(np.maximum(np.diagonal(matrix), 0.0))
+        if not (np.abs(matrix) <= np.outer(size, size) * (1.0 + LOOSE) + np.finfo(float).tiny).all():
+            raise LutgenError("covariance: a number is larger than the errors of its row and column allow.")
+        rounded = np.array([[float(f"{value:.{DIGITS - 1}e}") for value in row] for row in matrix.tolist()])
+        lower = np.tril(rounded.reshape(matrix.shape))
+        object.__setattr__(self, "matrix", lower + np.tril(lower, -1).T)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, FitCovariance) and self.of == other.of and np.array_equal(self.matrix, other.matrix)
+
+    def __hash__(self) -> int:
+        return hash((self.of, self.matrix.tobytes()))
+
+    def as_record(self) -> dict[str, Any]:
+        """Return the covariance as model files hold it."""
+        rows = [row[: place + 1] for place, row in enumerate(self.matrix.tolist())]
+        return {"of": [".".join(names) for names in self.of], "rows": rows}
+
+    @classmethod
+    def from_record(cls, record: Mapping[str, Any]) -> FitCovariance:
+        """Return the covariance of a record that :meth:`as_record` gave. Raises LutgenError for any other record."""
+        try:
+            of = tuple((str(effect), str(name)) for effect, name in (str(each).rsplit(".", 1) for each in record["of"]))
+            rows = [[float(value) for value in row] for row in record["rows"]]
+        except (KeyError, TypeError, ValueError):
+            rows, of = [[0.0, 0.0]], ()
+        if any(len(row) != place + 1 for place, row in enumerate(rows)):
+            message = (
+                "[covariance]: of is a list of EFFECT.PARAMETER, rows are lists of numbers: one in the first row, and "
+                "one more in each that follows."
+            )
+            raise LutgenError(message)
+        matrix = np.zeros((len(rows), len(rows)))
+        matrix[np.tril_indices(len(rows))] = [value for row in rows for value in row]
+        return cls(of, matrix + np.tril(matrix, -1).T)
+
+    def check(self, free: Collection[tuple[str, str]], hours: int) -> None:
+        """Raise LutgenError unless all parameters are among ``free``, and the tips of ``hours`` hours or of none."""
+        other = next((each for each in self.of if each not in free or self.of.count(each) > 1), None)
+        if other:
+            why = "is there twice" if other in free else "is not a fitted parameter"
+            message = f"[covariance]: {'.'.join(other)} {why}. Name each fitted parameter once, as EFFECT.PARAMETER."
+            raise LutgenError(message)
+        if self.hours not in {0, hours}:
+            message = f"[covariance]: it holds the tips of {self.hours} hours, but {hours} are fitted. Leave them out."
+            raise LutgenError(message)
+
+    def among(self, free: Collection[tuple[str, str]]) -> FitCovariance:
+        """Return the covariance of the parameters that are among ``free``, and of the tips."""
+        kept = [place for place, each in enumerate(self.of) if each in free]
+        places = [*kept, *range(len(self.of), len(self.matrix))]
+        return FitCovariance(tuple(self.of[place] for place in kept), self.matrix[np.ix_(places, places)])
+
+    @property
+    def hours(self) -> int:
+        """Number of hours whose tips it holds."""
+        return (len(self.matrix) - len(self.of)) // 12
+
+    def drawn(self, random: np.random.Generator, low: Array, high: Array) -> tuple[Array, Array]:
+        """Draw deviations of the parameters within ``low`` and ``high``, (p,), and of the tips, (n, 4, 3).
+
+        Where a bound stops a parameter, the tips follow it as far.
+        """
+        count = len(self.of)
+        asked = self._root @ random.standard_normal(len(self.matrix))
+        held = np.clip(asked[:count], low, high)
+        tips = asked[count:] + self._follow @ (held - asked[:count])
+        return held, tips.reshape(-1, 4, 3)
+
+    @cached_property
+    def _root(self) -> Array:
+        values, vectors = np.linalg.eigh(self.matrix)
+        return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+
+    @cached_property
+    def _follow(self) -> Array:
+        count = len(self.of)
+        return np.asarray(self.matrix[count:, :count] @ np.linalg.pinv(self.matrix[:count, :count], hermitian=True))
+
+
+def record_of(effect: Effect, folder: Path) -> dict[str, str]:
+    """Return where a model file or manifest in ``folder`` finds an effect again: ``origin``, and a file's ``sha256``.
+
+    The origin is ``built-in``, the path of a .py file as seen from ``folder``, a package, or an expression. Raises
+    LutgenError: a running program has declared the effect, or its file is gone.
+    """
+    if not effect.origin.endswith(".py"):
+        if effect.origin.startswith(CODE):
+            raise LutgenError(
+                f"effect {effect.name!r} was declared in code ({effect.origin}), where a file cannot find it again. "
+                "Put it into a .py file of its own."
+            )
+        return {"origin": effect.origin}
+    file = Path(effect.origin)
+    origin = Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
+    return {"origin": origin, "sha256": _sha256(file, effect.name)}
+
+
+def found_by(name: str, record: Mapping[str, str], folder: Path) -> Effect:
+    """Return the effect that :func:`record_of` has recorded in a file in ``folder``.
+
+    Raises LutgenError: the effect is gone, its file has changed, or a user's effect breaks the contract.
+    """
+    from lutgen.effects.contract import refuse_unsound
+    from lutgen.effects.own import recall
+
+    origin = record.get("origin", BUILT_IN)
+    if not origin.endswith(".py"):
+        return recall(name, origin)
+    file = folder / origin
+    now, was = _sha256(file, name), record.get("sha256", "")
+    if was and now != was:
+        raise LutgenError(
+            f"effect {name!r}: its file {file} has changed (SHA-256 {now[:12]}…, was {was[:12]}…), so it need not be "
+            f"the same effect any more. Restore the file, or make the model anew with it (lutgen refine)."
+        )
+    refuse_unsound([file])
+    return recall(name, str(file))
+
+
+def _sha256(file: Path, name: str) -> str:
+    from lutgen.effects.own import MAX_BYTES
+
+    try:
+        return hashlib.sha256(bytes_at_most(file, MAX_BYTES, none="file of effects")).hexdigest()
+    except OSError as error:
+        raise LutgenError(
+            f"effect {name!r}: cannot read its file {file}: {reason_of(error)}. Put it back there."
+        ) from None

@@ -67,19 +67,12 @@ _PROBES = np.array(list(product(np.linspace(0.0, 1.0, 5), repeat=3)))
 
 @dataclass(frozen=True)
 class Compensation:
-    """The correction for one aged display, as a link: equal to another exactly when it computes the same.
+    """The correction for one aged display, as a link: equal to another exactly when it computes the same."""
 
-    Attributes
-    ----------
-    aged, fresh
-        The display as it is, and as it was.
-    scale
-        Factor on the fresh display's light.
-
-    """
-
+    #: The display as it is, and as it was.
     aged: AgedDisplay
     fresh: AgedDisplay
+    #: Factor on the fresh display's light.
     scale: float = 1.0
     stage: str = "drive"
 
@@ -126,11 +119,7 @@ def compensated(aged: AgedDisplay, fresh: AgedDisplay, *, unreachable: str = "cl
     ``code_to_code`` gives the clipped drive's code values, ``code_to_linear`` the drive unclipped, and
     ``clipped_share`` the share of colours that cannot be reached. One of ``UNREACHABLE`` says what becomes of these.
 
-    Raises
-    ------
-    LutgenError
-        Unknown ``unreachable``, or a display whose white lies outside its primaries.
-
+    Raises LutgenError: unknown ``unreachable``, or a display whose white lies outside its primaries.
     """
     if unreachable not in UNREACHABLE:
         raise pick_one("way with unreachable colours", unreachable, UNREACHABLE)

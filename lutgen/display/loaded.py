@@ -36,26 +36,18 @@ NOTHING = 1e-6
 
 @dataclass(frozen=True)
 class LoadedCalibrations:
-    """What later calibrations make of code values, as an effect on the drive that nobody has to find.
+    """What later calibrations make of code values, as an effect on the drive that nobody has to find."""
 
-    Attributes
-    ----------
-    hours
-        Hours of the sessions whose calibration is known, (K,), from 0 on.
-    ends
-        Outputs of the calibrations at full code of red, green and blue, by hour.
-    asked
-        Code values of the first session that drive the panel as ``CODES`` do later, by hour and channel.
-
-    """
-
+    #: Hours of the sessions whose calibration is known, from 0 on.
     hours: tuple[float, ...]
+    #: Outputs of the calibrations at full code of red, green and blue, by hour.
     ends: tuple[tuple[float, ...], ...]
+    #: Code values of the first session that drive the panel as ``CODES`` do later, by hour and channel.
     asked: tuple[tuple[tuple[float, ...], ...], ...]
 
     @classmethod
     def of(cls, readings: Measurements, *, told: bool) -> tuple[LoadedCalibrations, ...]:
-        """Take them from the readings, as one effect; none where fewer than two sessions hold one, or all are the same.
+        """Return what the calibrations of the readings do; none where fewer than two are known, or all are the same.
 
         ``told``: white and primaries are measured at every session, so that full code stays at full code.
         """
@@ -92,16 +84,16 @@ class LoadedCalibrations:
         if not last.any():
             return code
         code, last = np.broadcast_arrays(code, last[:, np.newaxis])
-        found = code.copy()
+        sent = code.copy()
         for session in np.unique(last[last > 0]):
             here = last[:, 0] == session
             for channel, asked in enumerate(self.asked[session]):
-                found[here, channel] = np.interp(code[here, channel], CODES, asked)
-        return found
+                sent[here, channel] = np.interp(code[here, channel], CODES, asked)
+        return sent
 
     def sentences(self) -> tuple[str, ...]:
         """Say what changed, one sentence a session that brought another calibration."""
-        said = []
+        sentences = []
         for place in range(1, len(self.hours)):
             now, before = self.ends[place], self.ends[place - 1]
             moves = [
@@ -110,11 +102,11 @@ class LoadedCalibrations:
                 if abs(end - was) >= 0.0005
             ]
             if self.asked[place] != self.asked[place - 1]:
-                said.append(
+                sentences.append(
                     f"By hour {self.hours[place]:g} another calibration was loaded: {', '.join(moves) or 'same ends'}. "
                     f"Its file holds the curves, so the model goes by them."
                 )
-        return tuple(said)
+        return tuple(sentences)
 
 
 def _asked(first: Array, later: Array, channel: int) -> Array:

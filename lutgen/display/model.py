@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.display.chain import Link
-    from lutgen.display.covariance import FitCovariance
+    from lutgen.display.fitted import FitCovariance
     from lutgen.display.trace import Applied
     from lutgen.readings import Measurements
 

@@ -20,12 +20,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.display.conditions import REFERENCE, conditions_of
-from lutgen.display.covariance import FitCovariance
-from lutgen.display.fitted import AppliedEffect, Estimate, LatentTips
+from lutgen.display.fitted import AppliedEffect, Estimate, FitCovariance, LatentTips, found_by, record_of
 from lutgen.display.model import DisplayModel, default_display
 from lutgen.display.modes import LAWS, UNSAID, law_of_table, luminance_law
 from lutgen.display.native import CHANNELS, NativeDisplay
-from lutgen.display.origin import found_by, record_of
 from lutgen.display.own_model.stored import MAX_BYTES as OWN_MAX_BYTES
 from lutgen.display.own_model.stored import StoredModel
 from lutgen.documents import from_toml

@@ -67,15 +67,9 @@ UNSAID = LuminanceLaw("")
 
 
 def law_of(readings: Measurements) -> LuminanceLaw:
-    """Return the law of a display that nobody states: its own, as measured, unless its file says otherwise.
+    """Return the law of a display without ``--luminance``: as measured, or the paper's by ``# luminance_law: paper``.
 
-    ``# luminance_law: paper`` in the readings asks for the paper's.
-
-    Raises
-    ------
-    LutgenError
-        The file names a law that is none.
-
+    Raises LutgenError: the file names an unknown law.
     """
     stated = readings.metadata.get("luminance_law", "measured")
     if stated not in LAWS:
@@ -86,12 +80,8 @@ def law_of(readings: Measurements) -> LuminanceLaw:
 def luminance_law(name: str) -> LuminanceLaw:
     """Return the law ``paper`` or ``measured``, or read a user's table (a .csv of hour,factor).
 
-    Raises
-    ------
-    LutgenError
-        Unknown name, or a table that does not begin with factor 1 at hour 0, whose hours do not increase, or whose
-        factors are not above 0 and at most 10.
-
+    Raises LutgenError: unknown name, or a table that does not begin with factor 1 at hour 0, whose hours do not
+    increase, or whose factors are not above 0 and at most 10.
     """
     if name == "paper":
         return LuminanceLaw(name, PAPER_LAW)

@@ -29,10 +29,8 @@ from lutgen.display.own_model import Sample, fit_own_model
 from lutgen.display.own_model.ladder import LENGTHS, mixtures_error
 from lutgen.display.own_model.native_curves import LEAST_MIXTURES, added_up, best_source, curves_of, straight
 from lutgen.display.own_model.stored import StoredModel
-from lutgen.display.ramp import fallen, misread_levels, rising_light
-from lutgen.display.remembered import Remembered
-from lutgen.display.trace import tip_shares
-from lutgen.display.transfer_curve import TransferCurve
+from lutgen.display.trace import Remembered, tip_shares
+from lutgen.display.transfer_curve import TransferCurve, fallen, misread_levels, rising_light
 from lutgen.errors import LutgenError, pick_one
 from lutgen.readings.rest import TIP_DRIVES
 from lutgen.readings.table import is_capped

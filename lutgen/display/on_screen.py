@@ -1,50 +1,153 @@
 """A display seen place by place: where on the screen a picture lies, and what the display shows there.
 
-Effects know the place of a reading by the conditions u and v. A picture that lies on the screen has another place in
-every pixel, which no LUT can carry.
+Effects know the place of a reading by the conditions u and v. In a picture every pixel has its own place, which no LUT
+can carry.
+
+A measured uniformity of the screen is an effect without parameters: the light of a place over that of the middle, one
+ratio each of X, Y and Z, for the brightest grey that was read at enough places. Between these places the logarithm of
+the ratio is a thin plate spline through all readings (J. Duchon, Splines minimizing rotation-invariant semi-norms in
+Sobolev spaces, 1977, doi:10.1007/BFb0086566); beyond the outermost places the ratio stays as it is there.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lutgen.cells import number_list
 from lutgen.colorimetry import in_chunks
+from lutgen.display.conditions import PLACE
 from lutgen.display.effect_chain import LightLink, PanelLink, Surroundings
-from lutgen.display.uniformity import NAME, MeasuredUniformity
+from lutgen.display.fitted import AppliedEffect
+from lutgen.effects import Effect
 from lutgen.effects.probe import reacts_to
 from lutgen.errors import LutgenError
+from lutgen.readings.session import DRIVE_TOLERANCE
 
 if TYPE_CHECKING:
+    from scipy.interpolate import RegularGridInterpolator
+
     from lutgen.colorimetry import Array
     from lutgen.display.chain import AgedDisplay, Link
     from lutgen.display.model import DisplayModel
     from lutgen.effects import Scene
+    from lutgen.readings.session import Session
 
-#: The conditions that say where on the screen something is.
-PLACE = ("u", "v")
+#: The name of the effect of a measured uniformity.
+NAME = "measured-uniformity"
+
+#: Fewest places of a table, and how far from the middle of the screen the nearest place may be, in shares of a side.
+LEAST_PLACES, MIDDLE = 5, 0.1
+
+#: Points along each side of the grid on which the spline is evaluated; pixels are interpolated bilinearly in it.
+SIDE = 65
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredUniformity:
+    """Readings of one grey at several places of a screen."""
+
+    #: Shares from the left and the top, (p, 2), each place once.
+    places: Array
+    #: X, Y and Z at each place over those of the middle, (p, 3).
+    ratio: Array
+    #: The code value that was read.
+    grey: float
+    #: The table.
+    file: str = field(default="<memory>")
+    sha256: str = ""
+
+    @classmethod
+    def of(cls, session: Session) -> MeasuredUniformity:
+        """Return the table of the brightest grey that was read at ``LEAST_PLACES`` places or more, the middle included.
+
+        Raises LutgenError: the session has no such grey, or a reading of it without light.
+        """
+        if session.positions is None:
+            raise LutgenError(
+                f"{session.file}: the readings state no positions on the screen. Give a uniformity table, or readings "
+                f"with the columns u and v."
+            )
+        is_grey = np.ptp(session.drive, axis=1) <= DRIVE_TOLERANCE
+        for grey in np.unique(session.drive[is_grey, 0])[::-1]:
+            rows = is_grey & (session.drive[:, 0] == grey)
+            places, which = np.unique(session.positions[rows], axis=0, return_inverse=True)
+            if len(places) >= LEAST_PLACES and grey > 0.0:
+                count = np.bincount(which.reshape(-1))
+                xyz = np.stack([np.bincount(which.reshape(-1), each) / count for each in session.xyz[rows].T], axis=1)
+                return cls(places, _over_middle(places, xyz, session.file), float(grey), session.file, session.sha256)
+        raise LutgenError(
+            f"{session.file}: no grey was read at {LEAST_PLACES} places or more. Measure white in the middle, near the "
+            f"corners, and better on a grid over the whole screen."
+        )
+
+    @property
+    def applied(self) -> AppliedEffect:
+        """The effect, for the list of a model's effects."""
+        text = f"The screen's uniformity as measured: {self.file}"
+        effect = Effect(NAME, "optics", {}, {}, (), self._dimmed, needs=("u", "v"), text=text, origin=self.file)
+        return AppliedEffect(effect, {})
+
+    def sentence(self) -> str:
+        """Say what the table holds."""
+        low, high = (f"{100 * share:.0f}" for share in (self.ratio[:, 1].min(), self.ratio[:, 1].max()))
+        return (
+            f"{Path(self.file).name}: grey {self.grey:.3g} at {len(self.places)} places has {low} to {high} % of its "
+            f"luminance in the middle. The table is taken for every hour, and the un-aged display for even."
+        )
+
+    def _dimmed(self, xyz: Array, scene: Scene, /, **_none: float) -> Array:
+        """XYZ (..., n, 3) of the middle → that of the scene's places."""
+        u, v = np.broadcast_arrays(scene.u, scene.v)
+        at = np.column_stack([u.reshape(-1), v.reshape(-1)])
+        low, high = self.places.min(axis=0), self.places.max(axis=0)
+        return np.asarray(xyz * self._table(np.clip(at, low, high)))
+
+    @cached_property
+    def _table(self) -> RegularGridInterpolator:
+        from scipy.interpolate import RBFInterpolator, RegularGridInterpolator
+
+        try:
+            spline = RBFInterpolator(self.places, np.log(self.ratio), kernel="thin_plate_spline")
+        except np.linalg.LinAlgError:
+            raise LutgenError(
+                f"{self.file}: all places lie on one line, and say nothing of the rest of the screen. Measure near all "
+                f"four corners."
+            ) from None
+        axes = np.linspace(self.places.min(axis=0), self.places.max(axis=0), SIDE).T
+        nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+        return RegularGridInterpolator(tuple(axes), np.exp(spline(nodes.reshape(-1, 2))).reshape(SIDE, SIDE, 3))
+
+
+def _over_middle(places: Array, xyz: Array, file: str) -> Array:
+    away = np.abs(places - 0.5).max(axis=1)
+    nearest = int(np.argmin(away))
+    if away[nearest] > MIDDLE:
+        u, v = places[nearest]
+        raise LutgenError(
+            f"{file}: the place nearest to the middle of the screen is u = {u:g}, v = {v:g}. Measure the middle too: "
+            f"the model is that of the middle."
+        )
+    if (xyz <= 0.0).any():
+        u, v = places[int(np.argmax((xyz <= 0.0).any(axis=1)))]
+        raise LutgenError(f"{file}: a reading at u = {u:g}, v = {v:g} has no light. Measure a brighter grey.")
+    return np.asarray(xyz / xyz[nearest])
 
 
 @dataclass(frozen=True)
 class OnScreen:
-    """Where on the screen a picture lies, and what was measured of the screen's uniformity.
+    """Where on the screen a picture lies, and what was measured of the screen's uniformity."""
 
-    Attributes
-    ----------
-    left, top, width, height
-        Of the picture, as shares of the screen's width and height.
-    uniformity
-        A measured table; None: the model's effects alone know places.
-
-    """
-
+    #: Of the picture, as shares of the screen's width and height.
     left: float = 0.0
     top: float = 0.0
     width: float = 1.0
     height: float = 1.0
+    #: A measured table; None: the model's effects alone know places.
     uniformity: MeasuredUniformity | None = None
 
     def __post_init__(self) -> None:
@@ -69,11 +172,8 @@ class OnScreen:
     def aged(self, model: DisplayModel) -> DisplayModel:
         """Return the model with the measured uniformity.
 
-        Raises
-        ------
-        LutgenError
-            Nothing in the model depends on the place, the place counts twice, or the model is seen at a stated one.
-
+        Raises LutgenError: nothing in the model depends on the place, the place counts twice, or the model is seen at a
+        stated one.
         """
         stated = [name for name in model.conditions.stated() if name in PLACE]
         if stated:

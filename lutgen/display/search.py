@@ -51,14 +51,8 @@ def searched(aged: AgedDisplay, xyz: Array, start: Array | None = None, *, thoro
 
     Where a channel would have to leave 0..1, it does by what is missing.
 
-    Parameters
-    ----------
-    start
-        Drives that are expected to be near, (n, 3); NaN where nothing is expected. Default: what a display that adds
-        up would be sent.
-    thorough
-        Search on, and from elsewhere, where a colour was not found at once.
-
+    ``start``: drives near which the search begins, (n, 3), NaN where none is known; default: the drives of an additive
+    display. ``thorough``: search longer, and from other starts, where a colour was not found at once.
     """
     problem = _Problem.of(aged)
     wanted = problem.light(xyz)

@@ -53,15 +53,9 @@ class _Applied:
 
 @dataclass(frozen=True)
 class EffectDifference:
-    """Colours with an effect. All CIE L*a*b* of the un-aged white, (n, 3).
+    """Colours with an effect and without it, in CIE L*a*b* under the un-aged white, (n, 3) each."""
 
-    Attributes
-    ----------
-    aged, new, model
-        With the effect; without it; by the paper's model through the tips that the aged display has at that hour.
-
-    """
-
+    #: With the effect; without it; by the paper's model through the tips that the aged display has at that hour.
     aged: Array
     new: Array
     model: Array
@@ -79,18 +73,10 @@ class EffectDifference:
 
 @dataclass(frozen=True)
 class Signature:
-    """An effect of its typical size.
-
-    Attributes
-    ----------
-    effect
-        The effect.
-    conditions
-        The columns that it needs, at values where it shows.
-
-    """
+    """An effect of its typical size, under conditions in which it shows."""
 
     effect: Effect
+    #: Column that the effect needs → a value at which the effect shows.
     conditions: Mapping[str, float]
 
     @classmethod

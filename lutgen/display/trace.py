@@ -17,7 +17,7 @@ from lutgen.display.paper import continuous_weights, nearest_weights
 from lutgen.effects import STAGES
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from lutgen.colorimetry import Array
     from lutgen.display.native import NativeDisplay
@@ -51,7 +51,7 @@ SELECTION_STAGE = "selection"
 
 
 def is_soft(each: Applied) -> bool:
-    """Whether an effect replaces the selection by more than the paper's ``continuous``."""
+    """Whether an effect says itself how much of a colour is grey, instead of the paper's ``continuous``."""
     return each.effect.stage == SELECTION_STAGE and any(each.values.values())
 
 
@@ -71,25 +71,16 @@ def through(applied: Sequence[Applied], stages: tuple[str, ...], signal: Array, 
 
 @dataclass(frozen=True)
 class Panel:
-    """The signal behind drive, transfer and mixing: linear light per channel and its share of each tip.
+    """The signal behind drive, transfer and mixing: linear light per channel and its share of each tip."""
 
-    Attributes
-    ----------
-    shares
-        XYZ = Σ share · tip over white, red, green, blue: (n, 4).
-    black
-        X, Y and Z of code 0 as shares of white's, for a native display; None: black gives no light. Colours then are
-        so much above black: XYZ = K + Σ share · (tip − K).
-    gain
-        Factor of X, Y and Z, (n, 3): what the display's own model says beside; None: 1.
-    offset
-        X, Y and Z beside, as shares of white's, (n, 3); None: 0.
-
-    """
-
+    #: XYZ = Σ share · tip over white, red, green, blue: (n, 4).
     shares: Array
+    #: X, Y and Z of code 0, K, as shares of white's, for a native display: XYZ = K + Σ share · (tip − K). None: black
+    #: gives no light.
     black: tuple[float, float, float] | None = None
+    #: Factor of X, Y and Z by the display's own model, (n, 3); None: 1.
     gain: Array | None = None
+    #: X, Y and Z that are added, as shares of white's, (n, 3); None: 0.
     offset: Array | None = None
 
     def emit(self, tips: Array) -> Array:
@@ -186,23 +177,11 @@ def panel(
 def since_first_session(
     applied: Sequence[Applied], before: Panel, plain: Panel, tips: Array, first: Scene
 ) -> tuple[Array, Array]:
-    """What makes effects begin with the first session, whose readings had them in: for :meth:`Panel.begun`.
+    """Return factor and offset for :meth:`Panel.begun`: the readings of the first session contain its effects already.
 
-    Parameters
-    ----------
-    before, plain
-        The panel with the effects, and without, of the scene ``first``.
-    tips
-        Of hour 0, as measured, (1, 4, 3).
-    first
-        The code values at hour 0, at rest.
-
-    Returns
-    -------
-    tuple
-        Factor of X, Y and Z, (n, 3), which takes out what effects up to the emission do at hour 0, and what those
-        behind it do, as shares of white, (n, 3).
-
+    The factor of X, Y and Z, (n, 3), takes out what effects up to the emission do at hour 0; the offset, (n, 3), as
+    shares of white, what effects behind the emission do. ``first``: code values at hour 0, at rest. ``before``,
+    ``plain``: the panel of that scene with the effects and without. ``tips``: as measured at hour 0, (1, 4, 3).
     """
     wanted = plain.emit(tips)
     sent = before.emit(through(applied, ("emission",), tips, first))
@@ -231,3 +210,30 @@ def reported(applied: Sequence[Applied], before: Panel, tips: Array, scene: Scen
     """XYZ that a meter reports, (..., n, 3): with the room's light and the instrument's own faults."""
     xyz = through(applied, ("viewing",), emitted(applied, before, tips, scene), scene)
     return through(applied, ("instrument",), xyz * (1.0 - scene.capped), scene)
+
+
+#: Number of sets of code values whose answers are kept, and the most numbers that such a set may hold: a table is kept,
+#: an image is not.
+KEPT, MOST = 8, 30_000
+
+
+class Remembered:
+    """The last few answers about code values, which nobody may alter: a fit asks about the same code values often."""
+
+    def __init__(self) -> None:
+        self._answers: dict[tuple[tuple[int, ...], bytes], Array] = {}
+
+    def of(self, code: Array, compute: Callable[[], Array]) -> Array:
+        """Return the answer for code values (..., 3); ``compute`` gives it where none is kept."""
+        if code.size > MOST:
+            return compute()
+        key = code.shape, code.tobytes()
+        answer = self._answers.pop(key, None)
+        if answer is None:
+            answer = compute()
+            answer.flags.writeable = False
+        self._answers[key] = answer
+        # Threads may ask at once: the second thread then finds that the first has removed the old answers.
+        for old in list(self._answers)[:-KEPT]:
+            self._answers.pop(old, None)
+        return answer

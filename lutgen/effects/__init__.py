@@ -3,7 +3,7 @@
 Built-in effects are the modules of ``lutgen/effects/catalogue``; installed packages add theirs by the entry-point
 group ``lutgen.effects``; :func:`lutgen.effects.own.load_file` reads a user's file.
 
-``declare`` holds the declaration, ``clauses`` the contract that every effect keeps, ``scene`` what an effect may know
+``declare`` holds the declaration, ``contract`` the clauses that every effect keeps, ``scene`` what an effect may know
 besides its signal. One more file in the catalogue is one more effect; one more file here serves all effects.
 """
 

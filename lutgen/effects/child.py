@@ -33,18 +33,9 @@ def check_file(path: str | Path, *, limit_s: float = LIMIT_S) -> tuple[Report, .
 
     The clause during which the child ended is broken, and effects after that one are not tried.
 
-    Parameters
-    ----------
-    path
-        The file.
-    limit_s
-        Seconds after which the child is stopped.
+    ``limit_s``: seconds after which the child is stopped.
 
-    Raises
-    ------
-    LutgenError
-        As :func:`lutgen.effects.own.load_file`, or the child ended while it loaded the file.
-
+    Raises LutgenError: as :func:`lutgen.effects.own.load_file`, or the child ended while it loaded the file.
     """
     answers, ended = _ask(path, limit_s)
     reports: list[Report] = []

@@ -318,11 +318,7 @@ def check(effect: Effect) -> Report:
 def refuse_unsound(files: Iterable[str | Path] = (), expressions: Iterable[str] = ()) -> None:
     """Try the contract of all of a user's own effects, installed ones too, before anything relies on them.
 
-    Raises
-    ------
-    LutgenError
-        An effect cannot be loaded, or breaks a clause: the message tells the first one.
-
+    Raises LutgenError: an effect cannot be loaded, or breaks a clause; the message names the first such clause.
     """
     from lutgen.effects.expression import parse
     from lutgen.effects.own import installed, load_file

@@ -46,10 +46,10 @@ STAGES = {
 }
 
 #: Modules whose effects are lutgen's own.
-_BUILT_IN = "lutgen.effects.catalogue."
+_CATALOGUE = "lutgen.effects.catalogue."
 
-#: Origin of an effect that a program declares, before the program's module.
-CODE = "code, module "
+#: Origin of an effect of the catalogue; and of an effect that a program declares, before the program's module.
+BUILT_IN, CODE = "built-in", "code, module "
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,8 @@ class Parameter:
         Values to try one by one, where no gradient leads a search (a number of bits); ``"gaps"``: the middles between
         neighbouring sessions of the data, for the hour of an event; ``"proposed"``: those that the effect proposes.
     at_first
-        Whether it says how much is there at hour 0, in every condition: nothing, beside a display's own first session.
+        Whether it is a size at hour 0. Beside a display's own model of the first session, which contains what was
+        there at hour 0, it is 0.
 
     """
 
@@ -160,7 +161,7 @@ class Effect:
     source: str = ""
     propose: Propose | None = None
     text: str = ""
-    origin: str = "built-in"
+    origin: str = BUILT_IN
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the place of the effect: the decorator has put the effect under the name of its function."""
@@ -214,15 +215,15 @@ class Effect:
         return other.name in self.confused_with or self.name in other.confused_with
 
     def since_first_session(self) -> Effect:
-        """Return the effect as it is told beside a display's own first session, which holds what was there by then."""
-        held = {name for name, parameter in self.parameters.items() if parameter.at_first}
-        if not held:
+        """Return the effect for a display whose own model of the first session contains what was there at hour 0."""
+        at_first = {name for name, parameter in self.parameters.items() if parameter.at_first}
+        if not at_first:
             return self
-        kept = [tuple(name for name in form if name not in held) for form in self.forms]
+        kept = [tuple(name for name in form if name not in at_first) for form in self.forms]
         forms = tuple(dict.fromkeys(form for form in kept if form))
         simple = len(dict.fromkeys(form for form in kept[: self.refined] if form))
         parameters = {
-            name: replace(parameter, value=0.0) if name in held else parameter
+            name: replace(parameter, value=0.0) if name in at_first else parameter
             for name, parameter in self.parameters.items()
         }
         return replace(self, parameters=parameters, forms=forms, refined=simple)
@@ -303,7 +304,7 @@ def effect(
             source=source,
             propose=propose,
             text=inspect.getdoc(module) or inspect.getdoc(function) or "",
-            origin="built-in" if function.__module__.startswith(_BUILT_IN) else CODE + function.__module__,
+            origin=BUILT_IN if function.__module__.startswith(_CATALOGUE) else CODE + function.__module__,
         )
         check_declaration(declared)
         return declared

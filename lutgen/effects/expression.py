@@ -35,7 +35,7 @@ MAX_LETTERS, MAX_PARAMETERS = 500, 8
 #: Start of an amplitude, and its bounds on either side of 0. Other parameters start at 1, with bounds a factor 10 away.
 AMPLITUDE, REACH, DECADE = 0.01, 1.0, 10.0
 
-#: Largest similarity of a parameter's name to that of a quantity; `whte` and `ambient` are above it.
+#: A parameter whose name is more similar to a quantity's counts as misspelt, such as `whte` and `ambient`.
 _LIKENESS = 0.74
 
 _NUMBER = rf"\s*({NUMBER})\s*"
@@ -48,12 +48,8 @@ _Given = tuple[float, tuple[float, float] | None]
 def parse(text: str) -> Effect:
     """Read a one-line effect: ``[name:] formula [; parameter=start[low,high]]…``.
 
-    Raises
-    ------
-    LutgenError
-        Too long, outside the grammar, of no or of two signals, a misspelt quantity, or not the signal itself when its
-        amplitudes are 0.
-
+    Raises LutgenError: too long, outside the grammar, of no or of two signals, a misspelt quantity, or not the signal
+    itself when its amplitudes are 0.
     """
     if len(text) > MAX_LETTERS:
         raise LutgenError(

@@ -86,24 +86,15 @@ _HINTS = {
 
 @dataclass(frozen=True)
 class Formula:
-    """The function of a one-line effect.
+    """The function of a one-line effect."""
 
-    Attributes
-    ----------
-    text
-        As it was written.
-    signal
-        Which of ``SIGNALS`` it changes.
-    parameters
-        Names, in the order of their appearance.
-    program
-        In postfix order: numbers, names and operations of a stack machine.
-
-    """
-
+    #: As it was written.
     text: str
+    #: Which of ``SIGNALS`` it changes.
     signal: str
+    #: Names, in the order of their appearance.
     parameters: tuple[str, ...]
+    #: In postfix order: numbers, names and operations of a stack machine.
     program: tuple[tuple[str, str | float], ...]
 
     @property

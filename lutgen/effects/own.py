@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lutgen.effects import catalogue
-from lutgen.effects.declare import CODE, Effect, chain_order
+from lutgen.effects.declare import BUILT_IN, CODE, Effect, chain_order
 from lutgen.errors import LutgenError, pick_one
 from lutgen.files import read_at_most
 
@@ -47,16 +47,9 @@ _PRIVATE = "lutgen_own_"
 def everything(files: Iterable[str | Path] = (), expressions: Iterable[str] = ()) -> dict[str, Effect]:
     """Return all effects by name, in chain order: built-in, installed, from files and from expressions.
 
-    Parameters
-    ----------
-    files, expressions
-        As users name them after ``--effects`` and ``--add-expr``.
+    ``files``, ``expressions``: as users name them after ``--effects`` and ``--add-expr``.
 
-    Raises
-    ------
-    LutgenError
-        A file, package or expression is refused, or two of them give an effect the same name.
-
+    Raises LutgenError: a file, package or expression is refused, or two of them give an effect the same name.
     """
     from lutgen.effects.expression import parse
 
@@ -79,17 +72,10 @@ def everything(files: Iterable[str | Path] = (), expressions: Iterable[str] = ()
 def load_file(path: str | Path) -> tuple[Effect, ...]:
     """Import a Python file and return the effects that it declares, in chain order.
 
-    Parameters
-    ----------
-    path
-        The file. It becomes the effects' ``origin`` as it is given.
+    ``path`` becomes the effects' ``origin`` as it is given.
 
-    Raises
-    ------
-    LutgenError
-        Missing, no Python, raises when it is run, declares no effect, a declaration is refused, or an effect has a
-        built-in one's name.
-
+    Raises LutgenError: the file is missing, is no Python, raises an exception, or declares no effect; a declaration is
+    refused, or an effect has the name of a built-in one.
     """
     name = _module_name(path)
     module = sys.modules.get(name) or _run(name, path)
@@ -114,11 +100,7 @@ def load_file(path: str | Path) -> tuple[Effect, ...]:
 def installed() -> tuple[Effect, ...]:
     """Load the effects of installed packages.
 
-    Raises
-    ------
-    LutgenError
-        A package's entry point cannot be loaded, or is no effect.
-
+    Raises LutgenError: a package's entry point cannot be loaded, or is no effect.
     """
     effects = {}
     for point in sorted(entry_points(group=GROUP), key=lambda point: (_distribution(point), point.name)):
@@ -130,17 +112,10 @@ def installed() -> tuple[Effect, ...]:
 
 
 def recall(name: str, origin: str) -> Effect:
-    """Find an effect by name and origin, as a saved model or a worker process names it.
-
-    Raises
-    ------
-    LutgenError
-        It is not to be found there any more.
-
-    """
+    """Find an effect by name and origin, as a model file or a worker has them. Raises LutgenError: it is gone."""
     from lutgen.effects.expression import parse
 
-    if origin == "built-in":
+    if origin == BUILT_IN:
         known: dict[str, Effect] = catalogue()
     elif origin.startswith(CODE):
         raise LutgenError(
@@ -152,7 +127,8 @@ def recall(name: str, origin: str) -> Effect:
         packages = {each.name: each for each in installed() if each.origin.split()[:1] == origin.split()[:1]}
         known = packages or {each.name: each for each in (parse(origin),)}
     if name not in known:
-        raise LutgenError(f"{origin}: {pick_one('effect', name, known)}")
+        unknown = pick_one("effect", name, known)
+        raise unknown if origin == BUILT_IN else LutgenError(f"{origin}: {unknown}")
     return known[name]
 
 
@@ -226,7 +202,7 @@ def _effects_of(point: EntryPoint) -> tuple[Effect, ...]:
             f"{_whose(point)}: {what_was_raised(error, '')}. Update, mend or uninstall the package."
         ) from None
     values = (loaded,) if isinstance(loaded, Effect) else vars(loaded).values() if hasattr(loaded, "__dict__") else ()
-    effects = tuple(value for value in values if isinstance(value, Effect) and value.origin != "built-in")
+    effects = tuple(value for value in values if isinstance(value, Effect) and value.origin != BUILT_IN)
     if not effects:
         raise LutgenError(f"{_whose(point)}: {point.value} holds no effect. Update, mend or uninstall the package.")
     return effects

@@ -1,4 +1,4 @@
-"""Synthetic readings and parameters, seeded, on which the contract of an effect is tried, extreme ones included.
+"""Seeded synthetic readings and parameters, extreme ones too, on which the contract of an effect is tried.
 
 Blacks, primaries, greys and mixtures at hours from 0 to 18 000, under every condition: at the centre and in the
 corners, dark and lit, cold and warm (where the minutes are infinite), small windows on bright surrounds.
@@ -116,7 +116,7 @@ def some(reading: ProbeReading, rows: slice, stage: str) -> ProbeReading:
 
 
 def at_once(reading: ProbeReading) -> ProbeReading:
-    """Return ``TIPS_AT_ONCE`` versions along a leading axis: other tips, hence another white; the same scene else."""
+    """Return ``TIPS_AT_ONCE`` versions along a leading axis, with other tips and another white in the same scene."""
     factors = np.linspace(0.9, 1.1, TIPS_AT_ONCE)
     signal = np.multiply.outer(factors, reading.signal)
     return ProbeReading(signal, replace(reading.scene, white=np.multiply.outer(factors, reading.scene.white)))

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["LIFE_H", "REFERENCE_C", "Scene"]
 
-#: The life over which τ runs from 0 to 1: the paper's 18 000 h.
+#: Hours over which τ runs from 0 to 1: the paper's 18 000 h.
 LIFE_H = 18_000.0
 
 

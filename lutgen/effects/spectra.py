@@ -6,111 +6,196 @@ nearest to S₀ in relative entropy: S(λ) = S₀(λ)·exp(θ·c(λ)), with c th
 equations. The factor is smooth and positive. Newton's method finds θ, because the dual problem is convex (Boyd &
 Vandenberghe, Convex Optimization, 2004, §5.2.4 and §9.5).
 
-The classes, and where their spectra come from: :mod:`lutgen.effects.lights`.
+Classes of displays: positions and full widths at half maximum (nm) of their typical light, with sources:
+
+- CCFL: Hg from the NIST Atomic Spectra Database; Tb³⁺, Eu³⁺ and BaMgAl₁₀O₁₇:Eu²⁺ (BAM) rounded from Blasse & Grabmaier,
+  Luminescent Materials (1994). Mercury's lines do not wear.
+- PFS LED: β-SiAlON:Eu²⁺ at 535, width 54, and K₂SiF₆:Mn⁴⁺ (PFS, KSF) at 631, under a blue chip of 450: Wang et al.,
+  Opt. Express 23, 28707 (2015), doi:10.1364/OE.23.028707.
+- Green and red phosphor LED: the same green, and CaAlSiN₃:Eu²⁺ at 649: Piao et al., Chem. Mater. 19, 4592 (2007).
+- Quantum dots: blue 452, width 20, and green 530, width 24: Ko & Park, J. Korean Phys. Soc. 72, 45 (2018).
+
+*Assumption:* all other positions and widths, of these and of the other kinds; the strengths; which part wears first.
+PFS has lines beside the strongest, and its light is drawn as one line of 12 nm. Lines are drawn wider than they are,
+for the 5 nm grid. The white subpixel of a WRGB OLED is the white of its stack, as its three filters see it.
 """
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING
+from functools import cache, cached_property
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from lutgen.colorimetry import inverse
-from lutgen.effects.lights import BROAD, DEFAULT_CLASS, WAVELENGTHS, class_of, light_of, lights, stated_class
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, pick_one
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from lutgen.colorimetry import Array
 
-__all__ = ["CMFS", "DEFAULT_CLASS", "WAVELENGTHS", "SpectralDisplay", "class_of", "mapped", "of_scene", "stated_class"]
+#: nm, (81,).
+WAVELENGTHS = np.arange(380.0, 781.0, 5.0)
 
-# x̄, ȳ, z̄ at each wavelength.
+#: Result of :func:`class_of` where a text names no class; the primaries then decide.
+UNSTATED = ""
+
+#: The class of a display whose readings state none and whose primaries are those of any broad light: most desktop
+#: displays belong to it.
+DEFAULT_CLASS = "white-led"
+
+#: Classes whose primaries hardly differ: three numbers do not tell them apart.
+BROAD = ("white-led", "ccfl", "wrgb-oled")
+
+#: Class → pattern of the words that name it, the first that fits.
+_WORDS = {
+    "ccfl": r"ccfl|cold.?cathode|fluorescent",
+    "wrgb-oled": r"woled|w.?rgb.{0,3}oled|rgbw.{0,3}oled|white.{0,3}oled",
+    "oled": r"oled",
+    "quantum-dot": r"quantum.?dot|qled|qd.?(led|lcd|ef|film)",
+    "pfs-led": r"pfs|ksf",
+    "green-red-phosphor-led": r"(rg|gr|green.{0,9}red|red.{0,9}green).{0,3}phosphor",
+    "rgb-led": r"rgb.{0,3}led|tri.?colou?r.{0,3}led",
+    "white-led": r"w.?led|white.{0,3}led|led|edge.?lit",
+}
+
+#: Pass bands of the colour filters: lower edge, upper edge, width of the edges (nm), floor.
+_FILTERS = ((590.0, 900.0, 6.0, 0.008), (488.0, 592.0, 9.0, 0.018), (300.0, 486.0, 7.0, 0.003))
+
+
+class ClassLight(NamedTuple):
+    """Typical spectra of a class: the wearing parts, fastest first; the stable part; and the filters (3, 81).
+
+    Without filters each part is a primary's emitter, in the order of ``emitters``.
+    """
+
+    parts: Mapping[str, Array]
+    steady: Array
+    emitters: tuple[str, str, str] | None = None
+
+    @property
+    def primaries(self) -> Array:
+        """Spectra of red, green and blue at full drive, (3, 81)."""
+        if self.emitters:
+            return np.array([self.parts[name] for name in self.emitters]) + self.steady
+        return _filters() * self.total
+
+    @property
+    def total(self) -> Array:
+        """The spectrum of the whole source, (81,)."""
+        return np.asarray(sum(self.parts.values()) + self.steady)
+
+
+def _bell(peak: float, below: float, above: float | None = None, area: float = 1.0) -> Array:
+    """Spectrum with Gaussian flanks of full widths ``below`` and ``above`` (nm, half maximum); ``area`` is its sum."""
+    width = np.where(peak > WAVELENGTHS, below, above or below)
+    bell = np.exp(-4.0 * np.log(2.0) * ((WAVELENGTHS - peak) / width) ** 2)
+    return np.asarray(area * bell / bell.sum())
+
+
+def _lines(width: float, *lines: tuple[float, float]) -> Array:
+    return np.asarray(sum(_bell(at, width, area=area) for at, area in lines))
+
+
+def _filters() -> Array:
+    low, high, width, floor = np.array(_FILTERS).T[:, :, np.newaxis]
+    band = 1.0 / ((1.0 + np.exp((low - WAVELENGTHS) / width)) * (1.0 + np.exp((WAVELENGTHS - high) / width)))
+    return np.asarray(floor + (1.0 - floor) * band)
+
+
+#: Class → part that wears, the fastest first → peak, widths below and above the peak (nm), and area. The areas give
+#: white near D65 behind the filters.
+_PARTS: dict[str, dict[str, tuple[float, float, float, float]]] = {
+    "white-led": {"yellow phosphor (YAG)": (545, 70, 130, 2.6), "blue chip": (450, 18, 24, 1)},
+    "quantum-dot": {"green dots": (530, 24, 24, 1.44), "red dots": (635, 30, 30, 1.76), "blue chip": (452, 20, 20, 1)},
+    "pfs-led": {
+        "red phosphor (PFS)": (631, 12, 12, 1.15),
+        "green phosphor (β-SiAlON)": (535, 46, 62, 1.62),
+        "blue chip": (450, 18, 24, 1),
+    },
+    "green-red-phosphor-led": {
+        "red phosphor (CaAlSiN₃)": (649, 75, 105, 2.12),
+        "green phosphor (β-SiAlON)": (535, 46, 62, 1.53),
+        "blue chip": (450, 18, 24, 1),
+    },
+    "rgb-led": {"blue chip": (458, 20, 26, 1), "green chip": (527, 32, 40, 1.4), "red chip": (632, 20, 16, 1.4)},
+    "wrgb-oled": {"blue layer": (460, 22, 44, 1), "green layer": (545, 50, 80, 1.14), "red layer": (620, 50, 80, 0.6)},
+    "oled": {"blue emitter": (461, 20, 36, 1), "green emitter": (528, 30, 46, 1), "red emitter": (620, 30, 50, 1.1)},
+}
+
+#: Class without filters → the parts that are its red, green and blue.
+_EMITTERS = {"oled": ("red emitter", "green emitter", "blue emitter")}
+
+
+def lights() -> dict[str, ClassLight]:
+    """Typical spectra of all classes."""
+    floor = np.full(WAVELENGTHS.size, 1e-5)  # light at every wavelength, so that any correction finds some
+    ccfl = ClassLight(
+        {
+            "blue phosphor (BAM)": _bell(450.0, 40.0, 64.0, 1.0),
+            "green phosphor (Tb)": _lines(10.0, (490.0, 0.18), (544.0, 0.80), (585.0, 0.16), (620.0, 0.06)),
+            "red phosphor (Eu)": _lines(8.0, (594.0, 0.1), (611.0, 0.38), (630.0, 0.06), (650.0, 0.02), (707.0, 0.04)),
+        },
+        floor + _lines(8.0, (404.7, 0.02), (435.8, 0.06), (546.1, 0.05), (578.0, 0.015)),
+    )
+    others = {
+        name: ClassLight({part: _bell(*shape) for part, shape in parts.items()}, floor, _EMITTERS.get(name))
+        for name, parts in _PARTS.items()
+    }
+    return {"ccfl": ccfl, **others}
+
+
+@cache
+def light_of(display_class: str) -> ClassLight:
+    """Return the light of a class. Raises LutgenError for an unknown one."""
+    known = lights()
+    if display_class not in known:
+        raise pick_one("display class", display_class, known)
+    return known[display_class]
+
+
+def stated_class(text: str) -> str | None:
+    """Display class that a text such as "simulated CCFL-lit medical LCD" names, or None."""
+    return next((name for name, words in _WORDS.items() if re.search(words, text, re.IGNORECASE)), None)
+
+
+def class_of(text: str) -> str:
+    """Display class that a text names; ``UNSTATED`` where :func:`stated_class` finds none."""
+    return stated_class(text) or UNSTATED
+
+
+# x̄, ȳ, z̄ of the CIE 1931 2° observer (CIE 15:2018) at each wavelength, three wavelengths a line.
 _TABLE = """
-0.001368 0.000039 0.006450001
-0.002236 0.000064 0.01054999
-0.004243 0.00012 0.02005001
-0.00765 0.000217 0.03621
-0.01431 0.000396 0.06785001
-0.02319 0.00064 0.1102
-0.04351 0.00121 0.2074
-0.07763 0.00218 0.3713
-0.13438 0.004 0.6456
-0.21477 0.0073 1.0390501
-0.2839 0.0116 1.3856
-0.3285 0.01684 1.62296
-0.34828 0.023 1.74706
-0.34806 0.0298 1.7826
-0.3362 0.038 1.77211
-0.3187 0.048 1.7441
-0.2908 0.06 1.6692
-0.2511 0.0739 1.5281
-0.19536 0.09098 1.28764
-0.1421 0.1126 1.0419
-0.09564 0.13902 0.8129501
-0.05795001 0.1693 0.6162
-0.03201 0.20802 0.46518
-0.0147 0.2586 0.3533
-0.0049 0.323 0.272
-0.0024 0.4073 0.2123
-0.0093 0.503 0.1582
-0.0291 0.6082 0.1117
-0.06327 0.71 0.07824999
-0.1096 0.7932 0.05725001
-0.1655 0.862 0.04216
-0.2257499 0.9148501 0.02984
-0.2904 0.954 0.0203
-0.3597 0.9803 0.0134
-0.4334499 0.9949501 0.008749999
-0.5120501 1.0 0.005749999
-0.5945 0.995 0.0039
-0.6784 0.9786 0.002749999
-0.7621 0.952 0.0021
-0.8425 0.9154 0.0018
-0.9163 0.87 0.001650001
-0.9786 0.8163 0.0014
-1.0263 0.757 0.0011
-1.0567 0.6949 0.001
-1.0622 0.631 0.0008
-1.0456 0.5668 0.0006
-1.0026 0.503 0.00034
-0.9384 0.4412 0.00024
-0.8544499 0.381 0.00019
-0.7514 0.321 0.0001
-0.6424 0.265 0.00004999999
-0.5419 0.217 0.00003
-0.4479 0.175 0.00002
-0.3608 0.1382 0.00001
-0.2835 0.107 0
-0.2187 0.0816 0
-0.1649 0.061 0
-0.1212 0.04458 0
-0.0874 0.032 0
-0.0636 0.0232 0
-0.04677 0.017 0
-0.0329 0.01192 0
-0.0227 0.00821 0
-0.01584 0.005723 0
-0.01135916 0.004102 0
-0.008110916 0.002929 0
-0.005790346 0.002091 0
-0.004109457 0.001484 0
-0.002899327 0.001047 0
-0.00204919 0.00074 0
-0.001439971 0.00052 0
-0.0009999493 0.0003611 0
-0.0006900786 0.0002492 0
-0.0004760213 0.0001719 0
-0.0003323011 0.00012 0
-0.0002348261 0.0000848 0
-0.0001661505 0.00006 0
-0.000117413 0.0000424 0
-0.00008307527 0.00003 0
-0.00005870652 0.0000212 0
-0.00004150994 0.00001499 0
+0.001368 0.000039 0.006450001   0.002236 0.000064 0.01054999   0.004243 0.00012 0.02005001
+0.00765 0.000217 0.03621   0.01431 0.000396 0.06785001   0.02319 0.00064 0.1102
+0.04351 0.00121 0.2074   0.07763 0.00218 0.3713   0.13438 0.004 0.6456
+0.21477 0.0073 1.0390501   0.2839 0.0116 1.3856   0.3285 0.01684 1.62296
+0.34828 0.023 1.74706   0.34806 0.0298 1.7826   0.3362 0.038 1.77211
+0.3187 0.048 1.7441   0.2908 0.06 1.6692   0.2511 0.0739 1.5281
+0.19536 0.09098 1.28764   0.1421 0.1126 1.0419   0.09564 0.13902 0.8129501
+0.05795001 0.1693 0.6162   0.03201 0.20802 0.46518   0.0147 0.2586 0.3533
+0.0049 0.323 0.272   0.0024 0.4073 0.2123   0.0093 0.503 0.1582
+0.0291 0.6082 0.1117   0.06327 0.71 0.07824999   0.1096 0.7932 0.05725001
+0.1655 0.862 0.04216   0.2257499 0.9148501 0.02984   0.2904 0.954 0.0203
+0.3597 0.9803 0.0134   0.4334499 0.9949501 0.008749999   0.5120501 1.0 0.005749999
+0.5945 0.995 0.0039   0.6784 0.9786 0.002749999   0.7621 0.952 0.0021
+0.8425 0.9154 0.0018   0.9163 0.87 0.001650001   0.9786 0.8163 0.0014
+1.0263 0.757 0.0011   1.0567 0.6949 0.001   1.0622 0.631 0.0008
+1.0456 0.5668 0.0006   1.0026 0.503 0.00034   0.9384 0.4412 0.00024
+0.8544499 0.381 0.00019   0.7514 0.321 0.0001   0.6424 0.265 0.00004999999
+0.5419 0.217 0.00003   0.4479 0.175 0.00002   0.3608 0.1382 0.00001
+0.2835 0.107 0   0.2187 0.0816 0   0.1649 0.061 0
+0.1212 0.04458 0   0.0874 0.032 0   0.0636 0.0232 0
+0.04677 0.017 0   0.0329 0.01192 0   0.0227 0.00821 0
+0.01584 0.005723 0   0.01135916 0.004102 0   0.008110916 0.002929 0
+0.005790346 0.002091 0   0.004109457 0.001484 0   0.002899327 0.001047 0
+0.00204919 0.00074 0   0.001439971 0.00052 0   0.0009999493 0.0003611 0
+0.0006900786 0.0002492 0   0.0004760213 0.0001719 0   0.0003323011 0.00012 0
+0.0002348261 0.0000848 0   0.0001661505 0.00006 0   0.000117413 0.0000424 0
+0.00008307527 0.00003 0   0.00005870652 0.0000212 0   0.00004150994 0.00001499 0
 """
 
 #: x̄, ȳ, z̄, (81, 3).
@@ -123,24 +208,15 @@ _LEAST = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class SpectralDisplay:
-    """Spectra of a display's primaries.
+    """Spectra of a display's primaries."""
 
-    Attributes
-    ----------
-    display_class
-        One of :meth:`classes`.
-    spectra
-        Of red, green, blue at full drive, (3, 81), at ``observer.WAVELENGTHS``; Σ spectrum·CMF is XYZ in cd/m².
-    parts
-        Part of the light that wears, the fastest first → its share of the light at each wavelength, (81,).
-    misfit
-        Largest relative error of the XYZ of a primary; above 1e-9 only for XYZ that no light has.
-
-    """
-
+    #: One of :meth:`classes`.
     display_class: str
+    #: Of red, green, blue at full drive, (3, 81), at ``WAVELENGTHS``; Σ spectrum·CMF is XYZ in cd/m².
     spectra: Array
+    #: Part of the light that wears, the fastest first → its share of the light at each wavelength, (81,).
     parts: Mapping[str, Array]
+    #: Largest relative error of the XYZ of a primary; above 1e-9 only for XYZ that no light has.
     misfit: float
 
     @staticmethod
@@ -155,18 +231,10 @@ class SpectralDisplay:
         Where no class is stated, it is the one whose typical spectra need the least correction, in relative entropy; of
         the broad lights, which primaries do not tell apart, always ``DEFAULT_CLASS``.
 
-        Parameters
-        ----------
-        display_class
-            One of :meth:`classes`, or ``UNSTATED``.
-        xyz_tips
-            XYZ of white, red, green, blue in cd/m², (4, 3). White itself is not asked for.
+        ``display_class``: one of :meth:`classes`, or ``UNSTATED``. ``xyz_tips``: XYZ of white, red, green, blue in
+        cd/m², (4, 3); white has no influence.
 
-        Raises
-        ------
-        LutgenError
-            Unknown class, or a primary without luminance.
-
+        Raises LutgenError: unknown class, or a primary without luminance.
         """
         primaries = np.asarray(xyz_tips, dtype=np.float64)[1:]
         if not (np.isfinite(primaries).all() and (primaries[:, 1] > 0).all()):
@@ -222,7 +290,7 @@ def _xyz_of(spectra: Array) -> Array:
 
 
 def _guessed(primaries: Array) -> str:
-    """Return the class whose typical spectra are nearest to spectra with these XYZ (3, 3)."""
+    """Return the class whose typical spectra need the least correction to have these XYZ (3, 3)."""
     costs = {name: _cost(light.primaries, primaries) for name, light in lights().items()}
     nearest = min(costs, key=lambda name: costs[name])
     return DEFAULT_CLASS if nearest in BROAD else nearest
@@ -230,8 +298,8 @@ def _guessed(primaries: Array) -> str:
 
 def _cost(bases: Array, primaries: Array) -> float:
     """Relative entropy of the corrected spectra to the typical ones, each scaled to a sum of 1, over the primaries."""
-    typical, found = (each / each.sum(axis=1, keepdims=True) for each in (bases, _corrected(bases, primaries)))
-    return float((found * np.log(found / typical)).sum())
+    typical, corrected = (each / each.sum(axis=1, keepdims=True) for each in (bases, _corrected(bases, primaries)))
+    return float((corrected * np.log(corrected / typical)).sum())
 
 
 def _corrected(bases: Array, primaries: Array) -> Array:

@@ -73,7 +73,7 @@ def check_one_display(sessions: Sequence[Session]) -> None:
 
 
 def draft(sessions: Sequence[Session], beside: Path, answers: Answers | None = None) -> str:
-    """Return a campaign file of sessions, by date, paths from ``beside``. Raises LutgenError: a file twice."""
+    """Return a campaign file for the folder ``beside``, sessions by date. Raises LutgenError: a file is there twice."""
     answers = answers or Answers()
     twice = {each.sha256: each for each in sessions}
     if len(twice) < len(sessions):
@@ -111,7 +111,7 @@ def _entry(session: Session, beside: Path, answers: Answers) -> list[str]:
 
 
 def _answered(key: str, answers: Answers, example: str, why: str) -> str:
-    """Write the line of a key, open where there is no answer."""
+    """Write the line of a key, as a TODO where there is no answer."""
     value = answers.values.get(key, "")
     if value == "":
         return f"# TODO {key} = {example}  # {why}"

@@ -94,13 +94,13 @@ def explanations(pair: SessionPair) -> tuple[Hypothesis, ...]:
             free = [name for way in ways for name in way]
             if len(set(free)) < len(free):
                 continue
-            found_fit = fit(before, after.xyz(), free, noise=pair.noise, loose=loose)
+            best_fit = fit(before, after.xyz(), free, noise=pair.noise, loose=loose)
             if not all(
-                cause.sound({name: found_fit.values[name] for name in way}, pair)
+                cause.sound({name: best_fit.values[name] for name in way}, pair)
                 for cause, way in zip(together, ways, strict=True)
             ):
                 continue
-            here = Hypothesis(tuple(cause.name for cause in together), found_fit, found_fit.evidence + prior)
+            here = Hypothesis(tuple(cause.name for cause in together), best_fit, best_fit.evidence + prior)
             best = here if best is None or here.weight > best.weight else best
         if best is not None:
             hypotheses.append(best)

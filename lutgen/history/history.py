@@ -32,7 +32,7 @@ QUANTITIES = {
     "ambient": "the room's light over that of black",
 }
 
-#: What the colour of white or a primary repeats to between sessions, Δu'v', γ, evenness and contrast response, 1 σ.
+#: Repeatability between sessions, 1 σ: of the colour of white or a primary (Δu'v'), γ, evenness, contrast response.
 COLOUR_NOISE, GAMMA_NOISE, EVEN_NOISE, GSDF_NOISE = 0.0010, 0.02, 0.01, 0.03
 
 
@@ -47,10 +47,10 @@ class History:
     #: Since the earliest session, (n,): "hours" of operation, or "days" where only dates are known.
     time: Array
     unit: str
-    #: Quantity → figures, (n,), NaN where a session does not tell; and what they repeat to, 1 σ, (n,).
+    #: Quantity → figures, (n,), NaN where a session lacks the patches; and their repeatability, 1 σ, (n,).
     values: dict[str, Array]
     errors: dict[str, Array]
-    #: Contrast response of each session's greys, (n,); None where they do not tell.
+    #: Contrast response of each session's greys, (n,); None where there are too few.
     responses: tuple[ContrastResponse | None, ...] = ()
 
 
@@ -188,10 +188,9 @@ def _conforming(share: float) -> tuple[Limit, ...]:
     )
 
 
-#: Name of a set → its limits. Contrast includes the room's light on the screen: --ambient adds it. Ambient is the
-#: room's light over black's: at most ⅔, better ¼. What nobody publishes for a drift over time (colour, a share of the
-#: first luminance) is no more than usual: 0.01 is TG18's for the colour over one screen, 70 % what LED makers call the
-#: end of life.
+#: Name of a set → its limits. Contrast includes the room's light on the screen, which --ambient adds. ``ambient`` is
+#: the room's light over that of black: at most ⅔, better ¼. Nobody publishes limits for a drift over time; the set for
+#: it has usual values: 0.01 is TG18's limit for the colour over one screen, and LED makers call 70 % the end of life.
 SETS: dict[str, tuple[Limit, ...]] = {
     names.TG18_PRIMARY: (*_set(_TG18, white=170.0, contrast=250.0), *_conforming(0.1)),
     names.TG18_SECONDARY: (*_set(_TG18, white=100.0, contrast=100.0), *_conforming(0.2)),

@@ -1,4 +1,4 @@
-"""Two sessions of one display side by side: what was read, and what is known of how it was read."""
+"""Two sessions of one display side by side: their readings, and what the records say of how these were taken."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class SessionPair:
 
     @cached_property
     def held_back(self) -> Array:
-        """By what the calibration curves multiply each channel's full light, (3,): 1 where one file has none."""
+        """Factor of each channel's full light by the calibration curves, (3,): 1 where a file has no curves."""
         return full_light_ratio(self.before.session, self.after.session)
 
     @property
@@ -89,7 +89,7 @@ class SessionPair:
     def drifts(self) -> tuple[SessionDrift, SessionDrift]:
         """Drift within the reference, and within the session."""
         steady = [steadiness(each.session) for each in (self.before, self.after)]
-        # One meter repeats alike in both sessions: what the other session's repeats differ by bounds its scatter.
+        # One meter scatters alike in both sessions, so that the noise of either bounds the scatter of the other.
         known = [other.noise if other and not self.other_instrument else None for other in reversed(steady)]
         own = [drift_by_repeats(each, scatter) for each, scatter in zip(steady, known, strict=True)]
         if not own[1].ran_away and not own[0].ran_away:
@@ -99,7 +99,7 @@ class SessionPair:
 
     @cached_property
     def unwatched(self) -> bool:
-        """Whether light may have run away unseen: a session read no bright patch twice, and they share few."""
+        """Whether a drift would go unseen: one session repeats no bright patch, and both share few patches."""
         sessions = self.before.session, self.after.session
         few = shared(sessions[1], sessions[0])[0].size < FEWEST_SHARED
         return few and any(steadiness(each) is None for each in sessions)
@@ -192,7 +192,7 @@ class SessionPair:
 
     @property
     def recalibrated(self) -> bool:
-        """Whether the files' calibrations differ by more than one made anew, or say why curves moved."""
+        """Whether the files' calibrations differ by more than repeating a calibration does, or explain the curves."""
         gains = self.curves_known and float(np.abs(self.held_back - 1.0).max()) >= RECALIBRATED
         return gains or self.curves_of_files
 

@@ -93,7 +93,7 @@ BRIGHT = 0.05
 #: Fewest readings from which scatter and drift can be told apart.
 FEWEST = 6
 
-#: Median of |x| where x is normal with standard deviation 1.
+#: Median of |x| for a normal x with standard deviation 1.
 _MEDIAN_OF_NORMAL = 0.6745
 
 

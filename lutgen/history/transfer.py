@@ -27,7 +27,6 @@ from lutgen.history.patches import CHANNELS, Ramp, black_xyz, mean_xyz, ramp, ti
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from lutgen.colorimetry import Array
     from lutgen.readings.session import Session
 
 #: γ is fitted between these code values: below, black and noise are too large a part of the light; above, all curves

@@ -53,8 +53,8 @@ class Passing:
     bound: float
     #: "passed", "ahead" (the law gets there within the horizon), "kept" (it does not), or "cannot-tell".
     status: str
-    #: Since the earliest session; of ``passed`` those of the first session beyond it and the one before. None: not
-    #: within the horizon, or no session before.
+    #: Median, and ends of the interval, since the earliest session; None: not within the horizon. For ``passed``:
+    #: ``time`` is that of the first session beyond the limit, and ``low`` that of the session before, if any.
     time: float | None = None
     low: float | None = None
     high: float | None = None
@@ -68,7 +68,7 @@ class Followed:
 
     #: One of ``history.QUANTITIES``.
     quantity: str
-    #: The laws by evidence; None where fewer than two sessions tell.
+    #: The laws by evidence; None where fewer than two sessions have the figure.
     decay: Decay | None
     #: Median of the draws at ``Trend.ahead``, (m,), and their interval.
     curve: Array
@@ -168,7 +168,7 @@ def _passing(seen: History, limit: Limit, kept: Array, drawn: tuple[Followed, Ar
         return Passing(limit, bound, "passed", float(seen.time[first]), float(before[-1]) if before.size else None)
     if np.count_nonzero(read) < FEWEST:
         return Passing(limit, bound, "cannot-tell")
-    # A share of the first figure is one of what the draw has there: the reading itself scatters.
+    # A relative limit is a share of each draw's own figure at the first session: the reading of that session scatters.
     bounds = limit.value * curves[:, :1] if limit.relative else np.full((len(curves), 1), bound)
     times = first_beyond(curves, bounds, ahead, above=limit.above)
     low, middle, high = np.percentile(times, (INTERVAL[0], 50.0, INTERVAL[1]), method="nearest")
@@ -179,7 +179,7 @@ def _passing(seen: History, limit: Limit, kept: Array, drawn: tuple[Followed, Ar
 
 
 def first_beyond(curves: Array, bounds: Array, ahead: Array, *, above: bool) -> Array:
-    """Time at which each curve first lies beyond its bound, (m,); infinite where it does not."""
+    """Time at which each curve, (d, m), first lies beyond its bound, (d,); infinite where it never does."""
     beyond = (curves < bounds) if above else (curves > bounds)
     return np.where(beyond.any(axis=1), ahead[np.argmax(beyond, axis=1)], np.inf)
 

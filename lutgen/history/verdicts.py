@@ -1,9 +1,8 @@
-"""What may be said of two sessions: one cause, causes that nothing tells apart, several at once, or none.
+"""The verdict on two sessions: one cause, causes that nothing tells apart, several causes at once, or none.
 
-All that is known of a cause is what its file in ``causes`` declares; this module names no cause. :func:`in_succession`
-revises a verdict by the other sessions of the campaign: light that came back later was not lost by aging, light that
-was lost at once after long steadiness was not either, and a steady loss over many sessions is no setting that somebody
-turned.
+This module names no cause: it knows of a cause what the cause's file in ``causes`` declares. :func:`in_succession`
+revises a verdict by the other sessions of the campaign. Aging did not take light that came back later, nor light that
+was lost at once after a long time without loss; and a steady loss over many sessions is not a changed setting.
 """
 
 from __future__ import annotations

@@ -39,10 +39,8 @@ from lutgen.readings.rest import TIP_DRIVES
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from lutgen.colorimetry import Array
-    from lutgen.display import AgedDisplay, DisplayModel
     from lutgen.display.chain import Link
-    from lutgen.display.covariance import FitCovariance
+    from lutgen.display.fitted import FitCovariance
     from lutgen.display.on_screen import OnScreen
     from lutgen.readings import Measurements
 

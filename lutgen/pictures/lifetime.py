@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.display import DisplayModel, seen_on, what_pictures_carry
-from lutgen.display.hours import MAX_HOURS
+from lutgen.display.tips import MAX_HOURS
 from lutgen.errors import LutgenError, pick_one
 from lutgen.names import AGING_MODES, SOURCES
 from lutgen.pictures.difference import STATISTICS, DifferenceCurve, Intervals, curves_of, differences, intervals

@@ -198,11 +198,11 @@ def check_once(entries: Sequence[CampaignEntry]) -> None:
 
 def _calibrations(hours: Array, sessions: Sequence[Session]) -> dict[float, Array]:
     """Curves that were loaded at each hour, of its first session that holds any."""
-    found: dict[float, Array] = {}
+    loaded: dict[float, Array] = {}
     for hour, session in zip(hours.tolist(), sessions, strict=True):
         if session.calibration is not None:
-            found.setdefault(hour, session.calibration)
-    return found
+            loaded.setdefault(hour, session.calibration)
+    return loaded
 
 
 def _common(sessions: Sequence[Session]) -> dict[str, str]:

@@ -32,7 +32,7 @@ class Rest:
 
     #: Column → its value at rest, (n,); NaN where nobody logged it.
     values: Mapping[str, Array]
-    #: Cell of a condition ("ambient", "cold", …) → which readings that condition takes away from rest, (n,).
+    #: Name of a condition's cell ("ambient", "cold", …) → which readings that condition takes away from rest, (n,).
     away: Mapping[str, NDArray[np.bool_]]
 
     def reached(self, count: int) -> NDArray[np.bool_]:

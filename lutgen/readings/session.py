@@ -39,71 +39,48 @@ LOWEST, HIGHEST_CD_M2, HIGHEST_RELATIVE = -1.0, 1e5, 10.0
 
 @dataclass(frozen=True)
 class Session:
-    """The readings of one session, in the order of the file.
+    """The readings of one session, in the order of the file."""
 
-    Attributes
-    ----------
-    drive
-        Code values 0..1, (n, 3).
-    xyz
-        CIE 1931 XYZ, (n, 3): in cd/m² where ``absolute``, else relative with Y = 1 for the display's white.
-    absolute
-        Whether ``xyz`` is in cd/m².
-    names
-        What the file calls each patch; "" where it does not.
-    lines
-        The line of the file that each reading came from, (n,).
-    form
-        Name of the file's format, for people.
-    positions
-        Positions on the screen, (n, 2) as shares from the left and the top; None: not known.
-    conditions
-        Other columns of conditions (``ambient_lx``, …) that the file has, each of shape (n,).
-    order
-        Numbers that grow with the time of reading, (n,); None: not known, and rows may be sorted.
-    notes
-        A note on each reading, "lens cap" for one; empty where the file has none.
-    spectra, wavelengths
-        Spectral radiance as the file gives it, (n, k), and nanometres, (k,); or None.
-    calibration
-        The curves in the graphics card during the session, (k, 4): input, red, green and blue, 0..1; None: the file has
-        none.
-    created
-        Date and time of the session; None where the file has none, or one that cannot be right.
-    instrument, display
-        Their names; "" where the file does not say.
-    remarks
-        Sentences on what the reader had to decide, and on values that it did not accept.
-    metadata
-        All other keywords of the file, and their values.
-    file, sha256
-        The file as the user named it, and the hash of its bytes.
-
-    """
-
+    #: Code values 0..1, (n, 3).
     drive: Array
+    #: CIE 1931 XYZ, (n, 3): in cd/m² where ``absolute``, else relative with Y = 1 for the display's white.
     xyz: Array
+    #: Whether ``xyz`` is in cd/m².
     absolute: bool
+    #: What the file calls each patch; "" where it does not.
     names: tuple[str, ...]
+    #: The line of the file that each reading came from, (n,).
     lines: NDArray[np.int64]
+    #: Name of the file's format, for people.
     form: str
+    #: Positions on the screen, (n, 2) as shares from the left and the top; None: not known.
     positions: Array | None = None
+    #: Other columns of conditions (``ambient_lx``, …) that the file has, each of shape (n,).
     conditions: Mapping[str, Array] = field(default_factory=dict)
+    #: Numbers that grow with the time of reading, (n,); None: not known, and rows may be sorted.
     order: Array | None = None
+    #: A note on each reading, "lens cap" for one; empty where the file has none.
     notes: tuple[str, ...] = ()
+    #: Spectral radiance as the file gives it, (n, k), and nanometres, (k,); or None.
     spectra: Array | None = None
     wavelengths: Array | None = None
+    #: The curves in the graphics card during the session, (k, 4): input, red, green and blue, 0..1; None: the file has
+    #: none.
     calibration: Array | None = None
+    #: Date and time of the session; None where the file has none, or one that cannot be right.
     created: datetime | None = None
+    #: Their names; "" where the file does not say.
     instrument: str = ""
     display: str = ""
+    #: Sentences on what the reader had to decide, and on values that it did not accept.
     remarks: tuple[str, ...] = ()
+    #: All other keywords of the file, and their values.
     metadata: Mapping[str, str] = field(default_factory=dict)
+    #: The file as the user named it, and the hash of its bytes.
     file: str = "<memory>"
     sha256: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse a session without readings or with too many, and values that are not finite or out of range."""
         if not len(self.drive):
             raise LutgenError(
                 f"{self.file}: holds no readings. A session has a row of R, G, B and X, Y, Z for every patch."

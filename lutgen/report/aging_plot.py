@@ -125,11 +125,11 @@ def _spectral_locus() -> Array:
     return xy_to_uv(xyz[:, :2] / xyz.sum(axis=1, keepdims=True))
 
 
-def _draw_diagram(axes: Axes, locus: Array, points: int = 400) -> None:
+def _draw_diagram(axes: Axes, locus: Array) -> None:
     """Fill the spectral locus with pale sRGB colours of about its chromaticities."""
     from matplotlib.patches import Polygon
 
-    extent = (0.0, 0.64, 0.0, 0.6)
+    extent, points = (0.0, 0.64, 0.0, 0.6), 400
     # v' = 0 is y = 0, whose XYZ is infinite; the locus stays above 0.01.
     u, v = np.meshgrid(np.linspace(*extent[:2], points), np.linspace(0.002, extent[3], points))
     xy = np.stack([9 * u, 4 * v], axis=-1) / (6 * u - 16 * v + 12)[..., np.newaxis]

@@ -18,7 +18,7 @@ import numpy as np
 from lutgen.bake.lut import Lut, Sampler
 from lutgen.bake.spaces import tetrahedra
 from lutgen.colorimetry import Array, code_to_linear, delta_e_2000, linear_to_lab, xyz_to_xyY
-from lutgen.display.hours import parse_hours
+from lutgen.display.tips import parse_hours
 from lutgen.errors import LutgenError
 from lutgen.numerals import spaced
 from lutgen.pictures.difference import placed_differences, placed_picture

@@ -236,6 +236,6 @@ def _shown(row: Row, images: Sequence[str]) -> _Shown:
     )
 
 
-def _some(names: Sequence[str], most: int = 10) -> str:
-    listed = ", ".join(names[:most])
-    return listed if len(names) <= most else f"{listed} and {len(names) - most} more"
+def _some(names: Sequence[str]) -> str:
+    listed = ", ".join(names[:10])
+    return listed if len(names) <= 10 else f"{listed} and {len(names) - 10} more"

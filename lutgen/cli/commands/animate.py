@@ -52,7 +52,7 @@ def command(
       lutgen animate slide.png --mode chroma-luma -o slide-aging.png
       lutgen animate slide.png --mode chroma --hours 0..18000:3000 --seconds 3 -o slide-aging.apng
     """
-    from lutgen.display.hours import parse_hours
+    from lutgen.display.tips import parse_hours
     from lutgen.pictures.frame import aged_series
     from lutgen.report.animation import animate, check_animation
 

@@ -130,7 +130,7 @@ def command(
     from lutgen.bake.plan import Plan
     from lutgen.bake.source_profile import read_source_profile
     from lutgen.display import what_luts_carry
-    from lutgen.display.hours import parse_hours
+    from lutgen.display.tips import parse_hours
 
     if unreachable and direction != "compensate":
         raise click.UsageError("--unreachable goes with --direction compensate.")

@@ -55,7 +55,7 @@ def command(
       lutgen cohort slides/ -o run/
       lutgen cohort slides/a.tif slides/b.tif --tissue --tolerance 1,3 -o run-tissue/ --csv cohort.csv
     """
-    from lutgen.display.hours import parse_hours
+    from lutgen.display.tips import parse_hours
     from lutgen.pictures.cohort import cohort
     from lutgen.report.lifetimes import cohort_page
 

@@ -82,18 +82,13 @@ def command(
 
     effects = everything(files, expressions)
     if name:
-        _explain(_chosen(effects, name), plot, force=force, as_json=as_json)
+        if name not in effects:
+            raise pick_one("effect", name, effects)
+        _explain(effects[name], plot, force=force, as_json=as_json)
     elif as_json:
         print_json({"schema": SCHEMA, "effects": [each.as_json() for each in effects.values()]})
     else:
         _list(effects)
-
-
-def _chosen(effects: Mapping[str, Effect], name: str) -> Effect:
-
-    if name not in effects:
-        raise pick_one("effect", name, effects)
-    return effects[name]
 
 
 def _list(effects: Mapping[str, Effect]) -> None:

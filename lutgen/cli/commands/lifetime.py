@@ -54,7 +54,7 @@ def command(
       lutgen lifetime slide.png
       lutgen lifetime a.tif b.tif --tolerance 1,3 --tissue --json lifetimes.json --plots plots/lifetime
     """
-    from lutgen.display.hours import parse_hours
+    from lutgen.display.tips import parse_hours
     from lutgen.pictures.lifetime import check_tolerances, lifetime
     from lutgen.report.lifetimes import lifetime_page, picture_names, plot_lifetimes
 

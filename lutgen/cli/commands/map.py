@@ -91,7 +91,6 @@ def command(
 
 
 def _numbers(text: str) -> tuple[float, float]:
-
     ends = number_list(text)
     if ends is None or len(ends) != 2:
         raise LutgenError(f"--range {text}: give the two ends of the scale, such as 0,12.")

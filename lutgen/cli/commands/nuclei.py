@@ -78,7 +78,7 @@ def command(
       lutgen nuclei slide.png --stain hdab --hours 0,10000,18000 --csv each.csv --plots plots/nuclei
       lutgen nuclei slide.png --labels nuclei.png
     """
-    from lutgen.display.hours import parse_hours
+    from lutgen.display.tips import parse_hours
     from lutgen.pictures.conspicuity import nuclei
     from lutgen.pictures.nuclei import labels_png
     from lutgen.report.nuclei import nuclei_page, picture_names, plot_nuclei

@@ -53,7 +53,7 @@ def command(
       lutgen sheet slide.png -o slide-sheet.png
       lutgen sheet slide.png --mode chroma --hours 0..18000:6000 -o slide-chroma.png
     """
-    from lutgen.display.hours import parse_hours
+    from lutgen.display.tips import parse_hours
     from lutgen.pictures.frame import aged_series
     from lutgen.report.sheets import age_sheet, check_hours, longest
 

@@ -42,7 +42,7 @@ def command(*, hours: str | None, plot: str | None, force: bool, as_json: bool, 
       lutgen show --display my-display.csv --hours 0,5000,10000
     """
     from lutgen.display.aging import show
-    from lutgen.display.hours import parse_hours
+    from lutgen.display.tips import parse_hours
     from lutgen.report.drawing import check_new_png
 
     if plot:

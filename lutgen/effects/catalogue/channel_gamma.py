@@ -11,7 +11,7 @@ Assumption: the mechanism and the size.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,21 +23,22 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.effects.scene import Scene
 
-CODES = ("00", "25", "50", "75", "100")
+CODES = {"00": "0", "25": "0.25", "50": "0.5", "75": "0.75", "100": "1"}
 RED, GREEN, BLUE = (tuple(f"{channel}_{code}" for code in CODES) for channel in ("red", "green", "blue"))
 SIZES = tuple(f"{channel}_{date}" for channel in ("red", "green", "blue") for date in ("new", "grown"))
 
 
-def _new(channel: str) -> Parameter:
-    return Parameter(0.05, (-0.6, 2.0), "1", f"change of {channel}'s exponent at hour 0", at_first=True)
+def _sizes(channel: str) -> dict[str, Any]:
+    new, grown = f"change of {channel}'s exponent at hour 0", f"further change of {channel}'s exponent by 18 000 h"
+    return {
+        f"{channel}_new": Parameter(0.05, (-0.6, 2.0), "1", new, at_first=True),
+        f"{channel}_grown": Parameter(0.05, (-0.6, 2.0), "1", grown),
+    }
 
 
-def _grown(channel: str) -> Parameter:
-    return Parameter(0.05, (-0.6, 2.0), "1", f"further change of {channel}'s exponent by 18 000 h")
-
-
-def _level(channel: str, code: str) -> Parameter:
-    return Parameter(0.0, (-0.6, 2.0), "1", f"change of {channel}'s exponent near code value {code}, at 18 000 h")
+def _levels(channel: str) -> dict[str, Any]:
+    text = f"change of {channel}'s exponent near code value {{}}, at 18 000 h"
+    return {f"{channel}_{name}": Parameter(0.0, (-0.6, 2.0), "1", text.format(code)) for name, code in CODES.items()}
 
 
 @effect(
@@ -62,30 +63,15 @@ def _level(channel: str, code: str) -> Parameter:
         "black-level": "single-channel ramps at dark levels",
     },
     source="size: an assumption",
-    red_new=_new("red"),
-    red_grown=_grown("red"),
-    green_new=_new("green"),
-    green_grown=_grown("green"),
-    blue_new=_new("blue"),
-    blue_grown=_grown("blue"),
+    **_sizes("red"),
+    **_sizes("green"),
+    **_sizes("blue"),
     power=POWER,
     saturation=SATURATION,
     onset=GROWING,
-    red_00=_level("red", "0"),
-    red_25=_level("red", "0.25"),
-    red_50=_level("red", "0.5"),
-    red_75=_level("red", "0.75"),
-    red_100=_level("red", "1"),
-    green_00=_level("green", "0"),
-    green_25=_level("green", "0.25"),
-    green_50=_level("green", "0.5"),
-    green_75=_level("green", "0.75"),
-    green_100=_level("green", "1"),
-    blue_00=_level("blue", "0"),
-    blue_25=_level("blue", "0.25"),
-    blue_50=_level("blue", "0.5"),
-    blue_75=_level("blue", "0.75"),
-    blue_100=_level("blue", "1"),
+    **_levels("red"),
+    **_levels("green"),
+    **_levels("blue"),
 )
 def channel_gamma(
     linear: Array,

@@ -15,7 +15,7 @@ Assumption: sizes of 1 to 4 %.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 PAIRS = ("red_by_green", "red_by_blue", "green_by_red", "green_by_blue", "blue_by_red", "blue_by_green")
 
 
-def _pair(victim: str, neighbour: str) -> Parameter:
+def _pair(victim: str, neighbour: str) -> Any:
     return Parameter(0.0, (-0.15, 0.25), "1", f"share of {victim}'s light that full {neighbour} takes, at 18 000 h")
 
 
@@ -71,12 +71,7 @@ def _pair(victim: str, neighbour: str) -> Parameter:
     own=Parameter(1.0, (0.1, 2.0), "1", "power of the channel's own light in the product; 1/2.2 stands for its drive"),
     both=Parameter(0.0, (-0.2, 0.4), "1", "additional share lost where both neighbours are full, at 18 000 h"),
     onset=LASTING,
-    red_by_green=_pair("red", "green"),
-    red_by_blue=_pair("red", "blue"),
-    green_by_red=_pair("green", "red"),
-    green_by_blue=_pair("green", "blue"),
-    blue_by_red=_pair("blue", "red"),
-    blue_by_green=_pair("blue", "green"),
+    **{name: _pair(*name.split("_by_")) for name in PAIRS},
 )
 def crosstalk(
     linear: Array,

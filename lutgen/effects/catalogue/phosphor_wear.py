@@ -4,8 +4,8 @@ A part's share of the spectrum is multiplied by exp(−w·g(τ)), g a power of t
 ``second``, ``third``: of a CCFL the blue (BAM), green and red phosphors; of a white LED the yellow phosphor (YAG) and
 the chip; of LEDs with a green and a red phosphor (PFS or CaAlSiN₃) the red one, the green one, the chip; of quantum
 dots the green ones, the red ones, the chip; of RGB LEDs, OLEDs and the layers of a WRGB OLED the blue, green and red
-emitters. Acts on the display's spectra, estimated from its
-class: the words of ``# display:``, or where these name none the kind of light whose spectra the primaries change least.
+emitters. Acts on the display's spectra, which are estimated from its class: the words of ``# display:`` name it, else
+it is the kind of light whose typical spectra need the least correction.
 
 Meaning of 0 and 1: ``wear`` 0 keeps the spectrum; 1 leaves 1/e, 37 %, of that part at 18 000 h.
 Valid as far as the spectra are: with an estimated spectrum the size is an estimate too. The LUT is correct all the

@@ -16,7 +16,7 @@ Assumption: the form and the size.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,10 +30,9 @@ if TYPE_CHECKING:
 SHIFTS = ("red_x", "red_z", "green_x", "green_z", "blue_x", "blue_z")
 
 
-def _shift(primary: str, axis: str) -> Parameter:
-    return Parameter(
-        0.01, (-0.25, 0.25), "1", f"{axis} that {primary} gains towards black, per its X + Y + Z, at 18 000 h"
-    )
+def _shift(primary: str, axis: str) -> Any:
+    text = f"{axis.upper()} that {primary} gains towards black, per its X + Y + Z, at 18 000 h"
+    return Parameter(0.01, (-0.25, 0.25), "1", text)
 
 
 @effect(
@@ -58,12 +57,7 @@ def _shift(primary: str, axis: str) -> Parameter:
         "black-level": "ramps: a leak has one colour for all of them; fit it first",
     },
     source="Feng & Yoshida 2008, doi:10.2352/CGIV.2008.4.1.art00071 (effect); size: an assumption",
-    red_x=_shift("red", "X"),
-    red_z=_shift("red", "Z"),
-    green_x=_shift("green", "X"),
-    green_z=_shift("green", "Z"),
-    blue_x=_shift("blue", "X"),
-    blue_z=_shift("blue", "Z"),
+    **{name: _shift(*name.split("_")) for name in SHIFTS},
     level=Parameter(1.0, (0.3, 6.0), "1", "power of 1 − d with which the shift grows towards black"),
     bend=Parameter(1.0, (0.3, 4.0), "1", "power of d before it is taken from 1; 2.2 for the light"),
     onset=LASTING,

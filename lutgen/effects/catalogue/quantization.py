@@ -35,7 +35,7 @@ TABLES, PANELS, ADDED = np.arange(0.4, 2.5, 0.0025), np.arange(1.8, 2.6, 0.0025)
 #: Numbers of steps where no table bends the codes, and where the best of each part ends: 6, 7, … bits.
 ALL_STEPS, PARTS = np.arange(15.0, 4096.0), 2 ** np.arange(6, 12) - 15 + 1
 
-#: The best few of each kind are looked at once more, with powers so much nearer to one another.
+#: Number of the best settings of each kind that are tried again, and the powers about each of them.
 FEW, NEARBY = 3, np.arange(-0.003, 0.003, 0.0001)
 
 #: Step of a code value for a derivative.
@@ -43,15 +43,10 @@ STEP = 1e-4
 
 
 def _proposed(code: Array, judge: Callable[[Array], Array]) -> list[dict[str, float]]:
-    """Settings of tables and panels whose shifts of code values a judge likes best.
+    """Settings of tables and panels whose shifts of code values agree best with the readings, the best first.
 
-    Parameters
-    ----------
-    code
-        Code values that were measured, (m,).
-    judge
-        Shifts of these code values (k, m) → how well each row agrees with the readings, (k,).
-
+    ``code``: code values that were measured, (m,). ``judge``: shifts of these code values, (k, m) → how well each row
+    agrees with the readings, (k,).
     """
     proposals = []
     for part in np.split(ALL_STEPS, PARTS):
@@ -71,7 +66,7 @@ def _looked_at(  # noqa: PLR0917 - a judge of code values, and a box of settings
     code: Array, judge: Callable[[Array], Array], name: str, powers: Array, added: float, steps: Array
 ) -> list[tuple[float, float, float]]:
     """Agreement of the best number of steps behind each power, that number, and the power."""
-    found = []
+    best_settings = []
     for power in powers:
         bent, slope = _bent(code, **{name: float(power)})
         # In place: many thousands of settings are tried.
@@ -84,8 +79,8 @@ def _looked_at(  # noqa: PLR0917 - a judge of code values, and a box of settings
         shift /= slope
         agreement = judge(shift)
         best = int(np.argmax(agreement))
-        found.append((float(agreement[best]), float(steps[best]), float(power)))
-    return found
+        best_settings.append((float(agreement[best]), float(steps[best]), float(power)))
+    return best_settings
 
 
 def _bent(code: Array, *, table_gamma: float = 1.0, panel_gamma: float = 0.0) -> tuple[Array, Array]:

@@ -12,7 +12,7 @@ Assumption: the form and the size.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,11 +23,10 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.effects.scene import Scene
 
-LEVELS = ("level_00", "level_25", "level_50", "level_75", "level_100")
-
-
-def _level(code: str) -> Parameter:
-    return Parameter(0.0, (-0.6, 2.0), "1", f"change of the exponent near code value {code}")
+LEVELS: dict[str, Any] = {
+    f"level_{name}": Parameter(0.0, (-0.6, 2.0), "1", f"change of the exponent near code value {code}")
+    for name, code in (("00", "0"), ("25", "0.25"), ("50", "0.5"), ("75", "0.75"), ("100", "1"))
+}
 
 
 @effect(
@@ -39,7 +38,6 @@ def _level(code: str) -> Parameter:
         ("hour", "red", "green", "blue"),
         ("hour", *LEVELS),
     ),
-    refined=1,
     confused_with={
         "stabilizer-headroom": "a column or note of events; both change suddenly",
         "eotf-drift": "readings at more dates: a step or a slow growth",
@@ -52,11 +50,7 @@ def _level(code: str) -> Parameter:
     green=Parameter(0.0, (-0.6, 2.0), "1", "change of green's exponent in addition to gamma"),
     blue=Parameter(0.0, (-0.6, 2.0), "1", "change of blue's exponent in addition to gamma"),
     gain=Parameter(0.0, (-0.5, 0.5), "1", "relative change of all code values since then"),
-    level_00=_level("0"),
-    level_25=_level("0.25"),
-    level_50=_level("0.5"),
-    level_75=_level("0.75"),
-    level_100=_level("1"),
+    **LEVELS,
 )
 def recalibration(
     code: Array,

@@ -35,7 +35,7 @@ class Cause:
     meaning: str
     #: The measurement that would confirm or refute it.
     test: str
-    #: What the cause says about the display itself, one of ``ON_THE_DISPLAY``.
+    #: What the cause means for the display itself, one of ``ON_THE_DISPLAY``.
     display: str
     #: Facts of ``pair.FACTS`` that the cause may move; it does not move the others.
     moves: frozenset[str]

@@ -90,9 +90,9 @@ class Condition:
     #: Of a column's values in one session, (n,), and the value at which its colour points were read: the smallest and
     #: the largest value that still count as rest. NaN counts as rest.
     span: Callable[[Array, float], tuple[float, float]]
-    #: What an effect depends on that needs its columns: completes "depends on …".
+    #: What effects that need its columns depend on: completes "depends on …".
     depends: str
-    #: Values by column → the condition in words; window and surround, which make one picture, give the same words.
+    #: Values by column → the condition in words. Window and surround describe one picture and give the same words.
     told: Callable[[Mapping[str, float]], str]
     #: One value → how a table calls it; of several columns, all of them in their order.
     label: Callable[..., str]
@@ -107,8 +107,8 @@ class Condition:
     axis: str
     #: Values → which readings the condition can affect, (n,).
     matters: Callable[[Values], NDArray[np.bool_]] = everywhere
-    #: Values and rest values → name → weight of a signature in the light, (n,), which is tried on the residual of a
-    #: fit.
+    #: Values, and values at rest → name → weight of a signature in the light, (n,); a diagnosis tries each signature on
+    #: the residual of a fit.
     signatures: Callable[[Values, Values], dict[str, Array]] = nothing
     #: Those signatures that no effect of the catalogue has.
     strange: tuple[str, ...] = ()

@@ -67,16 +67,10 @@ def read_measurements(path: str | Path) -> Measurements:
 def read_campaign(path: str | Path, *more: str | Path) -> Campaign:
     """Read the sessions of a display.
 
-    Parameters
-    ----------
-    path, more
-        Files of any format in this folder, or folders of sessions. A campaign file alone also knows hours a day.
+    ``path``, ``more``: files of any format in this folder, or folders of sessions. Of these a campaign file alone says
+    the hours a day.
 
-    Raises
-    ------
-    LutgenError
-        Unreadable, of no known format, wrong in any value, or the same session twice.
-
+    Raises LutgenError: unreadable, of no known format, wrong in any value, or the same session twice.
     """
     if not more and not is_folder(Path(path)):
         return read_readings(path).campaign()

@@ -32,7 +32,7 @@ MAX_BYTES = 100_000
 
 @dataclass(frozen=True)
 class Instrument:
-    """The noise of an instrument, 1 σ each; None: nobody said."""
+    """The noise of an instrument, 1 σ each; None: not known."""
 
     #: Of X, Y, Z: share of the light, and cd/m² that are there in the dark too.
     relative: tuple[float, float, float]
@@ -100,23 +100,23 @@ def session_gain(metadata: Mapping[str, str], file: str) -> float | None:
 def _read(path: Path) -> Instrument:
     data = read_at_most(path, MAX_BYTES, what="the instrument", none="instrument")
     try:
-        said = from_toml(data.decode("utf-8"))
+        content = from_toml(data.decode("utf-8"))
     except ValueError as error:
         raise LutgenError(f"{path}: not an instrument file (TOML): {error}.") from None
-    if unknown := [key for key in said if key not in Instrument.__dataclass_fields__]:
+    if unknown := [key for key in content if key not in Instrument.__dataclass_fields__]:
         known = ", ".join(sorted(Instrument.__dataclass_fields__))
         raise LutgenError(f"{path}: unknown key {unknown[0]!r}. Pick one of: {known}.")
     for key, meaning in _MEANING.items():
-        if not isinstance(said.get(key), str) or not said[key].strip():
+        if not isinstance(content.get(key), str) or not content[key].strip():
             raise LutgenError(f'{path}: needs {key} = "…", text: {meaning}.')
-    said |= {key: _triple(said.get(key), key, path) for key in ("relative", "floor_cd_m2")}
-    said |= {key: _size(said[key], key, path) for key in ("dark_offset_cd_m2", "gain_wander") if key in said}
+    content |= {key: _triple(content.get(key), key, path) for key in ("relative", "floor_cd_m2")}
+    content |= {key: _size(content[key], key, path) for key in ("dark_offset_cd_m2", "gain_wander") if key in content}
     for key, (least, most) in DIGITS.items():
-        if key in said and (type(said[key]) is not int or not least <= said[key] <= most):
-            raise LutgenError(f"{path}: {key} = {said[key]!r} must be a whole number, {least} to {most}.")
-    if all(key in said for key in DIGITS):
+        if key in content and (type(content[key]) is not int or not least <= content[key] <= most):
+            raise LutgenError(f"{path}: {key} = {content[key]!r} must be a whole number, {least} to {most}.")
+    if all(key in content for key in DIGITS):
         raise LutgenError(f"{path}: give decimals or significant, not both: an instrument prints by one rule.")
-    return Instrument(**said)
+    return Instrument(**content)
 
 
 _MEANING = {"name": "what people call it", "source": "where its figures come from"}

@@ -109,7 +109,6 @@ def _analysis(study: str | None, answers: str | None, counts: str | None, summar
 
 
 def _of_study(study: str, ci: str) -> Analysis:
-
     from lutgen.study.analysis import analyse_answers
     from lutgen.study.answers import read_answers
     from lutgen.study.protocol import read_protocol
