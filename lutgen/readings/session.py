@@ -49,6 +49,8 @@ class Session:
         CIE 1931 XYZ, (n, 3): in cd/m² where ``absolute``, else relative with Y = 1 for the display's white.
     absolute
         Whether ``xyz`` is in cd/m².
+    remedy
+        Of a session that is not ``absolute``: what to write so that it is, a sentence.
     names
         What the file calls each patch; "" where it does not.
     lines
@@ -97,6 +99,7 @@ class Session:
     created: datetime | None = None
     instrument: str = ""
     display: str = ""
+    remedy: str = ""
     remarks: tuple[str, ...] = ()
     metadata: Mapping[str, str] = field(default_factory=dict)
     file: str = "<memory>"
@@ -149,13 +152,22 @@ class Session:
         """Return the readings as those of a display at hour 0. Raises LutgenError as :meth:`Campaign.measurements`."""
         return self.campaign().measurements()
 
+    def with_white(self, cd_m2: float, said: str) -> Session:
+        """Return a relative session in cd/m², where white's luminance is known; ``said``: by whom, after a comma.
+
+        Raises LutgenError: the session is in cd/m² already.
+        """
+        if self.absolute:
+            raise LutgenError(f"{self.file}: is in cd/m², and white_cd_m2 is stated, {said}. Delete white_cd_m2.")
+        remark = f"White is {cd_m2:g} cd/m², {said}; all other light is relative to it."
+        return replace(self, xyz=self.xyz * cd_m2, absolute=True, remedy="", remarks=(*self.remarks, remark))
+
     @property
     def xyz_cd_m2(self) -> Array:
         """XYZ in cd/m², (n, 3). Raises LutgenError where the session is relative."""
         if not self.absolute:
             raise LutgenError(
-                f"{self.file}: XYZ are relative to white, and the file does not say how bright white was. "
-                "Measure again with absolute values, or add LUMINANCE_XYZ_CDM2 to a CGATS file."
+                f"{self.file}: XYZ are relative to white, and the file does not say how bright white was. {self.remedy}"
             )
         return self.xyz
 
