@@ -23,9 +23,9 @@ def command(*, files: tuple[str, ...], reference: str | None, json_to: str | Non
     them, or a table of readings (.csv) with hours.
 
     Each session is compared with a reference session. The possible causes are brightness or preset, gamut mode,
-    calibration, HDR or dynamic contrast, room light, the instrument or its correction, drift during the readings, a
-    misread patch, another display, and true aging. Where several causes fit equally well, the report names all of them,
-    and the measurement that would separate them. Ends with 0 whatever the result is.
+    calibration, HDR or dynamic contrast, levels that are clipped, room light, the instrument or its correction, drift
+    during the readings, a misread patch, another display, and true aging. Where several causes fit equally well, the
+    report names all of them, and the measurement that would separate them. Ends with 0 whatever the result is.
 
     \b
     Example:
