@@ -468,6 +468,8 @@ REAL = {
     "drift, June": ("MacBook_Pro_13_2013_Late___1_2018-06-21", "MacBook_Pro_13_2013_Late___1_2018-06-03", {"drift"}),
     "drift, October": ("MacBook_Pro_13_2013_Late___1_2018-06-21", "MacBook_Pro_13_2013_Late___1_2018-10", {"drift"}),
     "X61, three years": ("ThinkPad_X61__N121X5-L06__1_2017-04-19_15", f"{X61_2020}_13", {"aging"}),
+    "X61, dimmed": ("ThinkPad_X61__N121X5-L06__1_2017-04-19_10", "ThinkPad_X61__N121X5-L06__1_2017-04-19_15",
+                    {"brightness", "calibration"}),
     "X61, one day": (f"{X61_2020}_13", f"{X61_2020}_15", {""}),
     "two models": ("U2718Q__1_2020-05-26_13", "K2721UG__1_2022-08-20_17", {"another-display"}),
 }  # fmt: skip
