@@ -27,7 +27,8 @@ _FAR = np.log(2.0)
 def _sound(values: Values, pair: SessionPair) -> bool:
     if "matrix" not in values:
         return True
-    return bool(abs(float(values["scale"][0])) >= _FAR and pair.largest_shift < COLOUR_MOVED)
+    far = abs(float(values["scale"][0])) >= _FAR
+    return far and pair.largest_shift < COLOUR_MOVED and not pair.other_instrument
 
 
 def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
