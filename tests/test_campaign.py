@@ -141,6 +141,8 @@ BAD = {
     "half a position": (f"{A}hours = 0\nposition = [0.5]\n", "two numbers"),
     "a position off the screen": (f"{A}hours = 0\nposition = [0.5, 1.5]\n", "v = 1.5 must be"),
     "sessions in one line": ('sessions = [{file = "a.ti3"}]\n', "one .*sessions.* for every session"),
+    "white of a session in cd/m²": (f"{A}hours = 0\nwhite_cd_m2 = 80.0\n", "a.ti3: is in cd/m².* Delete white_cd_m2"),
+    "white without light": (f"{A}hours = 0\nwhite_cd_m2 = 0.0\n", "must be white's luminance"),
     "a relative session": ('[[sessions]]\nfile = "relative.ti3"\nhours = 0\n', "relative to white"),
 }
 
@@ -150,6 +152,29 @@ def test_bad_campaigns_are_refused_with_a_sentence(folder: Path, name: str) -> N
     text, said = BAD[name]
     with pytest.raises(LutgenError, match=said):
         read_measurements(written(folder, HEAD + text))
+
+
+@pytest.mark.parametrize("keywords", [(), ('NORMALIZED_TO_Y_100 "YES"',)])
+def test_a_campaign_says_how_bright_the_white_of_a_relative_session_was(
+    folder: Path, keywords: tuple[str, ...]
+) -> None:
+    (folder / "relative.ti3").write_text(ti3(keywords=keywords))
+    path = written(folder, f'{HEAD}[[sessions]]\nfile = "relative.ti3"\nwhite_cd_m2 = 80.0\n')
+    readings = read_measurements(path)
+    np.testing.assert_allclose(readings.xyz_cd_m2, 80.0 * light(), atol=1e-3)
+    assert any("White is 80 cd/m²" in remark and "line 4" in remark for remark in readings.remarks)
+
+
+@pytest.mark.parametrize("kind", ["CTI3", "CGATS.17"])
+def test_a_file_in_candela_that_does_not_say_so_says_what_to_write(folder: Path, kind: str) -> None:
+    (folder / "silent.ti3").write_text(ti3(xyz=77.5 * light(), keywords=(), kind=kind))
+    with pytest.raises(
+        LutgenError, match=r'Y = 77\.5.* NORMALIZED_TO_Y_100 "NO", or say white_cd_m2 = 77\.5 in a'
+    ) as said:
+        read_measurements(folder / "silent.ti3")
+    assert "silent.ti3" in str(said.value)
+    path = written(folder, f'{HEAD}[[sessions]]\nfile = "silent.ti3"\nwhite_cd_m2 = 77.5\n')
+    np.testing.assert_allclose(read_measurements(path).xyz_cd_m2, 77.5 * light(), atol=1e-3)
 
 
 def test_a_campaign_of_another_schema_is_refused(folder: Path) -> None:

@@ -130,7 +130,7 @@ def test_a_verdict_is_judged_by_what_was_simulated(kind: str, names: tuple[str, 
 def test_scoring_counts_what_is_wrong(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr(scoring, "outcome", lambda cause, _size, _seed: "wrong" if cause == "hdr" else "alone")
     assert scoring.main(["--seed", "1", "--repeats", "1"]) == 1
-    assert "Wrong: 2 of 30" in capsys.readouterr().out
+    assert "Wrong: 2 of 32" in capsys.readouterr().out
 
 
 def test_no_file_of_causes_is_left_out() -> None:
@@ -141,6 +141,18 @@ def test_no_file_of_causes_is_left_out() -> None:
         assert {name for way in cause.ways for name in way} <= {*PARAMETERS}
         assert cause.display in ON_THE_DISPLAY
         assert cause.moves <= {*FACTS}
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+def test_clipped_levels_are_a_signals_range_and_of_the_session_that_shows_them(backwards: bool, tmp_path: Path) -> None:
+    states = [State(), State(clip=0.8)]
+    pair = life(states[::-1] if backwards else states)
+    (found,) = explain(read_campaign(write(tmp_path, pair, [0, 0])), reference="0.txt").verdicts
+    assert (found.kind, found.names, found.display) == ("named", ("signal-range",), "cannot tell")
+    whose = "the reference, and not in the session" if backwards else "the session, and not in the reference"
+    assert re.search(rf"red and green and blue show one light from code 0\.8\d up in {whose}", found.evidence[0])
+    (same,) = explain(read_campaign(write(tmp_path, life([states[1], states[1]], seed=9), [0, 0]))).verdicts
+    assert same.kind == "same"
 
 
 def test_a_loss_over_many_sessions_is_aging_and_light_that_comes_back_is_not(tmp_path: Path) -> None:
@@ -446,14 +458,18 @@ X61_2020 = "ThinkPad_X61__N121X5-L06__1_2020-05-26"
 REAL = {
     "one day, twice": ("K2721UG__1_2022-08-20_16", "K2721UG__1_2022-08-20_17", {""}),
     "one day, recalibrated": ("U2718Q__1_2020-05-26_12-15", "U2718Q__1_2020-05-26_12-58", {""}),
-    # Their colours repeat; their curves do not: the LG's red reads alike from code 199 up in one session.
-    "Dell": ("DELL_P2715Q_2022", "DELL_P2715Q_14", {"calibration", "brightness"}),
-    "LG": ("LG_ULTRAWIDE_2022", "LG_ULTRAWIDE_14", {"calibration", "brightness", "hdr"}),
+    # Their colours repeat; in one session of each light is the same from code 224 or 199 of 255 up.
+    "Dell": ("DELL_P2715Q_2022", "DELL_P2715Q_14", {"signal-range"}),
+    "LG": ("LG_ULTRAWIDE_2022", "LG_ULTRAWIDE_14", {"signal-range"}),
+    "LG, two cables": ("LG_ULTRAWIDE_17-06-2022_D65_120_D", "LG_ULTRAWIDE_17-06-2022_D65_120_H", {"signal-range"}),
+    "LG, the same range": ("LG_ULTRAWIDE_2022", "LG_ULTRAWIDE_17-06-2022_D65_120_D", {"calibration", "brightness"}),
     "HDR on": ("K2418U__2_2021-02-09_09-11", "K2418U__2_2021-02-09_09-32", {"hdr"}),
     "wrong matrix": ("U2718Q__1_2020-05-26_13", "U2718Q__1_2020-05-26_12-58", {"instrument", "calibration"}),
     "drift, June": ("MacBook_Pro_13_2013_Late___1_2018-06-21", "MacBook_Pro_13_2013_Late___1_2018-06-03", {"drift"}),
     "drift, October": ("MacBook_Pro_13_2013_Late___1_2018-06-21", "MacBook_Pro_13_2013_Late___1_2018-10", {"drift"}),
     "X61, three years": ("ThinkPad_X61__N121X5-L06__1_2017-04-19_15", f"{X61_2020}_13", {"aging"}),
+    "X61, dimmed": ("ThinkPad_X61__N121X5-L06__1_2017-04-19_10", "ThinkPad_X61__N121X5-L06__1_2017-04-19_15",
+                    {"brightness", "calibration"}),
     "X61, one day": (f"{X61_2020}_13", f"{X61_2020}_15", {""}),
     "two models": ("U2718Q__1_2020-05-26_13", "K2721UG__1_2022-08-20_17", {"another-display"}),
 }  # fmt: skip

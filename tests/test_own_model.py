@@ -14,6 +14,7 @@ from lutgen.colorimetry import LINEAR_TO_XYZ, code_to_linear
 from lutgen.display.own_model import Sample, fit_own_model, pair_terms, residual, scalar_curves, srgb, xyz_curves
 from lutgen.display.own_model.drive import WAYS, Drive
 from lutgen.display.own_model.least_squares import solve
+from lutgen.display.own_model.stored import StoredModel
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
@@ -153,6 +154,33 @@ def test_steps_of_a_loaded_calibration_are_part_of_the_model() -> None:
     drive = model.model.drive  # type: ignore[attr-defined]
     assert drive.way == WAYS[2]
     assert model.error < 0.5 * fit_own_model(unknown).error
+
+
+def test_a_clipped_input_is_part_of_the_model() -> None:
+    """Red and green no longer rise from code 0.8 on, as over a cable that takes the signal for another range."""
+
+    def clipped(code: Array) -> Array:
+        return gamma(np.minimum(code / np.array([0.8, 0.8, 1.0]), 1.0))
+
+    sample = sample_of(clipped)
+    model = fit_own_model(sample)
+    drive = model.model.drive  # type: ignore[attr-defined]
+    assert drive.way == WAYS[3]
+    at = np.array([[0.9, 0.2, 0.3], [1.0, 0.2, 0.3], [0.7, 0.2, 0.3]])
+    known, full, below = drive(at)
+    np.testing.assert_array_equal(known, full)
+    assert below[0] < 1.0
+    assert known[2] == 0.3
+    assert 0.8 <= drive.calibration[1, 0] < 0.87
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Sample, "clipped", None)
+        assert model.error < 0.75 * fit_own_model(sample_of(clipped)).error
+    stored = StoredModel.of(model.model, sample.tips, sample.black)
+    np.testing.assert_array_equal(StoredModel(stored.content)(at), model(at))
+
+
+def test_light_that_rises_to_full_drive_is_not_clipped() -> None:
+    assert sample_of(gamma).clipped is None
 
 
 def test_all_readings_of_one_code_lie_in_one_fold_and_colour_points_in_none() -> None:

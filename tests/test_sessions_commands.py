@@ -62,6 +62,26 @@ def test_sessions_are_explained_without_a_campaign_file_too(lutgen: Callable[...
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("command", [("sessions", "explain"), ("trend",)])
+def test_what_a_reader_had_to_decide_is_said(
+    command: tuple[str, ...], lutgen: Callable[..., Done], tmp_path: Path
+) -> None:
+    blocks = []
+    for share, day in ((1.0, 1), (0.9, 2)):
+        rows = (
+            f"{r},{g},{b},{60 * r * share},{80 * g * share},{70 * b * share}"
+            for r in (0, 1)
+            for g in (0, 1)
+            for b in (0, 1)
+        )
+        (tmp_path / f"{day}.csv").write_text("\n".join(["R,G,B,X,Y,Z", *rows]) + "\n")
+        blocks.append(f'[[sessions]]\nfile = "{day}.csv"\nhours = {1000 * day}\n')
+    (tmp_path / "c.toml").write_text("schema = 1\n" + "".join(blocks))
+    done = lutgen(*command, tmp_path / "c.toml")
+    assert "taken as cd/m², of which white has 80: the header" in done.err
+    assert "of which white has 72: the header" in done.err
+
+
 def test_trend_prints_draws_and_writes_the_same_every_time(lutgen: Callable[..., Done]) -> None:
     arguments = ("trend", CAMPAIGN, "--limit", "white>=60%", "--plot", "a.png", "--json", "a.json")
     done = lutgen(*arguments)

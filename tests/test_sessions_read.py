@@ -156,6 +156,44 @@ def test_drive_is_0_to_1_and_light_is_absolute_only_where_the_file_says_so(tmp_p
             _ = session.xyz_cd_m2
 
 
+def table(scale: float, *head: str, columns: str = "R,G,B,X,Y,Z", tail: str = "") -> str:
+    """The display's session as a CSV, white at ``scale``, after lines of a head and before a tail."""
+    rows = [",".join(f"{v:.8g}" for v in (*d, *(scale * c))) for d, c in zip(DRIVE, light(), strict=True)]
+    return "\n".join([*head, columns, *rows]) + "\n" + tail
+
+
+WRITTEN_OTHERWISE = {
+    "a spreadsheet's line of the separator": table(90.0, "sep=,"),
+    "a spreadsheet's empty rows": table(90.0, tail=",,,,,\n,,,,,\n"),
+    "Argyll's names of columns": table(90.0, columns="RGB_R,RGB_G,RGB_B,XYZ_X,XYZ_Y,XYZ_Z"),
+    "Windows": table(90.0).replace("\n", "\r\n"),
+    "tabs": table(90.0).replace(",", "\t"),
+    "white stated, XYZ to 100": table(100.0, "# white_cd_m2: 90"),
+    "white stated, XYZ to 77": table(77.0, "# white_cd_m2: 90"),
+}
+
+
+@pytest.mark.parametrize("name", WRITTEN_OTHERWISE)
+def test_a_table_as_programs_write_it_is_the_same_session(tmp_path: Path, name: str) -> None:
+    session = read(tmp_path, WRITTEN_OTHERWISE[name])
+    np.testing.assert_allclose(session.xyz_cd_m2, 90.0 * light(), atol=1e-4)
+    np.testing.assert_allclose(session.drive, DRIVE, atol=1e-6)
+
+
+def test_a_title_above_the_header_is_no_header(tmp_path: Path) -> None:
+    (tmp_path / "titled.csv").write_text("Room 3\n\n" + table(90.0))
+    with pytest.raises(LutgenError, match=r"line 1: the header lacks R, G, B.* A title above the header begins with #"):
+        read_session(tmp_path / "titled.csv")
+
+
+def test_a_header_without_a_unit_is_said_with_the_luminance_of_white(tmp_path: Path) -> None:
+    (remark,) = read(tmp_path, table(77.0, columns="RGB_R,RGB_G,RGB_B,XYZ_X,XYZ_Y,XYZ_Z")).remarks
+    assert "taken as cd/m², of which white has 77:" in remark
+    assert "# white_cd_m2:" in remark
+    with pytest.raises(LutgenError, match=r"# white_cd_m2: 120\.0"):
+        _ = read(tmp_path, table(100.0)).xyz_cd_m2
+
+
 def test_spectra_come_with_their_wavelengths(tmp_path: Path) -> None:
     spectra = np.arange(3 * len(DRIVE), dtype=np.float64).reshape(-1, 3)
     text = ti3(
@@ -255,6 +293,11 @@ BAD: dict[str, tuple[str | bytes, str]] = {
         ti3(xyz=np.hstack([100 * light(), light()[:, :2]]), names=(*XYZ, "SPEC_390", "SPEC_380")), "must rise"
     ),
     "a CSV with commas for points": ("R;G;B;X;Y;Z\n0;0;0;0,1;0,1;0,1\n1;1;1;95,1;100,0;108,1\n", "decimal commas"),
+    "white stated of cd/m²": (
+        "# white_cd_m2: 80\nR,G,B,X_cdm2,Y_cdm2,Z_cdm2\n1,1,1,76,80,87\n", "is in cd/m².* Delete white_cd_m2"
+    ),
+    "white stated and not read": ("# white_cd_m2: 80\nR,G,B,X,Y,Z\n1,0,0,76,80,87\n", "no reading of white"),
+    "white stated in words": ("# white_cd_m2: bright\nR,G,B,X,Y,Z\n1,1,1,76,80,87\n", "white_cd_m2 is 'bright'"),
     "a CSV row cut off": ("R,G,B,X,Y,Z\n1,1,1,190,200,218\n0,0,0,0.1,0.1", "5 fields for 6 columns"),
     "a CSV without light": ("R,G,B,a,b,c\n1,1,1,190,200,218\n", "the header lacks X,Y,Z or x,y,Y"),
     "a CSV of hours": (

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from lutgen.display import DisplayModel
     from lutgen.display.on_screen import OnScreen
     from lutgen.readings import Measurements
+    from lutgen.readings.campaign import Campaign
 
 #: Whole numbers of options are far smaller.
 _MOST_WHOLE = 10**15
@@ -203,6 +204,13 @@ def say_remarks(readings: Measurements) -> None:
     """Print to standard error the remarks of the reader: what it had to decide, and what it ignored."""
     for remark in readings.remarks:
         say(f"{readings.file}: {remark}", err=True)
+
+
+def say_remarks_on_sessions(campaign: Campaign) -> None:
+    """Print to standard error what the readers of the sessions had to decide, or ignored."""
+    for entry in campaign.entries:
+        for remark in entry.session.remarks:
+            say(f"{entry.session.file}: {remark}", err=True)
 
 
 def split_list(_context: click.Context, _option: click.Parameter, text: str) -> tuple[str, ...]:

@@ -73,11 +73,9 @@ def _of(score: Score, effect: Effect) -> Visibility:
     for name in names:
         raw, left = (float(np.linalg.norm(each)) for each in score.seen(_typical(score, effect), name))
         low, high = effect.parameters[name].bounds
-        if raw == 0.0:
+        if raw == 0.0 and (typical := abs(effect.parameters[name].value)):
             # Nothing moves at rest: an effect that begins beyond a threshold, judged at its typical size.
-            raw, left = (
-                each / abs(effect.parameters[name].value) for each in score.switched(_at_typical(score, effect))
-            )
+            raw, left = (each / typical for each in score.switched(_at_typical(score, effect)))
         limit = max(abs(low), abs(high))
         size = needed / left if left > 1e-9 * max(raw, 1e-300) else np.inf
         absorbed = 1.0 - (left / raw) ** 2 if raw > 0 else None

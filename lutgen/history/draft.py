@@ -106,6 +106,8 @@ def _entry(session: Session, beside: Path, answers: Answers) -> list[str]:
     )
     lines.append(_answered("ambient_lx", answers, "0.0", "light in the room"))
     lines.append(_answered("settings", answers, '"brightness 30 %"', "the display's own"))
+    if not session.absolute:
+        lines.append("# TODO white_cd_m2 = 120.0  # luminance of white; its file is relative to white")
     lines.append("# position = [0.5, 0.5]  # where on the screen, from the left and the top; the centre if not said")
     return lines
 

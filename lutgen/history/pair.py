@@ -11,9 +11,9 @@ import numpy as np
 from lutgen.colorimetry import Array, xyz_to_uv
 from lutgen.errors import LutgenError
 from lutgen.history.colour_points import ColourPoints, colour_points
-from lutgen.history.patches import CHANNELS, mean_xyz, tip_rows
+from lutgen.history.patches import CHANNELS, black_xyz, mean_xyz, ramp, tip_rows
 from lutgen.history.steadiness import FEWEST_SHARED, SessionDrift, drift_by_order, drift_by_repeats, shared, steadiness
-from lutgen.history.transfer import bend, full_light_ratio
+from lutgen.history.transfer import NEAR, Transfer, bend, clipping, full_light_ratio, transfer
 
 if TYPE_CHECKING:
     from lutgen.readings.campaign import CampaignEntry
@@ -183,6 +183,32 @@ class SessionPair:
         """Whether they moved as HDR moves them."""
         return self.bend is not None and abs(self.bend) >= STRONGLY_BENT
 
+    @cached_property
+    def clipped_otherwise(self) -> str:
+        """Sentence on levels that show one light in one session and several in the other; "" without any.
+
+        "" also where the files' calibrations say why: they clip too.
+        """
+        if self.recalibrated:
+            return ""
+        curves = [_curves(each.session) for each in (self.before, self.after)]
+        said = []
+        for here, (mine, theirs) in enumerate((curves, curves[::-1])):
+            places: dict[str, list[str]] = {}
+            for name, clip in clipping(mine).items():
+                other = theirs.get(name)
+                if clip.bright is not None and other is not None and _tells(other, clip.bright, 1.0 - NEAR):
+                    places.setdefault(f"from code {clip.bright:.2f} up", []).append(name)
+                if clip.dark is not None and other is not None and _tells(other, NEAR, clip.dark):
+                    places.setdefault(f"up to code {clip.dark:.2f}", []).append(name)
+            whose = ("the reference", "the session")
+            said += [
+                f"{' and '.join(names)} {'show' if len(names) > 1 else 'shows'} one light {where} in {whose[here]}, "
+                f"and not in {whose[1 - here]}"
+                for where, names in places.items()
+            ]
+        return "; ".join(said)
+
     @property
     def curves_of_files(self) -> bool:
         """Whether curves moved as they are seen, and the display's own, behind the files' calibrations, did not."""
@@ -232,6 +258,20 @@ class SessionPair:
         """Change of the room's light in lux as the campaign says; None: not said of both."""
         one, other = (each.conditions.get("ambient_lx") for each in (self.before, self.after))
         return None if one is None or other is None else other - one
+
+
+def _curves(session: Session) -> dict[str, Transfer]:
+    """Curves of the channels' ramps by name."""
+    found = {name: transfer(ramp(session, name), black_xyz(session)) for name in CHANNELS}
+    return {name: curve for name, curve in found.items() if curve is not None}
+
+
+def _tells(curve: Transfer, low: float, high: float) -> bool:
+    """Whether a curve has levels in a range of code values, and is clipped at none of them."""
+    inside = (curve.drive >= low - 1e-6) & (curve.drive <= high + 1e-6)
+    end = clipping({"": curve}).get("")
+    clipped = [] if end is None else [code for code in end if code is not None]
+    return bool(inside.any()) and not any(low - NEAR <= code <= high + NEAR for code in clipped)
 
 
 def _both(pair: SessionPair) -> tuple[ColourPoints, ColourPoints]:

@@ -72,6 +72,8 @@ class Session:
     #: Their names; "" where the file does not say.
     instrument: str = ""
     display: str = ""
+    #: Of a session that is not ``absolute``: what to write so that it is, a sentence.
+    remedy: str = ""
     #: Sentences on what the reader had to decide, and on values that it did not accept.
     remarks: tuple[str, ...] = ()
     #: All other keywords of the file, and their values.
@@ -126,13 +128,22 @@ class Session:
         """Return the readings as those of a display at hour 0. Raises LutgenError as :meth:`Campaign.measurements`."""
         return self.campaign().measurements()
 
+    def with_white(self, cd_m2: float, said: str) -> Session:
+        """Return a relative session in cd/m², where white's luminance is known; ``said``: by whom, after a comma.
+
+        Raises LutgenError: the session is in cd/m² already.
+        """
+        if self.absolute:
+            raise LutgenError(f"{self.file}: is in cd/m², and white_cd_m2 is stated, {said}. Delete white_cd_m2.")
+        remark = f"White is {cd_m2:g} cd/m², {said}; all other light is relative to it."
+        return replace(self, xyz=self.xyz * cd_m2, absolute=True, remedy="", remarks=(*self.remarks, remark))
+
     @property
     def xyz_cd_m2(self) -> Array:
         """XYZ in cd/m², (n, 3). Raises LutgenError where the session is relative."""
         if not self.absolute:
             raise LutgenError(
-                f"{self.file}: XYZ are relative to white, and the file does not say how bright white was. "
-                "Measure again with absolute values, or add LUMINANCE_XYZ_CDM2 to a CGATS file."
+                f"{self.file}: XYZ are relative to white, and the file does not say how bright white was. {self.remedy}"
             )
         return self.xyz
 

@@ -27,6 +27,7 @@ SIZES: dict[str, tuple[float, ...]] = {
     "aging": (0.1, 0.25, 0.5),
     "another-display": (0.0,),
     "gamut-mode": (0.1, 0.2),
+    "signal-range": (0.85, 0.7),
 }
 
 #: What a verdict calls them.
@@ -80,6 +81,7 @@ def _state(cause: str, size: float, made: Panel, rng: np.random.Generator) -> St
         "instrument": State(matrix=_correction(size, made, rng)),
         "hdr": State(hdr=size),
         "dynamic": State(dynamic=size),
+        "signal-range": State(clip=size),
         "drift": State(drift=size * way),
         "aging": State(aged=fallen, yellowed=1.0 - 0.02 * size * np.array([0.0, 0.2, 1.0])),
     }

@@ -39,6 +39,7 @@ class State:
     drift: float = 0.0
     hdr: float = 0.0
     dynamic: float = 0.0
+    clip: float = 1.0
 
 
 def panel(rng: np.random.Generator) -> Panel:
@@ -68,7 +69,7 @@ def chart(steps: int = 9, mixed: int = 4) -> Array:
 
 def light(made: Panel, state: State, code: Array) -> Array:
     """XYZ in cd/m² that leaves the screen, (n, 3)."""
-    signal = (code * state.gains) ** state.curve
+    signal = (np.minimum(code / state.clip, 1.0) * state.gains) ** state.curve
     linear = signal**made.gamma
     if state.hdr:
         # A tone curve that lifts the middle and rolls off, a gamut mapped into a wider one, and a limit of power.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import json_option
+from lutgen.cli.options import json_option, say_remarks_on_sessions
 from lutgen.cli.outputs import Outputs, check_new_file, progress_bar
 from lutgen.errors import LutgenError
 from lutgen.names import DRIFT, LIMIT_SETS, TG18_SECONDARY
@@ -75,10 +75,10 @@ def command(
     path = check_new_file(plot, force=force, suffixes=(".png",)) if plot else None
     chosen = sets or (() if own else (TG18_SECONDARY, DRIFT))
     limits = [*(limit for name in chosen for limit in limits_of(name)), *(parse_limit(text) for text in own)]
+    campaign = read_campaign(*files)
+    say_remarks_on_sessions(campaign)
     with progress_bar("following", quiet=outputs.alone) as progress:
-        result = trend(
-            read_campaign(*files), limits, all_sessions=all_sessions, ambient_cd_m2=ambient, progress=progress
-        )
+        result = trend(campaign, limits, all_sessions=all_sessions, ambient_cd_m2=ambient, progress=progress)
     if path:
         from lutgen.report.campaign import plot_trend
 

@@ -1,7 +1,8 @@
-"""What a display is driven by: the code value, or what the graphics card's calibration curves make of it.
+"""What a display is driven by: the code value, or what the graphics card or the display's input makes of it.
 
 ArgyllCMS keeps the curves that were loaded beside the readings (table CAL, 256 rows). Whether they were sent on in
-8 bits depends on the card and its cable, so that the ladder asks the readings.
+8 bits depends on the card and its cable, so that the ladder asks the readings. A display that takes its signal for one
+of another range, or whose contrast is set too high, clips: from some code value on its light no longer rises.
 """
 
 from __future__ import annotations
@@ -15,7 +16,12 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
 
 #: What code values may go through before they reach the panel.
-WAYS = ("as asked", "through the calibration", "through the calibration in 8-bit steps")
+WAYS = (
+    "as asked",
+    "through the calibration",
+    "through the calibration in 8-bit steps",
+    "up to the code from which light no longer rises",
+)
 
 #: Steps of 8 bits.
 STEPS = 255.0
@@ -30,7 +36,7 @@ class Drive:
     way
         One of ``WAYS``.
     calibration
-        The curves, (k, 4); None where ``way`` is "as asked".
+        The curves, of the calibration or of the clipped input, (k, 4); None where ``way`` is "as asked".
 
     """
 

@@ -162,10 +162,11 @@ class _Climb:
         """Try all rungs, and fit those that were taken on all readings."""
         asked = [Drive()]
         if self.sample.calibration is not None:
-            asked += [Drive(way, self.sample.calibration) for way in WAYS[1:]]
+            asked += [Drive(way, self.sample.calibration) for way in WAYS[1:3]]
+        clipped = [Drive(WAYS[3], self.sample.clipped)] if self.sample.clipped is not None else []
 
-        def scalar(stiffness: float) -> Fit:
-            return partial(scalar_curves.fit, drive=Drive(), stiffness=stiffness)
+        def scalar(stiffness: float, drive: Drive) -> Fit:
+            return partial(scalar_curves.fit, drive=drive, stiffness=stiffness)
 
         def curves(stiffness: float, drive: Drive) -> Fit:
             return partial(xyz_curves.fit, drive=drive, stiffness=stiffness)
@@ -173,8 +174,8 @@ class _Climb:
         def pairs(stiffness: float) -> Fit:
             return partial(pair_terms.fit, drive=drive, stiffness=stiffness)
 
-        self._try(scalar_curves.NAME, scalar, STIFFNESS[:3])
-        _, drive = self._try(xyz_curves.NAME, curves, STIFFNESS, asked)
+        self._try(scalar_curves.NAME, scalar, STIFFNESS[:3], [Drive(), *clipped])
+        _, drive = self._try(xyz_curves.NAME, curves, STIFFNESS, [*asked, *clipped])
         self._try(pair_terms.NAME, pairs, STIFFNESS)
         below = _remembered(self.fit)
 

@@ -25,6 +25,9 @@ SEED = 20150319
 #: A reading of black or a colour point counts like so many others: no display's model is to err there.
 CERTAIN = 5.0
 
+#: A ramp's light that differs from full light by less than this share, ΔL* ⅓, is the same light.
+ALIKE = 0.005
+
 #: Below this share of white CIELAB is straight (CIE 15:2018, 8.2.1: (6/29)³).
 STRAIGHT = (6.0 / 29.0) ** 3
 
@@ -143,6 +146,23 @@ class Sample:
     def black(self) -> Array:
         """Share of black, (3,)."""
         return np.asarray(self.share[~self.drive.any(axis=1)].mean(axis=0))
+
+    @cached_property
+    def clipped(self) -> Array | None:
+        """What a clipped input sends on, (k, 4) as a calibration: each channel up to its first level of full light.
+
+        None where light rises up to full drive in every channel, as its ramp shows.
+        """
+        ends = np.ones(3)
+        for channel in range(3):
+            ramp = ~np.delete(self.drive, channel, axis=1).any(axis=1) & (self.drive[:, channel] > 0)
+            full = self.tips[1 + channel, 1] - self.black[1]
+            still = np.abs(self.share[ramp, 1] - self.black[1] - full) <= ALIKE * full
+            ends[channel] = self.drive[ramp, channel][still].min(initial=1.0)
+        if (ends == 1.0).all():
+            return None
+        codes = np.unique([0.0, *ends, 1.0])
+        return np.column_stack([codes, *(np.minimum(codes / end, 1.0) for end in ends)])
 
     def part(self, rows: NDArray[np.bool_]) -> Sample:
         """Some of the readings, of the same white."""

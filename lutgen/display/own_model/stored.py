@@ -51,7 +51,7 @@ class StoredModel:
     def __post_init__(self) -> None:
         """Refuse what is no stored model."""
         if self._arrays["way"] not in range(len(WAYS)):
-            raise LutgenError("the display's own model: `way` is none of 0, 1 and 2. Make the model again.")
+            raise LutgenError("the display's own model: `way` is none of 0 to 3. Make the model again.")
 
     @classmethod
     def of(cls, model: Model, tips: Array, black: Array) -> StoredModel:

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 #: Full drive as programs write it, and what it is called.
 FULL_DRIVE = {1.0: "0..1", 100.0: "percent", 255.0: "8-bit", 1023.0: "10-bit"}
 
+#: Range of a display's white, in cd/m².
+WHITE_CD_M2 = (0.01, 1e5)
+
 #: A date outside these years is an error.
 YEARS = range(1990, 2100)
 

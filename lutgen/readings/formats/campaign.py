@@ -13,6 +13,7 @@
     ambient_lx = 0.0
     settings = "brightness 30 %"
     position = [0.5, 0.5]           # from the left and the top, 0..1
+    white_cd_m2 = 120.0             # of a session whose file is relative to white
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from lutgen.errors import LutgenError
 from lutgen.readings.campaign import Campaign, CampaignEntry, check_once
 from lutgen.readings.conditions import COLUMNS
 from lutgen.readings.formats import open_source, reader_of
-from lutgen.readings.formats._source import YEARS, FileText
+from lutgen.readings.formats._source import WHITE_CD_M2, YEARS, FileText
 from lutgen.readings.table import RANGES
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ SCHEMA = 1
 #: Keys of an entry beside its file: texts, and conditions, which have the ranges of a table of readings.
 TEXTS = ("instrument", "settings", "note")
 CONDITIONS = tuple(name for name in COLUMNS if name not in {"u", "v"})
-_KEYS = ("file", "date", "hours", *TEXTS, *CONDITIONS, "position")
+_KEYS = ("file", "date", "hours", *TEXTS, *CONDITIONS, "position", "white_cd_m2")
 _TOP = {"schema", "display", "sessions"}
 _DISPLAY = ("name", "hours_per_day", "note")
 
@@ -105,6 +106,11 @@ def _entry(block: Any, file: str, line: int) -> CampaignEntry:
     if not name:
         raise LutgenError(f'{where}: the session names no file. Add file = "….ti3".')
     session = _session(Path(file).parent / name, where)
+    white = _number(block, "white_cd_m2", where)
+    if white is not None and not WHITE_CD_M2[0] <= white <= WHITE_CD_M2[1]:
+        low, high = WHITE_CD_M2
+        raise LutgenError(f"{where}: white_cd_m2 = {white:g} must be white's luminance in cd/m², {low:g}..{high:g}.")
+    session = session if white is None else session.with_white(white, f"by {where}")
     hours = _number(block, "hours", where)
     conditions = {each: value for each in CONDITIONS if (value := _number(block, each, where)) is not None}
     conditions |= _position(block, where)

@@ -19,7 +19,7 @@ from lutgen.cells import number
 from lutgen.colorimetry import D65, Array, xyY_to_xyz
 from lutgen.errors import LutgenError
 from lutgen.readings.formats._cgats_tables import CgatsTable, tables
-from lutgen.readings.formats._source import FileText, date_of, full_drive, whites
+from lutgen.readings.formats._source import WHITE_CD_M2, FileText, date_of, full_drive, whites
 from lutgen.readings.session import Session
 
 if TYPE_CHECKING:
@@ -49,14 +49,12 @@ _NORMALISED = (50.0, 200.0)
 #: In a file of another program, a white this near to 100, or below 2, is relative.
 _LOOKS_RELATIVE = 0.5
 
-#: Range of white, in cd/m².
-_WHITE_CD_M2 = (0.01, 1e5)
-
 
 class _Light(NamedTuple):
     xyz: Array
     absolute: bool
     remarks: tuple[str, ...] = ()
+    remedy: str = ""
 
 
 def claims(source: FileText) -> bool:
@@ -96,6 +94,7 @@ def read(source: FileText) -> Session:
         created=created,
         instrument=keywords.get("TARGET_INSTRUMENT") or keywords.get("INSTRUMENTATION") or "",
         display=keywords.get("DISPLAY") or _named(keywords.get("ARGYLL_COLPROF_ARGS", "")) or "",
+        remedy=light.remedy,
         remarks=(*light.remarks, *([doubt] if doubt else [])),
         metadata=keywords,
         file=source.file,
@@ -207,7 +206,7 @@ def _from_lab(source: FileText, table: CgatsTable, *, argyll: bool) -> _Light:
             f"{source.at(line)}: no light has this Lab: X or Z would be negative. Are the columns XYZ? Name them so."
         )
     remark = f"Its colours are Lab under {name}: relative to white, with no luminance in cd/m²."
-    return _Light(ratio * _LAB_WHITES[name], absolute=False, remarks=(remark,))
+    return _Light(ratio * _LAB_WHITES[name], absolute=False, remarks=(remark,), remedy=_REMEDY)
 
 
 def _scaled(source: FileText, table: CgatsTable, xyz: Array, drive: Array, *, argyll: bool) -> _Light:
@@ -234,12 +233,19 @@ def _scaled(source: FileText, table: CgatsTable, xyz: Array, drive: Array, *, ar
                 f"{source.file}: Y should be normalised to 100 for white, but {held}. Correct NORMALIZED_TO_Y_100."
             )
         if luminance is None:
-            return _Light(xyz / 100.0, absolute=False, remarks=(_RELATIVE,))
+            return _Light(xyz / 100.0, absolute=False, remarks=(_RELATIVE,), remedy=_REMEDY)
         return _Light(xyz * (luminance[1] / 100.0), absolute=True, remarks=_contradiction(luminance, xyz, places))
     return _undeclared(source, xyz, white, argyll=argyll)
 
 
 _RELATIVE = "XYZ are relative to white; how many cd/m² white has, the file does not say: good for ratios alone."
+
+#: What makes such a file absolute without a change to it, and what more may be so where a file states nothing.
+_REMEDY = "Say white_cd_m2 = 120.0, white's luminance, in a campaign file (lutgen sessions init drafts one)."
+_IF_ABSOLUTE = (
+    'White has Y = {0:.6g}: if that is in cd/m², add the line NORMALIZED_TO_Y_100 "NO", or say white_cd_m2 = {0:.6g} '
+    "in a campaign file (lutgen sessions init drafts one); else say there what white had."
+)
 
 
 def _undeclared(source: FileText, xyz: Array, white: float | None, *, argyll: bool) -> _Light:
@@ -249,16 +255,17 @@ def _undeclared(source: FileText, xyz: Array, white: float | None, *, argyll: bo
             f"{source.file}: does not say whether XYZ are in cd/m², and has no white that shows it. Add a reading of "
             "white."
         )
-    near = argyll or white <= 2.0 or abs(white - 100.0) <= _LOOKS_RELATIVE
+    looks_relative = white <= 2.0 or abs(white - 100.0) <= _LOOKS_RELATIVE
     doubt = (
         _RELATIVE
-        if near
+        if argyll or looks_relative
         else (
             f"White has Y = {white:g}, but the file does not say that this is in cd/m²: taken as relative. If it is, "
             'add the line NORMALIZED_TO_Y_100 "NO".'
         )
     )
-    return _Light(xyz / white, absolute=False, remarks=(doubt,))
+    remedy = _REMEDY if looks_relative else _IF_ABSOLUTE.format(white)
+    return _Light(xyz / white, absolute=False, remarks=(doubt,), remedy=remedy)
 
 
 def _luminance(source: FileText, text: str) -> Array:
@@ -271,7 +278,7 @@ def _luminance(source: FileText, text: str) -> Array:
     if None in values:
         raise LutgenError(f"{source.file}: LUMINANCE_XYZ_CDM2 is {text[:40]!r}: not a finite number. Correct it.")
     xyz = np.array(values, dtype=np.float64)
-    low, high = _WHITE_CD_M2
+    low, high = WHITE_CD_M2
     if not low <= xyz[1] <= high or xyz.min() <= 0:
         raise LutgenError(
             f"{source.file}: LUMINANCE_XYZ_CDM2 is {text[:40]!r}: no display's white in cd/m² ({low:g} to {high:g})."

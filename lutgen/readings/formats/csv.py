@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.cells import first_doubled, has_decimal_comma, is_comment, metadata, number, separator_of
+from lutgen.cells import BLANKS, first_doubled, has_decimal_comma, is_comment, metadata, number, separator_of
 from lutgen.colorimetry import Array, xyY_to_xyz
 from lutgen.errors import LutgenError, pick_one
 from lutgen.readings.campaign import Campaign, sessions_of
-from lutgen.readings.formats._source import FULL_DRIVE, FileText, date_of, full_drive, whites
+from lutgen.readings.formats._source import FULL_DRIVE, WHITE_CD_M2, FileText, date_of, full_drive, whites
 from lutgen.readings.session import MOST_READINGS, Session
 from lutgen.readings.table import OPTIONAL, RANGES, Measurements, in_any_order
 
@@ -38,7 +38,13 @@ _NAMES = ("set", "name", "patch", "sample", "sample_id", "note")
 
 #: "X_cdm2", "Y (cd/m²)", "Z nits": a column of light that names its unit; and other names of drive.
 _UNIT = re.compile(r"[_ ]?[(\[]?(?:cd[_ /]?m2|cd/m²|nits?)[)\]]?$", re.IGNORECASE)
-_DRIVE = {"RED": "R", "GREEN": "G", "BLUE": "B", "RGB_R": "R", "RGB_G": "G", "RGB_B": "B"}
+_OTHER_NAMES = {
+    **{name: name[0] for name in ("RED", "GREEN", "BLUE")},
+    **{f"{names}_{name}": name for names in ("RGB", "XYZ") for name in names},
+}
+
+#: First line by which spreadsheets say what stands between fields.
+_SEPARATOR_LINE = re.compile(r"\ufeff?\"?sep=.\"?[,;\t]*", re.IGNORECASE)
 
 #: Similarity (0..1) from which on an unknown name counts as a misspelt column: "ambient_lux" or "hours", not "gamma".
 _NEAR = 0.7
@@ -46,13 +52,15 @@ _NEAR = 0.7
 #: No colour has a smaller y than the violet end of the spectrum, 0.005; far below, xY/y overflows.
 MIN_Y = 1e-4
 
+_REMEDY = "Add the line # white_cd_m2: 120.0, with white's luminance; or name the columns X_cdm2, Y_cdm2, Z_cdm2."
+
 #: White below this, or exactly 1 or 100, is relative unless the header names the unit.
 _LEAST_WHITE, _RELATIVE_WHITES = 2.0, (1.0, 100.0)
 
 
 def claims(source: FileText) -> bool:
     """Whether the first line that is no comment is a header with drive and five more fields."""
-    head = next((line for line in source.text.splitlines() if line.strip() and not is_comment(line)), "")
+    head = next((line for line in source.text.splitlines() if line.strip() and not _says_nothing(line)), "")
     cells = [_plain(cell) for cell in head.split(separator_of(head))]
     return len(cells) > 5 and {"R", "G", "B"} <= {*cells} and "BEGIN_DATA" not in source.text
 
@@ -67,16 +75,17 @@ def read(source: FileText) -> CsvTable:
     for at, line in enumerate(source.text.splitlines(), start=1):
         if is_comment(line):
             comments |= dict(filter(None, [metadata(line)]))
+        elif _says_nothing(line):
+            continue
         elif line.strip() and not header:
             separator = separator_of(line)
-            header, first = tuple(source.row(line, at, separator)), at
+            header = tuple(source.row(line, at, separator))
+            remarks = _check_header(header, source.at(at))
         elif line.strip() and len(cells) == MOST_READINGS:
             raise LutgenError(f"{source.at(at)}: more than {MOST_READINGS} rows, which no table has. Split the file.")
-        elif line.strip():
+        elif line.strip(BLANKS + separator):
             cells.append(_checked_row(source, source.row(line, at, separator), len(header), at, separator))
             lines.append(at)
-    if header:
-        remarks = _check_header(header, source.at(first))
     if not cells:
         raise LutgenError(
             f"{source.file}: no readings. It needs a header such as hour,R,G,B,x,y,Y and one row a reading."
@@ -107,6 +116,10 @@ class CsvTable:
         """Return the table of a display's life; without hours, of a display at hour 0."""
         if "hour" not in self.columns:
             return self._session().measurements()
+        if "white_cd_m2" in self.metadata:
+            raise LutgenError(
+                f"{self.source.file}: white_cd_m2 is for a table of one session; with hours, light must be in cd/m²."
+            )
         values = {name: self._numbers(name) for name in _KNOWN if name in self.columns and name not in _TEXT}
         return in_any_order(
             hours=self._since_start(values["hour"]),
@@ -140,10 +153,11 @@ class CsvTable:
         created, doubt = date_of(self.metadata.get("date", ""))
         label = next((name for name in self.header if name.lower() in _NAMES), "")
         places = [values.get(name, np.full(len(drive), OPTIONAL[name])) for name in "uv"]
-        return Session(
+        session = Session(
             drive=drive,
             xyz=xyz if white is None else xyz / white,
             absolute=white is None,
+            remedy="" if white is None else _REMEDY,
             names=self._texts(label, self.header),
             lines=np.array(self.lines, dtype=np.int64),
             form=NAME,
@@ -154,27 +168,49 @@ class CsvTable:
             created=created,
             instrument=self.metadata.get("instrument", ""),
             display=self.metadata.get("display", ""),
-            remarks=tuple(filter(None, (doubt, unit_remark, *self.remarks))),
+            remarks=tuple(filter(None, (unit_remark, doubt, *self.remarks))),
             metadata=self.metadata,
             file=self.source.file,
             sha256=self.source.sha256,
         )
+        luminance = self._stated_white()
+        return session if luminance is None else session.with_white(luminance, "by the file itself")
+
+    def _stated_white(self) -> float | None:
+        """White's luminance, where the file states it: then light is relative to white, whatever its scale."""
+        text = self.metadata.get("white_cd_m2")
+        if text is None:
+            return None
+        value, (low, high) = number(text), WHITE_CD_M2
+        if value is None or not low <= value <= high:
+            raise LutgenError(
+                f"{self.source.file}: white_cd_m2 is {text[:40]!r}; it is white's luminance, {low:g}..{high:g} cd/m²."
+            )
+        return value
 
     def _white(self, drive: Array, xyz: Array) -> tuple[float | None, str]:
         """Return Y of white where light is relative to it, else None; and a remark."""
-        absolute = any(_plain(name) == "Y" and name.strip(' "') != "Y" for name in self.header)
+        absolute = any(_plain(name) == "Y" and _UNIT.search(name.strip(' "')) for name in self.header)
         places = whites(drive)
         white = float(np.median(xyz[places, 1])) if places.size else float(xyz[:, 1].max())
-        relative = not absolute and (white < _LEAST_WHITE or white in _RELATIVE_WHITES)
+        stated = "white_cd_m2" in self.metadata
+        if stated and not places.size:
+            raise LutgenError(f"{self.source.file}: states white_cd_m2, and has no reading of white. Add one.")
+        relative = not absolute and (stated or white < _LEAST_WHITE or white in _RELATIVE_WHITES)
         if (relative or places.size) and white <= 0:
             raise LutgenError(
                 f"{self.source.file}: white has Y = {white:g}: no light. Correct the row of R = G = B = full drive."
             )
+        if relative and stated:
+            return white, ""
         if relative:
             return white, f"White has Y = {white:g}: taken as relative, not as cd/m². Good for ratios alone."
         if absolute:
             return None, ""
-        return None, "X, Y and Z are taken as cd/m²; the header does not name a unit (X_cdm2)."
+        return None, (
+            f"X, Y and Z are taken as cd/m²{f', of which white has {white:.4g}' if places.size else ''}: the header "
+            "names no unit (X_cdm2). If they are relative, add the line # white_cd_m2: and white's luminance."
+        )
 
     def _full_drive(self, drive: Array) -> float:
         declared = self.metadata.get("drive")
@@ -273,7 +309,12 @@ class CsvTable:
 def _plain(cell: str) -> str:
     """Name of a column without its unit; drive as R, G and B."""
     name = _UNIT.sub("", cell.strip().strip('"'))
-    return _DRIVE.get(name.upper(), name)
+    return _OTHER_NAMES.get(name.upper(), name)
+
+
+def _says_nothing(line: str) -> bool:
+    """Whether a line is a comment, or says what stands between fields, which the header shows."""
+    return is_comment(line) or bool(_SEPARATOR_LINE.fullmatch(line.strip()))
 
 
 def _checked_row(source: FileText, fields: list[str], width: int, at: int, separator: str) -> list[str]:
@@ -304,7 +345,7 @@ def _check_header(header: tuple[str, ...], where: str) -> tuple[str, ...]:
     if missing:
         raise LutgenError(
             f"{where}: the header lacks {', '.join(missing)}. Required: R,G,B and X,Y,Z in cd/m² or x,y,Y; and hour, "
-            "where readings are of several times."
+            "where readings are of several times. A title above the header begins with #."
         )
     if {"hour", "X", "Z"} <= {*columns} and {"x", "y"} & {*columns}:
         raise LutgenError(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from lutgen.cli.command import Command
-from lutgen.cli.options import json_option
+from lutgen.cli.options import json_option, say_remarks_on_sessions
 from lutgen.cli.outputs import Outputs, progress_bar
 
 
@@ -23,9 +23,9 @@ def command(*, files: tuple[str, ...], reference: str | None, json_to: str | Non
     them, or a table of readings (.csv) with hours.
 
     Each session is compared with a reference session. The possible causes are brightness or preset, gamut mode,
-    calibration, HDR or dynamic contrast, room light, the instrument or its correction, drift during the readings, a
-    misread patch, another display, and true aging. Where several causes fit equally well, the report names all of them,
-    and the measurement that would separate them. Ends with 0 whatever the result is.
+    calibration, HDR or dynamic contrast, levels that are clipped, room light, the instrument or its correction, drift
+    during the readings, a misread patch, another display, and true aging. Where several causes fit equally well, the
+    report names all of them, and the measurement that would separate them. Ends with 0 whatever the result is.
 
     \b
     Example:
@@ -39,6 +39,7 @@ def command(*, files: tuple[str, ...], reference: str | None, json_to: str | Non
 
     outputs = Outputs(json_to, force=force)
     campaign = read_campaign(*files)
+    say_remarks_on_sessions(campaign)
     with progress_bar("explaining", quiet=outputs.alone) as progress:
         explanations = explain(campaign, reference=reference, progress=progress)
     outputs.write(explanation_page(explanations), lambda: explanations_as_json(explanations))
