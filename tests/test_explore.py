@@ -80,6 +80,7 @@ def test_the_error_is_what_compare_and_refine_print(lutgen: Callable[..., Done])
     settled(held)
     compared = json.loads(lutgen("compare", EXAMPLE, "--json", "-").out)
     before = told.last("error")
+    assert before["sentence"] in one_line(lutgen("compare", EXAMPLE).out)
     assert before["mean_de2000"] == compared["error"]["delta_e_mean"]
     assert before["noise_ratio"] == compared["error"]["rms_sigma"] / compared["floor"]["rms_sigma"]
     by_hour = [each["rms_sigma"] / each["floor_rms_sigma"] for each in compared["where"] if each["by"] == "hour"]
@@ -100,7 +101,14 @@ def test_the_error_is_what_compare_and_refine_print(lutgen: Callable[..., Done])
     assert {each["name"]: each["value"] for each in effect["parameters"]} == {
         name: each["value"] for name, each in fitted.items() if each["free"]
     }
+    printed = lutgen("refine", EXAMPLE, "--add", "black-level").out
+    assert [each["fit"] for each in effect["parameters"] if each["fit"] not in printed] == []
     assert len(after["readings"]) == compared["data"]["readings"] - len(compared["left_out"])
+
+
+def one_line(printed: str) -> str:
+    """What is printed, in one line."""
+    return " ".join(printed.split())
 
 
 @pytest.mark.numbers
@@ -177,6 +185,28 @@ def test_what_if_changes_the_error_and_the_model_and_nothing_brings_both_back() 
     assert told.last("model") == model
     with pytest.raises(LutgenError, match="outside its bounds"):
         held.what_if("black-level", "grown", 7.0)
+
+
+@pytest.mark.numbers
+def test_an_effect_of_ones_own_leaves_what_is_on_and_what_is_fitted() -> None:
+    held, told = fitting()
+    held.switch(["black-level"])
+    settled(held)
+    fit = told.last("error")["noise_ratio"]
+    listed = held.own([], ["leak: xyz + k*tau*white"])
+    assert [each["name"] for each in listed if each["on"]] == ["black-level"]
+    both = held.switch(["black-level", "leak"])
+    assert both["provisional"]
+    settled(held)
+    assert held.switch(["black-level"])["noise_ratio"] == fit
+    assert not held.switch(["black-level"])["provisional"]
+    # A formula that has changed under its name is fitted anew.
+    held.own([], ["leak: xyz + k*tau**2*white"])
+    assert not held.switch(["black-level"])["provisional"]
+    assert held.switch(["black-level", "leak"])["provisional"]
+    with pytest.raises(LutgenError, match="is no formula"):
+        held.own([], ["leak: xyz + nonsense("])
+    assert [each["name"] for each in held.effects() if each["on"]] == ["black-level", "leak"]
 
 
 @pytest.mark.parametrize("kind", ["aged", "compensated"])
@@ -514,7 +544,9 @@ def test_two_windows_do_not_disturb_one_another_and_a_diagnosis_can_be_cancelled
 
 
 @pytest.mark.slow
-def test_files_are_dropped_and_what_was_there_stays_where_they_are_refused(address: str) -> None:
+def test_files_are_dropped_and_what_was_there_stays_where_they_are_refused(
+    address: str, lutgen: Callable[..., Done], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     page = Visitor(address)
     folder = Path(EXAMPLE).parent / "campaign"
     refused = page.ask("drop", b"hour,R,G,B,X,Y,Z\n0,1,1,1,nothing,0,0\n", "&name=bad.csv", status=400)
@@ -524,10 +556,21 @@ def test_files_are_dropped_and_what_was_there_stays_where_they_are_refused(addre
     assert page.ask("drop", (folder / "2021-01.ti3").read_bytes(), "&name=2021-01.ti3&more=1") == {}
     needed = page.ask("drop", (folder / "2024-12.ti3").read_bytes(), "&name=2024-12.ti3")
     assert len(needed["needs_hours"]) == 2
-    assert page.ask("drop", b"", "&hours=0,9000")["hours"] == [0.0, 9000.0]
+    composed = page.ask("drop", b"", "&hours=0,9000")
+    assert composed["hours"] == [0.0, 9000.0]
+    # The commands read a file that only the page has: it is offered, and stands beside the sessions.
+    assert composed["written"]
+    for name in ("2021-01.ti3", "2024-12.ti3"):
+        (tmp_path / name).write_bytes((folder / name).read_bytes())
+    (tmp_path / composed["name"]).write_bytes(page.see("take", "&what=readings"))
+    command = shlex.split(json.loads(page.see("commands"))[0]["command"])
+    assert command == ["lutgen", "compare", "campaign.toml"]
+    monkeypatch.chdir(tmp_path)
+    assert "at 2 hours up to 9 000 h" in one_line(lutgen(*command[1:]).out)
     assert page.hears("error", lambda error: len(error["readings"]) < 600)["noise_ratio"] >= 0
     opened = page.ask("drop", Path(EXAMPLE).read_bytes(), "&name=../../again.csv")
     assert opened["name"] == "again.csv"
+    assert not opened["written"]
     assert "lutgen compare again.csv" in page.see("commands").decode()
 
 

@@ -148,6 +148,7 @@ def _overview_of(window: Window) -> dict[str, Any]:
         "image": window.image or None,
         "error": json.loads(error) if error else None,
         "on": list(window.asked.on),
+        "written": window.asked.written,
         "limits": LIMITS,
     }
     return {**window.overview, **more}
@@ -258,14 +259,16 @@ async def _own(window: Window, request: Request) -> Response:
                 403, "code", "A Python file is code that runs with your rights. Send trusted=yes for it."
             )
         path = await kept(request, window.new_folder(), CODE, "A file of effects")
-        asked = replace(asked, files=(*asked.files, str(path)), dropped=asked.dropped | {str(path)})
+        # A file that its author has changed comes again under the same name.
+        others = tuple(each for each in asked.files if Path(each).name != path.name)
+        asked = replace(asked, files=(*others, str(path)), dropped=asked.dropped | {str(path)})
     else:
         content = await json_body(request)
         name, text = content.get("name"), content.get("expression")
         if not (isinstance(name, str) and isinstance(text, str)):
             raise LutgenError('send {"name": text, "expression": text}.')
-        others = tuple(each for each in asked.expressions if each[0] != name)
-        asked = replace(asked, expressions=(*others, (name, text)))
+        formulas = tuple(each for each in asked.expressions if each[0] != name)
+        asked = replace(asked, expressions=(*formulas, (name, text)))
     return Response(await window.own(asked), media_type=JSON)
 
 

@@ -30,7 +30,7 @@ def gathered(paths: Sequence[str], hours: Sequence[float] | None) -> dict[str, A
     sessions = [read_session(file) for file in files]
     check_one_display(sessions)
     if hours is None:
-        dates = [each.created.isoformat() if each.created else None for each in sessions]
+        dates = [each.created.strftime("%Y-%m-%d %H:%M") if each.created else None for each in sessions]
         names = [{"name": file.name, "dated": date} for file, date in zip(files, dates, strict=True)]
         return {"needs_hours": names}
     if len(hours) != len(files):

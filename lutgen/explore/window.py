@@ -247,7 +247,8 @@ class Window:
             return dict(gathered)
         self.dropping.clear()
         data = gathered["data"]
-        await self.open(Asked(data, self.asked.image, dropped=self.asked.dropped | {data}))
+        dropped = self.asked.dropped | {data}
+        await self.open(Asked(data, self.asked.image, dropped=dropped, written=data not in paths))
         return {}
 
     async def take_image(self, path: str) -> dict[str, Any]:
@@ -292,7 +293,8 @@ class Window:
         """Take effects of the user's own; where one is refused, or loops for ever, those before stay."""
         await self.cancel()
         effects = await self.fits("own", files=asked.files, expressions=asked.texts)
-        self.asked = replace(asked, on=())
+        on = {each["name"] for each in json.loads(effects) if each["on"]}
+        self.asked = replace(asked, on=tuple(name for name in asked.on if name in on))
         return effects
 
     async def find(self) -> None:

@@ -42,7 +42,7 @@ export function dropOf(server, page) {
       return element(
         "div",
         {},
-        element("label", { for: field.id }, `${name}${dated ? ` (${dated})` : ""}`),
+        element("label", { for: field.id }, name, element("small", {}, dated ? `measured ${dated}` : "")),
         field,
         " h",
       );

@@ -200,17 +200,16 @@ export function physicsOf(server, page) {
     });
     slider.value = String(Math.round((STEPS * (value - least)) / (greatest - least || 1)));
     const now = element("output", {});
-    const interval =
-      fitted.low !== null && fitted.high !== null
-        ? `fit ${readable(fitted.value)}, ${readable(fitted.low)} to ${readable(fitted.high)}${unit}`
-        : `fit ${readable(fitted.value)}${unit}`;
+    const fit = element("span", { class: "quiet" }, `fit ${fitted.fit}`);
+    if (fitted.low !== null && fitted.high !== null)
+      fit.title = `95 % interval: ${readable(fitted.low)} to ${readable(fitted.high)}${unit}`;
     const line = element(
       "div",
       { class: "parameter" },
       element("span", { title: fitted.name }, spacedIn(fitted.words)),
       slider,
       now,
-      element("span", { class: "quiet" }, interval),
+      fit,
     );
     const write = (/** @type {number} */ number) => {
       now.textContent = `${readable(number, 3)}${unit}`;
@@ -264,15 +263,10 @@ export function physicsOf(server, page) {
   /** Add what the user wrote, and switch it on beside what is on. */
   const add = async (/** @type {unknown} */ body, /** @type {Record<string, unknown>} */ query = {}) =>
     trying(TROUBLE, async () => {
-      const before = on();
       const known = new Set(effects.map((each) => each.name));
       take(await server.post("own", body, query));
-      const added = effects.map((each) => each.name).filter((name) => !known.has(name));
-      const names = [...before, ...added];
-      turned = added[0] ?? "";
-      effects = effects.map((each) => ({ ...each, on: names.includes(each.name) }));
+      for (const { name } of effects.filter((each) => !known.has(each.name))) turn(name, true);
       rows();
-      page.error(await server.post("switch", { effects: names }));
     });
   byId("own").addEventListener("submit", async (event) => {
     event.preventDefault();
