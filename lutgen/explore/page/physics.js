@@ -200,7 +200,7 @@ export function physicsOf(server, page) {
     });
     slider.value = String(Math.round((STEPS * (value - least)) / (greatest - least || 1)));
     const now = element("output", {});
-    const fit = element("span", { class: "quiet" }, `fit ${fitted.fit}`);
+    const fit = element("span", { class: "quiet" }, fitted.fit && `fit ${fitted.fit}`);
     if (fitted.low !== null && fitted.high !== null)
       fit.title = `95 % interval: ${readable(fitted.low)} to ${readable(fitted.high)}${unit}`;
     const line = element(
