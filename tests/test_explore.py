@@ -24,12 +24,11 @@ import pytest
 from lutgen import DisplayModel
 from lutgen.errors import LutgenError
 from lutgen.explore.commands import Asked, commands
-from lutgen.explore.drop import IMAGE, READINGS
+from lutgen.explore.drop import IMAGE, READINGS, gathered
 from lutgen.explore.example import example_readings, tissue
 from lutgen.explore.fitting import Fitting
 from lutgen.explore.imaging import Imaging
 from lutgen.explore.process import ENDED, Process
-from lutgen.explore.sessions import gathered
 from lutgen.explore.showing import Showing
 from lutgen.explore.windows import MOST_WINDOWS
 from lutgen.names import FORETELLING_BASELINES

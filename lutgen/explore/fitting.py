@@ -51,8 +51,8 @@ class Fitting:
         return opened.overview()
 
     def gather(self, paths: Sequence[str], hours: Sequence[float] | None) -> dict[str, Any]:
-        """Make one file of readings of files that were dropped together (:func:`lutgen.explore.sessions.gathered`)."""
-        from lutgen.explore.sessions import gathered
+        """Make one file of readings of files that were dropped together (:func:`lutgen.explore.drop.gathered`)."""
+        from lutgen.explore.drop import gathered
 
         return gathered(paths, hours)
 

@@ -4,7 +4,7 @@ import uPlot from "./vendor/uPlot.esm.js";
 import { colour, element, ratio, spaced } from "./words.js";
 
 /** An error up to so many times the noise may be noise, as `lutgen compare` has it. */
-export const CLEAR = 1.5;
+const CLEAR = 1.5;
 
 const FONT = "10px system-ui, sans-serif";
 
