@@ -211,6 +211,40 @@ def switched_on(page: Page) -> set[str]:
     return {each.removeprefix("effect-") for each in found}
 
 
+def overlapping(page: Page) -> list[str]:
+    """Words of the error's head that stand in one another."""
+    found: list[str] = page.ask(
+        """(() => {
+            const words = ["ratio", "error-mean", "error-state", "error-where", "noise-line", "stop"]
+                .map((id) => document.querySelector(`#${id} span`) ?? document.getElementById(id))
+                .filter((each) => each.getClientRects().length && each.textContent);
+            const boxes = words.map((each) => {
+                const range = document.createRange();
+                range.selectNodeContents(each);
+                return range.getBoundingClientRect();
+            });
+            const before = (a, b) => a.right <= b.left || a.bottom <= b.top + 3;
+            const apart = (a, b) => before(a, b) || before(b, a);
+            return words.flatMap((one, i) => words.slice(i + 1).map((other, j) =>
+                apart(boxes[i], boxes[i + 1 + j]) ? "" : `${one.textContent} / ${other.textContent}`)).filter(Boolean);
+        })()"""
+    )
+    return found
+
+
+def cut_words(page: Page) -> list[str]:
+    """Words that are wider than what holds them."""
+    found: list[str] = page.ask(
+        """[..."h1 h2 button .button label dt dd figcaption .heads>span #error-mean".split(" ")]
+            .flatMap((each) => [...document.querySelectorAll(each)])
+            .filter((each) => each.scrollWidth > each.clientWidth + 1 && getComputedStyle(each).display !== "inline")
+            .filter((each) => !["hidden", "clip"].includes(getComputedStyle(each.parentElement).overflow))
+            .filter((each) => getComputedStyle(each).clipPath === "none")
+            .map((each) => each.textContent)"""
+    )
+    return found
+
+
 def shown_pixels(page: Page) -> np.ndarray[Any, np.dtype[np.uint8]]:
     """The picture's canvas, a pixel in 16."""
     values = page.ask(
@@ -330,15 +364,21 @@ def test_an_image_is_dropped_or_pasted_and_one_that_is_none_is_refused(page_of_e
 
 def test_an_effect_of_ones_own_is_added_and_switched_on(page_of_either: Page) -> None:
     page = page_of_either
-    before = text(page, "#ratio-number")
+    click(page, "#effect-eotf-drift")
+    page.wait(f"document.querySelector('.parameter') && {FINAL}", LONG)
+    before, both = text(page, "#ratio-number"), {"eotf-drift", "own-1"}
     page.ask("void (document.getElementById('own-line').value = 'xyz + k*tau*white')")
     click(page, "#own button")
-    page.wait(f"document.getElementById('effect-own-1')?.checked && {RATIO} !== {json.dumps(before)} && {FINAL}", LONG)
-    assert switched_on(page) == {"own-1"}
+    page.wait("!!document.getElementById('effect-own-1')?.checked", LONG)
+    # What was on stays on, from the first moment.
+    assert switched_on(page) == both
+    page.wait(f"{RATIO} !== {json.dumps(before)} && !!document.querySelector('#effect-own-1-parameters *')", LONG)
+    assert text(page, "#error-state") == ""
+    assert switched_on(page) == both
     page.ask("void (document.getElementById('own-line').value = 'xyz + nonsense(')")
     click(page, "#own button")
     page.wait("!document.getElementById('physics-trouble').hidden")
-    assert switched_on(page) == {"own-1"}
+    assert switched_on(page) == both
 
 
 def test_a_program_is_run_only_after_a_warning(page_of_either: Page, tmp_path: Path) -> None:
@@ -381,6 +421,7 @@ def test_a_switch_gives_an_error_at_once_and_what_if_moves_it(page_of_either: Pa
     )
     page.wait("document.getElementById('error-state').textContent.startsWith('what if')", LONG)
     page.wait(f"{RATIO} !== {json.dumps(fitted)}")
+    assert overlapping(page) == []
     assert page.ask("getComputedStyle(document.querySelector('.parameter')).filter") == "grayscale(1)"
     assert [each for each in commands_of(page) if each[1] == "refine"]
     assert "the fit's" in text(page, "#take-warning")
@@ -671,6 +712,8 @@ def test_everything_is_inside_the_window(page_of_either: Page, size: tuple[int, 
         assert at["top"] >= 0, name
         assert at["right"] <= size[0], name
         assert at["bottom"] <= size[1], name
+    assert cut_words(page) == []
+    assert overlapping(page) == []
     page.size(1280, 720)
 
 

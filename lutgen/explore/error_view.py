@@ -78,7 +78,7 @@ def _fitted(comparison: Comparison, opened: Opened, refinement: Refinement | Non
                     "name": key,
                     "words": parameter.meaning,
                     "value": value,
-                    "fit": with_error(value, stderr, parameter.unit) if known else "",
+                    "fit": with_error(value, stderr, parameter.unit),
                     "low": low,
                     "high": high,
                     "bounds": list(map(float, parameter.bounds)),

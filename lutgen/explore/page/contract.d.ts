@@ -66,7 +66,7 @@ export interface Parameter {
   name: string;
   words: string;
   value: number;
-  /** The fit's value with its standard error and unit, as `lutgen refine` prints it; empty before it is fitted. */
+  /** The fit's value with its standard error and unit, as `lutgen refine` prints it. */
   fit: string;
   /** Ends of the 95 % interval. */
   low: number | null;
