@@ -322,6 +322,21 @@ def test_a_ti3_is_opened_and_several_are_asked_for_their_hours(page_of_either: P
     assert page.ask("document.getElementById('hours').max") == "4000"
 
 
+def test_sessions_that_look_like_two_displays_are_opened_when_one_says_that_they_are_one(page_of_either: Page) -> None:
+    page = page_of_either
+    later = ti3(name="other").replace("Tue May 26 13:21:48 2020", "Fri May 27 10:00:00 2022")
+    drop(page, ("a.ti3", ti3()), ("b.ti3", later))
+    page.wait("!document.getElementById('drop-same').hidden", LONG)
+    assert "these sessions are of 2 displays" in text(page, "#drop-trouble")
+    assert page.ask("document.getElementById('drop-hours').hidden")
+    click(page, "#drop-same")
+    page.wait("document.querySelectorAll('#drop-hours input').length === 2", LONG)
+    assert page.ask("document.getElementById('drop-same').hidden")
+    page.ask("[...document.querySelectorAll('#drop-hours input')].forEach((each, at) => { each.value = 4000 * at; })")
+    click(page, "#drop-hours button")
+    page.wait("document.getElementById('provenance').textContent.includes('at 2 hours')", LONG)
+
+
 @pytest.mark.parametrize(
     ("name", "content"),
     [("broken.csv", "hour,R,G,B,X,Y,Z\n0,1,1,1,abc,100,100\n"), ("broken.ti3", "CTI3\n\nnothing\n")],

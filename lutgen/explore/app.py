@@ -171,7 +171,7 @@ async def _drop(window: Window, request: Request) -> Response:
     hours = number_list(query["hours"]) if query.get("hours") else None
     if query.get("hours") and hours is None:
         raise LutgenError(f"hours={query['hours']!r}: give operating hours in a list, such as 0,8000.")
-    needed = await window.drop(hours)
+    needed = await window.drop(hours, same=query.get("same") == "yes")
     return JSONResponse(needed) if needed else _overview(window)
 
 

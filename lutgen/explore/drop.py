@@ -43,8 +43,10 @@ async def kept(request: Request, folder: Path, most: int, what: str) -> Path:
     return path
 
 
-def gathered(paths: Sequence[str], hours: Sequence[float] | None) -> dict[str, Any]:
+def gathered(paths: Sequence[str], hours: Sequence[float] | None, *, same: bool = False) -> dict[str, Any]:
     """Return ``data``, the file to read; or ``needs_hours``, the sessions whose hours only a person knows.
+
+    ``same``: they are of one display although they look like several.
 
     Raises
     ------
@@ -61,7 +63,8 @@ def gathered(paths: Sequence[str], hours: Sequence[float] | None) -> dict[str, A
     if campaign or len(files) == 1:
         return {"data": str(campaign or files[0])}
     sessions = [read_session(file) for file in files]
-    check_one_display(sessions)
+    if not same:
+        check_one_display(sessions)
     if hours is None:
         dates = [each.created.strftime("%Y-%m-%d %H:%M") if each.created else None for each in sessions]
         names = [{"name": file.name, "dated": date} for file, date in zip(files, dates, strict=True)]

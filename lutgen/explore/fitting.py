@@ -50,11 +50,11 @@ class Fitting:
         self._alone = {}
         return opened.overview()
 
-    def gather(self, paths: Sequence[str], hours: Sequence[float] | None) -> dict[str, Any]:
+    def gather(self, paths: Sequence[str], hours: Sequence[float] | None, *, same: bool) -> dict[str, Any]:
         """Make one file of readings of files that were dropped together (:func:`lutgen.explore.drop.gathered`)."""
         from lutgen.explore.drop import gathered
 
-        return gathered(paths, hours)
+        return gathered(paths, hours, same=same)
 
     @property
     def _now(self) -> Opened:

@@ -232,14 +232,17 @@ class Window:
         for each in LASTING[:-1]:
             self.news.pop(each, None)
 
-    async def drop(self, hours: Sequence[float] | None) -> dict[str, Any]:
-        """Open the files that were dropped; where their hours must be told, say so and keep them."""
+    async def drop(self, hours: Sequence[float] | None, *, same: bool) -> dict[str, Any]:
+        """Open the files that were dropped, as :func:`lutgen.explore.drop.gathered`.
+
+        Where their hours must be told, say so and keep them.
+        """
         await self.cancel()
         paths = [str(path) for path in self.dropping]
         if not paths:
             raise LutgenError("no file was dropped. Drop a table of readings (.csv), a campaign file or sessions.")
         try:
-            gathered = json.loads(await self.fits("gather", paths=paths, hours=hours))
+            gathered = json.loads(await self.fits("gather", paths=paths, hours=hours, same=same))
         except LutgenError:
             self.dropping.clear()
             raise
