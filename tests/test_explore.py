@@ -14,7 +14,7 @@ from http.client import HTTPConnection
 from pathlib import Path
 from queue import Queue
 from threading import Thread
-from time import monotonic
+from time import monotonic, sleep
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
@@ -37,6 +37,7 @@ from lutgen.readings import read_measurements
 from lutgen.server import HOST, MOST_AT_ONCE, RefusedError, page_file
 from tests.command import Done, in_process
 from tests.test_study_server import Client
+from tests.virtual_display.campaign import Campaign, csv_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -206,6 +207,25 @@ def test_an_effect_of_ones_own_leaves_what_is_on_and_what_is_fitted() -> None:
     with pytest.raises(LutgenError, match="is no formula"):
         held.own([], ["leak: xyz + nonsense("])
     assert [each["name"] for each in held.effects() if each["on"]] == ["black-level", "leak"]
+
+
+@pytest.fixture(scope="module")
+def rivalry(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Readings of greys alone, which do not tell light that leaks from light that is reflected, or the meter's own."""
+    file = tmp_path_factory.mktemp("rivalry") / "greys.csv"
+    hidden = (("black-level", 32e-6, "constant"),)
+    campaign = Campaign(design="greys", held=True, ageing=0.3, hours=(0.0, 6000.0, 18_000.0), seed=3, hidden=hidden)
+    file.write_text(csv_text(campaign))
+    return file
+
+
+def test_of_effects_that_the_readings_do_not_tell_apart_the_likeliest_is_added(rivalry: Path) -> None:
+    held, _ = fitting(str(rivalry))
+    verdict = held.find()
+    assert verdict["name"] == "one-of"
+    (alike,) = verdict["rivals"]
+    assert len(alike) > 1
+    assert verdict["effects"] == alike[:1]
 
 
 @pytest.mark.parametrize("kind", ["aged", "compensated"])
@@ -424,12 +444,15 @@ class Visitor(Client):
         return self.post(f"{what}?window={self.window}{query}", content, status)
 
     def see(self, what: str, query: str = "", status: int = 200) -> bytes:
-        reply = self.request("GET", f"{self.path}api/{what}?window={self.window}{query}")
-        assert reply.status == status, self.body
-        return self.body
+        with closing(HTTPConnection(HOST, self.port, timeout=300)) as connection:
+            connection.request("GET", f"{self.path}api/{what}?window={self.window}{query}")
+            reply = connection.getresponse()
+            body = reply.read()
+        assert reply.status == status, body
+        return body
 
     def _listen(self) -> None:
-        with closing(HTTPConnection(HOST, self.port, timeout=120)) as connection:
+        with closing(HTTPConnection(HOST, self.port, timeout=600)) as connection:
             connection.request("GET", f"{self.path}api/events?window={self.window}")
             what = ""
             for line in connection.getresponse():
@@ -571,6 +594,71 @@ def test_files_are_dropped_and_what_was_there_stays_where_they_are_refused(
     assert opened["name"] == "again.csv"
     assert not opened["written"]
     assert "lutgen compare again.csv" in page.see("commands").decode()
+
+
+@pytest.mark.slow
+def test_a_campaign_file_is_dropped_with_its_sessions(address: str, lutgen: Callable[..., Done]) -> None:
+    page, campaign = Visitor(address), Path(EXAMPLE).parent / "campaign" / "campaign.toml"
+    for file in campaign.parent.glob("*.ti3"):
+        assert page.ask("drop", file.read_bytes(), f"&name={file.name}&more=1") == {}
+    opened = page.ask("drop", campaign.read_bytes(), "&name=campaign.toml")
+    compared = json.loads(lutgen("compare", str(campaign), "--json", "-").out)
+    assert opened["hours"] == compared["data"]["hours"]
+    assert not opened["written"]
+    error = page.hears("error", lambda error: len(error["readings"]) != 620)
+    assert error["mean_de2000"] == compared["error"]["delta_e_mean"]
+    # Without its sessions it is refused, and the sentence names the file by its own name.
+    refused = page.ask("drop", campaign.read_bytes(), "&name=campaign.toml", status=400)["error"]
+    assert "2021-01.ti3" in refused
+    assert "/w" not in refused
+
+
+@pytest.mark.slow
+def test_a_server_that_is_stopped_while_a_file_is_made_ends_without_a_word(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    replies: list[int] = []
+    with exploring() as address:
+        page = Visitor(address)
+        page.hears("error")
+
+        def take() -> None:
+            with closing(HTTPConnection(HOST, page.port, timeout=120)) as connection:
+                connection.request("GET", f"{page.path}api/take?window={page.window}&what=report")
+                replies.append(connection.getresponse().status)
+
+        taking = Thread(target=take)
+        taking.start()
+        end = monotonic() + 60
+        while not list(tmp_path.rglob("my-display.toml")):
+            assert monotonic() < end
+            sleep(0.02)
+    taking.join()
+    assert replies == [410]
+
+
+@pytest.mark.slow
+def test_what_is_taken_is_what_the_commands_write(address: str, lutgen: Callable[..., Done], tmp_path: Path) -> None:
+    page = Visitor(address)
+    page.ask("switch", {"effects": ["black-level"]})
+    page.hears("support")
+    refine = shlex.split(json.loads(page.see("commands"))[0]["command"])
+    model = tmp_path / refine[-1]
+    lutgen(*refine[1:-1], str(model))
+    for kind, form in (("aged", "clf"), ("compensated", "clf"), ("aged", "icc")):
+        seen = f"&mode=chroma-luma&hours=11500&kind={kind}"
+        line = next(
+            each["command"] for each in json.loads(page.see("commands", seen)) if "--format cube" in each["command"]
+        )
+        words = shlex.split(line.replace("--format cube", f"--format {form}"))
+        words[words.index("--model") + 1] = str(model)
+        lutgen(*words[1:-1], str(tmp_path / f"{kind}-{form}"))
+        (built,) = (tmp_path / f"{kind}-{form}").rglob(f"*.{form}")
+        assert page.see("take", f"&what={form}{seen}") == built.read_bytes(), (kind, form)
+    report = page.see("take", "&what=report").decode()
+    assert report.startswith("<!doctype html>")
+    assert "Does the model hold?" in report
 
 
 @pytest.mark.slow

@@ -23,7 +23,7 @@ from lutgen.explore.take import taken
 from lutgen.server import HEADERS, RefusedError, application, json_body, page_file
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Iterator
+    from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 
     from starlette.requests import Request
     from starlette.types import ASGIApp
@@ -294,7 +294,8 @@ async def _events(window: Window, _request: Request) -> Response:
 
 async def _take(window: Window, request: Request) -> Response:
     what = request.query_params.get("what", "")
-    name, data = await _while_wanted(request, taken(window, what, **_seen(request), kind=_kind(request)))
+    making = window.making(taken(window, what, **_seen(request), kind=_kind(request)))
+    name, data = await _while_wanted(request, making)
     ascii_name = "".join(
         letter if letter.isascii() and letter.isprintable() and letter not in '"\\' else "_" for letter in name
     )
@@ -302,19 +303,21 @@ async def _take(window: Window, request: Request) -> Response:
     return Response(data, media_type="application/octet-stream", headers=headers)
 
 
-async def _while_wanted(request: Request, work: Coroutine[Any, Any, tuple[str, bytes]]) -> tuple[str, bytes]:
-    """Do a work of minutes; it is ended when the page hangs up."""
+async def _while_wanted(request: Request, working: asyncio.Task[tuple[str, bytes]]) -> tuple[str, bytes]:
+    """Wait for a work of minutes; it is ended when the page hangs up, or its window ends."""
 
     async def hung_up() -> None:
         while (await request.receive())["type"] != "http.disconnect":
             pass
 
-    working, waiting = asyncio.create_task(work), asyncio.create_task(hung_up())
+    waiting = asyncio.create_task(hung_up())
     await asyncio.wait({working, waiting}, return_when=asyncio.FIRST_COMPLETED)
     waiting.cancel()
     if not working.done():
         working.cancel()
         raise RefusedError(499, "gone", "The page did not wait.")
+    if working.cancelled():
+        raise RefusedError(410, "gone", "This window is closed. Load the page again.")
     return working.result()
 
 

@@ -224,12 +224,14 @@ def _sees(each: Any) -> str:
 
 
 def verdict_json(diagnosis: Diagnosis, opened: Opened) -> dict[str, Any]:
-    """Return the verdict's sentence, what it names, and what to measure next."""
+    """Return the verdict's sentence, the effects that it adds to the model, their rivals, and what to measure next."""
     verdict = diagnosis.verdict
+    # Of effects that these readings do not tell apart, the likeliest alone is added.
+    added = [step.name for step in diagnosis.explanation.steps if step.name in verdict.effects]
     return {
         "name": verdict.name,
         "sentence": verdict.sentence,
-        "effects": list(opened.in_order(verdict.effects)),
+        "effects": list(opened.in_order(added)),
         "rivals": [list(each) for each in verdict.rivals],
         "remarks": list(verdict.remarks),
         "next": " ".join(f"To tell {' from '.join(each.separates)}: {each.name}." for each in diagnosis.measure_next),

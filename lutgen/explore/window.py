@@ -57,6 +57,7 @@ class Window:
     _finding: asyncio.Task[None] | None = None
     _mending: dict[str, asyncio.Task[None]] = field(default_factory=dict)
     _tasks: set[asyncio.Task[None]] = field(default_factory=set)
+    _made: set[asyncio.Task[Any]] = field(default_factory=set)
 
     async def start(self) -> None:
         """Start what shows, and open what the command was given. Raises LutgenError where it cannot be shown."""
@@ -82,13 +83,17 @@ class Window:
         self._ended = True
         for process in self._processes:
             process.end()
+        for making in self._made:
+            making.cancel()
         for listener in self.listeners:
             listener.put_nowait(None)
 
     async def gone(self) -> None:
         """Wait until all processes have ended."""
         while tasks := [
-            each for each in (*self._tasks, self._finding, *self._mending.values()) if each and not each.done()
+            each
+            for each in (*self._tasks, *self._made, self._finding, *self._mending.values())
+            if each and not each.done()
         ]:
             await asyncio.wait(tasks)
         await asyncio.gather(*(process.gone() for process in self._processes))
@@ -159,6 +164,13 @@ class Window:
         task = asyncio.create_task(quiet())
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+
+    def making(self, work: Coroutine[Any, Any, tuple[str, bytes]]) -> asyncio.Task[tuple[str, bytes]]:
+        """Begin to make what is taken away; it is ended with the window."""
+        task = asyncio.create_task(work)
+        self._made.add(task)
+        task.add_done_callback(self._made.discard)
+        return task
 
     # Processes: asked for an answer soon, and started again where one ends or hangs.
 
