@@ -209,18 +209,16 @@ def test_an_effect_of_ones_own_leaves_what_is_on_and_what_is_fitted() -> None:
     assert [each["name"] for each in held.effects() if each["on"]] == ["black-level", "leak"]
 
 
-@pytest.fixture(scope="module")
-def rivalry(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Readings of greys alone, which do not tell light that leaks from light that is reflected, or the meter's own."""
-    file = tmp_path_factory.mktemp("rivalry") / "greys.csv"
+def greys_alone() -> str:
+    """Readings that do not tell light that leaks from light that is reflected, or from the meter's own."""
     hidden = (("black-level", 32e-6, "constant"),)
-    campaign = Campaign(design="greys", held=True, ageing=0.3, hours=(0.0, 6000.0, 18_000.0), seed=3, hidden=hidden)
-    file.write_text(csv_text(campaign))
-    return file
+    hours = (0.0, 6000.0, 18_000.0)
+    return csv_text(Campaign(design="greys", held=True, ageing=0.3, hours=hours, seed=3, hidden=hidden))
 
 
-def test_of_effects_that_the_readings_do_not_tell_apart_the_likeliest_is_added(rivalry: Path) -> None:
-    held, _ = fitting(str(rivalry))
+def test_of_effects_that_the_readings_do_not_tell_apart_the_likeliest_is_added(tmp_path: Path) -> None:
+    (tmp_path / "greys.csv").write_text(greys_alone())
+    held, _ = fitting(str(tmp_path / "greys.csv"))
     verdict = held.find()
     assert verdict["name"] == "one-of"
     (alike,) = verdict["rivals"]

@@ -26,6 +26,7 @@ from lutgen.readings.rest import is_tip
 from tests.browser import CHROMIUM, PATIENCE, browser
 from tests.firefox import FIREFOX, firefox
 from tests.session_files import ti3
+from tests.test_explore import greys_alone
 from tests.test_own_effects import GOOD
 
 if TYPE_CHECKING:
@@ -595,6 +596,44 @@ def test_a_fit_that_takes_long_is_stopped(page_of_either: Page, tmp_path: Path) 
     click(page, "#effect-black-level")
     page.wait(f"document.querySelector('.parameter input') && {RATIO} !== {json.dumps(before)} && {FINAL}", LONG)
     assert switched_on(page) == {"black-level"}
+
+
+def test_rivals_are_marked_and_what_to_measure_next_is_a_list_of_patches(
+    either: tuple[Page, Path], tmp_path: Path
+) -> None:
+    page, downloads = either
+    (tmp_path / "greys.csv").write_text(greys_alone())
+    with explored(tmp_path, "greys.csv") as (address, _):
+        opened(page, address)
+        click(page, "#find")
+        page.wait(f"document.querySelector('#verdict b') && document.getElementById('finding').hidden && {FINAL}", LONG)
+        page.wait("!!document.querySelector('.parameter')", LONG)
+        (likeliest,) = switched_on(page)
+        marked = "[...document.querySelectorAll('.rival:not([hidden])')].map((each) => each.closest('li').id)"
+        rivals = {each.removeprefix("row-") for each in page.ask(marked)}
+        assert rivals
+        assert likeliest not in rivals
+        assert all(each in text(page, "#verdict") for each in rivals)
+        (plan,) = (each for each in commands_of(page) if each[1] == "plan")
+        lutgen(*plan[1:], cwd=tmp_path)
+        page.ask("document.getElementById('take').hidePopover()")
+        click(page, "#patch-list")
+        until(lambda: any(each.stat().st_size for each in downloads.glob("patches*.csv")), "no list was saved")
+        (patches,) = downloads.glob("patches*.csv")
+        assert patches.read_bytes() == (tmp_path / plan[-1]).read_bytes()
+        patches.unlink()
+        page.open_address("about:blank")
+
+
+def test_what_the_readings_do_not_support_is_told_and_the_command_keeps_it(page_of_either: Page) -> None:
+    page = page_of_either
+    click(page, "#effect-edge-falloff")
+    page.wait(f"document.querySelector('.parameter') && {FINAL}", LONG)
+    caution = "The readings do not support edge-falloff"
+    assert caution in text(page, "#effect-edge-falloff-parameters .caution")
+    (refine,) = (each for each in commands_of(page) if each[1] == "refine")
+    assert "--keep" in refine
+    assert caution in text(page, "#take-warning")
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes in Linux's /proc")
