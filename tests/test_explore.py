@@ -655,7 +655,7 @@ def test_what_is_taken_is_what_the_commands_write(address: str, lutgen: Callable
         (built,) = (tmp_path / f"{kind}-{form}").rglob(f"*.{form}")
         assert page.see("take", f"&what={form}{seen}") == built.read_bytes(), (kind, form)
     report = page.see("take", "&what=report").decode()
-    assert report.startswith("<!doctype html>")
+    assert report.startswith("<!DOCTYPE html>")
     assert "Does the model hold?" in report
 
 

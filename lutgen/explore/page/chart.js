@@ -246,7 +246,7 @@ export function driftChart(drift) {
   });
   return element(
     "figure",
-    { class: "slice drift", "data-slice": "drift" },
+    { class: "slice drift", "data-slice": "drift", title: "Since the first session: points measured, lines predicted" },
     element("figcaption", {}, "Δu′v′ ", ...legend),
     host,
   );
