@@ -36,6 +36,7 @@ from lutgen.pictures.viewer import WHITE
 from lutgen.readings import read_measurements
 from lutgen.server import HOST, MOST_AT_ONCE, RefusedError, page_file
 from tests.command import Done, in_process
+from tests.test_own_effects import GOOD
 from tests.test_study_server import Client
 from tests.virtual_display.campaign import Campaign, csv_text
 
@@ -673,6 +674,10 @@ def test_an_own_effect_of_one_line_is_added_and_code_only_when_it_is_trusted(add
     assert page.ask("own", code, "&name=mine.py&trusted=yes", status=400)["error"] == ENDED
     page.ask("switch", {"effects": ["eotf-drift"]})
     assert page.hears("error", lambda error: len(error["effects"]) == 1)["effects"][0]["name"] == "eotf-drift"
+    # A file that its author has changed is dropped again.
+    for text in (GOOD, f"{GOOD}\n# changed\n"):
+        own = page.ask("own", text.encode(), "&name=glow.py&trusted=yes")
+        assert [each["name"] for each in own if each["own"]].count("glue-glow") == 1
 
 
 def png_of(width: int, height: int) -> bytes:
