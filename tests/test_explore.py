@@ -495,6 +495,13 @@ def address() -> Iterator[str]:
         yield address
 
 
+@pytest.fixture
+def own_address() -> Iterator[str]:
+    """Of a server that no other test's windows fill."""
+    with exploring() as address:
+        yield address
+
+
 @pytest.mark.slow
 def test_a_small_reply_comes_at_once_on_a_connection_that_is_kept(address: str) -> None:
     """A body that waits until its head is acknowledged comes 40 ms after it, each time."""
@@ -596,8 +603,8 @@ def test_files_are_dropped_and_what_was_there_stays_where_they_are_refused(
 
 
 @pytest.mark.slow
-def test_a_campaign_file_is_dropped_with_its_sessions(address: str, lutgen: Callable[..., Done]) -> None:
-    page, campaign = Visitor(address), Path(EXAMPLE).parent / "campaign" / "campaign.toml"
+def test_a_campaign_file_is_dropped_with_its_sessions(own_address: str, lutgen: Callable[..., Done]) -> None:
+    page, campaign = Visitor(own_address), Path(EXAMPLE).parent / "campaign" / "campaign.toml"
     for file in campaign.parent.glob("*.ti3"):
         assert page.ask("drop", file.read_bytes(), f"&name={file.name}&more=1") == {}
     opened = page.ask("drop", campaign.read_bytes(), "&name=campaign.toml")
@@ -638,8 +645,10 @@ def test_a_server_that_is_stopped_while_a_file_is_made_ends_without_a_word(
 
 
 @pytest.mark.slow
-def test_what_is_taken_is_what_the_commands_write(address: str, lutgen: Callable[..., Done], tmp_path: Path) -> None:
-    page = Visitor(address)
+def test_what_is_taken_is_what_the_commands_write(
+    own_address: str, lutgen: Callable[..., Done], tmp_path: Path
+) -> None:
+    page = Visitor(own_address)
     page.ask("switch", {"effects": ["black-level"]})
     page.hears("support")
     refine = shlex.split(json.loads(page.see("commands"))[0]["command"])
