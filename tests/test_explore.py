@@ -14,7 +14,7 @@ from http.client import HTTPConnection
 from pathlib import Path
 from queue import Queue
 from threading import Thread
-from time import monotonic
+from time import monotonic, sleep
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
@@ -24,12 +24,11 @@ import pytest
 from lutgen import DisplayModel
 from lutgen.errors import LutgenError
 from lutgen.explore.commands import Asked, commands
-from lutgen.explore.drop import IMAGE, READINGS
+from lutgen.explore.drop import IMAGE, READINGS, gathered
 from lutgen.explore.example import example_readings, tissue
 from lutgen.explore.fitting import Fitting
 from lutgen.explore.imaging import Imaging
 from lutgen.explore.process import ENDED, Process
-from lutgen.explore.sessions import gathered
 from lutgen.explore.showing import Showing
 from lutgen.explore.windows import MOST_WINDOWS
 from lutgen.names import FORETELLING_BASELINES
@@ -37,7 +36,9 @@ from lutgen.pictures.viewer import WHITE
 from lutgen.readings import read_measurements
 from lutgen.server import HOST, MOST_AT_ONCE, RefusedError, page_file
 from tests.command import Done, in_process
+from tests.test_own_effects import GOOD
 from tests.test_study_server import Client
+from tests.virtual_display.campaign import Campaign, csv_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -80,6 +81,7 @@ def test_the_error_is_what_compare_and_refine_print(lutgen: Callable[..., Done])
     settled(held)
     compared = json.loads(lutgen("compare", EXAMPLE, "--json", "-").out)
     before = told.last("error")
+    assert before["sentence"] in one_line(lutgen("compare", EXAMPLE).out)
     assert before["mean_de2000"] == compared["error"]["delta_e_mean"]
     assert before["noise_ratio"] == compared["error"]["rms_sigma"] / compared["floor"]["rms_sigma"]
     by_hour = [each["rms_sigma"] / each["floor_rms_sigma"] for each in compared["where"] if each["by"] == "hour"]
@@ -100,7 +102,14 @@ def test_the_error_is_what_compare_and_refine_print(lutgen: Callable[..., Done])
     assert {each["name"]: each["value"] for each in effect["parameters"]} == {
         name: each["value"] for name, each in fitted.items() if each["free"]
     }
+    printed = lutgen("refine", EXAMPLE, "--add", "black-level").out
+    assert [each["fit"] for each in effect["parameters"] if each["fit"] not in printed] == []
     assert len(after["readings"]) == compared["data"]["readings"] - len(compared["left_out"])
+
+
+def one_line(printed: str) -> str:
+    """What is printed, in one line."""
+    return " ".join(printed.split())
 
 
 @pytest.mark.numbers
@@ -177,6 +186,45 @@ def test_what_if_changes_the_error_and_the_model_and_nothing_brings_both_back() 
     assert told.last("model") == model
     with pytest.raises(LutgenError, match="outside its bounds"):
         held.what_if("black-level", "grown", 7.0)
+
+
+@pytest.mark.numbers
+def test_an_effect_of_ones_own_leaves_what_is_on_and_what_is_fitted() -> None:
+    held, told = fitting()
+    held.switch(["black-level"])
+    settled(held)
+    fit = told.last("error")["noise_ratio"]
+    listed = held.own([], ["leak: xyz + k*tau*white"])
+    assert [each["name"] for each in listed if each["on"]] == ["black-level"]
+    both = held.switch(["black-level", "leak"])
+    assert both["provisional"]
+    settled(held)
+    assert held.switch(["black-level"])["noise_ratio"] == fit
+    assert not held.switch(["black-level"])["provisional"]
+    # A formula that has changed under its name is fitted anew.
+    held.own([], ["leak: xyz + k*tau**2*white"])
+    assert not held.switch(["black-level"])["provisional"]
+    assert held.switch(["black-level", "leak"])["provisional"]
+    with pytest.raises(LutgenError, match="is no formula"):
+        held.own([], ["leak: xyz + nonsense("])
+    assert [each["name"] for each in held.effects() if each["on"]] == ["black-level", "leak"]
+
+
+def greys_alone() -> str:
+    """Readings that do not tell light that leaks from light that is reflected, or from the meter's own."""
+    hidden = (("black-level", 32e-6, "constant"),)
+    hours = (0.0, 6000.0, 18_000.0)
+    return csv_text(Campaign(design="greys", held=True, ageing=0.3, hours=hours, seed=3, hidden=hidden))
+
+
+def test_of_effects_that_the_readings_do_not_tell_apart_the_likeliest_is_added(tmp_path: Path) -> None:
+    (tmp_path / "greys.csv").write_text(greys_alone())
+    held, _ = fitting(str(tmp_path / "greys.csv"))
+    verdict = held.find()
+    assert verdict["name"] == "one-of"
+    (alike,) = verdict["rivals"]
+    assert len(alike) > 1
+    assert verdict["effects"] == alike[:1]
 
 
 @pytest.mark.parametrize("kind", ["aged", "compensated"])
@@ -395,12 +443,15 @@ class Visitor(Client):
         return self.post(f"{what}?window={self.window}{query}", content, status)
 
     def see(self, what: str, query: str = "", status: int = 200) -> bytes:
-        reply = self.request("GET", f"{self.path}api/{what}?window={self.window}{query}")
-        assert reply.status == status, self.body
-        return self.body
+        with closing(HTTPConnection(HOST, self.port, timeout=300)) as connection:
+            connection.request("GET", f"{self.path}api/{what}?window={self.window}{query}")
+            reply = connection.getresponse()
+            body = reply.read()
+        assert reply.status == status, body
+        return body
 
     def _listen(self) -> None:
-        with closing(HTTPConnection(HOST, self.port, timeout=120)) as connection:
+        with closing(HTTPConnection(HOST, self.port, timeout=600)) as connection:
             connection.request("GET", f"{self.path}api/events?window={self.window}")
             what = ""
             for line in connection.getresponse():
@@ -440,6 +491,13 @@ def exploring(*arguments: str) -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
+    with exploring() as address:
+        yield address
+
+
+@pytest.fixture
+def own_address() -> Iterator[str]:
+    """Of a server that no other test's windows fill."""
     with exploring() as address:
         yield address
 
@@ -514,7 +572,9 @@ def test_two_windows_do_not_disturb_one_another_and_a_diagnosis_can_be_cancelled
 
 
 @pytest.mark.slow
-def test_files_are_dropped_and_what_was_there_stays_where_they_are_refused(address: str) -> None:
+def test_files_are_dropped_and_what_was_there_stays_where_they_are_refused(
+    address: str, lutgen: Callable[..., Done], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     page = Visitor(address)
     folder = Path(EXAMPLE).parent / "campaign"
     refused = page.ask("drop", b"hour,R,G,B,X,Y,Z\n0,1,1,1,nothing,0,0\n", "&name=bad.csv", status=400)
@@ -524,11 +584,89 @@ def test_files_are_dropped_and_what_was_there_stays_where_they_are_refused(addre
     assert page.ask("drop", (folder / "2021-01.ti3").read_bytes(), "&name=2021-01.ti3&more=1") == {}
     needed = page.ask("drop", (folder / "2024-12.ti3").read_bytes(), "&name=2024-12.ti3")
     assert len(needed["needs_hours"]) == 2
-    assert page.ask("drop", b"", "&hours=0,9000")["hours"] == [0.0, 9000.0]
+    composed = page.ask("drop", b"", "&hours=0,9000")
+    assert composed["hours"] == [0.0, 9000.0]
+    # The commands read a file that only the page has: it is offered, and stands beside the sessions.
+    assert composed["written"]
+    for name in ("2021-01.ti3", "2024-12.ti3"):
+        (tmp_path / name).write_bytes((folder / name).read_bytes())
+    (tmp_path / composed["name"]).write_bytes(page.see("take", "&what=readings"))
+    command = shlex.split(json.loads(page.see("commands"))[0]["command"])
+    assert command == ["lutgen", "compare", "campaign.toml"]
+    monkeypatch.chdir(tmp_path)
+    assert "at 2 hours up to 9 000 h" in one_line(lutgen(*command[1:]).out)
     assert page.hears("error", lambda error: len(error["readings"]) < 600)["noise_ratio"] >= 0
     opened = page.ask("drop", Path(EXAMPLE).read_bytes(), "&name=../../again.csv")
     assert opened["name"] == "again.csv"
+    assert not opened["written"]
     assert "lutgen compare again.csv" in page.see("commands").decode()
+
+
+@pytest.mark.slow
+def test_a_campaign_file_is_dropped_with_its_sessions(own_address: str, lutgen: Callable[..., Done]) -> None:
+    page, campaign = Visitor(own_address), Path(EXAMPLE).parent / "campaign" / "campaign.toml"
+    for file in campaign.parent.glob("*.ti3"):
+        assert page.ask("drop", file.read_bytes(), f"&name={file.name}&more=1") == {}
+    opened = page.ask("drop", campaign.read_bytes(), "&name=campaign.toml")
+    compared = json.loads(lutgen("compare", str(campaign), "--json", "-").out)
+    assert opened["hours"] == compared["data"]["hours"]
+    assert not opened["written"]
+    error = page.hears("error", lambda error: len(error["readings"]) != 620)
+    assert error["mean_de2000"] == compared["error"]["delta_e_mean"]
+    # Without its sessions it is refused, and the sentence names the file by its own name.
+    refused = page.ask("drop", campaign.read_bytes(), "&name=campaign.toml", status=400)["error"]
+    assert "2021-01.ti3" in refused
+    assert "/w" not in refused
+
+
+@pytest.mark.slow
+def test_a_server_that_is_stopped_while_a_file_is_made_ends_without_a_word(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    replies: list[int] = []
+    with exploring() as address:
+        page = Visitor(address)
+        page.hears("error")
+
+        def take() -> None:
+            with closing(HTTPConnection(HOST, page.port, timeout=120)) as connection:
+                connection.request("GET", f"{page.path}api/take?window={page.window}&what=report")
+                replies.append(connection.getresponse().status)
+
+        taking = Thread(target=take)
+        taking.start()
+        end = monotonic() + 60
+        while not list(tmp_path.rglob("my-display.toml")):
+            assert monotonic() < end
+            sleep(0.02)
+    taking.join()
+    assert replies == [410]
+
+
+@pytest.mark.slow
+def test_what_is_taken_is_what_the_commands_write(
+    own_address: str, lutgen: Callable[..., Done], tmp_path: Path
+) -> None:
+    page = Visitor(own_address)
+    page.ask("switch", {"effects": ["black-level"]})
+    page.hears("support")
+    refine = shlex.split(json.loads(page.see("commands"))[0]["command"])
+    model = tmp_path / refine[-1]
+    lutgen(*refine[1:-1], str(model))
+    for kind, form in (("aged", "clf"), ("compensated", "clf"), ("aged", "icc")):
+        seen = f"&mode=chroma-luma&hours=11500&kind={kind}"
+        line = next(
+            each["command"] for each in json.loads(page.see("commands", seen)) if "--format cube" in each["command"]
+        )
+        words = shlex.split(line.replace("--format cube", f"--format {form}"))
+        words[words.index("--model") + 1] = str(model)
+        lutgen(*words[1:-1], str(tmp_path / f"{kind}-{form}"))
+        (built,) = (tmp_path / f"{kind}-{form}").rglob(f"*.{form}")
+        assert page.see("take", f"&what={form}{seen}") == built.read_bytes(), (kind, form)
+    report = page.see("take", "&what=report").decode()
+    assert report.startswith("<!DOCTYPE html>")
+    assert "Does the model hold?" in report
 
 
 @pytest.mark.slow
@@ -545,6 +683,10 @@ def test_an_own_effect_of_one_line_is_added_and_code_only_when_it_is_trusted(add
     assert page.ask("own", code, "&name=mine.py&trusted=yes", status=400)["error"] == ENDED
     page.ask("switch", {"effects": ["eotf-drift"]})
     assert page.hears("error", lambda error: len(error["effects"]) == 1)["effects"][0]["name"] == "eotf-drift"
+    # A file that its author has changed is dropped again.
+    for text in (GOOD, f"{GOOD}\n# changed\n"):
+        own = page.ask("own", text.encode(), "&name=glow.py&trusted=yes")
+        assert [each["name"] for each in own if each["own"]].count("glue-glow") == 1
 
 
 def png_of(width: int, height: int) -> bytes:

@@ -26,6 +26,7 @@ from lutgen.readings.rest import is_tip
 from tests.browser import CHROMIUM, PATIENCE, browser
 from tests.firefox import FIREFOX, firefox
 from tests.session_files import ti3
+from tests.test_explore import greys_alone
 from tests.test_own_effects import GOOD
 
 if TYPE_CHECKING:
@@ -211,6 +212,40 @@ def switched_on(page: Page) -> set[str]:
     return {each.removeprefix("effect-") for each in found}
 
 
+def overlapping(page: Page) -> list[str]:
+    """Words of the error's head that stand in one another."""
+    found: list[str] = page.ask(
+        """(() => {
+            const words = ["ratio", "error-mean", "error-state", "error-where", "noise-line", "stop"]
+                .map((id) => document.querySelector(`#${id} span`) ?? document.getElementById(id))
+                .filter((each) => each.getClientRects().length && each.textContent);
+            const boxes = words.map((each) => {
+                const range = document.createRange();
+                range.selectNodeContents(each);
+                return range.getBoundingClientRect();
+            });
+            const before = (a, b) => a.right <= b.left || a.bottom <= b.top + 3;
+            const apart = (a, b) => before(a, b) || before(b, a);
+            return words.flatMap((one, i) => words.slice(i + 1).map((other, j) =>
+                apart(boxes[i], boxes[i + 1 + j]) ? "" : `${one.textContent} / ${other.textContent}`)).filter(Boolean);
+        })()"""
+    )
+    return found
+
+
+def cut_words(page: Page) -> list[str]:
+    """Words that are wider than what holds them."""
+    found: list[str] = page.ask(
+        """[..."h1 h2 button .button label dt dd figcaption .heads>span #error-mean".split(" ")]
+            .flatMap((each) => [...document.querySelectorAll(each)])
+            .filter((each) => each.scrollWidth > each.clientWidth + 1 && getComputedStyle(each).display !== "inline")
+            .filter((each) => !["hidden", "clip"].includes(getComputedStyle(each.parentElement).overflow))
+            .filter((each) => getComputedStyle(each).clipPath === "none")
+            .map((each) => each.textContent)"""
+    )
+    return found
+
+
 def shown_pixels(page: Page) -> np.ndarray[Any, np.dtype[np.uint8]]:
     """The picture's canvas, a pixel in 16."""
     values = page.ask(
@@ -288,6 +323,21 @@ def test_a_ti3_is_opened_and_several_are_asked_for_their_hours(page_of_either: P
     assert page.ask("document.getElementById('hours').max") == "4000"
 
 
+def test_sessions_that_look_like_two_displays_are_opened_when_one_says_that_they_are_one(page_of_either: Page) -> None:
+    page = page_of_either
+    later = ti3(name="other").replace("Tue May 26 13:21:48 2020", "Fri May 27 10:00:00 2022")
+    drop(page, ("a.ti3", ti3()), ("b.ti3", later))
+    page.wait("!document.getElementById('drop-same').hidden", LONG)
+    assert "these sessions are of 2 displays" in text(page, "#drop-trouble")
+    assert page.ask("document.getElementById('drop-hours').hidden")
+    click(page, "#drop-same")
+    page.wait("document.querySelectorAll('#drop-hours input').length === 2", LONG)
+    assert page.ask("document.getElementById('drop-same').hidden")
+    page.ask("[...document.querySelectorAll('#drop-hours input')].forEach((each, at) => { each.value = 4000 * at; })")
+    click(page, "#drop-hours button")
+    page.wait("document.getElementById('provenance').textContent.includes('at 2 hours')", LONG)
+
+
 @pytest.mark.parametrize(
     ("name", "content"),
     [("broken.csv", "hour,R,G,B,X,Y,Z\n0,1,1,1,abc,100,100\n"), ("broken.ti3", "CTI3\n\nnothing\n")],
@@ -330,15 +380,21 @@ def test_an_image_is_dropped_or_pasted_and_one_that_is_none_is_refused(page_of_e
 
 def test_an_effect_of_ones_own_is_added_and_switched_on(page_of_either: Page) -> None:
     page = page_of_either
-    before = text(page, "#ratio-number")
+    click(page, "#effect-eotf-drift")
+    page.wait(f"document.querySelector('.parameter') && {FINAL}", LONG)
+    before, both = text(page, "#ratio-number"), {"eotf-drift", "own-1"}
     page.ask("void (document.getElementById('own-line').value = 'xyz + k*tau*white')")
     click(page, "#own button")
-    page.wait(f"document.getElementById('effect-own-1')?.checked && {RATIO} !== {json.dumps(before)} && {FINAL}", LONG)
-    assert switched_on(page) == {"own-1"}
+    page.wait("!!document.getElementById('effect-own-1')?.checked", LONG)
+    # What was on stays on, from the first moment.
+    assert switched_on(page) == both
+    page.wait(f"{RATIO} !== {json.dumps(before)} && !!document.querySelector('#effect-own-1-parameters *')", LONG)
+    assert text(page, "#error-state") == ""
+    assert switched_on(page) == both
     page.ask("void (document.getElementById('own-line').value = 'xyz + nonsense(')")
     click(page, "#own button")
     page.wait("!document.getElementById('physics-trouble').hidden")
-    assert switched_on(page) == {"own-1"}
+    assert switched_on(page) == both
 
 
 def test_a_program_is_run_only_after_a_warning(page_of_either: Page, tmp_path: Path) -> None:
@@ -381,6 +437,7 @@ def test_a_switch_gives_an_error_at_once_and_what_if_moves_it(page_of_either: Pa
     )
     page.wait("document.getElementById('error-state').textContent.startsWith('what if')", LONG)
     page.wait(f"{RATIO} !== {json.dumps(fitted)}")
+    assert overlapping(page) == []
     assert page.ask("getComputedStyle(document.querySelector('.parameter')).filter") == "grayscale(1)"
     assert [each for each in commands_of(page) if each[1] == "refine"]
     assert "the fit's" in text(page, "#take-warning")
@@ -541,6 +598,44 @@ def test_a_fit_that_takes_long_is_stopped(page_of_either: Page, tmp_path: Path) 
     assert switched_on(page) == {"black-level"}
 
 
+def test_rivals_are_marked_and_what_to_measure_next_is_a_list_of_patches(
+    either: tuple[Page, Path], tmp_path: Path
+) -> None:
+    page, downloads = either
+    (tmp_path / "greys.csv").write_text(greys_alone())
+    with explored(tmp_path, "greys.csv") as (address, _):
+        opened(page, address)
+        click(page, "#find")
+        page.wait(f"document.querySelector('#verdict b') && document.getElementById('finding').hidden && {FINAL}", LONG)
+        page.wait("!!document.querySelector('.parameter')", LONG)
+        (likeliest,) = switched_on(page)
+        marked = "[...document.querySelectorAll('.rival:not([hidden])')].map((each) => each.closest('li').id)"
+        rivals = {each.removeprefix("row-") for each in page.ask(marked)}
+        assert rivals
+        assert likeliest not in rivals
+        assert all(each in text(page, "#verdict") for each in rivals)
+        (plan,) = (each for each in commands_of(page) if each[1] == "plan")
+        lutgen(*plan[1:], cwd=tmp_path)
+        page.ask("document.getElementById('take').hidePopover()")
+        click(page, "#patch-list")
+        until(lambda: any(each.stat().st_size for each in downloads.glob("patches*.csv")), "no list was saved")
+        (patches,) = downloads.glob("patches*.csv")
+        assert patches.read_bytes() == (tmp_path / plan[-1]).read_bytes()
+        patches.unlink()
+        page.open_address("about:blank")
+
+
+def test_what_the_readings_do_not_support_is_told_and_the_command_keeps_it(page_of_either: Page) -> None:
+    page = page_of_either
+    click(page, "#effect-edge-falloff")
+    page.wait(f"document.querySelector('.parameter') && {FINAL}", LONG)
+    caution = "The readings do not support edge-falloff"
+    assert caution in text(page, "#effect-edge-falloff-parameters .caution")
+    (refine,) = (each for each in commands_of(page) if each[1] == "refine")
+    assert "--keep" in refine
+    assert caution in text(page, "#take-warning")
+
+
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes in Linux's /proc")
 def test_what_is_being_made_is_cancelled(either: tuple[Page, Path]) -> None:
     page, downloads = either
@@ -671,6 +766,8 @@ def test_everything_is_inside_the_window(page_of_either: Page, size: tuple[int, 
         assert at["top"] >= 0, name
         assert at["right"] <= size[0], name
         assert at["bottom"] <= size[1], name
+    assert cut_words(page) == []
+    assert overlapping(page) == []
     page.size(1280, 720)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -213,6 +214,21 @@ class Course:
         """Begin with the model of :func:`refine`, whose parameters and errors these are."""
         problem = Problem.of(readings, baseline=baseline, selection=selection, instrument=instrument)
         return cls(fit(with_shared_errors(problem, terms), terms), known_under(effects, baseline))
+
+    def with_effects(self, effects: Mapping[str, Effect]) -> Course:
+        """The same model with other effects that may join; fits of effects that are in both are kept."""
+        other = copy(self)
+        other.__dict__["effects"] = effects
+        stay = other.shared_with(self)
+        for kept in ("_fits", "_steps"):
+            found = getattr(self, kept).items()
+            other.__dict__[kept] = {names: each for names, each in found if stay.issuperset(names)}
+        return other
+
+    def shared_with(self, other: Course) -> set[str]:
+        """Names of the effects that are the same in another course: of the same name and origin."""
+        mine = {name: each.origin for name, each in self.effects.items()}
+        return {name for name, each in other.effects.items() if mine.get(name) == each.origin}
 
     @cached_property
     def before(self) -> Comparison:

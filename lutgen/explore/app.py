@@ -23,7 +23,7 @@ from lutgen.explore.take import taken
 from lutgen.server import HEADERS, RefusedError, application, json_body, page_file
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Iterator
+    from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 
     from starlette.requests import Request
     from starlette.types import ASGIApp
@@ -148,6 +148,7 @@ def _overview_of(window: Window) -> dict[str, Any]:
         "image": window.image or None,
         "error": json.loads(error) if error else None,
         "on": list(window.asked.on),
+        "written": window.asked.written,
         "limits": LIMITS,
     }
     return {**window.overview, **more}
@@ -170,7 +171,7 @@ async def _drop(window: Window, request: Request) -> Response:
     hours = number_list(query["hours"]) if query.get("hours") else None
     if query.get("hours") and hours is None:
         raise LutgenError(f"hours={query['hours']!r}: give operating hours in a list, such as 0,8000.")
-    needed = await window.drop(hours)
+    needed = await window.drop(hours, same=query.get("same") == "yes")
     return JSONResponse(needed) if needed else _overview(window)
 
 
@@ -258,14 +259,16 @@ async def _own(window: Window, request: Request) -> Response:
                 403, "code", "A Python file is code that runs with your rights. Send trusted=yes for it."
             )
         path = await kept(request, window.new_folder(), CODE, "A file of effects")
-        asked = replace(asked, files=(*asked.files, str(path)), dropped=asked.dropped | {str(path)})
+        # A file that its author has changed comes again under the same name.
+        others = tuple(each for each in asked.files if Path(each).name != path.name)
+        asked = replace(asked, files=(*others, str(path)), dropped=asked.dropped | {str(path)})
     else:
         content = await json_body(request)
         name, text = content.get("name"), content.get("expression")
         if not (isinstance(name, str) and isinstance(text, str)):
             raise LutgenError('send {"name": text, "expression": text}.')
-        others = tuple(each for each in asked.expressions if each[0] != name)
-        asked = replace(asked, expressions=(*others, (name, text)))
+        formulas = tuple(each for each in asked.expressions if each[0] != name)
+        asked = replace(asked, expressions=(*formulas, (name, text)))
     return Response(await window.own(asked), media_type=JSON)
 
 
@@ -291,7 +294,8 @@ async def _events(window: Window, _request: Request) -> Response:
 
 async def _take(window: Window, request: Request) -> Response:
     what = request.query_params.get("what", "")
-    name, data = await _while_wanted(request, taken(window, what, **_seen(request), kind=_kind(request)))
+    making = window.making(taken(window, what, **_seen(request), kind=_kind(request)))
+    name, data = await _while_wanted(request, making)
     ascii_name = "".join(
         letter if letter.isascii() and letter.isprintable() and letter not in '"\\' else "_" for letter in name
     )
@@ -299,19 +303,21 @@ async def _take(window: Window, request: Request) -> Response:
     return Response(data, media_type="application/octet-stream", headers=headers)
 
 
-async def _while_wanted(request: Request, work: Coroutine[Any, Any, tuple[str, bytes]]) -> tuple[str, bytes]:
-    """Do a work of minutes; it is ended when the page hangs up."""
+async def _while_wanted(request: Request, working: asyncio.Task[tuple[str, bytes]]) -> tuple[str, bytes]:
+    """Wait for a work of minutes; it is ended when the page hangs up, or its window ends."""
 
     async def hung_up() -> None:
         while (await request.receive())["type"] != "http.disconnect":
             pass
 
-    working, waiting = asyncio.create_task(work), asyncio.create_task(hung_up())
+    waiting = asyncio.create_task(hung_up())
     await asyncio.wait({working, waiting}, return_when=asyncio.FIRST_COMPLETED)
     waiting.cancel()
     if not working.done():
         working.cancel()
         raise RefusedError(499, "gone", "The page did not wait.")
+    if working.cancelled():
+        raise RefusedError(410, "gone", "This window is closed. Load the page again.")
     return working.result()
 
 

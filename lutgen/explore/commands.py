@@ -35,6 +35,8 @@ class Asked:
         Effects that are switched on.
     dropped
         Files that the page has sent, which are shown by their names alone.
+    written
+        Whether ``data`` is a campaign file that only this window has: sessions were dropped, and their hours told.
 
     """
 
@@ -46,6 +48,7 @@ class Asked:
     expressions: tuple[tuple[str, str], ...] = ()
     on: tuple[str, ...] = ()
     dropped: frozenset[str] = frozenset()
+    written: bool = False
 
     @property
     def texts(self) -> tuple[str, ...]:

@@ -1,14 +1,19 @@
-"""Files that are dropped on the page: bounded, under safe names, in the window's own folder."""
+"""Files that are dropped on the page: bounded, under safe names, in the window's own folder, and then opened together.
+
+Readings are a table, a campaign file, or sessions of one display, whose operating hours the page asks for.
+"""
 
 from __future__ import annotations
 
-from pathlib import PurePosixPath
-from typing import TYPE_CHECKING
+import json
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING, Any
 
+from lutgen.errors import LutgenError
 from lutgen.server import RefusedError, pieces
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    from collections.abc import Sequence
 
     from starlette.requests import Request
 
@@ -36,3 +41,38 @@ async def kept(request: Request, folder: Path, most: int, what: str) -> Path:
         path.unlink(missing_ok=True)
         raise
     return path
+
+
+def gathered(paths: Sequence[str], hours: Sequence[float] | None, *, same: bool = False) -> dict[str, Any]:
+    """Return ``data``, the file to read; or ``needs_hours``, the sessions whose hours only a person knows.
+
+    ``same``: they are of one display although they look like several.
+
+    Raises
+    ------
+    LutgenError
+        As ``lutgen sessions init``, or as many hours as there are sessions were not given.
+
+    """
+    # The server, which takes files but opens none, starts sooner without what opens them.
+    from lutgen.history.draft import check_one_display
+    from lutgen.readings import read_session
+
+    files = [Path(path) for path in paths]
+    campaign = next((file for file in files if file.suffix.lower() == ".toml"), None)
+    if campaign or len(files) == 1:
+        return {"data": str(campaign or files[0])}
+    sessions = [read_session(file) for file in files]
+    if not same:
+        check_one_display(sessions)
+    if hours is None:
+        dates = [each.created.strftime("%Y-%m-%d %H:%M") if each.created else None for each in sessions]
+        names = [{"name": file.name, "dated": date} for file, date in zip(files, dates, strict=True)]
+        return {"needs_hours": names}
+    if len(hours) != len(files):
+        raise LutgenError(f"{len(hours)} hours were given for {len(files)} sessions. Give one for each.")
+    ordered = sorted(zip(hours, files, strict=True))
+    entries = [f"[[sessions]]\nfile = {json.dumps(file.name)}\nhours = {float(hour)!r}" for hour, file in ordered]
+    to = files[0].parent / "campaign.toml"
+    to.write_text("\n\n".join(["schema = 1", *entries, ""]), encoding="utf-8")
+    return {"data": str(to)}

@@ -10,7 +10,7 @@ from lutgen.colorimetry import D65, linear_to_code, xy_to_uv, xyz_to_linear, xyz
 from lutgen.criticism.diagnose import parameters_of
 from lutgen.criticism.families import slices
 from lutgen.criticism.search import STRONG
-from lutgen.numerals import readable, times
+from lutgen.numerals import readable, times, with_error
 from lutgen.readings.conditions import COLUMNS
 from lutgen.readings.rest import TIP_DRIVES
 from lutgen.readings.table import TIP_NAMES
@@ -46,11 +46,18 @@ def error_json(
         "mean_de2000": comparison.error.delta_e_mean,
         "noise_de2000": comparison.floor.delta_e_mean,
         "agrees": comparison.agrees,
+        "sentence": _sentence(comparison),
         "effects": _fitted(comparison, opened, refinement),
         "slices": _slices(comparison),
         "readings": _readings(comparison),
         "drift": _drift(comparison),
     }
+
+
+def _sentence(comparison: Comparison) -> str:
+    """Say what ``lutgen compare`` says of the error, but for the numbers that the page shows in large."""
+    fails = comparison.where and not comparison.agrees
+    return comparison.direction.sentence() if fails else comparison.sentence()
 
 
 def _fitted(comparison: Comparison, opened: Opened, refinement: Refinement | None) -> list[dict[str, Any]]:
@@ -64,12 +71,14 @@ def _fitted(comparison: Comparison, opened: Opened, refinement: Refinement | Non
             if known and not known["free"]:
                 continue
             value = float(term.values[key])
-            low, high = _interval(value, known.get("stderr"), parameter.bounds)
+            stderr = known.get("stderr")
+            low, high = _interval(value, stderr, parameter.bounds)
             parameters.append(
                 {
                     "name": key,
                     "words": parameter.meaning,
                     "value": value,
+                    "fit": with_error(value, stderr, parameter.unit),
                     "low": low,
                     "high": high,
                     "bounds": list(map(float, parameter.bounds)),
@@ -215,12 +224,14 @@ def _sees(each: Any) -> str:
 
 
 def verdict_json(diagnosis: Diagnosis, opened: Opened) -> dict[str, Any]:
-    """Return the verdict's sentence, what it names, and what to measure next."""
+    """Return the verdict's sentence, the effects that it adds to the model, their rivals, and what to measure next."""
     verdict = diagnosis.verdict
+    # Of effects that these readings do not tell apart, the likeliest alone is added.
+    added = [step.name for step in diagnosis.explanation.steps if step.name in verdict.effects]
     return {
         "name": verdict.name,
         "sentence": verdict.sentence,
-        "effects": list(opened.in_order(verdict.effects)),
+        "effects": list(opened.in_order(added)),
         "rivals": [list(each) for each in verdict.rivals],
         "remarks": list(verdict.remarks),
         "next": " ".join(f"To tell {' from '.join(each.separates)}: {each.name}." for each in diagnosis.measure_next),

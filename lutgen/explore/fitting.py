@@ -50,11 +50,11 @@ class Fitting:
         self._alone = {}
         return opened.overview()
 
-    def gather(self, paths: Sequence[str], hours: Sequence[float] | None) -> dict[str, Any]:
-        """Make one file of readings of files that were dropped together (:func:`lutgen.explore.sessions.gathered`)."""
-        from lutgen.explore.sessions import gathered
+    def gather(self, paths: Sequence[str], hours: Sequence[float] | None, *, same: bool) -> dict[str, Any]:
+        """Make one file of readings of files that were dropped together (:func:`lutgen.explore.drop.gathered`)."""
+        from lutgen.explore.drop import gathered
 
-        return gathered(paths, hours)
+        return gathered(paths, hours, same=same)
 
     @property
     def _now(self) -> Opened:
@@ -149,9 +149,12 @@ class Fitting:
         return error_json(comparison, now, what_if=True)
 
     def own(self, files: Sequence[str], expressions: Sequence[str]) -> list[dict[str, Any]]:
-        """Take effects of the user's own beside the catalogue's; what was switched on is switched off."""
-        now = self._now
-        self.open(data=now.data, baseline=now.baseline, model=now.model, files=files, expressions=expressions)
+        """Take effects of the user's own beside the catalogue's; what is switched on stays on."""
+        stay = self._now.take_own(tuple(files), tuple(expressions))
+        self._settled = self._settled and stay.issuperset(self._on)
+        self._on = tuple(name for name in self._on if name in self._now.effects)
+        self._fitted = self._fitted if stay.issuperset(self._fitted) else ()
+        self._alone = {name: each for name, each in self._alone.items() if name in stay}
         return self.effects()
 
     def find(self) -> dict[str, Any]:

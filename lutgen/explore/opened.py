@@ -43,10 +43,7 @@ class Opened:
 
         self.model, self.files, self.expressions = model, files, expressions
         if files or expressions:
-            from lutgen.effects.contract import refuse_unsound
-
-            self.check_effects()
-            refuse_unsound(files, expressions)
+            self.__dict__["effects"] = _sound(files, expressions)
         self.saved = load_model(model) if model else None
         self.readings: Measurements = self.saved.measurements if self.saved and not data else read_measurements(data)
         self.data = data or self.readings.file
@@ -62,6 +59,27 @@ class Opened:
         self._seen: dict[str, Visibility] = {}
         self._fitted: dict[tuple[str, ...], Refinement] = {}
         self._refined: dict[tuple[str, ...], Refinement] = {}
+
+    def take_own(self, files: tuple[str, ...], expressions: tuple[str, ...]) -> set[str]:
+        """Take other effects of the user's own; return the names of those that stay as they were, with their fits.
+
+        Raises
+        ------
+        LutgenError
+            An effect is refused, or breaks the contract; those before stay.
+
+        """
+        from lutgen.criticism.diagnose import known_under
+
+        effects = _sound(files, expressions)
+        course, given = self.course, {name: self.course.effects[name] for name in self.given}
+        self._course = course.with_effects({**known_under(effects, self.baseline), **given})
+        self.files, self.expressions, self._seen = files, expressions, {}
+        self.__dict__["effects"] = effects
+        stay = self._course.shared_with(course)
+        self._fitted = {names: each for names, each in self._fitted.items() if stay.issuperset(names)}
+        self._refined = {names: each for names, each in self._refined.items() if stay.issuperset(names)}
+        return stay
 
     @cached_property
     def effects(self) -> Mapping[str, Effect]:
@@ -194,3 +212,13 @@ class Opened:
             "baselines": BASELINES,
             "can_diagnose": bool(readings.hours.size > 4 * len(hours)),
         }
+
+
+def _sound(files: tuple[str, ...], expressions: tuple[str, ...]) -> Mapping[str, Effect]:
+    """All effects by name. Raises LutgenError where one of the user's own is refused or breaks the contract."""
+    from lutgen.effects.contract import refuse_unsound
+    from lutgen.effects.own import everything
+
+    effects = everything(files, expressions)
+    refuse_unsound(files, expressions)
+    return effects

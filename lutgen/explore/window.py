@@ -57,6 +57,7 @@ class Window:
     _finding: asyncio.Task[None] | None = None
     _mending: dict[str, asyncio.Task[None]] = field(default_factory=dict)
     _tasks: set[asyncio.Task[None]] = field(default_factory=set)
+    _made: set[asyncio.Task[Any]] = field(default_factory=set)
 
     async def start(self) -> None:
         """Start what shows, and open what the command was given. Raises LutgenError where it cannot be shown."""
@@ -82,13 +83,17 @@ class Window:
         self._ended = True
         for process in self._processes:
             process.end()
+        for making in self._made:
+            making.cancel()
         for listener in self.listeners:
             listener.put_nowait(None)
 
     async def gone(self) -> None:
         """Wait until all processes have ended."""
         while tasks := [
-            each for each in (*self._tasks, self._finding, *self._mending.values()) if each and not each.done()
+            each
+            for each in (*self._tasks, *self._made, self._finding, *self._mending.values())
+            if each and not each.done()
         ]:
             await asyncio.wait(tasks)
         await asyncio.gather(*(process.gone() for process in self._processes))
@@ -159,6 +164,13 @@ class Window:
         task = asyncio.create_task(quiet())
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+
+    def making(self, work: Coroutine[Any, Any, tuple[str, bytes]]) -> asyncio.Task[tuple[str, bytes]]:
+        """Begin to make what is taken away; it is ended with the window."""
+        task = asyncio.create_task(work)
+        self._made.add(task)
+        task.add_done_callback(self._made.discard)
+        return task
 
     # Processes: asked for an answer soon, and started again where one ends or hangs.
 
@@ -232,14 +244,17 @@ class Window:
         for each in LASTING[:-1]:
             self.news.pop(each, None)
 
-    async def drop(self, hours: Sequence[float] | None) -> dict[str, Any]:
-        """Open the files that were dropped; where their hours must be told, say so and keep them."""
+    async def drop(self, hours: Sequence[float] | None, *, same: bool) -> dict[str, Any]:
+        """Open the files that were dropped, as :func:`lutgen.explore.drop.gathered`.
+
+        Where their hours must be told, say so and keep them.
+        """
         await self.cancel()
         paths = [str(path) for path in self.dropping]
         if not paths:
             raise LutgenError("no file was dropped. Drop a table of readings (.csv), a campaign file or sessions.")
         try:
-            gathered = json.loads(await self.fits("gather", paths=paths, hours=hours))
+            gathered = json.loads(await self.fits("gather", paths=paths, hours=hours, same=same))
         except LutgenError:
             self.dropping.clear()
             raise
@@ -247,7 +262,8 @@ class Window:
             return dict(gathered)
         self.dropping.clear()
         data = gathered["data"]
-        await self.open(Asked(data, self.asked.image, dropped=self.asked.dropped | {data}))
+        dropped = self.asked.dropped | {data}
+        await self.open(Asked(data, self.asked.image, dropped=dropped, written=data not in paths))
         return {}
 
     async def take_image(self, path: str) -> dict[str, Any]:
@@ -292,7 +308,8 @@ class Window:
         """Take effects of the user's own; where one is refused, or loops for ever, those before stay."""
         await self.cancel()
         effects = await self.fits("own", files=asked.files, expressions=asked.texts)
-        self.asked = replace(asked, on=())
+        on = {each["name"] for each in json.loads(effects) if each["on"]}
+        self.asked = replace(asked, on=tuple(name for name in asked.on if name in on))
         return effects
 
     async def find(self) -> None:

@@ -4,7 +4,7 @@ import uPlot from "./vendor/uPlot.esm.js";
 import { colour, element, ratio, spaced } from "./words.js";
 
 /** An error up to so many times the noise may be noise, as `lutgen compare` has it. */
-export const CLEAR = 1.5;
+const CLEAR = 1.5;
 
 const FONT = "10px system-ui, sans-serif";
 
@@ -246,7 +246,7 @@ export function driftChart(drift) {
   });
   return element(
     "figure",
-    { class: "slice drift", "data-slice": "drift" },
+    { class: "slice drift", "data-slice": "drift", title: "Since the first session: points measured, lines predicted" },
     element("figcaption", {}, "Δu′v′ ", ...legend),
     host,
   );

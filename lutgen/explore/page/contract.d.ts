@@ -18,6 +18,8 @@ export interface Overview {
   /** Null until the first comparison, which comes as an event. */
   error: ModelError | null;
   on: string[];
+  /** The readings' file is a campaign file that the page has made of sessions. */
+  written: boolean;
   /** Bytes of each kind of file that the server takes. */
   limits: { readings: number; image: number; code: number };
   can_diagnose: boolean;
@@ -43,6 +45,8 @@ export interface ModelError {
   noise_de2000: number;
   /** The noise explains the error. */
   agrees: boolean;
+  /** Where and which way the model errs most, or that it agrees, in the words of `lutgen compare`. */
+  sentence: string;
   effects: FittedEffect[];
   slices: Slice[];
   readings: Reading[];
@@ -62,6 +66,9 @@ export interface Parameter {
   name: string;
   words: string;
   value: number;
+  /** The fit's value with its standard error and unit, as `lutgen refine` prints it. */
+  fit: string;
+  /** Ends of the 95 % interval. */
   low: number | null;
   high: number | null;
   bounds: [number, number];

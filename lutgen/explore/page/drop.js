@@ -14,22 +14,29 @@ export function dropOf(server, page) {
   const panel = byId("drop");
   const form = /** @type {HTMLFormElement} */ (byId("drop-hours"));
 
-  /** @param {File[]} files @param {string} hours */
-  const open = async (files, hours = "") => {
+  const same = byId("drop-same");
+
+  /** @param {File[]} files @param {{hours?: string, same?: string}} told what only a person knows of them */
+  const open = async (files, told = {}) => {
     panel.showPopover();
+    same.hidden = true;
+    if (!told.hours) form.hidden = true;
     byId("drop-state").textContent = `Reading ${files.map((each) => each.name).join(", ")} …`;
     await trying("drop-trouble", async () => {
-      const answer = await sent(server, files, hours);
-      if ("needs_hours" in answer) return ask(files, answer.needs_hours);
+      const answer = await sent(server, files, told);
+      if ("needs_hours" in answer) return ask(files, answer.needs_hours, told);
       form.hidden = true;
       await page.begin(answer);
       panel.hidePopover();
     });
     byId("drop-state").textContent = "";
+    // What the command line's sentence names as the way out is a button here.
+    same.hidden = !byId("drop-trouble").textContent?.includes("--same-display");
+    same.onclick = () => open(files, { same: "yes" });
   };
 
-  /** Ask for the hours of sessions. @param {File[]} files @param {import("./contract").NeededHours["needs_hours"]} needed */
-  const ask = (files, needed) => {
+  /** Ask for the hours of sessions. @param {File[]} files @param {import("./contract").NeededHours["needs_hours"]} needed @param {{same?: string}} told */
+  const ask = (files, needed, told) => {
     const fields = needed.map(({ name, dated }, place) => {
       const field = element("input", {
         type: "number",
@@ -42,7 +49,7 @@ export function dropOf(server, page) {
       return element(
         "div",
         {},
-        element("label", { for: field.id }, `${name}${dated ? ` (${dated})` : ""}`),
+        element("label", { for: field.id }, name, element("small", {}, dated ? `measured ${dated}` : "")),
         field,
         " h",
       );
@@ -56,7 +63,8 @@ export function dropOf(server, page) {
     form.querySelector("input")?.focus();
     form.onsubmit = (event) => {
       event.preventDefault();
-      void open(files, [...form.querySelectorAll("input")].map((each) => each.value).join(","));
+      const hours = [...form.querySelectorAll("input")].map((each) => each.value).join(",");
+      void open(files, { ...told, hours });
     };
   };
 
@@ -104,12 +112,12 @@ export function dropOf(server, page) {
 
 /**
  * Send files, one after the other, or the hours of files that were sent before.
- * @param {import("./server.js").Server} server @param {File[]} files @param {string} hours
+ * @param {import("./server.js").Server} server @param {File[]} files @param {{hours?: string, same?: string}} told
  */
-async function sent(server, files, hours) {
-  if (hours) return server.post("drop", undefined, { hours });
+async function sent(server, files, told) {
+  if (told.hours) return server.post("drop", undefined, told);
   server.check(files, "readings");
   for (const file of files.slice(0, -1)) await server.post("drop", file, { name: file.name, more: 1 });
   const last = files[files.length - 1];
-  return server.post("drop", last, { name: last.name });
+  return server.post("drop", last, { name: last.name, ...told });
 }

@@ -64,6 +64,7 @@ export function errorOf() {
       : provisional
         ? "provisional: one linear step, the fit is running …"
         : "";
+    byId("error-where").textContent = spacedIn(error.sentence);
   };
 
   /** Rows behind the chosen point, or null for all. */
@@ -71,16 +72,6 @@ export function errorOf() {
     const slice = error.slices.find((each) => each.name === choice?.slice);
     const point = slice?.points.find((each) => each.at === choice?.at);
     return point ? new Set(point.rows) : null;
-  };
-
-  const most = () => {
-    const worst = error.slices
-      .map((slice) => ({ slice, point: slice.points.reduce((a, b) => (b.ratio > a.ratio ? b : a)) }))
-      .sort((a, b) => b.point.ratio - a.point.ratio)
-      .slice(0, 3);
-    byId("error-most").textContent = error.agrees
-      ? "The model agrees with the readings to their noise."
-      : `Largest at ${worst.map(({ slice, point }) => `${slice.label} ${point.label} (${ratio(point.ratio)} ×)`).join(", ")}.`;
   };
 
   const charts = () => {
@@ -179,7 +170,6 @@ export function errorOf() {
       first = Math.max(first, error.noise_ratio);
       readings = new Map(error.readings.map((each) => [each.row, each]));
       bar();
-      most();
       charts();
       patches();
       return error;
@@ -192,7 +182,8 @@ export function errorOf() {
       choice = null;
       byId("ratio-number").textContent = "…";
       byId("error-mean").textContent = "Comparing the model with the readings …";
-      for (const id of ["error-most", "error-state", "readings-title", "slices", "patches"]) byId(id).replaceChildren();
+      for (const id of ["error-where", "error-state", "readings-title", "slices", "patches"])
+        byId(id).replaceChildren();
       byId("ratio-bar").style.width = "0";
       byId("error").classList.remove("good", "provisional");
     },
@@ -212,7 +203,7 @@ function swatch(reading) {
 
 /** @param {Reading} reading */
 const inWords = (reading) =>
-  `line ${reading.line}: ${code(reading.patch)} at ${spaced(reading.hours)} h, ΔE2000 ${reading.de2000.toFixed(2)}, ${ratio(reading.sigma)} σ`;
+  `line ${reading.line}: RGB ${code(reading.patch)} at ${spaced(reading.hours)} h, ΔE2000 ${reading.de2000.toFixed(2)}, ${ratio(reading.sigma)} σ`;
 
 /** Show a tip beside an element, or none. @param {HTMLElement | null} beside @param {(Node | string)[]} content */
 function showTip(beside, content = []) {

@@ -155,6 +155,11 @@ export function physicsOf(server, page) {
     if (error.provisional) slow = setTimeout(() => tell("stop", "Stop the fit"), SLOW);
     // The sliders stay in the hand, beside the intervals of the fit.
     if (error.what_if) return;
+    const names = error.effects.map((each) => `effect-${each.name}-parameters`);
+    for (const place of document.querySelectorAll(".parameters"))
+      if (!names.includes(place.id)) place.replaceChildren();
+    // Which parameters an effect has here, the fit decides.
+    if (error.provisional) return;
     // Nor do they go while effects are tried: only rows that are new lack theirs.
     const same = error === drawn;
     drawn = error;
@@ -178,7 +183,7 @@ export function physicsOf(server, page) {
         );
         place.append(reset);
       }
-      if (fitted.name === turned && !error.provisional) {
+      if (fitted.name === turned) {
         turned = "";
         place.parentElement?.scrollIntoView({ block: "nearest" });
       }
@@ -200,17 +205,16 @@ export function physicsOf(server, page) {
     });
     slider.value = String(Math.round((STEPS * (value - least)) / (greatest - least || 1)));
     const now = element("output", {});
-    const interval =
-      fitted.low !== null && fitted.high !== null
-        ? `fit ${readable(fitted.value)}, ${readable(fitted.low)} to ${readable(fitted.high)}${unit}`
-        : `fit ${readable(fitted.value)}${unit}`;
+    const fit = element("span", { class: "quiet" }, `fit ${fitted.fit}`);
+    if (fitted.low !== null && fitted.high !== null)
+      fit.title = `95 % interval: ${readable(fitted.low)} to ${readable(fitted.high)}${unit}`;
     const line = element(
       "div",
       { class: "parameter" },
       element("span", { title: fitted.name }, spacedIn(fitted.words)),
       slider,
       now,
-      element("span", { class: "quiet" }, interval),
+      fit,
     );
     const write = (/** @type {number} */ number) => {
       now.textContent = `${readable(number, 3)}${unit}`;
@@ -264,15 +268,13 @@ export function physicsOf(server, page) {
   /** Add what the user wrote, and switch it on beside what is on. */
   const add = async (/** @type {unknown} */ body, /** @type {Record<string, unknown>} */ query = {}) =>
     trying(TROUBLE, async () => {
-      const before = on();
       const known = new Set(effects.map((each) => each.name));
-      take(await server.post("own", body, query));
-      const added = effects.map((each) => each.name).filter((name) => !known.has(name));
-      const names = [...before, ...added];
-      turned = added[0] ?? "";
-      effects = effects.map((each) => ({ ...each, on: names.includes(each.name) }));
+      const list = await server.post("own", body, query);
+      // A file that has changed may say something else of its effects.
+      for (const each of effects.filter(({ own }) => own)) lines.delete(each.name);
+      take(list);
+      for (const { name } of effects.filter((each) => !known.has(each.name))) turn(name, true);
       rows();
-      page.error(await server.post("switch", { effects: names }));
     });
   byId("own").addEventListener("submit", async (event) => {
     event.preventDefault();

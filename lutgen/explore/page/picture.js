@@ -238,9 +238,9 @@ export function pictureOf(server) {
       slider.disabled = !overview.max_hours;
       note(overview.image);
       said();
-      await Promise.all([aged(false), load()]);
       // The picture comes before anything else is asked: its corrected part, and its numbers.
       if (viewer) {
+        await Promise.all([aged(false), load()]);
         viewer.draw();
         document.body.dataset.picture = "drawn";
       }

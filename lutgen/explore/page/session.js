@@ -47,6 +47,7 @@ export function sessionOf(server, picture, head) {
   /** Begin with readings whose picture is shown. @param {import("./contract").Overview} overview */
   const begin = async (overview) => {
     error.forget();
+    take.begin(overview);
     await physics.begin(overview);
     // An error that came before these readings did was forgotten with that of the others.
     const { error: missed } = error.now ? { error: null } : await server.get("overview");

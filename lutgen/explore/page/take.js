@@ -12,6 +12,7 @@ const FILES = {
   build: "All hours, with OCIO config (.zip)",
   report: "Report (.html)",
   patches: "What to measure next (.csv)",
+  readings: "Campaign (.toml)",
 };
 
 /**
@@ -63,7 +64,9 @@ export function takeOf(server, page) {
       await navigator.clipboard.writeText(command);
       copy.textContent = "Copied";
     });
-    return element("li", {}, element("span", {}, words), element("code", {}, command), copy);
+    // An option and a name stay whole where a line ends.
+    const parts = command.split(/(?<= )/).map((each) => element("i", {}, each));
+    return element("li", {}, element("span", {}, words), element("code", {}, ...parts), copy);
   };
 
   const commands = async () => {
@@ -89,6 +92,12 @@ export function takeOf(server, page) {
   kind.addEventListener("change", refresh);
 
   return {
+    /** Another session has begun. @param {import("./contract").Overview} overview */
+    begin({ written }) {
+      support = null;
+      byId("take-readings").hidden = !written;
+      tell("take-written", written ? "The commands read campaign.toml: save it beside the sessions." : "");
+    },
     /** The model has changed: its commands anew, where they are seen. */
     refresh() {
       if (page.error()?.provisional) support = null;
