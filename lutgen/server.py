@@ -153,18 +153,23 @@ async def pieces(request: Request, most: int, what: str) -> AsyncIterator[bytes]
     Raises
     ------
     RefusedError
-        The stated or the real length is larger, or the stated length is no number.
+        The stated or the real length is larger, the stated length is no number, or the page went away before its end.
 
     """
+    from starlette.requests import ClientDisconnect
+
     length = request.headers.get("content-length")
     if length is not None and whole(length, least=0, most=most) is None:
         raise _too_large(most, what)
     size = 0
-    async for piece in request.stream():
-        size += len(piece)
-        if size > most:
-            raise _too_large(most, what)
-        yield piece
+    try:
+        async for piece in request.stream():
+            size += len(piece)
+            if size > most:
+                raise _too_large(most, what)
+            yield piece
+    except ClientDisconnect:
+        raise RefusedError(400, "bad", f"{what} ended before its end.") from None
 
 
 def _too_large(most: int, what: str) -> RefusedError:

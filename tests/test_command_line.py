@@ -292,6 +292,15 @@ def test_a_closed_pipe_changes_nothing_but_the_words(command: str, folder: Path,
     assert all(path.stat().st_size for path in tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("closed", [">&-", ">&- 2>&-"])
+def test_streams_that_were_closed_before_change_nothing_but_the_words(closed: str, tmp_path: Path) -> None:
+    arguments = ("study", "power", "--per-condition", "40", "--json", str(tmp_path / "s.json"))
+    command = ["sh", "-c", f'"$@" {closed}', "sh", *PROGRAM, *arguments]
+    done = subprocess.run(command, stderr=subprocess.PIPE, text=True, check=False, timeout=120)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "s.json").stat().st_size
+
+
 def test_files_are_written_before_words(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     def page() -> Iterator[str]:
         yield " ".join(sorted(path.name for path in tmp_path.iterdir()))

@@ -14,7 +14,7 @@ import pytest
 from lutgen.bindings import ocio
 from lutgen.colorimetry import LINEAR_TO_XYZ, linear_to_code, transform
 from tests.consumers import opencolorio
-from tests.consumers._gallery import CASES, GATES, Case, Gallery, aged, errors, expected
+from tests.consumers._gallery import CASES, GATES, Case, Gallery, aged, errors, expected, gates
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -36,13 +36,13 @@ def gallery(tmp_path_factory: pytest.TempPathFactory) -> Gallery:
 @pytest.mark.parametrize("case", CASES, ids=str)
 def test_a_picture_that_has_not_aged_passes_no_gate(gallery: Gallery, case: Case) -> None:
     error = gallery.errors(gallery.image, case)
-    assert not any(error.passes(interpolation) for interpolation in GATES), error
+    assert not any(error.passes(limit) for limit in gates(case).values()), error
 
 
 @pytest.mark.parametrize(("shown", "meant"), [*permutations(NEAREST, 2)], ids=str)
 def test_a_picture_of_another_mode_or_hour_passes_no_gate(shown: Case, meant: Case) -> None:
     error = errors(expected(shown), expected(meant))
-    assert not any(error.passes(interpolation) for interpolation in GATES), error
+    assert not any(error.passes(limit) for limit in gates(meant).values()), error
 
 
 def test_a_program_that_interpolates_trilinearly_instead_does_not_pass(gallery: Gallery) -> None:
@@ -52,14 +52,14 @@ def test_a_program_that_interpolates_trilinearly_instead_does_not_pass(gallery: 
     altered.write_text(job.clf.read_text().replace('interpolation="tetrahedral"', 'interpolation="trilinear"'))
     processor = lib.Config.CreateRaw().getProcessor(lib.FileTransform(src=str(altered)))
     error = gallery.errors(opencolorio.apply(processor, job.image), CONTINUOUS)
-    assert not error.passes("tetrahedral"), error
+    assert not error.passes(GATES["tetrahedral"]), error
 
 
 def test_a_picture_with_one_value_that_is_no_number_passes_no_gate() -> None:
     picture = expected(CONTINUOUS).copy()
     picture[0, 0, 0] = np.nan
     error = errors(picture, expected(CONTINUOUS))
-    assert not any(error.passes(interpolation) for interpolation in GATES), error
+    assert not any(error.passes(limit) for limit in gates(CONTINUOUS).values()), error
 
 
 @pytest.mark.parametrize("case", CASES, ids=str)
@@ -72,9 +72,9 @@ def test_a_wider_viewer_shows_aged_colours_that_srgb_must_clip(gallery: Gallery,
     assert only_wide.mean() > 0.01
     shown = opencolorio.through_display(gallery.job(case).config, "Display P3", codes)
     reached, aim = shown[only_wide], linear_to_code(wide[only_wide])
-    assert errors(reached, aim).passes("tetrahedral"), errors(reached, aim)
+    assert errors(reached, aim).passes(GATES["tetrahedral"]), errors(reached, aim)
     clipped = linear_to_code(linear_to_p3(np.clip(linear, 0, 1)))[only_wide]
-    assert not errors(clipped, aim).passes("tetrahedral")
+    assert not errors(clipped, aim).passes(GATES["tetrahedral"])
 
 
 def linear_to_p3(linear: Array) -> Array:

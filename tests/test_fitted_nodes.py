@@ -33,16 +33,17 @@ FIELDS = [Path(os.environ.get("LUTGEN_REAL_DATA", ""), "images", f"he_{name}.png
 
 @pytest.mark.parametrize(("before", "beyond"), [(0.9975, 1.0005), (0.985, 1.02), (0.999, 1.04), (0.94, 1.003)])
 @pytest.mark.parametrize("channel", [0, 1, 2])
+@pytest.mark.parametrize("top", [1.0, HEADROOM])
 def test_the_node_before_the_clip_errs_as_much_as_the_line_at_the_bend_or_by_half_a_code(
-    channel: int, before: float, beyond: float
+    channel: int, before: float, beyond: float, top: float
 ) -> None:
     line = np.array([2 * before - beyond, before, beyond])
     values = np.full((3, 3, 3, 3), 0.5)
     np.moveaxis(values[..., channel], 2 - channel, -1)[:] = line
-    shown = fitted(values)
+    shown = fitted(values, top)
     along = np.moveaxis(shown[..., channel], 2 - channel, -1)
     node = float(along[0, 0, 1])
-    held = min(beyond, HEADROOM)
+    held = min(beyond, top)
     np.testing.assert_array_equal(along, np.broadcast_to([line[0], node, held], along.shape))
     np.testing.assert_array_equal(np.delete(shown, channel, axis=-1), 0.5)
     place = np.linspace(0.0, 1.0, 100_001)
@@ -55,9 +56,9 @@ def test_the_node_before_the_clip_errs_as_much_as_the_line_at_the_bend_or_by_hal
         assert lacks.max() > raised
 
 
-def fitted(values: Array) -> Array:
+def fitted(values: Array, top: float = HEADROOM) -> Array:
     table = values.copy()
-    fit_beside_clip(table)
+    fit_beside_clip(table, top)
     return table
 
 

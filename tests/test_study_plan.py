@@ -20,6 +20,7 @@ from skimage.io import imsave
 from lutgen import DisplayModel, LutgenError, read_measurements
 from lutgen.display import default_display
 from lutgen.files import PARTIAL, file_sha256
+from lutgen.pictures.apply import apply_to_images
 from lutgen.study.pictures import blind_name, find_images, look_at, render_images, shown_pixels
 from lutgen.study.protocol import ANSWERS, IMAGES, PROTOCOL, read_protocol
 from tests.altered import altered
@@ -156,6 +157,22 @@ def test_neither_time_nor_size_nor_the_order_of_writing_tells_a_condition(
     assert len({each.st_size for each in kept}) == 1
     by_change = sorted(zip(protocol.renders, kept, strict=True), key=lambda each: each[1].st_ctime_ns)
     assert [each.file for each, _ in by_change] == sorted(each.file for each in protocol.renders)
+
+
+def test_no_picture_is_in_its_place_before_all_are_made(
+    run: Callable[..., Done], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The time of change and of birth cannot be set; an aged picture, which takes longer to make, would tell itself."""
+    there = []
+
+    def counting(*arguments: Any, **options: Any) -> Any:
+        there.append(len([*tmp_path.rglob(f"{IMAGES}/*.png")]))
+        return apply_to_images(*arguments, **options)
+
+    monkeypatch.setattr("lutgen.study.pictures.apply_to_images", counting)
+    assert run("in", *SMALL, "-o", "study").code == 0
+    assert set(there) == {0}
+    assert {path.name for path in (tmp_path / "study").iterdir()} == {IMAGES, PROTOCOL}
 
 
 def test_blind_names_depend_on_key_image_and_condition() -> None:

@@ -173,6 +173,16 @@ def test_what_makes_no_sense_is_refused(served: Desk, what: str, body: bytes, st
     assert served.ask("claim")[0] == 200
 
 
+def test_a_page_that_goes_away_in_the_middle_of_a_request_is_no_trouble(served: Desk, caplog: Any) -> None:
+    with socket.create_connection((HOST, served.port), timeout=10) as connection:
+        head = (
+            f"POST {served.path}claim HTTP/1.1\r\nHost: {HOST}:{served.port}\r\nOrigin: http://{HOST}:{served.port}\r\n"
+        )
+        connection.sendall(f"{head}Content-Length: 5\r\n\r\n{{}}".encode())
+    assert served.ask("claim")[0] == 200
+    assert not caplog.records
+
+
 @pytest.mark.parametrize(
     "change",
     [

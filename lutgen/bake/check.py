@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import lru_cache, partial
 from itertools import chain
 from math import inf
 from pathlib import Path
@@ -18,10 +19,9 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen import __version__
 from lutgen.bake.build import JUDGE, best_candidate, certified, config_format, prepare
-from lutgen.bake.check_certificate import SLACK, otherwise_certified
 from lutgen.bake.check_config import check_config
 from lutgen.bake.check_stale import stale
-from lutgen.bake.expected import differs_from
+from lutgen.bake.expected import SLACK, differs_from, otherwise_certified
 from lutgen.bake.figures import MAX_DELTA_E, P99
 from lutgen.bake.formats import format_named, lut_suffixes
 from lutgen.bake.gpu import TOLERANCE as GPU_TOLERANCE
@@ -182,7 +182,7 @@ def check(
         findings += [Finding(*each) for each in unlisted(folder, manifest)]
     except LutgenError as error:
         return Checked(1, (*findings, Finding(MANIFEST, str(error))))
-    outdated, remarks = stale(folder, manifest, model)
+    outdated, remarks = stale(folder, manifest, model, built_from)
     findings += [Finding(MANIFEST, text) for text in outdated]
     remarks += [*left_alone(folder, manifest), *unknown_values(plan)]
     same = model is None and manifest.recipe.get("generator") == f"lutgen {__version__}"
@@ -253,6 +253,7 @@ def _check_part(work: _Work) -> Checked:
     findings: list[Finding] = []
     certificates: dict[str, Certificate] = {}
     shaders: dict[str, GpuRun] = {}
+    claimed = lru_cache(maxsize=1)(partial(_claimed, work))  # of a LUT, and then of its config
     for record in work.records:
         path = work.folder / record.path
         problem, file = altered(path, record)
@@ -262,14 +263,14 @@ def _check_part(work: _Work) -> Checked:
             continue
         try:
             if record.kind == "config":
-                problems = _config_problems(path, record, work)
+                aged = None if record.mode is None else claimed(record.mode, record.hours)
+                problems = _config_problems(path, record, aged, work)
                 findings += [Finding(record.path, text) for text in problems]
                 if work.gpu and record.mode is not None and not problems:
                     shaders[record.path] = gpu_run(path, JUDGE.code)
                     findings += _shader_findings(record.path, shaders[record.path])
             else:
-                aged = _claimed(work, record)
-                found, certificate = _check_built_lut(file, aged, record, work)
+                found, certificate = _check_built_lut(file, claimed(record.mode, record.hours), record, work)
                 findings += found
                 if certificate:
                     certificates[record.path] = certificate
@@ -289,12 +290,12 @@ def _shader_findings(path: str, run: GpuRun) -> list[Finding]:
     ]
 
 
-def _claimed(work: _Work, record: FileRecord) -> AgedDisplay:
+def _claimed(work: _Work, mode: str | None, hours: float | None) -> AgedDisplay:
     """Return the display, or the correction for it, that a LUT of the build says it is."""
-    return work.plan.display(work.model, str(record.mode), float(record.hours or 0.0))
+    return work.plan.display(work.model, str(mode), float(hours or 0.0))
 
 
-def _config_problems(path: Path, record: FileRecord, work: _Work) -> list[str]:
+def _config_problems(path: Path, record: FileRecord, aged: AgedDisplay | None, work: _Work) -> list[str]:
     try:
         refuse_unlikely(path)
     except LutgenError as error:
@@ -303,10 +304,10 @@ def _config_problems(path: Path, record: FileRecord, work: _Work) -> list[str]:
     if form is None:
         return ["the manifest names no LUT for it"]
     file = form.file_in(work.plan.direction)
-    if record.mode is None:
+    if aged is None:
         written = config_of_all(work.plan, file, unclipped=form.unclipped)
     else:
-        written = config_of_display(_claimed(work, record), file, unclipped=form.unclipped)
+        written = config_of_display(aged, file, unclipped=form.unclipped)
     return check_config(path, work.folder, record, work.manifest, written)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.bake.manifest import MANIFEST, Manifest, model_as_json, model_from_json, same_model
+from lutgen.bake.manifest import Manifest, model_as_json, same_model
 from lutgen.display import default_display, load_model
 from lutgen.errors import LutgenError
 from lutgen.readings import read_measurements
@@ -21,16 +21,20 @@ if TYPE_CHECKING:
 _COPIED = {"metadata": "words", "hours": "hours", "xyY": "colours"}
 
 
-def stale(folder: Path, manifest: Manifest, model: DisplayModel | None) -> tuple[list[str], list[str]]:
+def stale(
+    folder: Path, manifest: Manifest, model: DisplayModel | None, built_from: DisplayModel
+) -> tuple[list[str], list[str]]:
     """Whether the measurements, and a refined model, are still those that the build was made from."""
-    findings, remarks = _stale_readings(folder, manifest, model)
+    findings, remarks = _stale_readings(folder, manifest, model, built_from)
     if not findings:
         found, more = _stale_model(folder, manifest, model)
         findings, remarks = findings + found, remarks + more
     return findings, remarks
 
 
-def _stale_readings(folder: Path, manifest: Manifest, model: DisplayModel | None) -> tuple[list[str], list[str]]:
+def _stale_readings(
+    folder: Path, manifest: Manifest, model: DisplayModel | None, built_from: DisplayModel
+) -> tuple[list[str], list[str]]:
     display = manifest.recipe["model"]["display"]
     if model is not None:
         current, name = model.measurements.sha256, model.measurements.file
@@ -45,7 +49,7 @@ def _stale_readings(folder: Path, manifest: Manifest, model: DisplayModel | None
             return [f"stale: the measurements have changed and cannot be read: {error}"], []
         current = readings.sha256
         if current == display["sha256"]:
-            return _otherwise_than(readings, folder, manifest), []
+            return _otherwise_than(readings, folder, manifest, built_from), []
     if current != display["sha256"]:
         why = f"the measurements {name} have changed since the build"
         if model is not None:
@@ -54,11 +58,10 @@ def _stale_readings(folder: Path, manifest: Manifest, model: DisplayModel | None
     return [], []
 
 
-def _otherwise_than(readings: Measurements, folder: Path, manifest: Manifest) -> list[str]:
+def _otherwise_than(readings: Measurements, folder: Path, manifest: Manifest, built_from: DisplayModel) -> list[str]:
     """Say what the manifest's copy of the readings has otherwise than the file that they are from."""
     copied = manifest.recipe["model"]
-    model = replace(model_from_json(copied, where=str(folder / MANIFEST)), measurements=readings)
-    written = model_as_json(model, folder)["display"]
+    written = model_as_json(replace(built_from, measurements=readings), folder)["display"]
     return [
         f"its copy of the readings {Path(readings.file).name} has other {words} than the file"
         for key, words in _COPIED.items()

@@ -1,4 +1,4 @@
-"""A file of a build against what the code writes: every number of a table, the whole of a config.
+"""A file of a build against what the code writes: every number of a table, the whole of a config, the certificate.
 
 Bytes that are the same need no further look. Where they differ, a text is compared number by number, since another
 processor may round the last digit otherwise; a file of another version of lutgen, or of bytes, at every lattice point.
@@ -20,6 +20,7 @@ from lutgen.bindings import is_utf8, ocio, ocio_errors
 from lutgen.cells import NUMBER
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
     from pathlib import Path
 
     from lutgen.bake.config import AgedConfig
@@ -36,6 +37,9 @@ AT_A_POINT = 3e-4
 
 #: A config and its table in one file.
 ARCHIVE = ".ocioz"
+
+#: A file may differ from its own certificate by this much: OpenColorIO 2.1 and 2.6 differ by up to 0.003 on one file.
+SLACK = 0.005
 
 _WORD = re.compile(NUMBER.encode())
 
@@ -128,3 +132,32 @@ def _worded_otherwise(config: Any, text: bytes) -> str:
         if says != writes:
             return f"is not what lutgen writes: {says.strip()[:80]!r}, not {writes.strip()[:80]!r}"
     return ""
+
+
+def otherwise_certified(said: Mapping[str, Any] | None, now: Mapping[str, Any]) -> list[str]:
+    """Return what a certificate says otherwise than a new one, in sentences; worse figures are told elsewhere."""
+    if not isinstance(said, dict):
+        return ["there is no certificate"]
+    before, after = dict(_told(said)), dict(_told(now))
+    problems = [f"its certificate lacks {name}" for name in after if name not in before]
+    problems += [f"its certificate has {name}, which no certificate has" for name in before if name not in after]
+    for name, value in after.items():
+        claimed = before.get(name, value)
+        if not _agrees(claimed, value):
+            problems.append(f"its certificate says {name} {claimed!r}, and it is {value!r}")
+    return problems
+
+
+def _told(content: Mapping[str, Any], head: str = "") -> Iterator[tuple[str, Any]]:
+    for key, value in content.items():
+        if isinstance(value, dict):
+            yield from _told(value, f"{head}{key} ")
+        else:
+            yield f"{head}{key}", value
+
+
+def _agrees(said: Any, now: Any) -> bool:
+    if isinstance(said, bool) or not isinstance(said, int | float) or not isinstance(now, int | float):
+        return bool(said == now)
+    # Counts of colours: rounding may move one in a thousand over a border.
+    return abs(said - now) <= max(SLACK, 1e-3 * abs(now) if isinstance(now, int) else 0.0)

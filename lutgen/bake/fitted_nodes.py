@@ -3,7 +3,8 @@
 Beside the clip: where the model reaches the viewer's full code value between two nodes, the line between the clipped
 nodes cuts the corner, by up to two codes of 255 at 33³, in the pale background of slides.
 
-- A node beyond the clip keeps what it has above 1, up to ``HEADROOM``; readers clip after they interpolate.
+- A node beyond the clip keeps what it has above 1, up to ``HEADROOM``; readers clip after they interpolate. Files of
+  whole numbers have no room above 1.
 - The last node before the clip is raised until it errs as much as the line does at the bend, by half a code at most:
   on the line along the channel's own axis, where the clip is met; the two other channels hardly change a channel.
 
@@ -43,8 +44,8 @@ MOST_MOVED = 0.5 / 255
 _PLACES_OF_STEP, _STEPS, _STEP = 3, 4, 1.5
 
 
-def fit_beside_clip(table: Array) -> None:
-    """Clip a table of code values, unclipped, to 0..``HEADROOM``, nodes beside the clip at 1 fitted; in place.
+def fit_beside_clip(table: Array, top: float = HEADROOM) -> None:
+    """Clip a table of code values, unclipped, to 0..``top``, nodes beside the clip at 1 fitted; in place.
 
     Shape (n, n, n, 3), axes blue, green, red; a view of contiguous rows or columns.
     """
@@ -55,10 +56,10 @@ def fit_beside_clip(table: Array) -> None:
         if not node.size:
             continue
         beyond = own[node + size**channel]
-        raised.append((own, node, own[node] + _raise(own[node], beyond, np.minimum(beyond, HEADROOM))))
-    np.clip(values, 0.0, HEADROOM, out=values)
+        raised.append((own, node, own[node] + _raise(own[node], beyond, np.minimum(beyond, top))))
+    np.clip(values, 0.0, top, out=values)
     for own, node, value in raised:
-        own[node] = np.minimum(value, HEADROOM)
+        own[node] = np.minimum(value, top)
 
 
 def before_clip(own: Array, channel: int, size: int) -> NDArray[np.intp]:

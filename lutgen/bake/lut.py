@@ -167,8 +167,8 @@ class Sampler:
     def lut(self, aged: AgedDisplay, size: int, space: str, *, clip: bool, whole: bool = False) -> Lut:
         """Bake a table; ``clip`` to the viewer's sRGB gamut, or leave aged colours outside it as they are.
 
-        Beside the clip nodes are fitted; not where the file holds ``whole`` numbers, which cannot exceed white, and not
-        in a correction, whose numbers are a display's drive. Nodes beside the jump of the paper's display are fitted.
+        Beside the clip nodes are fitted, up to white where the file holds ``whole`` numbers, which cannot exceed it;
+        not in a correction, whose numbers are a display's drive. Nodes beside the jump of the paper's display are too.
         """
         held, correction = SPACES[space].held, compensation_of(aged)
         if correction:
@@ -178,8 +178,8 @@ class Sampler:
         values, beside = values[: size**3], values[size**3 :]
         table = values.reshape(size, size, size, 3)
         top = 1.0 if whole or correction else HEADROOM
-        if clip and top > 1.0:
-            fit_beside_clip(table)
+        if clip and not correction:
+            fit_beside_clip(table, top)
         elif clip:
             np.clip(table, 0.0, top, out=table)
         if len(beside):

@@ -232,7 +232,13 @@ class _PipeStream(io.FileIO):
 
 
 def tolerate_closed_pipes() -> None:
-    """Let the reader of standard output and standard error close the pipe, as in ``lutgen … | head -1``."""
+    """Let the reader of standard output and standard error close the pipe, as in ``lutgen … | head -1``.
+
+    A stream that was closed before lutgen began, as by ``>&-``, is replaced by one that drops what is written.
+    """
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: PTH123, SIM115 - open to the end
     # A test or a program that has replaced a stream keeps its own.
     if sys.stdout is sys.__stdout__ and isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout = _for_a_pipe(sys.stdout)

@@ -38,7 +38,7 @@ from lutgen.colorimetry import (
 from lutgen.display.chain import AgedDisplay
 from lutgen.display.effect_chain import jumps, without_steps
 from lutgen.display.paper import paper_links
-from lutgen.display.search import searched
+from lutgen.display.search import Start, searched
 from lutgen.errors import LutgenError, pick_one
 from lutgen.names import UNREACHABLE
 
@@ -90,11 +90,16 @@ class Compensation:
             return self.drive_from(code, None)
         return self.drive_from(code, _lattice_drives(self).between(code))
 
-    def drive_from(self, code: Array, start: Array | None, *, thorough: bool = True) -> Array:
-        """As :meth:`drive`; ``start`` and ``thorough`` are those of :func:`searched`."""
-        smooth = without_steps(self.fresh) or self.fresh
-        target = smooth.code_to_xyz(code) * self.scale
-        return drive_of(self.aged, target, code_to_linear(code), start, thorough=thorough)
+    def drive_from(self, code: Array, start: Start | None) -> Array:
+        """As :meth:`drive`; ``start`` is that of :func:`searched`."""
+        return drive_of(self.aged, self._goal(code), code_to_linear(code), start)
+
+    def rough(self, code: Array, start: Start | None) -> tuple[Array, Array]:
+        """Search a display with effects, not thoroughly; results and ``start`` are those of :func:`searched`."""
+        return searched(without_steps(self.aged) or self.aged, self._goal(code), start, thorough=False)
+
+    def _goal(self, code: Array) -> Array:
+        return (without_steps(self.fresh) or self.fresh).code_to_xyz(code) * self.scale
 
     def side(self, linear: Array) -> NDArray[np.uint8]:
         """Label drives (n, 3) by the side of the border at which the aged display jumps: 0 primary, 1 on it, 2 white.
@@ -149,7 +154,8 @@ def _correction(aged: AgedDisplay, fresh: AgedDisplay, unreachable: str) -> Comp
     last, drives = 1.0, whole.drive(_PROBES)
     while high - low > _FULL:
         middle = 0.5 * (low + high)
-        last, drives = middle, replace(whole, scale=middle).drive_from(_PROBES, drives * (middle / last))
+        near = Start(drives * (middle / last), np.full((3, 3, len(_PROBES)), np.nan))
+        last, drives = middle, replace(whole, scale=middle).drive_from(_PROBES, near)
         low, high = (middle, high) if drives.max() <= 1.0 + _FULL else (low, middle)
     # Six decimals are printed and kept: what a reader sees is what was done.
     return replace(whole, scale=np.floor(low * 1e6) / 1e6)
@@ -157,26 +163,27 @@ def _correction(aged: AgedDisplay, fresh: AgedDisplay, unreachable: str) -> Comp
 
 @dataclass(frozen=True, eq=False)
 class _LatticeDrives:
-    """The drives for a lattice uniform in code values: as code values, and their sides of the jump as numbers.
+    """The drives for a lattice uniform in code values, a row for each node: side of the jump, code values, slopes.
 
-    Shapes (n, n, n, 3) and (n, n, n), axes red, green, blue.
+    Shape (n³, 13), blue fastest.
     """
 
-    code: Array
-    side: Array
+    size: int
+    nodes: Array
 
-    def between(self, code: Array) -> Array:
-        """Interpolate linear drives for code values (n, 3); NaN where neighbours lie on different sides of a jump."""
-        from scipy.ndimage import map_coordinates
-
-        places = code.T * (len(self.side) - 1)
-        *channels, side = (
-            map_coordinates(values, places, order=1, mode="nearest")
-            for values in (*np.moveaxis(self.code, -1, 0), self.side)
-        )
-        linear = code_to_linear(np.stack(channels, axis=-1))
-        linear[(side > _ONE_SIDE) & (side < _OTHER - _ONE_SIDE)] = np.nan
-        return linear
+    def between(self, code: Array) -> Start:
+        """Interpolate for code values (n, 3); NaN where neighbours lie on different sides of a jump."""
+        places = code * (self.size - 1)
+        low = np.minimum(places.astype(np.intp), self.size - 2)
+        above = (places - low)[:, :, np.newaxis]
+        stride = np.array([self.size**2, self.size, 1])
+        first, found = low @ stride, np.zeros((len(code), self.nodes.shape[1]))
+        for corner in product((0, 1), repeat=3):
+            weight = np.prod(np.where(np.array(corner)[:, np.newaxis], above, 1.0 - above), axis=1)
+            found += weight * self.nodes.take(first + stride @ corner, axis=0)
+        side = found[:, 0]
+        found[(side > _ONE_SIDE) & (side < _OTHER - _ONE_SIDE)] = np.nan
+        return Start(code_to_linear(found[:, 1:4]), found[:, 4:].T.reshape(3, 3, -1))
 
 
 @lru_cache(maxsize=1)
@@ -186,26 +193,24 @@ def _lattice_drives(link: Compensation) -> _LatticeDrives:
     for size in _LATTICES:
         axis = np.linspace(0.0, 1.0, size)
         code = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
-        drives = link.drive_from(code, coarser.between(code) if coarser else None, thorough=False)
-        shape = (size, size, size)
-        sides = link.side(drives).astype(np.float64).reshape(shape)
-        coarser = _LatticeDrives(linear_to_code(drives).reshape(*shape, 3), sides)
+        drives, slopes = link.rough(code, coarser.between(code) if coarser else None)
+        coarser = _LatticeDrives(
+            size, np.column_stack([link.side(drives), linear_to_code(drives), slopes.reshape(9, -1).T])
+        )
     if coarser is None:
         raise AssertionError
     return coarser
 
 
-def drive_of(
-    aged: AgedDisplay, xyz: Array, asked: Array, start: Array | None = None, *, thorough: bool = True
-) -> Array:
+def drive_of(aged: AgedDisplay, xyz: Array, asked: Array, start: Start | None = None) -> Array:
     """Return the linear drives with which ``aged`` shows ``xyz``, both (n, 3); outside 0..1 where it cannot.
 
-    ``asked`` decides where two drives show the same: linear light (n, 3), to which the nearer is taken. ``start`` and
-    ``thorough`` are for a display that is searched: see :func:`searched`.
+    ``asked`` decides where two drives show the same: linear light (n, 3), to which the nearer is taken. ``start`` is
+    for a display that is searched: see :func:`searched`.
     """
     paper = paper_links(aged)
     if paper is None:
-        return searched(without_steps(aged) or aged, xyz, start, thorough=thorough)
+        return searched(without_steps(aged) or aged, xyz, start)[0]
     selection, emission = paper
     split = _Split.of(emission, selection.name)
     if selection.name == "continuous":

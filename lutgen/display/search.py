@@ -11,7 +11,7 @@ The search of a colour ends when its residual is small enough, not after a numbe
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -42,34 +42,50 @@ _STUCK_AT, _ASIDE = 1e-6, (0.02, -0.02, 0.08, -0.08)
 #: Most steps: for all colours together, for the slow ones, and for lattices that only give starts to other colours.
 _FIRST_ROUNDS, _ROUNDS, _ROUGH_ROUNDS = 4, 60, 12
 
+#: A colour inside 0..1 is given up whose sum of squares has not halved in so many rounds: it lies at a jump. Damping
+#: needs eight to grow from its least value to the slopes' own size.
+_PATIENCE = 12
+
 #: Damping: its first and least value, the factor by which it changes, and the value at which a search gives up.
 _DAMPING, _DAMPED, _STUCK = 1e-8, 10.0, 1e8
 
 
-def searched(aged: AgedDisplay, xyz: Array, start: Array | None = None, *, thorough: bool = True) -> Array:
-    """Return the linear drives with which a display with effects comes nearest to ``xyz``, both (n, 3).
+class Start(NamedTuple):
+    """What is expected of a search: drives, (n, 3), and slopes there, (light, channel, n); NaN where nothing is."""
+
+    drive: Array
+    slopes: Array
+
+
+def searched(
+    aged: AgedDisplay, xyz: Array, start: Start | None = None, *, thorough: bool = True
+) -> tuple[Array, Array]:
+    """Return the linear drives with which a display with effects comes nearest to ``xyz``, both (n, 3), and slopes.
 
     Where a channel would have to leave 0..1, it does by what is missing.
 
-    ``start``: drives near which the search begins, (n, 3), NaN where none is known; default: the drives of an additive
-    display. ``thorough``: search longer, and from other starts, where a colour was not found at once.
+    ``start``: what is expected to be near; default: what an additive display would be sent, and nothing of the slopes.
+    ``thorough``: search longer, and from other starts, where a colour was not found at once.
     """
     problem = _Problem.of(aged)
     wanted = problem.light(xyz)
-    near = wanted if start is None else np.where(np.isnan(start), wanted, start)
+    near = wanted if start is None else np.where(np.isnan(start.drive), wanted, start.drive)
     near = np.clip(near, 0.0, 1.0)
+    slopes = np.full((3, 3, len(wanted)), np.nan) if start is None else start.slopes
+    # Out of reach, which side of a bend a descent ends on hangs on its first step.
+    slopes[:, :, ((near == 0.0) | (near == 1.0)).any(axis=1)] = np.nan
     drive, missing = np.empty_like(wanted), np.empty_like(wanted)
     unfinished, rounds = [], _FIRST_ROUNDS if thorough else _ROUGH_ROUNDS
     for first in range(0, len(wanted), CHUNK):
         part = slice(first, first + CHUNK)
-        drive[part], missing[part], late = _descended(problem, wanted[part], near[part], rounds)
+        drive[part], missing[part], late = _descended(problem, wanted[part], near[part], slopes[:, :, part], rounds)
         unfinished.append(first + late)
     if thorough:
         # The few that take long are taken together.
         late = np.concatenate(unfinished)
-        drive[late], missing[late], _ = _descended(problem, wanted[late], drive[late], _ROUNDS)
+        drive[late], missing[late], _ = _descended(problem, wanted[late], drive[late], slopes[:, :, late], _ROUNDS)
         _search_stuck_again(problem, wanted, drive, missing)
-    return drive + np.where(_ends(drive, missing), missing, 0.0)
+    return drive + np.where(_ends(drive, missing), missing, 0.0), slopes
 
 
 @dataclass(frozen=True)
@@ -111,7 +127,8 @@ def _search_stuck_again(problem: _Problem, wanted: Array, drive: Array, missing:
     if not stuck.size:
         return
     starts = np.concatenate([np.clip(drive[stuck] + aside, 0.0, 1.0) for aside in _ASIDE])
-    again, left, _ = _descended(problem, np.tile(wanted[stuck], (len(_ASIDE), 1)), starts, _ROUNDS)
+    unknown = np.full((3, 3, len(starts)), np.nan)
+    again, left, _ = _descended(problem, np.tile(wanted[stuck], (len(_ASIDE), 1)), starts, unknown, _ROUNDS)
     again, left = (
         np.stack([first[stuck], *np.split(others, len(_ASIDE))]) for first, others in ((drive, again), (missing, left))
     )
@@ -124,19 +141,23 @@ def _ends(drive: Array, missing: Array) -> NDArray[np.bool_]:
     return np.asarray(((drive == 1.0) & (missing > 0.0)) | ((drive == 0.0) & (missing < 0.0)))
 
 
-def _descended(problem: _Problem, wanted: Array, start: Array, rounds: int) -> tuple[Array, Array, NDArray[np.intp]]:
-    """Follow the descent from some drives.
+def _descended(
+    problem: _Problem, wanted: Array, start: Array, slopes: Array, rounds: int
+) -> tuple[Array, Array, NDArray[np.intp]]:
+    """Follow the descent from some drives, (n, 3), and slopes, (3, 3, n), which are replaced by newer ones.
 
     Gives where it ends and what is missing there, both (n, 3), and the indices of those for which it has not ended.
     """
     drive = start.copy()
     missing = wanted - problem.shown(drive)
     damping = np.full(len(drive), _DAMPING)
-    # Slopes, whether a colour needs new ones, and whether those that it has were taken at its present drive.
-    slopes = np.empty((3, 3, len(drive)))
-    needed, taken_here = np.ones(len(drive), dtype=bool), np.ones(len(drive), dtype=bool)
+    # Whether a colour needs new slopes, and whether those that it has were taken at its present drive.
+    needed = np.isnan(slopes[0, 0])
+    taken_here = needed.copy()
+    # The sum of squares that a colour is to reach, and the round by which it has to.
+    aim, until = np.full(len(drive), np.inf), np.full(len(drive), _PATIENCE)
     active = np.arange(len(drive))
-    for _ in range(rounds):
+    for number in range(rounds):
         active = active[_largest(missing[active]) > _FOUND]
         if not active.size:
             break
@@ -155,7 +176,10 @@ def _descended(problem: _Problem, wanted: Array, start: Array, rounds: int) -> t
         # A step that fails is damped when its slopes are the drive's own; else these are taken first.
         worse = np.where(exact, damped * _DAMPED, damped)
         damping[active] = np.where(better, np.maximum(damped / _DAMPED, _DAMPING), worse)
-        moving = _largest(moved - here) > _STILL
+        reached = active[after < aim[active]]
+        aim[reached], until[reached] = 0.5 * after[after < aim[active]], number + _PATIENCE
+        patient = (until[active] > number) | ~((here > 0.0) & (here < 1.0)).all(axis=1)
+        moving = (_largest(moved - here) > _STILL) & patient
         active = active[np.where(better, moving, ~exact | (moving & (damping[active] < _STUCK)))]
     return drive, missing, active
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import hmac
 import os
+import shutil
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
@@ -213,7 +214,9 @@ def render_images(
 ) -> tuple[Render, ...]:
     """Write what is shown of each (image, condition) into a study's folder. Raises LutgenError: unreadable."""
     renders: dict[tuple[str, str], Render] = {}
-    (study / IMAGES).mkdir()
+    rendered = study / "rendered"
+    for folder in (study / IMAGES, rendered):
+        folder.mkdir()
     # In the order of blind names, which is random: the order of writing would tell the un-aged picture.
     by_name = sorted(shown, key=lambda each: blind_name(key, each[0].name, each[1]))
     with scratch() as beside:
@@ -223,10 +226,16 @@ def render_images(
                 source = beside / "aged.tif"
                 apply_to_images([(picture.path, source)], luts[condition].path, source="signal", force=True)
             data = plain_png(shown_pixels(source))
-            file = f"{IMAGES}/{blind_name(key, picture.name, condition)}.png"
-            (study / file).write_bytes(data)
-            os.utime(study / file, (_WRITTEN, _WRITTEN))
+            name = f"{blind_name(key, picture.name, condition)}.png"
+            (rendered / name).write_bytes(data)
             sha256 = hashlib.sha256(data).hexdigest()
-            renders[picture.name, condition] = Render(picture.name, condition, file, sha256)
+            renders[picture.name, condition] = Render(picture.name, condition, f"{IMAGES}/{name}", sha256)
             progress(len(renders))
+    # Copied when all are made: to age a picture takes time, which the file system's own times would tell.
+    for path in sorted(rendered.iterdir()):
+        copy = study / IMAGES / path.name
+        shutil.copyfile(path, copy)
+        os.utime(copy, (_WRITTEN, _WRITTEN))
+        path.unlink()
+    rendered.rmdir()
     return tuple(renders[picture.name, condition] for picture, condition in shown)

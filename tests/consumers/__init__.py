@@ -120,7 +120,8 @@ class Consumer:
     version
         Gives its version, or raises ``Unavailable``.
     file, interpolation
-        The file that it is given, and how it interpolates: ``tetrahedral``, ``trilinear``, or ``matrix`` for no table.
+        The file that it is given, and how it interpolates: ``tetrahedral``, ``trilinear``, ``matrix`` for no table, or
+        ``resampled`` where it makes a table of its own first.
     render
         Makes the picture, or raises ``Unavailable``.
 

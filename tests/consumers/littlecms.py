@@ -12,6 +12,7 @@ import numpy as np
 from lutgen.lint.finding import LCMS_8, READS, REFUSES, WRONG
 from tests.consumers import Claim, Consumer, Job, first_line, module, program, read_image, run, write_image
 from tests.consumers._claims import INTENTS, aged, beyond, colours, converted, profile_in, unlike
+from tests.consumers._gallery import RESAMPLED
 from tests.profile_cases import CASES, PIXELS, made
 
 if TYPE_CHECKING:
@@ -161,7 +162,7 @@ CLAIMS = [
 
 CONSUMERS = [
     *(
-        Consumer(f"tificc, {name}", version, "aged.icc", "tetrahedral", partial(profile, intent=intent))
+        Consumer(f"tificc, {name}", version, "aged.icc", RESAMPLED, partial(profile, intent=intent))
         for name, intent in (("perceptual", PERCEPTUAL), ("relative", RELATIVE))
     ),
     Consumer("tificc, link", version, "aged-link.icc", "tetrahedral", link),

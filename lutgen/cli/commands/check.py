@@ -23,8 +23,12 @@ if TYPE_CHECKING:
 @click.argument("paths", nargs=-1, required=True, metavar="DIR|LUT…")
 @click.option("--mode", type=click.Choice(MODES), help="For LUT files: the display they claim to be.")
 @click.option("--hours", type=NUMBER, metavar="HOUR", help="For LUT files: the hour that they claim.")
-@click.option("--max-delta-e", type=NUMBER, help="Largest smooth ΔE2000 allowed [default: 1].")
-@click.option("--p99", type=NUMBER, help="Largest 99 % quantile of smooth ΔE2000 allowed [default: 0.2].")
+@click.option(
+    "--max-delta-e", type=NUMBER, help="Largest smooth ΔE2000 allowed [default: 1, or what a file was certified with]."
+)
+@click.option(
+    "--p99", type=NUMBER, help="Largest 99 % quantile of smooth ΔE2000 allowed [default: 0.2, or as certified]."
+)
 @click.option("--gpu", is_flag=True, help="Run the shaders of the folder's configs too, and compare with the CPU.")
 @click.option("--jobs", type=WholeFrom(min=1), help="Processes [default: one per core].")
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
