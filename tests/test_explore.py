@@ -107,6 +107,26 @@ def test_the_error_is_what_compare_and_refine_print(lutgen: Callable[..., Done])
     assert len(after["readings"]) == compared["data"]["readings"] - len(compared["left_out"])
 
 
+def test_what_a_chosen_point_leaves_of_the_others_is_told_by_the_server() -> None:
+    """The root mean square in σ of the readings that two points share, in units of the one's own noise."""
+    held, told = fitting()
+    settled(held)
+    error = told.last("error")
+    sigma = np.array([each["sigma"] for each in error["readings"]])
+    slices = {each["name"]: each["points"] for each in error["slices"]}
+    chosen, seen = slices["level"][0], 0
+    for point in slices["hour"]:
+        both = np.intersect1d(point["rows"], chosen["rows"])
+        shown = chosen["within"]["hour"][point["place"]]
+        if not both.size:
+            assert shown is None
+            continue
+        seen += 1
+        share = (sigma[both] ** 2).mean() / (sigma[point["rows"]] ** 2).mean()
+        assert shown == pytest.approx(point["ratio"] * share**0.5, rel=1e-3)
+    assert seen
+
+
 def one_line(printed: str) -> str:
     """What is printed, in one line."""
     return " ".join(printed.split())

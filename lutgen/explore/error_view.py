@@ -123,15 +123,37 @@ def _slices(comparison: Comparison) -> list[dict[str, Any]]:
                 "label": each.slice,
                 "ratio": each.rms_sigma / each.floor_rms_sigma if each.floor_rms_sigma else 0.0,
                 "rows": rows.tolist(),
+                "place": place,
             }
-            for each in comparison.where
-            if each.by == by
+            for place, each in enumerate(each for each in comparison.where if each.by == by)
         ]
         if points:
             column = COLUMNS.get(by)
             unit = "h" if by == "hour" else column.unit if column else ""
             found.append({"name": by, "label": NAMES.get(by, by), "unit": unit, "points": points})
+    _put_within(found, comparison.sizes[1])
     return found
+
+
+def _put_within(slices: Sequence[dict[str, Any]], sigma: Array) -> None:
+    """Add to each point the error of other points' readings that are its own too: what is drawn when it is chosen.
+
+    ``sigma`` are the errors of all readings in units of the noise, (n,).
+    """
+    points = [point for each in slices for point in each["points"]]
+    member = np.array([np.isin(np.arange(sigma.size), point["rows"]) for point in points], dtype=np.float64)
+    member = member.reshape(len(points), sigma.size)
+    squares, counts = member @ (member * sigma**2).T, member @ member.T
+    mean = squares / np.where(counts > 0, counts, np.nan)
+    whole = np.diag(mean)
+    # A point's error is in units of its own noise, whichever of its readings are looked at.
+    ratio = np.array([point["ratio"] for point in points])[:, np.newaxis] * np.sqrt(mean / whole[:, np.newaxis])
+    for place, point in enumerate(points):
+        of_this = iter(ratio[:, place].tolist())
+        point["within"] = {
+            each["name"]: [None if np.isnan(other := next(of_this)) else round(other, 4) for _ in each["points"]]
+            for each in slices
+        }
 
 
 def _place(problem: Problem, by: str, label: str, rows: Any) -> float | str:

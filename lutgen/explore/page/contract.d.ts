@@ -87,6 +87,10 @@ export interface Point {
   label: string;
   ratio: number;
   rows: number[];
+  /** The error of those of its readings that another point has too, by the slice and the number of the other point. */
+  within: Record<string, (number | null)[]>;
+  /** Its number in the slice, in the order of `within`. */
+  place: number;
 }
 
 export interface Reading {

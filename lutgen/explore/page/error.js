@@ -15,9 +15,6 @@ const LISTED = 5;
 /** Ends of the charts' axis. */
 const TOPS = [10, 30, 100, 300, 1000, 3000, 10_000, 100_000];
 
-/** @param {number[]} values */
-const meanSquare = (values) => values.reduce((sum, each) => sum + each * each, 0) / values.length;
-
 /** @param {readonly number[]} colour */
 const css = (colour) => `rgb(${colour.map((each) => Math.round(each)).join(" ")})`;
 
@@ -67,12 +64,9 @@ export function errorOf() {
     byId("error-where").textContent = spacedIn(error.sentence);
   };
 
-  /** Rows behind the chosen point, or null for all. */
-  const chosenRows = () => {
-    const slice = error.slices.find((each) => each.name === choice?.slice);
-    const point = slice?.points.find((each) => each.at === choice?.at);
-    return point ? new Set(point.rows) : null;
-  };
+  const chosenSlice = () => error.slices.find((each) => each.name === choice?.slice);
+
+  const chosenPoint = () => chosenSlice()?.points.find((each) => each.at === choice?.at);
 
   const charts = () => {
     // What has the focus is drawn anew: the focus goes to its successor.
@@ -82,14 +76,17 @@ export function errorOf() {
           /** @type {Element} */ (document.activeElement),
         )
       : -1;
-    const rows = chosenRows();
+    const chosen = choice && chosenPoint();
     const ends = error.slices.flatMap((slice) => slice.points.map((point) => point.ratio));
     // The axis does not shrink while effects are tried, so that the points are seen to fall.
     top = Math.max(top, TOPS.find((each) => each >= Math.max(...ends)) ?? 100_000);
     const boxes = error.slices.map((slice) =>
       multiple(slice, {
         top,
-        other: rows && slice.name !== choice?.slice ? slice.points.map((point) => within(point, rows)) : null,
+        other:
+          chosen && slice.name !== choice?.slice
+            ? slice.points.map((point) => chosen.within[slice.name][point.place])
+            : null,
         chosen: slice.name === choice?.slice ? slice.points.findIndex((point) => point.at === choice?.at) : -1,
         point: (number, button) => tip(slice, slice.points[number], button),
         choose: (number) => {
@@ -108,18 +105,11 @@ export function errorOf() {
     }
   };
 
-  /** The error of those readings of a point that are among the chosen ones. @param {import("./contract").Point} point @param {Set<number>} rows */
-  const within = (point, rows) => {
-    const sigmas = (/** @type {number[]} */ some) => some.flatMap((row) => readings.get(row)?.sigma ?? []);
-    const kept = sigmas(point.rows.filter((row) => rows.has(row)));
-    return kept.length ? point.ratio * Math.sqrt(meanSquare(kept) / meanSquare(sigmas(point.rows))) : null;
-  };
-
   const patches = () => {
-    const rows = chosenRows();
+    const slice = chosenSlice();
+    const point = chosenPoint();
+    const rows = point && new Set(point.rows);
     const shown = error.readings.filter((each) => !rows || rows.has(each.row)).sort((a, b) => b.de2000 - a.de2000);
-    const slice = error.slices.find((each) => each.name === choice?.slice);
-    const point = slice?.points.find((each) => each.at === choice?.at);
     const title = byId("readings-title");
     title.replaceChildren("Patches, measured | predicted, largest ΔE2000 first");
     if (slice && point) {
