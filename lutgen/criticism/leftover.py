@@ -4,8 +4,8 @@ Size is an F test for lack of fit. But noise known from a few dozen replicates i
 replicates happened to agree would then call every display faulty. What a wrong model leaves is uneven: it sits in some
 colours, conditions or hours. So an effect that is named may leave what is too large yet even. But nothing is called
 consistent that the F test rejects: scatter that is too large and even has no structure that a display could have, so
-the measurement is blamed. How uneven noise is, seeded draws of χ² tell; the noise of bright patches, and that of dark
-ones, is in each draw another one that the replicates allow.
+the measurement is blamed. Nor do patches of neighbouring levels err alike by noise. How uneven noise is, seeded draws
+of χ² tell; the noise of bright patches, and that of dark ones, is in each draw another one that the replicates allow.
 """
 
 from __future__ import annotations
@@ -41,7 +41,30 @@ def is_within_scatter(error: PureError, found: Fit) -> bool:
 
 def is_even(found: Fit) -> bool:
     """Whether what a fit leaves is spread over colours, conditions and hours as evenly as noise; False of one cell."""
-    return any(np.unique(labels).size > 1 for labels in _partitions(found)) and p_of_unevenness(found) >= SIGNIFICANT
+    parted = any(np.unique(labels).size > 1 for labels in _partitions(found))
+    return parted and p_of_unevenness(found) >= SIGNIFICANT and p_of_likeness(found) >= SIGNIFICANT
+
+
+def p_of_likeness(found: Fit) -> float:
+    """Probability that patches of neighbouring levels err alike by chance, as they do where a curve is wrong.
+
+    Patches of one kind and hour stand in the order of their levels; draws flip the signs of their mean residuals.
+    """
+    problem, judged = found.problem, _judged(found)
+    named, hour = kind_of(problem)[judged], problem.hour_of[judged]
+    code = problem.readings.drive[problem.rows][judged]
+    _, kind = np.unique(named, return_inverse=True)
+    order = np.column_stack([kind.reshape(-1), hour, code.max(axis=1), code])
+    patches, which = np.unique(order, axis=0, return_inverse=True)
+    which = which.reshape(-1)
+    mean = np.zeros((len(patches), 3))
+    np.add.at(mean, which, found.linear.residual[judged])
+    mean /= np.bincount(which)[:, np.newaxis]
+    follows = (patches[1:, :2] == patches[:-1, :2]).all(axis=1)
+    products = (mean[1:] * mean[:-1]).sum(axis=1) * follows
+    signs = np.random.default_rng(SEED).choice((-1.0, 1.0), size=(DRAWS, len(patches)))
+    drawn = (signs[:, 1:] * signs[:, :-1]) @ products
+    return float((1 + np.count_nonzero(drawn >= products.sum())) / (DRAWS + 1))
 
 
 def p_of_unevenness(found: Fit) -> float:
