@@ -13,7 +13,7 @@ from lutgen.criticism.leftover import is_even, is_noise, is_within_scatter
 from lutgen.criticism.probes import Probed, free_term, probe
 from lutgen.criticism.search import STRONG
 from lutgen.criticism.shares import shares_of_delta_e
-from lutgen.criticism.stepwise import MOST_OF_IT, stand_apart
+from lutgen.criticism.stepwise import MOST_OF_IT, stand_apart, together
 from lutgen.criticism.tails import SLIP
 from lutgen.effects.shapes import is_knot
 from lutgen.numerals import percent
@@ -278,7 +278,10 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
     # One family may leave what its formula misses; several that leave a misfit are what greedy search makes of another.
     enough = explained > MOST_OF_IT and (len(kept) == 1 or is_noise(final, error))
     physical = not any(_is_at_its_limit(step) for step in kept)
-    sound = (clean or enough) and physical and stand_apart([step.chosen for step in kept], base)
+    chosen = [step.chosen for step in kept]
+    # What is fitted beside, for what formulas leave, may be no more than formulas may leave.
+    whole = together(base, chosen).chi2 - final.chi2 <= (1.0 - MOST_OF_IT) * gain
+    sound = (clean or enough) and whole and physical and stand_apart(chosen, base)
     if not kept or base.bic - nothing.evidence < both - STRONG or not sound:
         return _unexplained(explanation, remarks, probed if probed.names else nothing)
     if shadows := [step.name for step in steps if step not in kept]:
