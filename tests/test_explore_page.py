@@ -447,6 +447,32 @@ def test_a_switch_gives_an_error_at_once_and_what_if_moves_it(page_of_either: Pa
     assert page.ask("getComputedStyle(document.querySelector('.parameter')).filter") == "none"
 
 
+def test_a_first_step_that_comes_after_its_fit_is_not_shown(page_of_either: Page) -> None:
+    page = page_of_either
+    before = text(page, "#ratio-number")
+    page.ask(
+        """(() => {
+            const fetched = window.fetch;
+            window.late = false;
+            window.fetch = async (to, ...more) => {
+                const answer = await fetched(to, ...more);
+                if (!String(to).includes("switch")) return answer;
+                const body = await answer.text();
+                while (!window.release) await new Promise((resolve) => setTimeout(resolve, 50));
+                setTimeout(() => { window.late = true; }, 500);
+                return new Response(body, { status: answer.status, headers: answer.headers });
+            };
+        })()"""
+    )
+    click(page, "#effect-black-level")
+    page.wait(f"{RATIO} !== {json.dumps(before)} && {FINAL}", LONG)
+    fitted = text(page, "#ratio-number")
+    page.ask("window.release = true")
+    page.wait("window.late", LONG)
+    assert text(page, "#ratio-number") == fitted
+    assert not text(page, "#error-state")
+
+
 def test_the_picture_answers_a_switch_and_shows_what_it_was_without_it(page_of_either: Page) -> None:
     page = page_of_either
     # It is measured before, so that the numbers can say what they were.

@@ -28,6 +28,7 @@ class Fitting:
         self._fitted: tuple[str, ...] = ()
         self._settled = self._judged = True
         self._alone: dict[str, float | None] = {}
+        self._switch = 0
 
     def open(
         self,
@@ -38,16 +39,17 @@ class Fitting:
         files: Sequence[str],
         expressions: Sequence[str],
         on: Sequence[str] = (),
+        switch: int = 0,
     ) -> dict[str, Any]:
         """Open readings, or the readings of a saved model, with some effects switched on.
 
-        What was open stays open where these are refused.
+        What was open stays open where these are refused. ``switch`` numbers what was switched, as in :meth:`switch`.
         """
         opened = Opened(data, baseline, model, tuple(files), tuple(expressions))
         opened.check_effects()
         self._tell("without", pickle.dumps(opened.fresh))
         self._opened, self._on, self._fitted, self._settled = opened, tuple(on), (), False
-        self._alone = {}
+        self._alone, self._switch = {}, switch
         return opened.overview()
 
     def gather(self, paths: Sequence[str], hours: Sequence[float] | None, *, same: bool) -> dict[str, Any]:
@@ -90,7 +92,7 @@ class Fitting:
             refinement = self._now.fitted(self._on)
         self._fitted = self._on
         self._tell("model", pickle.dumps(refinement.model if self._on else self._now.fresh))
-        self._tell("error", error_json(refinement.after, self._now, refinement))
+        self._tell("error", error_json(refinement.after, self._now, refinement) | {"switch": self._switch})
         self._tell("effects", self.effects())
 
     def _judge(self) -> None:
@@ -119,8 +121,11 @@ class Fitting:
 
         return effects_json(self._now, self._alone, self._on)
 
-    def switch(self, effects: list[str]) -> dict[str, Any]:
-        """Put these effects on: return the error after one linear step; the fit follows as news."""
+    def switch(self, effects: list[str], switch: int = 0) -> dict[str, Any]:
+        """Put these effects on: return the error after one linear step; the fit follows as news.
+
+        Both bear the number ``switch``: they take different ways, and the fit may come to the page first.
+        """
         from lutgen.criticism.first_step import first_step
         from lutgen.explore.error_view import error_json
 
@@ -131,8 +136,8 @@ class Fitting:
         else:
             wanted = [now.course.effects[name] for name in (*now.given, *on)]
             error = error_json(first_step(now.course.fit(self._fitted), wanted), now, provisional=True)
-        self._on, self._settled = on, False
-        return {**error, "on": on}
+        self._on, self._settled, self._switch = on, False, switch
+        return {**error, "on": on, "switch": switch}
 
     def what_if(self, effect: str | None = None, parameter: str = "", value: float = 0.0) -> dict[str, Any]:
         """Give a parameter another value than the fit's, the others as they are; without an effect: the fit again."""
@@ -143,10 +148,10 @@ class Fitting:
         now = self._now
         if effect is None:
             self._settled = False
-            return error_json(now.fitted(self._on).after, now, now.fitted(self._on))
+            return error_json(now.fitted(self._on).after, now, now.fitted(self._on)) | {"switch": self._switch}
         comparison, model = now.supposed(self._on, effect, parameter, value)
         self._tell("model", pickle.dumps(model))
-        return error_json(comparison, now, what_if=True)
+        return error_json(comparison, now, what_if=True) | {"switch": self._switch}
 
     def own(self, files: Sequence[str], expressions: Sequence[str]) -> list[dict[str, Any]]:
         """Take effects of the user's own beside the catalogue's; what is switched on stays on."""

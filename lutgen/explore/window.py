@@ -49,6 +49,7 @@ class Window:
     _fitting: Process | None = None
     _processes: set[Process] = field(default_factory=set)
     _folders: int = 0
+    _switches: int = 0
     _models: dict[str, bytes] = field(default_factory=dict)
     _colours: str = ""
     _waiting_image: str = ""
@@ -219,7 +220,7 @@ class Window:
             self._fitting.end()
         self.asked = replace(self.asked, on=on)
         self._fitting = await self._begun(FITTING, self._hear_fitting)
-        await self._fitting.ask("open", **_readings(self.asked))
+        await self._fitting.ask("open", **_readings(self.asked), switch=self._switches)
 
     async def _restart_showing(self) -> None:
         self._showing.end()
@@ -236,7 +237,7 @@ class Window:
     async def open(self, asked: Asked) -> None:
         """Open readings; where they are refused, those that are open stay."""
         await self.cancel()
-        self._opened(asked, json.loads(await self.fits("open", **_readings(asked))))
+        self._opened(asked, json.loads(await self.fits("open", **_readings(asked), switch=self._switches)))
 
     def _opened(self, asked: Asked, overview: dict[str, Any]) -> None:
         self.asked = replace(asked, data=overview.pop("data"), image=self.asked.image)
@@ -294,7 +295,8 @@ class Window:
     async def switch(self, effects: Sequence[str]) -> bytes:
         """Switch effects on, and all others off; the fit follows as news."""
         await self.cancel()
-        error = await self.fits("switch", effects=list(effects))
+        self._switches += 1
+        error = await self.fits("switch", effects=list(effects), switch=self._switches)
         self.asked, self._unfinished = replace(self.asked, on=tuple(json.loads(error)["on"])), True
         self.news.pop("support", None)
         return error

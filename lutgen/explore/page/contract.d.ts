@@ -40,6 +40,8 @@ export interface ImageSize {
 export interface ModelError {
   provisional?: boolean;
   what_if?: boolean;
+  /** Number of the switching that it answers: the fit may come before the first step, on another connection. */
+  switch: number;
   noise_ratio: number;
   mean_de2000: number;
   noise_de2000: number;

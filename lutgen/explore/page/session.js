@@ -13,8 +13,15 @@ import { takeOf } from "./take.js";
 export function sessionOf(server, picture, head) {
   const error = errorOf();
 
+  /** The last switching whose error was shown, and whether that was of its fit. */
+  let answered = { number: 0, fitted: false };
+
   /** @param {import("./contract").ModelError} next */
   const show = (next) => {
+    const late =
+      next.switch < answered.number || (next.provisional && next.switch === answered.number && answered.fitted);
+    if (late) return;
+    answered = { number: next.switch, fitted: !next.provisional };
     physics.parameters(error.show(next));
     picture.refresh(next);
     take.refresh();
