@@ -12,12 +12,15 @@ from lutgen.criticism.compare import compare
 from lutgen.criticism.diagnose import diagnose, parameters_of
 from lutgen.criticism.fit import fit
 from lutgen.criticism.heldout import held_out
-from lutgen.criticism.linear import Term
+from lutgen.criticism.leftover import p_of_likeness
+from lutgen.criticism.linear import State, Term, predict
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.pure_error import PureError
 from lutgen.criticism.search import contenders, family
 from lutgen.criticism.separate import separation
+from lutgen.criticism.shared_errors import with_shared_errors
 from lutgen.effects import catalogue
+from lutgen.effects.shapes import is_knot
 from tests.campaigns import single, text_of
 from tests.command import Done, in_process
 from tests.quick import mostly_slow
@@ -235,3 +238,49 @@ def test_an_effect_that_explains_nearly_all_of_chi2_does_not_hide_another_that_i
     found = diagnose(read(csv_text(replace(LUCKY, hidden=hidden)), file="lucky.csv", sha256=""))
     assert found.verdict.name == "several", found.verdict.sentence
     assert set(found.verdict.effects) == {"black-level", "warm-up"}
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_the_noise_of_white_is_no_wander_of_the_gain(seed: int) -> None:
+    """All gains of a session share it: these healthy campaigns were told to wander by 0.001 to 0.0015."""
+    healthy = read(csv_text(replace(LUCKY, seed=seed)), file="healthy.csv", sha256="")
+    problem = Problem.of(healthy)
+    assert with_shared_errors(problem).wander <= 2.0 * problem.noise.wander
+
+
+def test_neighbouring_levels_err_alike_where_the_curve_is_wrong_and_not_by_noise() -> None:
+    drifting = replace(LUCKY, seed=1, hidden=(("eotf-drift", 0.01, "same"),))
+    p_of = {
+        name: p_of_likeness(fit(Problem.of(read(csv_text(each), file="ramps.csv", sha256=""))))
+        for name, each in (("healthy", replace(LUCKY, seed=1)), ("drifting", drifting))
+    }
+    assert p_of["drifting"] < 0.01 <= p_of["healthy"]
+
+
+@pytest.mark.slow(every=True)
+def test_an_effect_that_needs_a_free_curve_is_one_of_those_that_change_curves() -> None:
+    hidden = (("eotf-drift", 0.05, "other"),)
+    found = diagnose(read(csv_text(replace(LUCKY, seed=1, hidden=hidden)), file="curve.csv", sha256=""))
+    (step,) = (each for each in found.explanation.steps if each.name == "eotf-drift")
+    assert any(is_knot(name) for name in step.chosen.form)
+    assert found.verdict.name == "one-of", found.verdict.sentence
+    assert "another change of the curve" in found.verdict.sentence
+
+
+@pytest.mark.slow(every=True)
+def test_a_backlight_that_follows_the_picture_is_not_three_effects() -> None:
+    """Beside a curve that is taken for granted it dims patches that fill the screen too."""
+    quiet = read(csv_text(replace(LUCKY, seed=1)), file="dimmed.csv", sha256="")
+    problem = Problem.of(quiet)
+    dimming = catalogue()["dynamic-contrast"]
+    term = Term.at_rest(dimming, (), depth=0.02, held=0.0, exponent=1.5)
+    plain, dimmed = (
+        predict(problem, State(terms, problem.measured_tips, np.zeros(max(int(problem.gains.max()) + 1, 1))))
+        for terms in ((), (term,))
+    )
+    # A screen that no light comes from has no ratio.
+    ratio = dimmed / np.where(plain > 0, plain, 1.0)
+    light = quiet.xyz_cd_m2.copy()
+    light[problem.rows] *= np.where(plain > 0, ratio, 1.0)
+    found = diagnose(quiet.with_light(light))
+    assert found.verdict.effects == ("dynamic-contrast",), found.verdict.sentence

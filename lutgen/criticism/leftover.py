@@ -48,7 +48,8 @@ def is_even(found: Fit) -> bool:
 def p_of_likeness(found: Fit) -> float:
     """Probability that patches of neighbouring levels err alike by chance, as they do where a curve is wrong.
 
-    Patches of one kind and hour stand in the order of their levels; draws flip the signs of their mean residuals.
+    Patches of one kind and hour stand in the order of their levels. By chance the product of the mean residuals of two
+    neighbours has either sign as often: draws give it one.
     """
     problem, judged = found.problem, _judged(found)
     named, hour = kind_of(problem)[judged], problem.hour_of[judged]
@@ -61,9 +62,8 @@ def p_of_likeness(found: Fit) -> float:
     np.add.at(mean, which, found.linear.residual[judged])
     mean /= np.bincount(which)[:, np.newaxis]
     follows = (patches[1:, :2] == patches[:-1, :2]).all(axis=1)
-    products = (mean[1:] * mean[:-1]).sum(axis=1) * follows
-    signs = np.random.default_rng(SEED).choice((-1.0, 1.0), size=(DRAWS, len(patches)))
-    drawn = (signs[:, 1:] * signs[:, :-1]) @ products
+    products = (mean[1:] * mean[:-1]).sum(axis=1)[follows]
+    drawn = np.random.default_rng(SEED).choice((-1.0, 1.0), size=(DRAWS, products.size)) @ products
     return float((1 + np.count_nonzero(drawn >= products.sum())) / (DRAWS + 1))
 
 

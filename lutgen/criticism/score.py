@@ -39,7 +39,8 @@ class Score:
         whole = np.concatenate([part.outside(base.linear.residual, part.off) for part in self.parts])
         self.residual = self._without_free(whole)
         self._proposed: dict[str, tuple[list[dict[str, float]], int]] = {}
-        self._of_effect, self._seen = "", {}  # type: str, dict[tuple[object, ...], tuple[Array, Array]]
+        self._of_effect = ""
+        self._seen: dict[tuple[object, ...], tuple[Array, Array]] = {}
         self.optimism, self._largest = OPTIMISM, 0.0
 
     def learn(self, promise: float, gain: float) -> None:

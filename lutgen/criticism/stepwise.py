@@ -136,7 +136,8 @@ def explain(
     if alike:
         chosen = [alike[0].best]
         final = together(base, chosen)
-    trail = [together(base, chosen[: count + 1]) for count in range(len(chosen))]
+    trail = [together(base, chosen[:count]) for count in range(1, len(chosen))]
+    trail += [final] if chosen else []
     steps = tuple(
         Step(each, tuple(other for other in chosen if other is not each), tuple(effects), base, tuple(alike[1:]))
         for each in chosen

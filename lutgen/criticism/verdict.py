@@ -280,20 +280,22 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
     physical = not any(_is_at_its_limit(step) for step in kept)
     chosen = [step.chosen for step in kept]
     # What is fitted beside, for what formulas leave, may be no more than formulas may leave.
-    whole = together(base, chosen).chi2 - final.chi2 <= (1.0 - MOST_OF_IT) * gain
+    beside = [step.name for step in steps if step not in kept]
+    whole = not beside or together(base, chosen).chi2 - final.chi2 <= (1.0 - MOST_OF_IT) * gain
     sound = (clean or enough) and whole and physical and stand_apart(chosen, base)
     if not kept or base.bic - nothing.evidence < both - STRONG or not sound:
         return _unexplained(explanation, remarks, probed if probed.names else nothing)
-    if shadows := [step.name for step in steps if step not in kept]:
-        remarks = (*remarks, f"Fitted beside, for what the formula leaves, no fault of its own: {', '.join(shadows)}.")
+    if beside:
+        remarks = (*remarks, f"Fitted beside, for what the formula leaves, no fault of its own: {', '.join(beside)}.")
     left = "" if clean else f"its formula leaves something: {structure(explanation, probed)}."
     seen = shares_of_delta_e(base, final, [step.name for step in kept])
-    if trifles := [step.name for step in kept if max(seen[step.name], shares[step.name]) < TRIFLE]:
-        kept = tuple(step for step in kept if step.name not in trifles)
-        remarks = (*remarks, f"Fitted beside, next to nothing of the error: {', '.join(trifles)}.")
-        shadows += trifles
     kept = tuple(sorted(kept, key=lambda step: -seen[step.name]))
-    return replace(_worded(kept, shares, seen, remarks, left, alone=not shadows), shares_delta_e=seen)
+    if trifles := [step for step in kept[1:] if max(seen[step.name], shares[step.name]) < TRIFLE]:
+        kept = tuple(step for step in kept if step not in trifles)
+        beside += [step.name for step in trifles]
+        names = ", ".join(step.name for step in trifles)
+        remarks = (*remarks, f"Fitted beside, next to nothing of the error: {names}.")
+    return replace(_worded(kept, shares, seen, remarks, left, alone=not beside), shares_delta_e=seen)
 
 
 def _worded(

@@ -147,7 +147,8 @@ def _put_within(slices: Sequence[dict[str, Any]], sigma: Array) -> None:
     mean = squares / np.where(counts > 0, counts, np.nan)
     whole = np.diag(mean)
     # A point's error is in units of its own noise, whichever of its readings are looked at.
-    ratio = np.array([point["ratio"] for point in points])[:, np.newaxis] * np.sqrt(mean / whole[:, np.newaxis])
+    with np.errstate(invalid="ignore"):  # of readings without any error there is no ratio
+        ratio = np.array([point["ratio"] for point in points])[:, np.newaxis] * np.sqrt(mean / whole[:, np.newaxis])
     for place, point in enumerate(points):
         of_this = iter(ratio[:, place].tolist())
         point["within"] = {
