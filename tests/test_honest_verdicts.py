@@ -264,7 +264,8 @@ def test_an_effect_that_needs_a_free_curve_is_one_of_those_that_change_curves() 
     (step,) = (each for each in found.explanation.steps if each.name == "eotf-drift")
     assert any(is_knot(name) for name in step.chosen.form)
     assert found.verdict.name == "one-of", found.verdict.sentence
-    assert "another change of the curve" in found.verdict.sentence
+    assert found.verdict.effects == ("eotf-drift",)
+    assert "an effect like it that the catalogue lacks" in found.verdict.sentence
 
 
 @pytest.mark.slow(every=True)
