@@ -57,19 +57,27 @@ def nearest(step: Step, final: Fit, scale: float) -> Imitated | None:
     strength = (step.without.chi2 - final.chi2) / scale
     taken = {step.name, *(other.effect.name for other in step.beside)}
     shares = [
-        (_outside(form, score, term), effect.name)
+        (max(_outside(form, score, term) for term in terms), effect.name)
         for effect in step.effects
         if effect.name not in taken
-        for term in _typical(effect)
+        for terms in _typical(effect)
     ]
     share, name = min(shares, default=(1.0, ""))
     return Imitated(name, share, strength * share) if name else None
 
 
-def _typical(effect: Effect) -> Iterator[Term]:
-    """An effect in each of its simple forms, at the sizes that its declaration calls typical."""
+def _typical(effect: Effect) -> Iterator[list[Term]]:
+    """Each simple form of an effect at the sizes that its declaration calls typical, one term for each of its sizes.
+
+    A form passes for an effect only where it follows all sizes of it: three channels that drift alike are no channel's.
+    """
     for form in effect.forms[: effect.refined] or ((),):
-        yield Term.at_rest(effect, form, **{name: effect.parameters[name].value for name in form})
+        values = {name: effect.parameters[name].value for name in form}
+        sizes = [name for name in form if name in effect.neutral]
+        alone = [
+            {other: value for other, value in values.items() if other == name or other not in sizes} for name in sizes
+        ]
+        yield [Term.at_rest(effect, form, **each) for each in alone or [values]]
 
 
 def _form(score: Score, chosen: Candidate) -> Array:

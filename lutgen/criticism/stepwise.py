@@ -9,7 +9,7 @@ misses.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -129,7 +129,7 @@ def explain(
         ranked = _ranked(current, others, progress) if chosen else first
         if not ranked or not admissible(ranked[0].best, current, error, sum(each.tried for each in ranked)):
             break
-        chosen = _refined([*chosen, ranked[0].best], base)
+        chosen = refined([*chosen, ranked[0].best], base)
         chosen = _exchanged(chosen, effects, base)
         current = together(base, chosen)
     chosen = _clean(_pruned(chosen, base), base, error)
@@ -157,7 +157,7 @@ def _readmitted(
         best = family(current, effect).best
         if not admissible(best, current, error, tried):
             break
-        chosen = _refined([*chosen, best], base)
+        chosen = refined([*chosen, best], base)
         current = together(base, chosen)
     return chosen, current
 
@@ -208,17 +208,22 @@ def together(base: Fit, chosen: Sequence[Candidate]) -> Fit:
     return _others(base, [each.term for each in chosen]) if chosen else base
 
 
-def _refined(chosen: list[Candidate], base: Fit, *, alone: bool = False, limit: float = np.inf) -> list[Candidate]:
+def refined(chosen: list[Candidate], base: Fit, *, alone: bool = False, limit: float = np.inf) -> list[Candidate]:
     """Choose the form of every admitted effect again, now that all are there; ``alone``: also that of a single one.
 
     ``limit``: of forms that cannot bring BIC below it, only the simplest are fitted.
     """
-    if len(chosen) < 2 and not alone:
+    if not chosen or (len(chosen) < 2 and not alone):
         return chosen
+    whole = together(base, chosen)
     for index, each in enumerate(chosen):
         beside = [*chosen[:index], *chosen[index + 1 :]]
-        again = family(together(base, beside), each.effect, limit=limit).best
-        chosen = [*chosen[:index], again, *chosen[index + 1 :]]
+        around = together(base, beside)
+        again = family(around, each.effect, limit=limit).best
+        if whole.bic < bic(again):
+            # Proposed settings are found from what the others leave, which may hide those that are there already.
+            again = replace(each, fit=whole, gain=around.chi2 - whole.chi2)
+        chosen, whole = [*chosen[:index], again, *chosen[index + 1 :]], again.fit
     return chosen
 
 
@@ -232,7 +237,7 @@ def _exchanged(chosen: list[Candidate], effects: Sequence[Effect], base: Fit) ->
         names = {other.effect.name for other in chosen}
         better = contenders(together(base, beside), [new for new in effects if new.name not in names], limit)
         if better:
-            return _refined([*beside, better[0].best], base)
+            return refined([*beside, better[0].best], base)
     return chosen
 
 
@@ -242,7 +247,7 @@ def _pruned(chosen: list[Candidate], base: Fit) -> list[Candidate]:
         return chosen
     limit = together(base, chosen).bic + STRONG
     for each in chosen:
-        rest = _refined([other for other in chosen if other is not each], base, alone=True, limit=limit)
+        rest = refined([other for other in chosen if other is not each], base, alone=True, limit=limit)
         if together(base, rest).bic < limit:
             return _pruned(rest, base)
     return chosen

@@ -296,8 +296,9 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
         names = ", ".join(step.name for step in trifles)
         remarks = (*remarks, f"Fitted beside, next to nothing of the error: {names}.")
     alike = {step.name: _imitated(step, explanation, error) for step in kept}
-    if len(kept) > 1 and any(each and each.left < 2 * STRONG for each in alike.values()):
-        # Of several, one whose form passes for another effect as strong as itself may be whatever the first one misses.
+    strongest = max(kept, key=lambda step: step.without.chi2)
+    if any(each and each.left < 2 * STRONG for name, each in alike.items() if name != strongest.name):
+        # Of several, one whose form passes for another effect as strong as itself may be what the strongest one misses.
         return _unexplained(explanation, remarks, probed if probed.names else nothing)
     if len(kept) > 1:
         worded = _several(kept, shares, seen, left)
