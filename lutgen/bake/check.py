@@ -94,27 +94,17 @@ class Finding:
 
 @dataclass(frozen=True)
 class Checked:
-    """What a check found.
+    """What a check found."""
 
-    Attributes
-    ----------
-    files
-        Number of files that were checked.
-    findings
-        What is wrong; the check failed when there is any.
-    certificates
-        LUT path → what it does now.
-    remarks
-        What could not be checked, and why.
-    gpu
-        Config path → what its shaders do, where that was asked.
-
-    """
-
+    #: Number of files that were checked.
     files: int
+    #: What is wrong; the check failed when there is any.
     findings: tuple[Finding, ...]
+    #: LUT path → what it does now.
     certificates: Mapping[str, Certificate] = field(default_factory=dict)
+    #: What could not be checked, and why.
     remarks: tuple[str, ...] = ()
+    #: Config path → what its shaders do, where that was asked.
     gpu: Mapping[str, GpuRun] = field(default_factory=dict)
 
     @property

@@ -107,25 +107,16 @@ SIGNAL_FILES, LINEAR_FILES = ("png", "jpg", "jpeg", "tif", "tiff", "bmp"), ("exr
 
 @dataclass(frozen=True)
 class AgedConfig:
-    """What a config says.
+    """What a config says."""
 
-    Attributes
-    ----------
-    name, description
-        The config's own name and what it shows.
-    lut
-        The LUT file, relative to the config; may hold context variables.
-    environment
-        Context variables and their defaults.
-    words
-        Which way it goes: ``SIMULATION`` or ``CORRECTION``.
-
-    """
-
+    #: The config's own name and what it shows.
     name: str
     description: str
+    #: The LUT file, relative to the config; may hold context variables.
     lut: str
+    #: Context variables and their defaults.
     environment: Mapping[str, str] = field(default_factory=dict)
+    #: Which way it goes: ``SIMULATION`` or ``CORRECTION``.
     words: Words = SIMULATION
 
 

@@ -50,11 +50,7 @@ _POINTS = 9
 def differs_from(path: Path, data: bytes, expected: bytes, lut: Lut | MatrixLut, *, same_version: bool) -> str:
     """Say how a LUT file differs from what the code writes; "" where it does not.
 
-    Raises
-    ------
-    LutgenError
-        It cannot be read.
-
+    Raises LutgenError: it cannot be read.
     """
     if data == expected:
         return ""

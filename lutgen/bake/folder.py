@@ -59,11 +59,8 @@ class Folder:
 def claim(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Folder:
     """Check, before anything is written, that a build may go into ``path``.
 
-    Raises
-    ------
-    LutgenError
-        Unreadable, someone else's files, files of ours that were altered, or another build of ours without ``force``.
-
+    Raises LutgenError: unreadable, someone else's files, files of ours that were altered, or another build of ours
+    without ``force``.
     """
     try:
         return _claimed(path, recipe, paths, force=force)

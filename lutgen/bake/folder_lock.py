@@ -27,11 +27,7 @@ PATIENCE = 5.0
 def locked_folder(path: Path) -> Iterator[None]:
     """Make the folder ``path`` and hold it for one build; after an error, folders that it made and are empty go again.
 
-    Raises
-    ------
-    LutgenError
-        Not a folder, one that cannot be made, or another build writes into it.
-
+    Raises LutgenError: not a folder, one that cannot be made, or another build writes into it.
     """
     missing = _missing(path)
     try:

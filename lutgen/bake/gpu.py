@@ -84,11 +84,7 @@ class GpuRun:
 def gpu_run(config: Path, code: Array) -> GpuRun:
     """Draw colours (n, 3) through every view of a config but Raw, and compare with OpenColorIO's CPU renderer.
 
-    Raises
-    ------
-    LutgenError
-        moderngl, EGL or a driver is missing, or OpenColorIO cannot make the config's processors.
-
+    Raises LutgenError: moderngl, EGL or a driver is missing, or OpenColorIO cannot make the config's processors.
     """
     lib = ocio()
     renderer = renderer_name()

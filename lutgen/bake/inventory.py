@@ -28,11 +28,7 @@ if TYPE_CHECKING:
 def unlisted(folder: Path, manifest: Manifest) -> list[tuple[str, str]]:
     """Return each file that ``manifest`` does not list and should, as its path in ``folder`` and what is wrong.
 
-    Raises
-    ------
-    LutgenError
-        The manifest's options are not those of a build.
-
+    Raises LutgenError: the manifest's options are not those of a build.
     """
     asked, listed = expected_records(plan_of(manifest)), {record.path: record for record in manifest.files}
     found = [

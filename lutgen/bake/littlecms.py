@@ -34,11 +34,7 @@ _TABLE_V4, _TABLE_V4_AT = b"mAB ", 24
 def through_profile(path: Path, code: Array, *, intent: int = RELATIVE) -> Array:
     """Send code values (n, 3) through the profile ``path`` to an sRGB screen, by one of ICC's intents.
 
-    Raises
-    ------
-    LutgenError
-        The binding is missing, or LittleCMS refuses the file.
-
+    Raises LutgenError: the binding is missing, or LittleCMS refuses the file.
     """
     return screen_code(_read(path), code, path, intent=intent)
 

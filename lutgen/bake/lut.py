@@ -42,18 +42,11 @@ AGREE = 2e-7
 
 @dataclass(frozen=True)
 class Lut:
-    """A 3D table from source signal to aged colour.
+    """A 3D table from source signal to aged colour."""
 
-    Attributes
-    ----------
-    space
-        How it is indexed and what it holds: a key of ``SPACES``.
-    table
-        Shape (n, n, n, 3), axes blue, green, red: red varies fastest when flattened.
-
-    """
-
+    #: How it is indexed and what it holds: a key of ``SPACES``.
     space: str
+    #: Shape (n, n, n, 3), axes blue, green, red: red varies fastest when flattened.
     table: Array
 
     @property

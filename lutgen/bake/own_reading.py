@@ -60,11 +60,7 @@ def checked_table(file: HeldFile, baked: Lut, folder: Path) -> Lut:
 
     The sample is written into ``folder``, a private one.
 
-    Raises
-    ------
-    LutgenError
-        The file has another form, holds another table, or OpenColorIO reads it otherwise.
-
+    Raises LutgenError: the file has another form, holds another table, or OpenColorIO reads it otherwise.
     """
     try:
         head, text = _parts(file.data)

@@ -116,11 +116,7 @@ def display_to_bake(
 ) -> AgedDisplay:
     """Return a mode and hour of a model in a direction: see ``DIRECTIONS`` and ``UNREACHABLE``.
 
-    Raises
-    ------
-    LutgenError
-        As ``DisplayModel.at`` and ``compensated``.
-
+    Raises LutgenError: as ``DisplayModel.at`` and ``compensated``.
     """
     aged = model.at(mode, hours)
     if direction == "simulate":

@@ -28,11 +28,7 @@ class TableKind(NamedTuple):
 def apply_lut(path: Path, code: Array) -> Array:
     """Send code values (n, 3) through a LUT file, tetrahedrally, as its readers do.
 
-    Raises
-    ------
-    LutgenError
-        No file, none of a LUT's size, one that cannot be read, or one that gives NaN or infinity.
-
+    Raises LutgenError: no file, none of a LUT's size, one that cannot be read, or one that gives NaN or infinity.
     """
     reader = _reader(path)
     if reader:

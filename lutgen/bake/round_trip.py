@@ -76,23 +76,10 @@ def round_trip(
 ) -> RoundTrip:
     """Send colours through a correction's file and then to the aged display.
 
-    Parameters
-    ----------
-    without
-        The same without a file.
-    drive
-        The model's linear drives for the colours, unclipped, (n, 3).
-    code
-        The file's code values for them, (n, 3).
-    border
-        Whether the file mixes drives from both sides of a jump, or of the end of what it clips to, (n,).
-    usual
-        Which of the colours tell means and quantiles, (n,).
-    tissue
-        Which of the colours are tissue.
-    lattice
-        The model's linear drives for a lattice, (m, 3).
-
+    ``without``: the same without a file. ``drive``: the model's linear drives for the colours, unclipped, (n, 3).
+    ``code``: the file's code values for them, (n, 3). ``border``: whether the file mixes drives from both sides of a
+    jump, or of the end of what it clips to, (n,). ``usual``: which of the colours tell means and quantiles, (n,).
+    ``tissue``: which of the colours are tissue. ``lattice``: the model's linear drives for a lattice, (m, 3).
     """
     aged = without.link.aged
     shown = delta_e_2000(linear_to_lab(aged.code_to_linear(np.clip(code, 0.0, 1.0))), without.wanted)

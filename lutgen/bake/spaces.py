@@ -61,19 +61,12 @@ _LAB_SPAN_V2 = _LAB_SPAN * 65_535 / 65_280
 
 @dataclass(frozen=True)
 class Space:
-    """How a table is indexed, both ways, and how what it holds becomes code values and comes from linear light.
+    """How a table is indexed, both ways, and how what it holds becomes code values and comes from linear light."""
 
-    Attributes
-    ----------
-    index, code
-        Code value → place along the edge, 0..1, and back. Any shape.
-    shown, held
-        What the table holds → code values, and linear light → what it holds. Shape (..., 3).
-
-    """
-
+    #: Code value → place along the edge, 0..1, and back. Any shape.
     index: Callable[[Array], Array]
     code: Callable[[Array], Array]
+    #: What the table holds → code values, and linear light → what it holds. Shape (..., 3).
     shown: Callable[[Array], Array]
     held: Callable[[Array], Array]
 

@@ -75,33 +75,20 @@ DARKEST = 0.2
 class NativeDisplay:
     """A display's own fresh state, beside its tips.
 
-    Attributes
-    ----------
-    curves
-        Transfer curves of red, green and blue.
-    black
-        X, Y and Z of code 0 as shares of white's.
-    source
-        What the curves were made of, one of ``SOURCES``.
-    remarks
-        What had to be put right, one sentence each.
-    own
-        The display's own model above one curve a channel; None where the first session asks for none.
-    ladder
-        The climb that chose it, with what it foretold of readings that were held out; None for a model of a file.
-
-    Raises
-    ------
-    LutgenError
-        Black is negative, or lighter than any display's.
-
+    Raises LutgenError: black is negative, or lighter than any display's.
     """
 
+    #: Transfer curves of red, green and blue.
     curves: tuple[TransferCurve, TransferCurve, TransferCurve]
+    #: X, Y and Z of code 0 as shares of white's.
     black: tuple[float, float, float]
+    #: What the curves were made of, one of ``SOURCES``.
     source: str = "ramps"
+    #: What had to be put right, one sentence each.
     remarks: tuple[str, ...] = ()
+    #: The display's own model above one curve a channel; None where the first session asks for none.
     own: StoredModel | None = None
+    #: The climb that chose it, with what it foretold of readings that were held out; None for a model of a file.
     ladder: OwnModel | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -119,24 +106,11 @@ class NativeDisplay:
     ) -> NativeDisplay:
         """Make the native display of the readings at hour 0, at rest.
 
-        Parameters
-        ----------
-        readings
-            With black, the four tips, and ramps of red, green and blue, or of grey, at hour 0.
-        leave_out
-            Indices of readings that are not to count.
-        strict
-            Whether a ramp is refused that falls by more than noise even without misread levels; else its neighbours
-            are averaged all the same.
-        source
-            What the curves are to be made of, one of ``SOURCES``; None: what foretells mixtures best.
-
-        Raises
-        ------
-        LutgenError
-            A lack of any of these, or a ramp that falls by more than noise, at more levels than may be misread: names
-            channel and codes.
-
+        ``readings``: with black, the four tips, and ramps of red, green and blue, or of grey, at hour 0. ``leave_out``:
+        indices of readings that are not to count. ``strict``: whether a ramp is refused that falls by more than noise
+        even without misread levels; else its neighbours are averaged all the same. ``source``: what the curves are to
+        be made of, one of ``SOURCES``; None: what foretells mixtures best. Raises LutgenError: a lack of any of these,
+        or a ramp that falls by more than noise, at more levels than may be misread: names channel and codes.
         """
         sample = _mixed_sample(readings, leave_out) if source in {None, "readings", "srgb"} else None
         if source is not None and sample is not None:
@@ -199,13 +173,7 @@ class NativeDisplay:
 
         Black and the colour points, which are measured again at every hour, have a gain of 1.
 
-        Parameters
-        ----------
-        code
-            Code values (m, 3).
-        share
-            Shares of white's X, Y and Z, (m, 3), where they are known already.
-
+        ``code``: code values (m, 3). ``share``: shares of white's X, Y and Z, (m, 3), where they are known already.
         """
         if self.own is None:
             return None

@@ -21,33 +21,22 @@ KINDS = ("aged", "compensated")
 
 @dataclass(frozen=True)
 class Asked:
-    """What a window shows, as the command line would be told of it.
+    """What a window shows, as the command line would be told of it."""
 
-    Attributes
-    ----------
-    data, image
-        Files of readings and of the image.
-    model, baseline
-        A saved model, and the baseline; None where not given.
-    files, expressions
-        Effects of the user's own: Python files, and formulas by name.
-    on
-        Effects that are switched on.
-    dropped
-        Files that the page has sent, which are shown by their names alone.
-    written
-        Whether ``data`` is a campaign file that only this window has: sessions were dropped, and their hours told.
-
-    """
-
+    #: Files of readings and of the image.
     data: str
     image: str
+    #: A saved model, and the baseline; None where not given.
     model: str | None = None
     baseline: str | None = None
+    #: Effects of the user's own: Python files, and formulas by name.
     files: tuple[str, ...] = ()
     expressions: tuple[tuple[str, str], ...] = ()
+    #: Effects that are switched on.
     on: tuple[str, ...] = ()
+    #: Files that the page has sent, which are shown by their names alone.
     dropped: frozenset[str] = frozenset()
+    #: Whether ``data`` is a campaign file that only this window has: sessions were dropped, and their hours told.
     written: bool = False
 
     @property

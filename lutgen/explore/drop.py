@@ -48,11 +48,7 @@ def gathered(paths: Sequence[str], hours: Sequence[float] | None, *, same: bool 
 
     ``same``: they are of one display although they look like several.
 
-    Raises
-    ------
-    LutgenError
-        As ``lutgen sessions init``, or as many hours as there are sessions were not given.
-
+    Raises LutgenError: as ``lutgen sessions init``, or as many hours as there are sessions were not given.
     """
     # The server, which takes files but opens none, starts sooner without what opens them.
     from lutgen.history.draft import check_one_display

@@ -63,11 +63,7 @@ class Opened:
     def take_own(self, files: tuple[str, ...], expressions: tuple[str, ...]) -> set[str]:
         """Take other effects of the user's own; return the names of those that stay as they were, with their fits.
 
-        Raises
-        ------
-        LutgenError
-            An effect is refused, or breaks the contract; those before stay.
-
+        Raises LutgenError: an effect is refused, or breaks the contract; those before stay.
         """
         from lutgen.criticism.diagnose import known_under
 

@@ -18,22 +18,9 @@ if TYPE_CHECKING:
 def serve(asked: Asked, listening: socket, *, opened: Callable[[str], None], wait: bool = True) -> None:
     """Serve windows that begin with what the command was given.
 
-    Parameters
-    ----------
-    asked
-        Readings, image, model and baseline.
-    listening
-        As :func:`lutgen.server.port_taken` gives it.
-    opened
-        Told the page's address; who asks for it at once is answered when the server runs.
-    wait
-        Whether the files are tried before that, for they may be anything.
-
-    Raises
-    ------
-    LutgenError
-        A file cannot be shown.
-
+    ``asked``: readings, image, model and baseline. ``listening``: as :func:`lutgen.server.port_taken` gives it.
+    ``opened``: told the page's address; who asks for it at once is answered when the server runs. ``wait``: whether the
+    files are tried before that, for they may be anything. Raises LutgenError: a file cannot be shown.
     """
     address, word = new_address(listening)
     if not wait:

@@ -29,18 +29,11 @@ STEPS = 255.0
 
 @dataclass(frozen=True)
 class Drive:
-    """Code values (m, 3) → what reaches the panel (m, 3), 0..1.
+    """Code values (m, 3) → what reaches the panel (m, 3), 0..1."""
 
-    Attributes
-    ----------
-    way
-        One of ``WAYS``.
-    calibration
-        The curves, of the calibration or of the clipped input, (k, 4); None where ``way`` is "as asked".
-
-    """
-
+    #: One of ``WAYS``.
     way: str = WAYS[0]
+    #: The curves, of the calibration or of the clipped input, (k, 4); None where ``way`` is "as asked".
     calibration: Array | None = None
 
     def __call__(self, code: Array) -> Array:

@@ -60,28 +60,18 @@ class Rung:
 
 @dataclass(frozen=True)
 class OwnModel:
-    """A display's own model.
+    """A display's own model."""
 
-    Attributes
-    ----------
-    model
-        The rungs that were taken, fitted on all readings.
-    rungs
-        All that were tried, in their order.
-    held_out
-        Shares of white's X, Y and Z at every reading of the sample, (n, 3), by models that had not seen its patch;
-        black, white and the primaries are seen by every model.
-    misread
-        Places of the sample's readings that contradict all others, which count little.
-    sample
-        What it was made of.
-
-    """
-
+    #: The rungs that were taken, fitted on all readings.
     model: Model
+    #: All that were tried, in their order.
     rungs: tuple[Rung, ...]
+    #: Shares of white's X, Y and Z at every reading of the sample, (n, 3), by models that had not seen its patch;
+    #: black, white and the primaries are seen by every model.
     held_out: Array
+    #: Places of the sample's readings that contradict all others, which count little.
     misread: tuple[int, ...]
+    #: What it was made of.
     sample: Sample
 
     def __call__(self, code: Array) -> Array:
@@ -132,11 +122,7 @@ class OwnModel:
 def fit_own_model(sample: Sample) -> OwnModel:
     """Climb the ladder: five-fold cross-validation by patch, on mixtures; deterministic.
 
-    Raises
-    ------
-    LutgenError
-        The session has fewer than ``LEAST_MIXTURES`` different mixtures.
-
+    Raises LutgenError: the session has fewer than ``LEAST_MIXTURES`` different mixtures.
     """
     if sample.mixtures < LEAST_MIXTURES:
         message = (

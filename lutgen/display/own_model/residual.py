@@ -35,33 +35,21 @@ GRID, BEYOND = 21, 4
 
 @dataclass(frozen=True)
 class SmoothResidual:
-    """A rung below and what it leaves: code values (m, 3) → shares of white's X, Y and Z, (m, 3).
+    """A rung below and what it leaves: code values (m, 3) → shares of white's X, Y and Z, (m, 3)."""
 
-    Attributes
-    ----------
-    below
-        The rung below.
-    drive
-        What the code values go through first.
-    centres
-        Driven values of the readings, (n, 3).
-    weights
-        Of the centres for X, Y and Z, (n, 3), in units of CIELAB's 116 f.
-    noise
-        Variance of each reading over that of the process, (n,).
-    length
-        Distance in code values over which it forgets.
-    size
-        Standard deviation of the process in X, Y and Z, (3,), in units of CIELAB's 116 f.
-
-    """
-
+    #: The rung below.
     below: Callable[[Array], Array]
+    #: What the code values go through first.
     drive: Drive
+    #: Driven values of the readings, (n, 3).
     centres: Array
+    #: Of the centres for X, Y and Z, (n, 3), in units of CIELAB's 116 f.
     weights: Array
+    #: Variance of each reading over that of the process, (n,).
     noise: Array
+    #: Distance in code values over which it forgets.
     length: float
+    #: Standard deviation of the process in X, Y and Z, (3,), in units of CIELAB's 116 f.
     size: Array
 
     def __call__(self, code: Array) -> Array:

@@ -41,33 +41,20 @@ def lab_slope(share: Array) -> Array:
 class Sample:
     """Readings of one session that a display's own model is made of.
 
-    Attributes
-    ----------
-    drive
-        Code values 0..1, (n, 3).
-    share
-        X, Y and Z as shares of white's, (n, 3).
-    white
-        X, Y and Z of white, (3,), in any unit.
-    lines
-        The line of the file that each reading came from, (n,).
-    file
-        Where they came from, for messages.
-    calibration
-        The curves that were loaded in the graphics card, (k, 4): input, red, green, blue, 0..1; None: not known.
-
-    Raises
-    ------
-    LutgenError
-        Black, white or a primary at full drive was not read: names it.
-
+    Raises LutgenError: black, white or a primary at full drive was not read: names it.
     """
 
+    #: Code values 0..1, (n, 3).
     drive: Array
+    #: X, Y and Z as shares of white's, (n, 3).
     share: Array
+    #: X, Y and Z of white, (3,), in any unit.
     white: Array
+    #: The line of the file that each reading came from, (n,).
     lines: NDArray[np.int64]
+    #: Where they came from, for messages.
     file: str = "<memory>"
+    #: The curves that were loaded in the graphics card, (k, 4): input, red, green, blue, 0..1; None: not known.
     calibration: Array | None = None
 
     @classmethod

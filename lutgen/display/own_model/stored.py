@@ -39,11 +39,7 @@ MAX_BYTES = 32_000_000
 class StoredModel:
     """An own model as the bytes of an .npz: equal to another exactly when their bytes are.
 
-    Raises
-    ------
-    LutgenError
-        The bytes are no such model.
-
+    Raises LutgenError: the bytes are no such model.
     """
 
     content: bytes

@@ -30,18 +30,11 @@ ROUNDS = 3
 
 @dataclass(frozen=True)
 class Curves:
-    """Code values (m, 3) → shares of white's X, Y and Z, (m, 3).
+    """Code values (m, 3) → shares of white's X, Y and Z, (m, 3)."""
 
-    Attributes
-    ----------
-    drive
-        What the code values go through first.
-    coefficients
-        Of black and the channels' splines, and perhaps of products of code values: (COLUMNS or COLUMNS + 3, 3).
-
-    """
-
+    #: What the code values go through first.
     drive: Drive
+    #: Of black and the channels' splines, and perhaps of products of code values: (COLUMNS or COLUMNS + 3, 3).
     coefficients: Array
 
     def __call__(self, code: Array) -> Array:
