@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from lutgen.colorimetry import LINEAR_TO_XYZ, code_to_linear
-from lutgen.display.own_model import Sample, fit_own_model, pair_terms, residual, scalar_curves, srgb, xyz_curves
+from lutgen.display.own_model import Sample, fit_own_model, residual, scalar_curves, srgb, xyz_curves
 from lutgen.display.own_model.drive import WAYS, Drive
 from lutgen.display.own_model.least_squares import solve
 from lutgen.display.own_model.stored import StoredModel
@@ -75,7 +75,7 @@ def test_an_srgb_display_stays_near_the_lowest_rung() -> None:
 @pytest.mark.parametrize(("display", "rung", "least"), [
     (gamma, scalar_curves.NAME, 0.05),
     (turning, xyz_curves.NAME, 0.07),
-    (coupled, pair_terms.NAME, 0.12),
+    (coupled, xyz_curves.PRODUCTS_NAME, 0.12),
 ])  # fmt: skip
 def test_the_rung_that_a_display_needs_is_taken(display: Callable[[Array], Array], rung: str, least: float) -> None:
     model = fit_own_model(sample_of(display))
@@ -87,7 +87,7 @@ def test_the_rung_that_a_display_needs_is_taken(display: Callable[[Array], Array
 def test_a_display_with_one_curve_a_channel_needs_no_products() -> None:
     found = {rung.name: rung.error for rung in fit_own_model(sample_of(gamma)).rungs}
     assert found[scalar_curves.NAME] < found[srgb.NAME] / 5
-    assert found[pair_terms.NAME] > 0.8 * found[scalar_curves.NAME]
+    assert found[xyz_curves.PRODUCTS_NAME] > 0.8 * found[scalar_curves.NAME]
 
 
 def bumped(code: Array) -> Array:
@@ -101,7 +101,7 @@ def test_what_no_formula_names_is_in_the_residual() -> None:
     errors = {rung.name: rung.error for rung in model.rungs}
     assert model.rungs[-1].name == residual.NAME
     assert model.rungs[-1].taken
-    assert errors[residual.NAME] < 0.6 * errors[pair_terms.NAME]
+    assert errors[residual.NAME] < 0.6 * errors[xyz_curves.PRODUCTS_NAME]
 
 
 def test_the_standard_error_is_small_at_readings_and_large_far_from_them() -> None:

@@ -9,17 +9,15 @@ from typing import TYPE_CHECKING
 
 from lutgen.bake.config import config_text
 from lutgen.bake.fidelity import Certificate, Judge
-from lutgen.bake.folder import claim
-from lutgen.bake.folder_lock import locked_folder
+from lutgen.bake.folder import claim, locked_folder
 from lutgen.bake.formats import format_named
 from lutgen.bake.gpu import check_renderer, gpu_run
 from lutgen.bake.lut import SIZES, Lut
 from lutgen.bake.manifest import FileRecord, HeldFile, Manifest, Recipe, model_as_json, sha256
-from lutgen.bake.own_reading import checked_table, is_read_here, refuse_other
 from lutgen.bake.parallel import in_parallel
 from lutgen.bake.plan import Plan
 from lutgen.bake.provenance import config_of_all, config_of_display, provenance_of
-from lutgen.bake.readback import TableKind, apply_lut
+from lutgen.bake.readback import TableKind, apply_lut, checked_table, is_read_here, refuse_other
 from lutgen.bindings import ocio
 from lutgen.display.inverse import compensation_of
 from lutgen.errors import LutgenError

@@ -20,13 +20,12 @@ from typing import TYPE_CHECKING, Any
 from lutgen import __version__
 from lutgen.bake.build import JUDGE, best_candidate, certified, config_format, prepare
 from lutgen.bake.check_config import check_config
-from lutgen.bake.check_stale import stale
+from lutgen.bake.check_manifest import altered, left_alone, plan_of, stale, unknown_values, unlisted
 from lutgen.bake.expected import SLACK, differs_from, otherwise_certified
 from lutgen.bake.figures import MAX_DELTA_E, P99
 from lutgen.bake.formats import format_named, lut_suffixes
 from lutgen.bake.gpu import TOLERANCE as GPU_TOLERANCE
 from lutgen.bake.gpu import GpuRun, check_renderer, gpu_run
-from lutgen.bake.inventory import altered, left_alone, plan_of, unknown_values, unlisted
 from lutgen.bake.lut import SIZES
 from lutgen.bake.manifest import (
     JOURNAL,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.colorimetry import delta_e_2000, xyz_to_lab
-from lutgen.display.own_model import pair_terms, residual, scalar_curves, srgb, xyz_curves
+from lutgen.display.own_model import residual, scalar_curves, srgb, xyz_curves
 from lutgen.display.own_model.drive import WAYS, Drive
 from lutgen.display.own_model.least_squares import spread
 from lutgen.display.own_model.residual import SmoothResidual
@@ -158,11 +158,11 @@ class _Climb:
             return partial(xyz_curves.fit, drive=drive, stiffness=stiffness)
 
         def pairs(stiffness: float) -> Fit:
-            return partial(pair_terms.fit, drive=drive, stiffness=stiffness)
+            return partial(xyz_curves.fit, drive=drive, stiffness=stiffness, products=True)
 
         self._try(scalar_curves.NAME, scalar, STIFFNESS[:3], [Drive(), *clipped])
         _, drive = self._try(xyz_curves.NAME, curves, STIFFNESS, [*asked, *clipped])
-        self._try(pair_terms.NAME, pairs, STIFFNESS)
+        self._try(xyz_curves.PRODUCTS_NAME, pairs, STIFFNESS)
         below = _remembered(self.fit)
 
         def smooth(length: float, noise: float) -> Fit:

@@ -12,9 +12,9 @@ import numpy as np
 
 from lutgen.display.own_model import scalar_curves
 from lutgen.display.own_model.drive import Drive
-from lutgen.display.own_model.gain import SPLINES, lit
 from lutgen.display.own_model.ladder import STIFFNESS, clearly_better, mixtures_error
 from lutgen.display.own_model.sample import FOLDS
+from lutgen.display.own_model.xyz_curves import SPLINES, lit
 from lutgen.display.trace import tip_shares
 from lutgen.display.transfer_curve import TransferCurve
 

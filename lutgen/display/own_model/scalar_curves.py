@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.display.own_model.gain import SPLINES, lit
 from lutgen.display.own_model.least_squares import solve, trust
-from lutgen.display.own_model.xyz_curves import COLUMNS, ROUNDS, Curves, rising, stiffening
+from lutgen.display.own_model.xyz_curves import COLUMNS, ROUNDS, SPLINES, Curves, lit, rising, stiffening
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

@@ -2,6 +2,15 @@
 
 The chromaticity of a channel moves with its drive (a liquid crystal's transmission depends on wavelength and voltage),
 so that one curve a channel is not enough: XYZ(d) = K + Σ_c C_c(d_c), C_c three curves.
+
+The next rung adds products of code values d_i·d_j, three terms for each of X, Y and Z. Mixtures are brighter than their
+channels together, mostly in mid-tones; products of light would act on the brightest colours alone. Curves and products
+are fitted together, since curves that are fitted without products take in the products' mean.
+
+Each curve is sRGB's light times a smooth gain. Every display's curve is near sRGB's, so the gain bends little, and
+levels that were not read keep its shape. The gain is a cubic B-spline over the code value; a stiffness makes second
+differences of its coefficients small (P-splines: Eilers & Marx, Statist. Sci. 11, 89-121 (1996),
+doi:10.1214/ss/1038425655).
 """
 
 from __future__ import annotations
@@ -10,16 +19,29 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
+import scipy.linalg
 
-from lutgen.display.own_model.gain import SPLINES, bends, lit, rises
+from lutgen.colorimetry import Array, code_to_linear
 from lutgen.display.own_model.least_squares import solve, trust
 
 if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
     from lutgen.display.own_model.drive import Drive
     from lutgen.display.own_model.sample import Sample
 
 NAME = "X, Y and Z curves of each channel"
+PRODUCTS_NAME = "products of code values"
+
+#: Splines of a gain: one for every 12 codes of 8 bits, where the largest shared sessions read 97 greys.
+SPLINES = 24
+
+#: Stiffness 1 holds a bend of 0.01 in the gain as dear as one unit of CIELAB in one reading.
+BEND = 100.0
+
+#: Code values between which a curve is asked to rise.
+STEPS = 65
+
+_KNOTS = np.concatenate([np.zeros(3), np.linspace(0.0, 1.0, SPLINES - 2), np.ones(3)])
 
 #: Black, and the splines of three channels.
 COLUMNS = 1 + 3 * SPLINES
@@ -54,23 +76,20 @@ def columns(code: Array, drive: Drive, *, products: bool = False) -> Array:
 
 def stiffening(count: int, stiffness: float) -> Array:
     """Rows that make the curves' bends small: (3·(SPLINES − 2), count)."""
-    bend = bends()
-    rows = np.zeros((3 * len(bend), count))
-    for channel in range(3):
-        rows[channel * len(bend) : (channel + 1) * len(bend), 1 + channel * SPLINES : 1 + (channel + 1) * SPLINES] = (
-            bend
-        )
-    return np.asarray(np.sqrt(stiffness) * rows)
+    bend = BEND * np.diff(np.eye(SPLINES), 2, axis=0)
+    return np.asarray(np.sqrt(stiffness) * _of_each_channel(bend, count))
 
 
 def rising(count: int) -> Array:
     """Rises of the three channels' curves, (3·(STEPS − 1), count): none is to be negative."""
-    rise = rises()
-    rows = np.zeros((3 * len(rise), count))
-    for channel in range(3):
-        here, splines = channel * len(rise), 1 + channel * SPLINES
-        rows[here : here + len(rise), splines : splines + SPLINES] = rise
-    return rows
+    return _of_each_channel(np.diff(lit(np.linspace(0.0, 1.0, STEPS)), axis=0), count)
+
+
+def _of_each_channel(rows: Array, count: int) -> Array:
+    """Rows for one channel's splines, (k, SPLINES), for those of all three among ``count`` columns: (3·k, count)."""
+    placed = np.zeros((3 * len(rows), count))
+    placed[:, 1:COLUMNS] = scipy.linalg.block_diag(rows, rows, rows)
+    return placed
 
 
 def fit(sample: Sample, drive: Drive, stiffness: float, *, products: bool = False) -> Curves:
@@ -86,3 +105,11 @@ def fit(sample: Sample, drive: Drive, stiffness: float, *, products: bool = Fals
             found[:, k] = solve(at * counted[:, np.newaxis], wanted, penalty, rise if k == 1 else None)
         weight = sample.certainty * trust((sample.share - at @ found) * sample.slope)
     return Curves(drive, found)
+
+
+def lit(code: Array) -> Array:
+    """Linear light of sRGB times every spline at code values (m,) in 0..1: (m, SPLINES)."""
+    within = np.clip(code, 0.0, 1.0)
+    return np.asarray(
+        scipy.interpolate.BSpline.design_matrix(within, _KNOTS, 3).toarray() * code_to_linear(within)[:, np.newaxis]
+    )
