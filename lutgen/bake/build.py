@@ -40,7 +40,7 @@ CONFIG = "config.ocio"
 
 @dataclass(frozen=True)
 class Built:
-    """What a build did: its manifest, and what of an interrupted one was missing (missing, all)."""
+    """The result of a build: its manifest, and how many files an interrupted build lacked (missing, all)."""
 
     manifest: Manifest
     unfinished: tuple[int, int] | None
@@ -130,14 +130,14 @@ def paths_of(plan: Plan) -> list[str]:
 
 
 def _parts(plan: Plan) -> list[tuple[tuple[str, float, str], ...]]:
-    """Cut the displays into parts small enough for progress to move: a correction takes as long as four displays."""
+    """Split the displays into small parts, for the progress bar: a correction takes as long as four displays."""
     displays, most = list(plan.folders()), 1 if plan.direction == "compensate" else 4
     return [tuple(displays[start : start + most]) for start in range(0, len(displays), most)]
 
 
 @dataclass(frozen=True)
 class _Work:
-    """What one worker is handed: some displays, and the table sizes where a tolerance chose them.
+    """The work for one process: some displays, and the table sizes where a tolerance chose them.
 
     ``scratch``: the private folder of this build, for all workers.
     """
@@ -150,8 +150,8 @@ class _Work:
     sizes: dict[tuple[str, str], int] | None = None
 
 
-#: One process's judge, the certificates of tables that it has met, and each format's last table: ``stable`` has one
-#: for all hours.
+#: The judge of this process, the certificates of tables that it has judged, and each format's last table: ``stable``
+#: has one for all hours.
 JUDGE = Judge()
 _CERTIFICATES: dict[object, Certificate] = {}
 #: Kinds of tables of which OpenColorIO has read a whole file in this process.
@@ -160,9 +160,9 @@ _BAKED: dict[str, tuple[object, Lut | MatrixLut, Figures]] = {}
 
 
 def prepare(aged: AgedDisplay, plan: Plan) -> None:
-    """Compute what all displays share before workers are forked: they then share its memory too.
+    """Compute what all displays share before workers are forked, so that workers share its memory.
 
-    Corrections share next to nothing.
+    Corrections share almost nothing.
     """
     if compensation_of(aged):
         return
@@ -259,7 +259,7 @@ def _shown(file: HeldFile, form: Format, lut: Lut | MatrixLut, kind: TableKind, 
         return shown
     refuse_other(file.path, shown, told)
     _READ_WHOLE.add(kind)
-    # Certificates are the same whichever process has which files.
+    # Certificates do not depend on which process gets which files.
     return told
 
 

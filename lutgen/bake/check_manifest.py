@@ -53,7 +53,7 @@ def unlisted(folder: Path, manifest: Manifest) -> list[tuple[str, str]]:
 
 
 def strangers(folder: Path, manifest: Manifest) -> list[str]:
-    """Return every file in a folder of a build that is not of the build, as its path in the folder."""
+    """Return every file in a build's folder that is no file of the build, as its path in the folder."""
     ours = {folder / record.path for record in manifest.files} | {folder / MANIFEST, folder / JOURNAL}
     there = (path for path in folder.rglob("*") if path.is_symlink() or not path.is_dir())
     return sorted(path.relative_to(folder).as_posix() for path in there if path not in ours)
@@ -127,7 +127,7 @@ def _contradictions(record: FileRecord, asked: FileRecord) -> list[str]:
 
 
 def altered(path: Path, record: FileRecord) -> tuple[str | None, HeldFile | None]:
-    """Return what became of a file, if anything, and what it holds, where it can be a file of a build."""
+    """Return the fault of a file, if any, and its bytes, where it can be a file of a build."""
     try:
         if not stat.S_ISREG(path.stat().st_mode):
             return "is no file any more", None
@@ -152,7 +152,7 @@ def unknown_values(plan: Plan) -> list[str]:
     ]
 
 
-#: What a manifest copies of the readings, and its name for people.
+#: Fields of the readings that a manifest copies, and their names for people.
 _COPIED = {"metadata": "words", "hours": "hours", "xyY": "colours"}
 
 
@@ -194,7 +194,7 @@ def _stale_readings(
 
 
 def _otherwise_than(readings: Measurements, folder: Path, manifest: Manifest, built_from: DisplayModel) -> list[str]:
-    """Say what the manifest's copy of the readings has otherwise than the file that they are from."""
+    """Say in which fields the manifest's copy of the readings differs from their file."""
     copied = manifest.recipe["model"]
     written = model_as_json(replace(built_from, measurements=readings), folder)["display"]
     return [
@@ -225,7 +225,7 @@ def _stale_model(folder: Path, manifest: Manifest, model: DisplayModel | None) -
         except LutgenError as error:
             return [f"stale: the model has changed and cannot be read: {error}"], []
     elif not (model.effects or "effects" in built_from):
-        return [], []  # the files themselves tell: any model that says the same as they will do
+        return [], []  # any model that describes the same display will do
     if current is None or same_model(built_from, model_as_json(current, folder)):
         return [], []
     which = Path(current.file or name or "given").name

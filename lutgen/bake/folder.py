@@ -1,6 +1,6 @@
-"""The output folder: what in it is lutgen's, what may be written, and what a killed build left.
+"""The output folder: which files in it lutgen wrote, which may be replaced, and which a killed build left.
 
-One build at a time holds the folder by a lock. A folder that the build had to create goes again if the build fails.
+A lock allows one build at a time. If a build fails, a folder that it had to create is removed.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Folder:
-    """An output folder that was found fit to build into.
+    """An output folder that has passed the checks of :func:`claim`.
 
     ``unfinished`` says how many of an interrupted build's files were missing; None when it was not interrupted.
     ``fresh``: nothing of lutgen's was there before.
@@ -40,23 +40,23 @@ class Folder:
     fresh: bool
 
     def begin(self, recipe: Recipe, paths: list[str]) -> None:
-        """Note what is about to be made, and clear what a killed build half wrote."""
+        """Write the journal of the files to be made, and remove the partial files of a killed build."""
         write_atomically(self.path / JOURNAL, Manifest(recipe.as_json(), planned(paths)).as_bytes())
         for partial in self.path.rglob(f".*{PARTIAL}"):
             partial.unlink()
 
     def abandon(self, paths: list[str]) -> None:
-        """Take back what a build that failed wrote into a fresh folder; another is left for the next build."""
+        """Remove the files that a failed build wrote into a fresh folder; other folders are left for the next build."""
         if not self.fresh:
             return
         for path in (*(self.path / path for path in paths), self.path / JOURNAL):
-            with suppress(OSError):  # what the disk does not let go
+            with suppress(OSError):  # a file that cannot be removed stays
                 path.unlink(missing_ok=True)
                 if path.parent.is_dir():
                     _remove_empty(path.parent, self.path)
 
     def finish(self, manifest: Manifest) -> None:
-        """Write the manifest, then remove what the last build made and this one does not."""
+        """Write the manifest, then remove the files of the previous build that this build does not make."""
         write_atomically(self.path / MANIFEST, manifest.as_bytes())
         kept = {self.path / record.path for record in manifest.files}
         for path in self.stale:
@@ -82,7 +82,7 @@ def claim(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Folde
 
 def _claimed(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Folder:
     manifest, journal = read_manifest(path / MANIFEST), read_manifest(path / JOURNAL)
-    # A link to a folder is somebody's, like a file: what lies behind it is not lutgen's.
+    # A link to a folder counts as a user's file: lutgen made nothing behind it.
     present = {file for file in path.rglob("*") if file.is_symlink() or not file.is_dir()}
     ours = {path / record.path for build in (manifest, journal) if build for record in build.files}
     housekeeping = {path / MANIFEST, path / JOURNAL}
@@ -124,7 +124,7 @@ def _refuse_other_build(path: Path, manifest: Manifest | None, journal: Manifest
 
 
 def _wherever(recipe: Mapping[str, Any]) -> Mapping[str, Any]:
-    """A recipe as read, without the ways to the files it names: a folder that was moved holds the same build."""
+    """A recipe without the paths of the files that it names: a folder that was moved holds the same build."""
     model = recipe.get("model")
     try:
         return {**recipe, "model": without_ways(model)}  # type: ignore[arg-type]
@@ -142,13 +142,13 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-#: Seconds to wait for another build: the workers of one that was killed end within them.
+#: Seconds to wait for another build: the workers of a killed build end within this time.
 PATIENCE = 5.0
 
 
 @contextmanager
 def locked_folder(path: Path) -> Iterator[None]:
-    """Make the folder ``path`` and hold it for one build; after an error, folders that it made and are empty go again.
+    """Make the folder ``path`` and lock it for one build; after an error, empty folders that it made are removed.
 
     Raises LutgenError: not a folder, one that cannot be made, or another build writes into it.
     """
@@ -163,7 +163,7 @@ def locked_folder(path: Path) -> Iterator[None]:
                 os.close(held)
     except BaseException:
         for folder in missing:
-            with suppress(OSError):  # not empty, or never made
+            with suppress(OSError):  # the folder is not empty, or was never made
                 folder.rmdir()
         raise
 
@@ -174,7 +174,7 @@ def _missing(path: Path) -> list[Path]:
     for place in (path, *path.parents):
         if os.path.lexists(place):
             if not place.is_dir():
-                # What a link leads to may be nothing, or the link itself.
+                # A link may lead to nothing, or to itself.
                 what = "a file" if is_file(place) or not place.is_symlink() else "a link that leads to no folder"
                 raise LutgenError(f"{place}: is {what}, and the output is a folder. Choose another with -o.")
             break
@@ -200,7 +200,7 @@ def _held(path: Path) -> int | None:
     try:
         folder = os.open(path, os.O_RDONLY)
     except OSError:
-        return None  # unreadable: said better by whoever reads it
+        return None  # an unreadable folder gets a clearer message when it is read
     end = time.monotonic() + PATIENCE
     while True:
         try:

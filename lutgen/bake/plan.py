@@ -57,7 +57,7 @@ class Plan:
     source: SourceProfile | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be baked."""
+        """Raise LutgenError for options that cannot be baked."""
         for mode in self.modes:
             if mode not in MODES:
                 raise pick_one("mode", mode, MODES)

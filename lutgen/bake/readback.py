@@ -3,9 +3,9 @@
 A .cube of lutgen's own form is read here too. OpenColorIO 2.1 needs 28 ms to parse the text of 33³, ten times as long
 as lutgen needs to bake and write it. So the text is read strictly: the head in one form, then exactly n³ rows of three
 numbers with seven decimals and no more. The numbers must be those of the table that was baked, to the last digit.
-OpenColorIO then loads the same head over ``EDGE``³ rows of the file, drawn by its SHA-256, and applies them. All rows
-have one grammar, so a program that reads some reads all; the first file of each kind in a process OpenColorIO loads and
-applies as a whole.
+OpenColorIO then loads a small file of the same head and ``EDGE``³ rows, chosen by the file's SHA-256, and applies it.
+All rows have one form, so a program that reads some reads all. In each process OpenColorIO also loads and applies the
+first file of each kind as a whole.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def apply_lut(path: Path, code: Array) -> Array:
 
 
 def table_kind(path: Path, *, clipped: bool) -> TableKind:
-    """Find out how a LUT file's table is indexed. Raises LutgenError as :func:`apply_lut`."""
+    """Return how a LUT file's table is indexed. Raises LutgenError as :func:`apply_lut`."""
     reader = _reader(path)
     if reader:
         refuse_unlikely(path)
@@ -85,7 +85,7 @@ def table_of_ocio(path: Path) -> tuple[str, int]:
 
 
 def _reader(path: Path) -> Reader | None:
-    """The reader of the format that has this suffix; None for what OpenColorIO reads."""
+    """The reader of the format with this suffix; None for formats that OpenColorIO reads."""
     forms = map(format_named, format_names())
     return next((form.reader for form in forms if form.reader and path.suffix.lower() == form.suffix), None)
 
@@ -132,7 +132,7 @@ def checked_table(file: HeldFile, baked: Lut, folder: Path) -> Lut:
 
 
 def _same(steps: NDArray[np.int32], baked: Lut) -> NDArray[np.int32]:
-    """Give back the numbers that were read; raises ValueError where they are not those that were baked."""
+    """Return the numbers of the file; raises ValueError where they are not those that were baked."""
     if not np.array_equal(steps, np.rint(baked.table.reshape(-1, 3) * _SCALE)):
         raise ValueError("its table is not the one that was baked")
     return steps

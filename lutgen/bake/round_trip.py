@@ -1,10 +1,10 @@
 """Simulate after compensate: what an aged display shows through a correction, against what the new one showed.
 
-The drives are those of the file, clipped to 0..1 as any display does. Colours are told apart:
+The drives are the file's, clipped to 0..1 as every display clips them. Colours are told apart:
 
-``reached``         those that the aged display can show: what is left is the table's doing
+``reached``         those that the aged display can show: the error that is left is the table's
 ``reached_border``  the same, but the table mixes across a jump of the display, or across the end of its drive
-``unreachable``     those that need more than full drive, or less than none: what is lost is the display's doing
+``unreachable``     those that need more than full drive, or less than none: the loss is the display's
 ``inverse``         the reached colours by the model's inverse itself, without a file: the inverse's own error
 """
 
@@ -45,7 +45,7 @@ class RoundTrip:
 
 @dataclass(frozen=True, eq=False)
 class Without:
-    """What of a round trip no file changes: the L*a*b* that is to be shown, (n, 3), and the inverse's own error."""
+    """The part of a round trip that depends on no file: the L*a*b* to be shown, (n, 3), and the inverse's own error."""
 
     link: Compensation
     wanted: Array

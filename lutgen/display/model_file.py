@@ -1,10 +1,10 @@
 """Model files (TOML): a display's model as ``lutgen refine`` writes it, and as a person may write it by hand.
 
-By hand ``schema = 1`` and perhaps ``[display]`` and ``[model]`` are enough. A refined model also holds how it was found
-(``[fit]``), the first session's own curves and black (``[native]``) where it starts from them, the tips before its
-effects (``[tips]``), the effects in the order of the light's way, every parameter with its unit and standard error, how
-the errors hang together (``[covariance]``), and perhaps the conditions that it is seen under. Numbers are written so
-that they read back to the last bit.
+By hand ``schema = 1`` and perhaps ``[display]`` and ``[model]`` are enough. A refined model also holds the figures of
+its fit (``[fit]``), the first session's own curves and black (``[native]``) where it starts from them, the tips before
+its effects (``[tips]``), the effects in the order of the light's way, every parameter with its unit and standard error,
+the covariance of the errors (``[covariance]``), and perhaps the conditions under which the display is seen. Numbers are
+written so that they read back to the last bit.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ HEAD = "# A lutgen display model: lutgen build --model THIS_FILE bakes it. Made 
 
 
 def save_model(model: DisplayModel, path: str | Path, *, force: bool = False) -> None:
-    """Write ``model`` to a file that :func:`load_model` reads, with the way to its readings and their hash.
+    """Write ``model`` to a file that :func:`load_model` reads, with the path of its readings and their hash.
 
     Raises
     ------

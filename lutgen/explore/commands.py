@@ -1,4 +1,4 @@
-"""What the page shows, as commands that do the same: to copy, and to make what is taken away."""
+"""The commands that do what the page shows: to be copied, and to make the files to download."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ KINDS = ("aged", "compensated")
 
 @dataclass(frozen=True)
 class Asked:
-    """What a window shows, as the command line would be told of it."""
+    """What a window shows, as arguments of the command line."""
 
     #: Files of readings and of the image.
     data: str
@@ -34,9 +34,9 @@ class Asked:
     expressions: tuple[tuple[str, str], ...] = ()
     #: Effects that are switched on.
     on: tuple[str, ...] = ()
-    #: Files that the page has sent, which are shown by their names alone.
+    #: Files that the page has sent; commands show their names without folders.
     dropped: frozenset[str] = frozenset()
-    #: Whether ``data`` is a campaign file that only this window has: sessions were dropped, and their hours told.
+    #: Whether ``data`` is a campaign file that only this window has, made of dropped sessions and their hours.
     written: bool = False
 
     @property
@@ -45,7 +45,7 @@ class Asked:
         return tuple(f"{name}: {text}" for name, text in self.expressions)
 
     def shown(self, path: str) -> str:
-        """Name a file as its owner knows it."""
+        """Name a file as the user knows it."""
         return Path(path).name if path in self.dropped else path
 
 
@@ -102,7 +102,7 @@ def commands(
         ("This hour's LUT", build_words(model, *lut_options(mode, hours, "cube", kind), to="this-hour")),
         ("The report", report_words(asked, model, to="report.html")),
     ]
-    # Without effects a display that is known at hour 0 alone does not age.
+    # A display that is known at hour 0 alone does not age without effects.
     kept = listed[:3] if asked.baseline in FORETELLING_BASELINES and not (asked.on or asked.model) else listed
     return [{"words": words, "command": shlex.join(command)} for words, command in kept]
 

@@ -1,4 +1,4 @@
-"""The error, the effects and the verdict as the page draws them: plain values of what the library found."""
+"""The error, the effects and the verdict as the page draws them: plain values of the library's results."""
 
 from __future__ import annotations
 
@@ -136,7 +136,7 @@ def _slices(comparison: Comparison) -> list[dict[str, Any]]:
 
 
 def _put_within(slices: Sequence[dict[str, Any]], sigma: Array) -> None:
-    """Add to each point the error of other points' readings that are its own too: what is drawn when it is chosen.
+    """Add to each point the error of the other points' readings that it shares: drawn when a user chooses the point.
 
     ``sigma`` are the errors of all readings in units of the noise, (n,).
     """
@@ -237,7 +237,7 @@ def effects_json(opened: Opened, alone: Mapping[str, float | None], on: Sequence
 
 
 def _sees(each: Any) -> str:
-    """From which size on these readings can see an effect: what stands below the page's heading of that name."""
+    """The smallest size of each effect that these readings can see, for the page's section of that name."""
     if not each.visible:
         return "cannot"
     if each.smallest_detectable is None:

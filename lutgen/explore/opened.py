@@ -1,4 +1,4 @@
-"""Readings that are open: their model, and every fit of them so far."""
+"""The open readings, their model, and every fit of them so far."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ POINTS = 33
 
 
 class Opened:
-    """Readings that are open, and the model that effects are added to."""
+    """The open readings, and the model that effects are added to."""
 
     def __init__(
         self,
@@ -61,9 +61,9 @@ class Opened:
         self._refined: dict[tuple[str, ...], Refinement] = {}
 
     def take_own(self, files: tuple[str, ...], expressions: tuple[str, ...]) -> set[str]:
-        """Take other effects of the user's own; return the names of those that stay as they were, with their fits.
+        """Take other effects of the user's own; return the names of unchanged effects, which keep their fits.
 
-        Raises LutgenError: an effect is refused, or breaks the contract; those before stay.
+        Raises LutgenError: an effect is refused, or breaks the contract; the effects before stay.
         """
         from lutgen.criticism.diagnose import known_under
 
@@ -85,7 +85,7 @@ class Opened:
         return everything(self.files, self.expressions)
 
     def check_effects(self) -> None:
-        """Raise LutgenError for effects that are refused: the user's own, or those of an installed package."""
+        """Raise LutgenError for refused effects, of the user's own or of an installed package."""
         _ = self.effects
 
     @property
@@ -192,7 +192,7 @@ class Opened:
         )  # fmt: skip
 
     def overview(self) -> dict[str, Any]:
-        """Say what was opened."""
+        """Describe the open readings."""
         readings, hours = self.readings, sorted(set(map(float, self.readings.hours)))
         return {
             "name": Path(self.data).name,

@@ -135,7 +135,7 @@ def trend_headline(trend: Trend) -> str:
 
 
 def _beyond(each: Passing, unit: str) -> str:
-    """Say since when a limit is passed: between two sessions, or since the first."""
+    """Say since when a limit is passed: since a time between two sessions, or since the first session."""
     side = "below" if each.limit.above else "above"
     return f"{_NAMES[each.limit.quantity]} has been {side} its {_value(each.limit)} limit {when(each, unit)}"
 
@@ -190,7 +190,7 @@ def laws(trend: Trend) -> Table:
 
 
 def limits(trend: Trend) -> Table:
-    """Tabulate the limits of quantities that were read, their bounds, and since or from when each is not kept."""
+    """Tabulate the limits of quantities that were read, their bounds, and the time from which each is passed."""
     rows = [
         (each.limit.text, f"{each.bound:.4g}" if np.isfinite(each.bound) else "–", when(each, trend.history.unit))
         for each in trend.passings

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Provenance:
-    """The birth certificate that a file carries: a title, an identifier without spaces, and lines of text."""
+    """What a file says of its origin: a title, an identifier without spaces, and lines of text."""
 
     title: str
     identifier: str
@@ -34,7 +34,7 @@ class Provenance:
     direction: str = "simulate"
 
     def __post_init__(self) -> None:
-        """Keep each text on its line: a display's name or source may hold anything that a user typed."""
+        """Remove line breaks from each text: a display's name or source may hold anything that a user typed."""
         object.__setattr__(self, "title", _one_line(self.title))
         object.__setattr__(self, "identifier", _one_line(self.identifier))
         object.__setattr__(self, "lines", tuple(_one_line(line) for line in self.lines))

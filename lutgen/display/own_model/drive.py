@@ -1,8 +1,8 @@
-"""What a display is driven by: the code value, or what the graphics card or the display's input makes of it.
+"""The drive of a panel: the code value as sent, or as the graphics card or the display's input changes it.
 
-ArgyllCMS keeps the curves that were loaded beside the readings (table CAL, 256 rows). Whether they were sent on in
-8 bits depends on the card and its cable, so that the ladder asks the readings. A display that takes its signal for one
-of another range, or whose contrast is set too high, clips: from some code value on its light no longer rises.
+ArgyllCMS keeps the curves that were loaded beside the readings (table CAL, 256 rows). Whether they were sent on in 8
+bits depends on the card and its cable, so the ladder tries both on the readings. A display that expects another signal
+range, or whose contrast is set too high, clips: from some code value on its light no longer rises.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
 
-#: What code values may go through before they reach the panel.
+#: The ways from code values to the panel.
 WAYS = (
     "as asked",
     "through the calibration",
@@ -37,7 +37,7 @@ class Drive:
     calibration: Array | None = None
 
     def __call__(self, code: Array) -> Array:
-        """Send code values on; beyond 0..1 the ends hold."""
+        """Return the drives of code values, which are clipped to 0..1."""
         code = np.clip(code, 0.0, 1.0)
         if self.calibration is None or self.way == WAYS[0]:
             return code

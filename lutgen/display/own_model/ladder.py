@@ -32,7 +32,8 @@ LEAST_MIXTURES = 20
 #: A rung is taken when it lowers the error by more than so many standard errors of that difference.
 CLEAR = 1.0
 
-#: What held-out error chooses from: stiffness of curves, length and noise of the residual. The first is tried first.
+#: Constants that the held-out error chooses from: stiffness of curves, length and noise of the residual; tried in this
+#: order.
 STIFFNESS = (0.01, 0.001, 0.1, 1.0)
 LENGTHS = (0.3, 0.2, 0.12, 0.5, 0.8)
 NOISES = (0.3, 0.1, 1.0, 3.0)
@@ -40,7 +41,7 @@ NOISES = (0.3, 0.1, 1.0, 3.0)
 #: A reading that errs by more than so many robust standard deviations, and by so much in units of CIELAB, is misread.
 MISREAD_SIGMA, MISREAD_LAB = 8.0, 3.0
 
-#: More misreadings than this share of a session are none.
+#: If more than this share of a session contradicts the model, the readings are not called misread: the session drifts.
 MOST_MISREAD = 0.02
 
 
@@ -53,7 +54,7 @@ class Rung:
     taken: bool
 
     def sentence(self) -> str:
-        """Say it in one line."""
+        """Describe the rung in one line."""
         verdict = "taken" if self.taken else "left out, the error does not fall clearly"
         return f"{self.name[:1].upper()}{self.name[1:]}: held-out mean ΔE2000 {self.error:.3f}, {verdict}."
 
@@ -66,12 +67,12 @@ class OwnModel:
     model: Model
     #: All that were tried, in their order.
     rungs: tuple[Rung, ...]
-    #: Shares of white's X, Y and Z at every reading of the sample, (n, 3), by models that had not seen its patch;
-    #: black, white and the primaries are seen by every model.
+    #: Shares of white's X, Y and Z at every reading of the sample, (n, 3), by models fitted without its patch; black,
+    #: white and the primaries are in every fit.
     held_out: Array
-    #: Places of the sample's readings that contradict all others, which count little.
+    #: Indices of the sample's readings that contradict all others and have little weight.
     misread: tuple[int, ...]
-    #: What it was made of.
+    #: The readings that it was fitted on.
     sample: Sample
 
     def __call__(self, code: Array) -> Array:
@@ -93,16 +94,16 @@ class OwnModel:
         return mixtures_error(self.sample, self.held_out)
 
     def held_out_of(self, code: Array) -> Array:
-        """Shares at code values (m, 3) by models that had not seen them, (m, 3); NaN at those that were not read."""
+        """Shares at code values (m, 3) by models fitted without them, (m, 3); NaN at code values that were not read."""
         known = {tuple(each): share for each, share in zip(self.sample.drive.tolist(), self.held_out, strict=True)}
         return np.array([known.get(tuple(each), np.full(3, np.nan)) for each in code.tolist()])
 
     def sentences(self) -> tuple[str, ...]:
-        """Say every rung, and every reading that was weighed down, in a line each."""
+        """Describe every rung, and every reading of little weight, in a line each."""
         return (*(rung.sentence() for rung in self.rungs), *self.remarks())
 
     def remarks(self) -> tuple[str, ...]:
-        """Name the readings that were weighed down, in a line each; of a session that drifts only how many."""
+        """Name the readings of little weight, in a line each; for a session that drifts give only their number."""
         count, said = len(self.misread), []
         if count > MOST_MISREAD * len(self.sample.drive):
             many = (
@@ -134,7 +135,7 @@ def fit_own_model(sample: Sample) -> OwnModel:
 
 
 class _Climb:
-    """What was reached so far, while rungs are tried."""
+    """The best model so far, while rungs are tried."""
 
     def __init__(self, sample: Sample) -> None:
         self.sample = sample
@@ -189,7 +190,7 @@ class _Climb:
         return chosen
 
     def _foretold(self, fit: Fit) -> Array:
-        """Shares at every reading, (n, 3), each by a model that has not seen its patch."""
+        """Shares at every reading, (n, 3), each by a model fitted without its patch."""
         found = np.empty_like(self.sample.share)
         known = self.sample.fold < 0
         for out, part in self.parts:
@@ -200,7 +201,7 @@ class _Climb:
 
 
 def _remembered(fit: Fit) -> Fit:
-    """Fit each sample once: constants of the rung above are chosen on the same fits."""
+    """Fit each sample once: the rung above chooses its constants on the same fits."""
     found: dict[int, Model] = {}
 
     def remembered(sample: Sample) -> Model:

@@ -21,7 +21,7 @@ NAME = "one curve of each channel"
 
 
 def fit(sample: Sample, drive: Drive, stiffness: float) -> Curves:
-    """Fit curves and primaries in turns, as the eye counts errors; readings that contradict all others count little."""
+    """Fit curves and primaries in turns, with errors in CIELAB's units; outliers have little weight."""
     driven = drive(sample.drive)
     splines = [lit(driven[:, channel]) for channel in range(3)]
     primaries, black = sample.tips[1:] - sample.black, sample.black

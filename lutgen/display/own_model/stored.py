@@ -1,4 +1,4 @@
-"""``StoredModel``: the rungs that a ladder took, as the bytes of an .npz that model files and manifests keep."""
+"""``StoredModel``: the chosen rungs as the bytes of an .npz, which model files and manifests keep."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ RESIDUAL: dict[str, tuple[int, ...]] = {
     "centres": (-1, 3), "weights": (-1, 3), "noise": (-1,), "length": (), "size": (3,)
 }  # fmt: skip
 
-#: Readings of the largest session, and what an array of them may take.
+#: Readings of the largest session, and the most bytes of an array of them.
 MOST_ROWS = 100_000
 MAX_BYTES = 32_000_000
 
@@ -86,7 +86,7 @@ class StoredModel:
         return self.model(code)
 
     def near(self, code: Array) -> Array:
-        """Do nearly the same, but faster where many codes are asked in turn."""
+        """Return nearly the same shares, but faster for many calls."""
         return self.model.near(code) if isinstance(self.model, SmoothResidual) else self.model(code)
 
     @cached_property

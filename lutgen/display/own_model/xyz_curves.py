@@ -35,10 +35,10 @@ PRODUCTS_NAME = "products of code values"
 #: Splines of a gain: one for every 12 codes of 8 bits, where the largest shared sessions read 97 greys.
 SPLINES = 24
 
-#: Stiffness 1 holds a bend of 0.01 in the gain as dear as one unit of CIELAB in one reading.
+#: With stiffness 1 a bend of 0.01 in the gain costs as much as one unit of CIELAB in one reading.
 BEND = 100.0
 
-#: Code values between which a curve is asked to rise.
+#: Number of code values between which curves must not fall.
 STEPS = 65
 
 _KNOTS = np.concatenate([np.zeros(3), np.linspace(0.0, 1.0, SPLINES - 2), np.ones(3)])
@@ -54,9 +54,10 @@ ROUNDS = 3
 class Curves:
     """Code values (m, 3) → shares of white's X, Y and Z, (m, 3)."""
 
-    #: What the code values go through first.
+    #: The way from code values to the panel.
     drive: Drive
-    #: Of black and the channels' splines, and perhaps of products of code values: (COLUMNS or COLUMNS + 3, 3).
+    #: Coefficients of black, the channels' splines, and with products those of code values: (COLUMNS or COLUMNS + 3,
+    #: 3).
     coefficients: Array
 
     def __call__(self, code: Array) -> Array:
@@ -81,19 +82,19 @@ def stiffening(count: int, stiffness: float) -> Array:
 
 
 def rising(count: int) -> Array:
-    """Rises of the three channels' curves, (3·(STEPS − 1), count): none is to be negative."""
+    """Rises of the three channels' curves, (3·(STEPS − 1), count): none may be negative."""
     return _of_each_channel(np.diff(lit(np.linspace(0.0, 1.0, STEPS)), axis=0), count)
 
 
 def _of_each_channel(rows: Array, count: int) -> Array:
-    """Rows for one channel's splines, (k, SPLINES), for those of all three among ``count`` columns: (3·k, count)."""
+    """Repeat rows for one channel (k, SPLINES) for all three channels among ``count`` columns: (3·k, count)."""
     placed = np.zeros((3 * len(rows), count))
     placed[:, 1:COLUMNS] = scipy.linalg.block_diag(rows, rows, rows)
     return placed
 
 
 def fit(sample: Sample, drive: Drive, stiffness: float, *, products: bool = False) -> Curves:
-    """Fit the curves on all readings, as the eye counts errors; readings that contradict all others count little."""
+    """Fit the curves on all readings, with errors in CIELAB's units; outliers have little weight."""
     at = columns(sample.drive, drive, products=products)
     penalty, rise = stiffening(at.shape[1], stiffness), rising(at.shape[1])
     weight = sample.certainty
