@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from lutgen.errors import LutgenError
 from lutgen.names import FORETELLING_BASELINES
 
 if TYPE_CHECKING:
@@ -135,3 +136,22 @@ def _data(asked: Asked) -> list[str]:
     for file in asked.files:
         words += ["--effects", asked.shown(file)]
     return words
+
+
+def example_readings() -> Path:
+    """Path of the simulated campaign; its first line says that nobody measured it."""
+    return _example("display-a.csv")
+
+
+def tissue() -> Path:
+    """Path of the picture of tissue: scikit-image's ``immunohistochemistry()``, 512 × 512."""
+    return _example("tissue.jpg")
+
+
+def _example(name: str) -> Path:
+    """Find a file in an installed package or in a clone."""
+    package = Path(__file__).resolve().parents[1]
+    for folder in (package / "examples", package.parent / "examples"):
+        if (folder / name).is_file():
+            return folder / name
+    raise LutgenError(f"the example {name} is missing here. Reinstall lutgen, or give DATA and --image.")

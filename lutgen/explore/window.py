@@ -9,8 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import LutgenError
-from lutgen.explore.commands import Asked
-from lutgen.explore.example import tissue
+from lutgen.explore.commands import Asked, tissue
 from lutgen.explore.process import DIED, Process
 
 if TYPE_CHECKING:

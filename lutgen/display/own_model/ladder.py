@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.colorimetry import delta_e_2000, xyz_to_lab
-from lutgen.display.own_model import residual, scalar_curves, srgb, xyz_curves
+from lutgen.display.own_model import curves, residual
 from lutgen.display.own_model.drive import WAYS, Drive
 from lutgen.display.own_model.least_squares import spread
 from lutgen.display.own_model.residual import SmoothResidual
@@ -141,9 +141,9 @@ class _Climb:
         self.sample = sample
         outs = [sample.fold == fold for fold in range(FOLDS)]
         self.parts = [(out, sample.part(~out)) for out in outs if out.any()]
-        self.fit: Fit = srgb.fit
+        self.fit: Fit = curves.fit_srgb
         self.held_out = self._foretold(self.fit)
-        self.rungs = [Rung(srgb.NAME, mixtures_error(sample, self.held_out), taken=True)]
+        self.rungs = [Rung(curves.SRGB_NAME, mixtures_error(sample, self.held_out), taken=True)]
 
     def model(self) -> OwnModel:
         """Try all rungs, and fit those that were taken on all readings."""
@@ -153,17 +153,17 @@ class _Climb:
         clipped = [Drive(WAYS[3], self.sample.clipped)] if self.sample.clipped is not None else []
 
         def scalar(stiffness: float, drive: Drive) -> Fit:
-            return partial(scalar_curves.fit, drive=drive, stiffness=stiffness)
+            return partial(curves.fit_scalar, drive=drive, stiffness=stiffness)
 
-        def curves(stiffness: float, drive: Drive) -> Fit:
-            return partial(xyz_curves.fit, drive=drive, stiffness=stiffness)
+        def of_each(stiffness: float, drive: Drive) -> Fit:
+            return partial(curves.fit_xyz, drive=drive, stiffness=stiffness)
 
         def pairs(stiffness: float) -> Fit:
-            return partial(xyz_curves.fit, drive=drive, stiffness=stiffness, products=True)
+            return partial(curves.fit_xyz, drive=drive, stiffness=stiffness, products=True)
 
-        self._try(scalar_curves.NAME, scalar, STIFFNESS[:3], [Drive(), *clipped])
-        _, drive = self._try(xyz_curves.NAME, curves, STIFFNESS, [*asked, *clipped])
-        self._try(xyz_curves.PRODUCTS_NAME, pairs, STIFFNESS)
+        self._try(curves.SCALAR_NAME, scalar, STIFFNESS[:3], [Drive(), *clipped])
+        _, drive = self._try(curves.XYZ_NAME, of_each, STIFFNESS, [*asked, *clipped])
+        self._try(curves.PRODUCTS_NAME, pairs, STIFFNESS)
         below = _remembered(self.fit)
 
         def smooth(length: float, noise: float) -> Fit:

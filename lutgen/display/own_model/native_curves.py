@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.display.own_model import scalar_curves
+from lutgen.display.own_model.curves import SPLINES, fit_scalar, lit
 from lutgen.display.own_model.drive import Drive
 from lutgen.display.own_model.ladder import STIFFNESS, clearly_better, mixtures_error
 from lutgen.display.own_model.sample import FOLDS
-from lutgen.display.own_model.xyz_curves import SPLINES, lit
 from lutgen.display.trace import tip_shares
 from lutgen.display.transfer_curve import TransferCurve
 
@@ -37,7 +36,7 @@ POINTS = 65
 
 def curves_of(sample: Sample) -> Curves3:
     """Fit red, green and blue on all readings; a reading that contradicts the others has little weight."""
-    coefficients = scalar_curves.fit(sample, Drive(), STIFFNESS[0]).coefficients
+    coefficients = fit_scalar(sample, Drive(), STIFFNESS[0]).coefficients
     codes = np.linspace(0.0, 1.0, POINTS)
     found = []
     for channel, name in enumerate(("red", "green", "blue")):

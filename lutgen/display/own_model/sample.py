@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
-    from lutgen.readings.session import Session
 
 #: Parts that the patches are dealt into; each part is predicted from the others.
 FOLDS = 5
@@ -78,18 +77,6 @@ class Sample:
         white = xyz[(drive == 1.0).all(axis=1)].mean(axis=0)
         lines = np.arange(1, len(drive) + 1) if lines is None else lines
         return cls(drive, xyz / white, white, lines, file, calibration)
-
-    @classmethod
-    def of_session(cls, session: Session) -> Sample:
-        """Make a sample of a session's readings nearest to the middle of the screen."""
-        here = session.central
-        return cls.of(
-            session.drive[here],
-            session.xyz[here],
-            lines=session.lines[here],
-            file=session.file,
-            calibration=session.calibration,
-        )
 
     @cached_property
     def patch(self) -> NDArray[np.intp]:

@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lutgen.display.own_model.curves import COLUMNS, Curves, SrgbCurves
 from lutgen.display.own_model.drive import WAYS, Drive
 from lutgen.display.own_model.residual import SmoothResidual
-from lutgen.display.own_model.srgb import SrgbCurves
-from lutgen.display.own_model.xyz_curves import COLUMNS, Curves
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
