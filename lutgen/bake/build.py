@@ -245,22 +245,20 @@ def certified(file: HeldFile, aged: AgedDisplay, form: Format, lut: Lut | Matrix
 
 
 def _shown(file: HeldFile, form: Format, lut: Lut | MatrixLut, kind: TableKind, beside: Path) -> Array:
-    """Code values that a file gives for the judge's colours, (n, 3).
-
-    A file that lutgen reads itself OpenColorIO reads as a whole when it is the first of its kind.
-    """
+    """Code values that a file gives for the judge's colours, (n, 3)."""
+    # A file that lutgen reads itself OpenColorIO reads as a whole when it is the first of its kind.
     own = checked_table(file, lut, beside) if isinstance(lut, Lut) and is_read_here(lut, form.suffix) else None
-    told = JUDGE.shown(own) if own else None
-    if told is not None and kind in _READ_WHOLE:
-        return told
+    codes = JUDGE.shown(own) if own else None
+    if codes is not None and kind in _READ_WHOLE:
+        return codes
     with under_its_name(file.path, form.suffix) as named:
         shown = apply_lut(named, JUDGE.code)
-    if told is None:
+    if codes is None:
         return shown
-    refuse_other(file.path, shown, told)
+    refuse_other(file.path, shown, codes)
     _READ_WHOLE.add(kind)
     # Certificates do not depend on which process gets which files.
-    return told
+    return codes
 
 
 def best_candidate(model: DisplayModel, aged: AgedDisplay, form: Format, size: int) -> tuple[Lut | MatrixLut, bytes]:

@@ -116,11 +116,11 @@ class _Run:
             aged = apply_lut(self.lut, self.code)
         except LutgenError as error:
             return [str(error)]
-        found: dict[str, list[str]] = {}
+        faults: dict[str, list[str]] = {}
         for what, part, expected in islice(self._parts(aged), parts):
             for problem in self._one(part, expected):
-                found.setdefault(problem, []).append(what)
-        return [f"{problem} ({'; '.join(places)})" for problem, places in found.items()]
+                faults.setdefault(problem, []).append(what)
+        return [f"{problem} ({'; '.join(places)})" for problem, places in faults.items()]
 
     def _parts(self, aged: Array) -> Iterator[tuple[str, Any, Array]]:
         """Name each part of the config, how to get its processor, and the code values it should give."""

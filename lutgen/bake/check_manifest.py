@@ -37,15 +37,15 @@ def unlisted(folder: Path, manifest: Manifest) -> list[tuple[str, str]]:
     Raises LutgenError: the manifest's options are not those of a build.
     """
     asked, listed = expected_records(plan_of(manifest)), {record.path: record for record in manifest.files}
-    found = [
+    faults = [
         (path, "the manifest does not list it, though its options ask for it") for path in asked if path not in listed
     ]
     for path, record in listed.items():
         if path not in asked:
-            found.append((path, "the manifest lists it, though its options do not ask for it"))
+            faults.append((path, "the manifest lists it, though its options do not ask for it"))
         else:
-            found += [(path, f"{MANIFEST}: {text}") for text in _contradictions(record, asked[path])]
-    return found + [
+            faults += [(path, f"{MANIFEST}: {text}") for text in _contradictions(record, asked[path])]
+    return faults + [
         (path, "is not in the manifest, so nothing says what it should be")
         for path in strangers(folder, manifest)
         if _looks_built(path) and path not in asked

@@ -121,11 +121,11 @@ def _config_in_words(data: bytes, text: bytes) -> str:
 def _worded_otherwise(config: Any, text: bytes) -> str:
     """Let OpenColorIO serialise both configs, and say where the texts differ."""
     try:
-        found = str(config.serialize())
+        actual = str(config.serialize())
         wanted = str(ocio().Config.CreateFromStream(text.decode()).serialize())
     except ocio_errors() as error:
         return f"cannot be worded anew: {' '.join(str(error).split())}"
-    for says, writes in zip_longest(found.splitlines(), wanted.splitlines(), fillvalue=""):
+    for says, writes in zip_longest(actual.splitlines(), wanted.splitlines(), fillvalue=""):
         if says != writes:
             return f"is not what lutgen writes: {says.strip()[:80]!r}, not {writes.strip()[:80]!r}"
     return ""

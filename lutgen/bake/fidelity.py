@@ -223,10 +223,8 @@ class Judge:
         return mixing.crosses & _jumps(aged)
 
     def _mixes_clipped(self, aged: AgedDisplay, table: TableKind) -> NDArray[np.bool_]:
-        """Whether a colour's lattice points lie on both sides of the gamut's boundary, for a clipped table.
-
-        Or one of them lies right before the clip.
-        """
+        """Whether a colour's lattice points lie on both sides of the gamut's boundary, for a clipped table."""
+        # Or one of them lies right before the clip.
         if not table.clipped:
             return np.zeros(len(self.code), dtype=bool)
         linear = self.sampler.linear(aged, table.size, table.space)

@@ -77,10 +77,9 @@ def before_clip(own: Array, channel: int, size: int) -> NDArray[np.intp]:
 
 
 def _raise(before: Array, beyond: Array, held: Array) -> Array:
-    """Return by how much to raise the nodes before the clip, (n,): from values before and beyond it.
-
-    Raised by r, a node is r too bright itself; where the model bends, what lacks shrinks by r times the node's share.
-    """
+    """Return by how much to raise the nodes before the clip, (n,): from values before and beyond it."""
+    # Raised by r, a node is r too bright itself; where the model bends, the missing light shrinks by r times the node's
+    # share.
     bend = (1.0 - before) / (beyond - before)
     lacking = 1.0 - (before + (held - before) * bend)
     return np.clip(lacking / (2.0 - bend), 0.0, MOST_MOVED)

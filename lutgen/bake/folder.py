@@ -191,10 +191,8 @@ def _make(missing: list[Path]) -> None:
 
 
 def _held(path: Path) -> int | None:
-    """Lock a folder; None where that cannot be done, as on some network drives.
-
-    The lock needs no file, and ends with the last process that holds it, however that ends.
-    """
+    """Lock a folder; None where that cannot be done, as on some network drives."""
+    # The lock needs no file, and ends with the last process that holds it, however that ends.
     if fcntl is None:
         return None
     try:

@@ -213,11 +213,9 @@ def _same(linear: Array) -> Array:
 
 
 def _on_lattice(aged: AgedDisplay, signal: Array, size: int, held: Callable[[Array], Array]) -> Array:
-    """What a table holds of the signal behind the head, (n, k): a lattice, red fastest, then other colours; (n, 3).
-
-    The paper's display adds channels, and each is the same all over planes of the lattice: what red and green give is
-    added once for all steps of blue.
-    """
+    """Values of a table, (n, 3), for the signal behind the head, (n, k): a lattice, red fastest, then other colours."""
+    # The paper's display adds channels, and each channel is constant over planes of the lattice: the sum of red and
+    # green is computed once for all steps of blue.
     paper = paper_links(aged)
     if paper is None:
         return in_chunks(lambda part: held(aged.linear(part)), signal)

@@ -44,11 +44,9 @@ def in_parallel(function: Callable[[_T], _R], items: Sequence[_T], jobs: int | N
 
 
 def _way_to_start() -> str:
-    """Fork where no other thread runs: a forked worker has numpy and OpenColorIO loaded, and what was prepared.
-
-    Otherwise not: a lock that another thread holds (OpenGL's drivers and servers have threads) would stay locked in the
-    fork for ever.
-    """
+    """Fork where no other thread runs: a forked worker has numpy and OpenColorIO loaded, and what was prepared."""
+    # Otherwise not: a lock that another thread holds (OpenGL's drivers and servers have threads) would stay locked in
+    # the fork for ever.
     with suppress(OSError):
         return "fork" if len(list(Path("/proc/self/task").iterdir())) == 1 else "spawn"
     return "spawn"

@@ -233,7 +233,7 @@ def _model_of(content: _Table, path: Path, effects: Mapping[str, Effect]) -> Dis
     model, fit = content.table("model", _MODEL_KEYS), content.table("fit", None)
     conditions, tips = content.table("conditions", None), content.table("tips", ("hours", "xyz_cd_m2"))
     native, errors = content.table("native", _NATIVE_KEYS), content.table("covariance", ("of", "rows"))
-    found = DisplayModel(
+    loaded = DisplayModel(
         _readings(content.table("display", ("file", "sha256")), folder),
         reference=model.text("reference", ""),
         selection=model.text("selection", "nearest"),
@@ -249,9 +249,9 @@ def _model_of(content: _Table, path: Path, effects: Mapping[str, Effect]) -> Dis
         fit={name: fit.scalar(name) for name in fit.values if name != "verdict"},
         file=str(path),
     )
-    if found.covariance:
-        found.covariance.check(found.fitted, found.fitted_hours)
-    return found
+    if loaded.covariance:
+        loaded.covariance.check(loaded.fitted, loaded.fitted_hours)
+    return loaded
 
 
 _MODEL_KEYS = ("baseline", "held", "reference", "selection", "luminance", "luminance_table")

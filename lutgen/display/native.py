@@ -351,12 +351,12 @@ def _check_complete(
     lacks = [] if black.any() else ["black (code 0, 0, 0)"]
     lacks += [f"{name} at full drive" for name, tip in zip(("white", *CHANNELS), tips, strict=True) if not tip.any()]
     if min(ramps) < LEAST_LEVELS and greys < LEAST_LEVELS:
-        found = ", ".join(
+        counts = ", ".join(
             f"{count} of {name}" for count, name in zip((*ramps, greys), (*CHANNELS, "grey"), strict=True)
         )
         lacks.append(
             f"ramps: {LEAST_LEVELS} levels or more between black and full drive of red, green and blue each, or of "
-            f"grey (it has {found})"
+            f"grey (it has {counts})"
         )
     if lacks:
         message = (

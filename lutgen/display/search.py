@@ -119,10 +119,8 @@ class _Problem:
 
 
 def _search_stuck_again(problem: _Problem, wanted: Array, drive: Array, missing: Array) -> None:
-    """Search colours inside 0..1 that were not found from other starts; replaces ``drive`` and ``missing``, (n, 3).
-
-    A jump between a start and its goal stops the descent: from the other side of it, there may be none between.
-    """
+    """Search colours inside 0..1 that were not found from other starts; replaces ``drive`` and ``missing``, (n, 3)."""
+    # A jump between a start and the colour stops the descent; a start on the other side may have no jump on its way.
     stuck = np.flatnonzero((np.abs(missing) > _STUCK_AT).any(axis=1) & ~_ends(drive, missing).any(axis=1))
     if not stuck.size:
         return
@@ -144,10 +142,8 @@ def _ends(drive: Array, missing: Array) -> NDArray[np.bool_]:
 def _descended(
     problem: _Problem, wanted: Array, start: Array, slopes: Array, rounds: int
 ) -> tuple[Array, Array, NDArray[np.intp]]:
-    """Follow the descent from some drives, (n, 3), and slopes, (3, 3, n), which are replaced by newer ones.
-
-    Gives where it ends and what is missing there, both (n, 3), and the indices of those for which it has not ended.
-    """
+    """Follow the descent from some drives, (n, 3), and slopes, (3, 3, n), which are replaced by newer ones."""
+    # Returns the last drives and the light that is missing there, both (n, 3), and the indices of unfinished colours.
     drive = start.copy()
     missing = wanted - problem.shown(drive)
     damping = np.full(len(drive), _DAMPING)

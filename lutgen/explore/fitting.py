@@ -78,10 +78,8 @@ class Fitting:
         return True
 
     def _settle(self) -> None:
-        """Fit what is switched on, as ``lutgen refine --add`` does, and tell the window.
-
-        If the fit is refused, the effects fitted before are switched on again.
-        """
+        """Fit what is switched on, as ``lutgen refine --add`` does, and tell the window."""
+        # If the fit is refused, the effects fitted before are switched on again.
         from lutgen.explore.error_view import error_json
 
         self._settled, self._judged = True, False

@@ -167,8 +167,8 @@ class Opened:
         from lutgen.criticism.fit import fit
         from lutgen.criticism.refine import model_of
 
-        found: Fit = self.course.fit(names)
-        term = next((each for each in found.terms if each.effect.name == effect), None)
+        fitted: Fit = self.course.fit(names)
+        term = next((each for each in fitted.terms if each.effect.name == effect), None)
         if term is None or parameter not in term.values:
             raise LutgenError(f"{effect} {parameter}: no such parameter is switched on.")
         low, high = term.effect.parameters[parameter].bounds
@@ -176,10 +176,10 @@ class Opened:
             raise LutgenError(f"{effect} {parameter}: {value:g} is outside its bounds, {low:g} to {high:g}.")
         terms = tuple(
             replace(each, free=(), values={**each.values, parameter: value} if each is term else each.values)
-            for each in found.terms
+            for each in fitted.terms
         )
-        comparison = compare_problem(found.problem, terms)
-        return comparison, model_of(fit(found.problem, terms), None, self.course.before, comparison)
+        comparison = compare_problem(fitted.problem, terms)
+        return comparison, model_of(fit(fitted.problem, terms), None, self.course.before, comparison)
 
     def diagnosis(self, progress: Callable[[int, int], None]) -> Diagnosis:
         """Find what is missing, as ``lutgen diagnose`` does."""

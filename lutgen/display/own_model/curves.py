@@ -152,8 +152,8 @@ def _curves(splines: list[Array], primaries: Array, wanted: Array, counted: Arra
         for spline, primary in zip(splines, primaries, strict=True)
     ])  # fmt: skip
     penalty = stiffening(COLUMNS, stiffness)[:, 1:]
-    found = solve(at, wanted.reshape(-1), penalty, rising(COLUMNS)[:, 1:])
-    return found.reshape(3, SPLINES)
+    coefficients = solve(at, wanted.reshape(-1), penalty, rising(COLUMNS)[:, 1:])
+    return coefficients.reshape(3, SPLINES)
 
 
 def fit_xyz(sample: Sample, drive: Drive, stiffness: float, *, products: bool = False) -> Curves:
@@ -161,14 +161,14 @@ def fit_xyz(sample: Sample, drive: Drive, stiffness: float, *, products: bool = 
     at = columns(sample.drive, drive, products=products)
     penalty, rise = stiffening(at.shape[1], stiffness), rising(at.shape[1])
     weight = sample.certainty
-    found = np.zeros((at.shape[1], 3))
+    coefficients = np.zeros((at.shape[1], 3))
     for _ in range(ROUNDS):
         for k in range(3):
             counted = np.sqrt(weight) * sample.slope[:, k]
             wanted = sample.share[:, k] * counted
-            found[:, k] = solve(at * counted[:, np.newaxis], wanted, penalty, rise if k == 1 else None)
-        weight = sample.certainty * trust((sample.share - at @ found) * sample.slope)
-    return Curves(drive, found)
+            coefficients[:, k] = solve(at * counted[:, np.newaxis], wanted, penalty, rise if k == 1 else None)
+        weight = sample.certainty * trust((sample.share - at @ coefficients) * sample.slope)
+    return Curves(drive, coefficients)
 
 
 def lit(code: Array) -> Array:

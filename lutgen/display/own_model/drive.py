@@ -43,6 +43,6 @@ class Drive:
             return code
         curves = self.calibration
         sent = [np.interp(code[..., c], curves[:, 0], curves[:, 1 + c]) for c in range(3)]
-        found = np.stack(sent, axis=-1)
-        found = np.round(found * STEPS) / STEPS if self.way == WAYS[2] else found
-        return np.asarray(np.clip(found, 0.0, 1.0))
+        driven = np.stack(sent, axis=-1)
+        driven = np.round(driven * STEPS) / STEPS if self.way == WAYS[2] else driven
+        return np.asarray(np.clip(driven, 0.0, 1.0))

@@ -176,38 +176,38 @@ class _Climb:
     def _try(self, name: str, make: Callable[..., Fit], *grids: Sequence[Any]) -> list[Any]:
         """Choose a rung's constants by held-out error, one after the other; take the rung where it clearly helps."""
         chosen = [grid[0] for grid in grids]
-        found = self._foretold(make(*chosen))
+        held_out = self._foretold(make(*chosen))
         for place, grid in enumerate(grids):
             for option in grid[1:]:
                 other = [*chosen[:place], option, *chosen[place + 1 :]]
                 tried = self._foretold(make(*other))
-                if mixtures_error(self.sample, tried) < mixtures_error(self.sample, found):
-                    chosen, found = other, tried
-        taken = clearly_better(self.sample, found, self.held_out)
-        self.rungs.append(Rung(name, mixtures_error(self.sample, found), taken))
+                if mixtures_error(self.sample, tried) < mixtures_error(self.sample, held_out):
+                    chosen, held_out = other, tried
+        taken = clearly_better(self.sample, held_out, self.held_out)
+        self.rungs.append(Rung(name, mixtures_error(self.sample, held_out), taken))
         if taken:
-            self.fit, self.held_out = make(*chosen), found
+            self.fit, self.held_out = make(*chosen), held_out
         return chosen
 
     def _foretold(self, fit: Fit) -> Array:
         """Shares at every reading, (n, 3), each by a model fitted without its patch."""
-        found = np.empty_like(self.sample.share)
+        shares = np.empty_like(self.sample.share)
         known = self.sample.fold < 0
         for out, part in self.parts:
             model = fit(part)
-            found[out] = model(self.sample.drive[out])
-            found[known] = model(self.sample.drive[known])
-        return found
+            shares[out] = model(self.sample.drive[out])
+            shares[known] = model(self.sample.drive[known])
+        return shares
 
 
 def _remembered(fit: Fit) -> Fit:
     """Fit each sample once: the rung above chooses its constants on the same fits."""
-    found: dict[int, Model] = {}
+    models: dict[int, Model] = {}
 
     def remembered(sample: Sample) -> Model:
-        if id(sample) not in found:
-            found[id(sample)] = fit(sample)
-        return found[id(sample)]
+        if id(sample) not in models:
+            models[id(sample)] = fit(sample)
+        return models[id(sample)]
 
     return remembered
 

@@ -29,9 +29,9 @@ def solve(columns: Array, wanted: Array, penalty: Array, rises: Array | None = N
     normal += RIDGE * np.trace(normal) / len(normal) * np.eye(len(normal))
     root = scipy.linalg.cholesky(normal, lower=True)
     middle = scipy.linalg.solve_triangular(root, columns.T @ wanted, lower=True)
-    found = scipy.linalg.solve_triangular(root, middle, lower=True, trans="T")
-    if rises is None or (rises @ found).min() >= 0:
-        return np.asarray(found)
+    coefficients = scipy.linalg.solve_triangular(root, middle, lower=True, trans="T")
+    if rises is None or (rises @ coefficients).min() >= 0:
+        return np.asarray(coefficients)
     # The least distance from the free solution, in units of its own covariance, that meets the inequalities.
     inequalities = scipy.linalg.solve_triangular(root, rises.T, lower=True).T
     rows = np.vstack([inequalities.T, -(inequalities @ middle)])

@@ -38,12 +38,12 @@ def curves_of(sample: Sample) -> Curves3:
     """Fit red, green and blue on all readings; a reading that contradicts the others has little weight."""
     coefficients = fit_scalar(sample, Drive(), STIFFNESS[0]).coefficients
     codes = np.linspace(0.0, 1.0, POINTS)
-    found = []
+    curves = []
     for channel, name in enumerate(("red", "green", "blue")):
         start = 1 + channel * SPLINES
         light = lit(codes) @ coefficients[start : start + SPLINES].sum(axis=1)
-        found.append(TransferCurve.through(name, codes, np.clip(np.maximum.accumulate(light / light[-1]), 0.0, 1.0)))
-    red, green, blue = found
+        curves.append(TransferCurve.through(name, codes, np.clip(np.maximum.accumulate(light / light[-1]), 0.0, 1.0)))
+    red, green, blue = curves
     return red, green, blue
 
 
@@ -55,11 +55,11 @@ def straight() -> Curves3:
 
 def held_out_of_all(sample: Sample) -> Array:
     """Shares of white at every reading, (n, 3), by curves fitted to all readings without its patch."""
-    found = sample.share.copy()
+    shares = sample.share.copy()
     for fold in range(FOLDS):
         out = sample.fold == fold
-        found[out] = added_up(sample, curves_of(sample.part(~out)), sample.drive[out])
-    return found
+        shares[out] = added_up(sample, curves_of(sample.part(~out)), sample.drive[out])
+    return shares
 
 
 def best_source(sample: Sample, ramps: Curves3 | None, name: str) -> tuple[str, str]:
@@ -70,14 +70,14 @@ def best_source(sample: Sample, ramps: Curves3 | None, name: str) -> tuple[str, 
     are worse.
     """
     by_all = held_out_of_all(sample)
-    found = {"readings": by_all, "srgb": added_up(sample, straight(), sample.drive)}
+    shares = {"readings": by_all, "srgb": added_up(sample, straight(), sample.drive)}
     if ramps:
-        found[name] = added_up(sample, ramps, sample.drive)
-    errors = {each: mixtures_error(sample, share) for each, share in found.items()}
-    chosen = "readings" if ramps is None or clearly_better(sample, by_all, found[name]) else name
+        shares[name] = added_up(sample, ramps, sample.drive)
+    errors = {each: mixtures_error(sample, share) for each, share in shares.items()}
+    chosen = "readings" if ramps is None or clearly_better(sample, by_all, shares[name]) else name
     chosen = "srgb" if errors["srgb"] < errors[chosen] else chosen
-    said = "; ".join(f"{NAMES.get(each, each)} {error:.2f}" for each, error in sorted(errors.items()))
-    return chosen, f"Curves are those of {NAMES.get(chosen, chosen)}: mean ΔE2000 on mixtures held out: {said}."
+    figures = "; ".join(f"{NAMES.get(each, each)} {error:.2f}" for each, error in sorted(errors.items()))
+    return chosen, f"Curves are those of {NAMES.get(chosen, chosen)}: mean ΔE2000 on mixtures held out: {figures}."
 
 
 def added_up(sample: Sample, curves: Curves3, code: Array) -> Array:
