@@ -24,14 +24,7 @@ LUTS = ("cube", "clf", "icc")
 
 
 async def taken(window: Window, what: str, *, mode: str, hours: float, kind: str) -> tuple[str, bytes]:
-    """Make the file that the page asks for; return its name and bytes.
-
-    Raises
-    ------
-    LutgenError
-        As the command that makes it.
-
-    """
+    """Make the file that the page asks for; return its name and bytes. Raises LutgenError as the command does."""
     place = window.new_folder()
     stem = Path(window.overview["name"]).stem
     if what == "patches":
