@@ -13,6 +13,7 @@ from lutgen.criticism.diagnose import diagnose, parameters_of
 from lutgen.criticism.fit import fit
 from lutgen.criticism.heldout import held_out
 from lutgen.criticism.imitation import nearest, overlap
+from lutgen.criticism.influence import wrong_sessions
 from lutgen.criticism.leftover import p_of_likeness
 from lutgen.criticism.linear import State, Term, predict
 from lutgen.criticism.problem import Problem
@@ -282,6 +283,29 @@ def test_an_effect_that_the_catalogue_lacks_is_not_named_after_its_kin() -> None
     assert alike.share < HALF
     assert found.verdict.name == "one-of", found.verdict.sentence
     assert f"could also pass for most of {alike.name}" in found.verdict.sentence
+
+
+@pytest.mark.slow(every=True)
+def test_a_form_that_owes_most_to_its_freedom_proves_no_family() -> None:
+    """A gamma of one channel that follows another law: eight numbers fit, and one number explains next to nothing."""
+    hidden = (("channel-gamma", 0.02, "other"),)
+    found = diagnose(read(csv_text(replace(LUCKY, seed=1, hidden=hidden)), file="gamma.csv", sha256=""))
+    assert (found.verdict.name, found.verdict.effects) == ("one-of", ("channel-gamma",))
+    assert "owes most to its freedom: the effect's simplest form explains" in found.verdict.sentence
+
+
+def test_an_hour_is_no_wrong_session_where_a_later_one_is_no_sound_one() -> None:
+    readings = read(csv_text(replace(LUCKY, seed=1)), file="hours.csv", sha256="")
+    hours = np.unique(readings.hours)
+    mixed = (readings.drive > 0).sum(axis=1) > 1
+    found = []
+    for late in (1.0, 1.012):
+        factor = np.ones(readings.hours.size)
+        factor[mixed & (readings.hours == hours[-2])] = 1.03
+        factor[mixed & (readings.hours == hours[-1])] = late
+        wrong = replace(readings, xyz_cd_m2=readings.xyz_cd_m2 * factor[:, np.newaxis])
+        found.append(wrong_sessions(fit(Problem.of(wrong)), 1.0))
+    assert found == [(hours[-2],), ()]
 
 
 def test_of_two_effects_that_do_the_same_none_is_a_finding() -> None:

@@ -25,6 +25,9 @@ ALONE = 4.0
 #: Chance that noise alone makes a session look so bad.
 SURE = 1e-12
 
+#: Misfit of an hour over that of the median hour from which on the hour is bad, and up to which a later one is sound.
+BAD, SOUND = 4.0, 2.0
+
 #: More rows than this are no slips: something else is wrong.
 MOST_ROWS = 5
 
@@ -94,9 +97,13 @@ def wrong_sessions(found: Fit, scale: float) -> tuple[float, ...]:
     mean = np.bincount(problem.hour_of, squares) / (3 * np.bincount(problem.hour_of))
     count = np.bincount(problem.hour_of)
     # An hour that only leans on a bad neighbour is not meant.
-    bad = np.flatnonzero((mean > 4.0 * np.median(mean)) & (mean > 0.05 * mean.max()))
+    usual = float(np.median(mean))
+    bad = np.flatnonzero((mean > BAD * usual) & (mean > 0.05 * mean.max()))
     sure = all(chdtrc(3 * count[hour], mean[hour] * 3 * count[hour]) < SURE for hour in bad)
     if not 1 <= bad.size <= 2 or not sure or bad[0] == problem.hours.size - bad.size:
+        return ()
+    later = np.setdiff1d(np.arange(bad[0], problem.hours.size), bad)
+    if (mean[later] > SOUND * usual).any():
         return ()
     return tuple(float(problem.hours[hour]) for hour in bad)
 

@@ -338,8 +338,21 @@ def _doubt(step: Step, freed: str, owed: float, alike: Imitated | None) -> str:
     form = f"The form that fits ({freed} free)" if step.chosen.refined else "Its formula"
     if alike and (alike.left < 2 * STRONG or (step.chosen.refined and alike.share < HALF)):
         return f"{form} could also pass for most of {alike.name}."
+    if at_bounds := _at_bounds(step):
+        return f"{form} has {' and '.join(at_bounds)} at the limit of what may be."
     if step.chosen.refined and owed < HALF:
         return (
             f"{form} owes most to its freedom: the effect's simplest form explains {percent(max(owed, 0.0))} of that."
         )
     return ""
+
+
+def _at_bounds(step: Step) -> list[str]:
+    """Free shapes of an effect, as of its course in time, that lie at a bound."""
+    term = step.chosen.term
+    bounds = {name: term.effect.parameters[name].bounds for name in term.free if name not in term.effect.neutral}
+    return [
+        name
+        for name, (low, high) in bounds.items()
+        if min(term.values[name] - low, high - term.values[name]) <= 1e-9 * (high - low)
+    ]
