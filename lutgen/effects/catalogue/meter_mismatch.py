@@ -6,8 +6,8 @@ for displays of one kind (ASTM E1455), of which one number is free.
 Light adds up, so white, primaries and mixtures go through the same matrix. Where white and primaries are measured again
 in every session nothing is left that could show it, and what the mismatch is in the first session is in the display
 itself; only its change shows, and only where the first session foretells the others. A free matrix would say almost all
-that aging does to white and primaries; a shift of the filters has a pattern of its own: red and blue, which stand on the
-flanks of ȳ, gain and lose luminance against each other, and green hardly changes.
+that aging does to white and primaries; a shift of the filters has a pattern of its own: red and blue, on the flanks of
+ȳ, gain and lose luminance against each other, and green hardly changes.
 
 Meaning of 0 and 1: ``shift`` 0 are filters that stay where they are; 1 are filters that have moved by 1 nm towards red
 by 18 000 h.
