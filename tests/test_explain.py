@@ -155,6 +155,23 @@ def test_clipped_levels_are_a_signals_range_and_of_the_session_that_shows_them(b
     assert same.kind == "same"
 
 
+def test_one_dark_level_of_one_channel_is_noise_and_no_signals_range(tmp_path: Path) -> None:
+    campaign = read_campaign(write(tmp_path, life([State(), State()]), [0, 0]))
+    session = campaign.entries[1].session
+    lit = (session.drive > 0).sum(axis=1) == 1
+    read_as_black = {}
+    for channels in ((2,), (0, 1, 2)):
+        xyz = session.xyz.copy()
+        for channel in channels:
+            levels = lit & (session.drive[:, channel] > 0)
+            lowest = session.drive[levels, channel].min()
+            xyz[levels & (session.drive[:, channel] == lowest)] = session.xyz[~session.drive.any(axis=1)].mean(axis=0)
+        entries = (campaign.entries[0], replace(campaign.entries[1], session=replace(session, xyz=xyz)))
+        (found,) = explain(replace(campaign, entries=entries)).verdicts
+        read_as_black[channels] = "signal-range" in found.names
+    assert read_as_black == {(2,): False, (0, 1, 2): True}
+
+
 def test_a_loss_over_many_sessions_is_aging_and_light_that_comes_back_is_not(tmp_path: Path) -> None:
     days = [0, 300, 600, 900, 1200]
     states = [State(aged=np.exp(-np.array([0.06, 0.07, 0.10]) * day / 300.0)) for day in days]

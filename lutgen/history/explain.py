@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
     from lutgen.readings.campaign import Campaign, CampaignEntry
 
-#: Prior of two causes at once against one, in natural logarithms: two changes at once are rarer. A cause on record is not
-#: counted.
+#: Prior of two causes at once against one, in natural logarithms: two changes at once are rarer. A cause on record does
+#: not count.
 SECOND = 3.0
 
 
