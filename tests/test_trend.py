@@ -9,9 +9,10 @@ import pytest
 from scipy.integrate import quad
 
 from lutgen import LutgenError
+from lutgen.history.decay import LAWS, decay_of
 from lutgen.history.history import SETS, Limit, limits_of, parse_limit
 from lutgen.history.transfer import contrast_response, index_of, luminance_of
-from lutgen.history.trend import ENOUGH, FEWEST, LAWS, decay_of, shortest, trend
+from lutgen.history.trend import ENOUGH, FEWEST, shortest, trend
 from lutgen.names import LIMIT_SETS
 from lutgen.readings import read_campaign, read_session
 from lutgen.report.campaign import trend_headline, trend_page
@@ -80,8 +81,8 @@ def test_weights_are_the_integrals_that_they_stand_for() -> None:
         lambda b: prior(b, 0.5) * quad(lambda a: prior(a, 1.0) * likelihood(a + b * time), 0.9, 1.1)[0], -0.15, 0.15
     )[0] / np.sqrt(2.0 * np.pi)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("lutgen.history.trend.LAWS", tuple(laws))
-        patch.setattr("lutgen.history.trend._SCATTER", (np.geomspace(0.999, 1.001, 3), 1.0, 0.4))
+        patch.setattr("lutgen.history.decay.LAWS", tuple(laws))
+        patch.setattr("lutgen.history.decay._SCATTER", (np.geomspace(0.999, 1.001, 3), 1.0, 0.4))
         found = decay_of(time, figures, np.full(5, sigma), time, draws=10, seed=[1]).weights
     assert found["linear"] / found["constant"] == pytest.approx(two / one, rel=0.02)
 

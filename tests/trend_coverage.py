@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.history.trend import DRAWS, HORIZON, INTERVAL, decay_of, first_beyond, shortest
+from lutgen.history.decay import decay_of
+from lutgen.history.trend import DRAWS, HORIZON, INTERVAL, first_beyond, shortest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
