@@ -164,6 +164,24 @@ FAULTS: list[tuple[str, Callable[[Path], None], str, str]] = [
 ]
 
 
+def test_a_display_of_a_wide_gamut_is_true(tmp_path: Path) -> None:
+    """Its bright green takes the light of a viewer's dark red, and the rounding of the one is as large as the other."""
+    red, green, blue = (0.4866, 0.2290, 0.0), (0.2657, 0.6917, 0.0451), (0.1982, 0.0793, 1.0439)
+    rows = [
+        (1, 1, 1, *map(sum, zip(red, green, blue, strict=True))),
+        (1, 0, 0, *red),
+        (0, 1, 0, *green),
+        (0, 0, 1, *blue),
+    ]
+    lines = [",".join([*map(str, row[:3]), *(f"{110 * each:.4f}" for each in row[3:])]) for row in rows]
+    path = tmp_path / "p3.csv"
+    path.write_text("\n".join(["# drive: 0..1", "R,G,B,X_cdm2,Y_cdm2,Z_cdm2", *lines]))
+    model = DisplayModel(read_measurements(path), reference="absolute")
+    build(model, Plan((0.0,), modes=("chroma",)), tmp_path / "built")
+    result = check(tmp_path / "built")
+    assert result.passed, result.findings
+
+
 def test_a_fresh_build_passes(built: Path) -> None:
     result = check(built)
     assert result.findings == ()

@@ -270,8 +270,8 @@ def test_without_replicates_the_noise_is_assumed_or_as_stated(run: Callable[...,
     (tmp_path / "once.csv").write_text(single(text_of("leak")))
     done = run("diagnose", "once.csv", "--json", "once.json")
     assert done.code == 0, done.err
-    assert "ASSUMED: there are no replicates" in done.out
-    assert "No replicates: the noise is assumed" in done.out
+    assert "ASSUMED: too few replicates" in done.out
+    assert "Too few replicates: the noise is assumed" in done.out
     assert json.loads((tmp_path / "once.json").read_text())["noise"]["source"] == "assumed"
     stated = run("compare", "once.csv", "--instrument", "0.002,0.003")
     assert "0.2 % and 0.003 cd/m², as stated" in stated.out

@@ -305,7 +305,13 @@ def test_an_effect_does_what_its_formula_says(
 
 
 def test_every_effect_has_a_literal_twin_or_a_test_of_its_own() -> None:
-    own = {"primary-shift", "matrix-switching", "yellowing", "phosphor-wear"}  # below and in test_spectra
+    own = {
+        "primary-shift",
+        "matrix-switching",
+        "yellowing",
+        "phosphor-wear",
+        "meter-mismatch",
+    }  # below and in test_spectra
     assert {name for name, *_ in TWINS} | own == set(NAMES)
 
 
@@ -355,6 +361,22 @@ def test_worn_phosphors_keep_a_share_of_their_light() -> None:
     wanted = scene.light.spectra * left @ CMFS
     found = one("phosphor-wear", TIPS[None], scene, wear=0.8, second=0.4, third=0.2, power=2.0)
     np.testing.assert_allclose(found[0, 1:], wanted, rtol=1e-9)
+
+
+def test_filters_that_have_moved_read_every_colour_through_one_matrix() -> None:
+    """ȳ and the others at λ − 0.5 nm, read between the table's points by a parabola through three of them."""
+    scene = at(HALF)
+    assert scene.light is not None
+    step = 0.5 / 5.0
+    before, after = (np.roll(CMFS, by, axis=0) for by in (1, -1))
+    moved = CMFS + 0.5 * step * (before - after) + 0.5 * step**2 * (before + after - 2.0 * CMFS)
+    seen = scene.light.spectra @ moved
+    found = one("meter-mismatch", TIPS[1:], scene, shift=1.0)
+    np.testing.assert_allclose(found / seen, 1.0, rtol=0, atol=1e-3)
+    assert (found[0, 1] / TIPS[1, 1] > 1.01, found[2, 1] / TIPS[3, 1] < 0.99) == (True, True)
+    np.testing.assert_allclose(
+        one("meter-mismatch", TIPS[1:].sum(axis=0)[None], scene, shift=1.0)[0], found.sum(axis=0), rtol=1e-12
+    )
 
 
 def test_at_full_drive_primaries_are_the_tips() -> None:

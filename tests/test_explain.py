@@ -15,11 +15,11 @@ import pytest
 from lutgen import LutgenError
 from lutgen.history.causes import ON_THE_DISPLAY, Cause, causes
 from lutgen.history.colour_points import COLOURS, PARAMETERS, ColourPoints, changed, covariance, fit
-from lutgen.history.explain import explain, explanations
-from lutgen.history.pair import FACTS, line_shift
+from lutgen.history.explain import SECOND, explain, explanations
+from lutgen.history.pair import FACTS, SessionPair, line_shift
 from lutgen.history.steadiness import drift_by_repeats, steadiness
 from lutgen.history.transfer import full_light_ratio
-from lutgen.history.verdicts import KINDS, SessionVerdict
+from lutgen.history.verdicts import KINDS, RIVAL, SessionVerdict, pronounce
 from lutgen.readings import read_campaign, read_session
 from lutgen.readings.campaign import Campaign, CampaignEntry
 from lutgen.readings.session import Session
@@ -153,6 +153,23 @@ def test_clipped_levels_are_a_signals_range_and_of_the_session_that_shows_them(b
     assert re.search(rf"red and green and blue show one light from code 0\.8\d up in {whose}", found.evidence[0])
     (same,) = explain(read_campaign(write(tmp_path, life([states[1], states[1]], seed=9), [0, 0]))).verdicts
     assert same.kind == "same"
+
+
+def test_one_dark_level_of_one_channel_is_noise_and_no_signals_range(tmp_path: Path) -> None:
+    campaign = read_campaign(write(tmp_path, life([State(), State()]), [0, 0]))
+    session = campaign.entries[1].session
+    lit = (session.drive > 0).sum(axis=1) == 1
+    read_as_black = {}
+    for channels in ((2,), (0, 1, 2)):
+        xyz = session.xyz.copy()
+        for channel in channels:
+            levels = lit & (session.drive[:, channel] > 0)
+            lowest = session.drive[levels, channel].min()
+            xyz[levels & (session.drive[:, channel] == lowest)] = session.xyz[~session.drive.any(axis=1)].mean(axis=0)
+        entries = (campaign.entries[0], replace(campaign.entries[1], session=replace(session, xyz=xyz)))
+        (found,) = explain(replace(campaign, entries=entries)).verdicts
+        read_as_black[channels] = "signal-range" in found.names
+    assert read_as_black == {(2,): False, (0, 1, 2): True}
 
 
 def test_a_loss_over_many_sessions_is_aging_and_light_that_comes_back_is_not(tmp_path: Path) -> None:
@@ -323,6 +340,26 @@ def test_what_the_campaign_says_of_the_instrument_counts(tmp_path: Path) -> None
     assert "the instrument is 'another meter', it was 'one meter'" in found.evidence
 
 
+def test_a_cause_on_record_is_no_second_assumption(tmp_path: Path) -> None:
+    wrong = np.array([[0.97, 0.03, 0.0], [0.02, 0.98, 0.0], [0.01, 0.0, 0.98]])
+    made = life([State(), State(brightness=0.2, matrix=wrong)])
+    campaign = read_campaign(write(tmp_path, made, [0, 800], said='instrument = "other"'))
+    found = {}
+    for before in ("one meter", "other"):
+        pair = SessionPair(replace(campaign.entries[0], instrument=before), campaign.entries[1], None, ())
+        weighed = {frozenset(each.names): each for each in explanations(pair)}
+        found[before] = weighed[frozenset({"brightness", "instrument"})], weighed[frozenset({"gamut-mode"})], pair
+    said, unsaid = found["one meter"][0], found["other"][0]
+    assert (said.assumed, unsaid.assumed) == (1, 2)
+    # The prior of the instrument is 2 in place of -1 as well.
+    assert said.weight - unsaid.weight == pytest.approx(SECOND + 3.0)
+    # One preset nearly as likely: what is on record is not left out for being one cause more.
+    both, preset, pair = found["one meter"]
+    assert "instrument" in pronounce(pair, [both, replace(preset, weight=both.weight - RIVAL + 0.1)]).names
+    both, preset, pair = found["other"]
+    assert "instrument" not in pronounce(pair, [both, replace(preset, weight=both.weight - RIVAL + 0.1)]).names
+
+
 def test_spectral_lines_that_all_shift_are_the_instruments(tmp_path: Path) -> None:
     campaign = read_campaign(write(tmp_path, life([State(), State()]), [0, 0]))
     at = np.arange(380.0, 781.0, 2.0)
@@ -465,6 +502,10 @@ REAL = {
     "LG, the same range": ("LG_ULTRAWIDE_2022", "LG_ULTRAWIDE_17-06-2022_D65_120_D", {"calibration", "brightness"}),
     "HDR on": ("K2418U__2_2021-02-09_09-11", "K2418U__2_2021-02-09_09-32", {"hdr"}),
     "wrong matrix": ("U2718Q__1_2020-05-26_13", "U2718Q__1_2020-05-26_12-58", {"instrument", "calibration"}),
+    "no matrix any more": ("U2718Q__1_2020-05-26_12-15", "U2718Q__1_2020-05-26_13", {"instrument", "calibration"}),
+    "wrong matrix, and dimmed": ("U2718Q__1_2020-05-26_12-58", "U2718Q__2_2022",
+                                 {"instrument", "brightness", "gamut-mode"}),
+    "white less than its primaries in 2017": ("U2718Q__2_2017", "U2718Q__2_2022", {"hdr"}),
     "drift, June": ("MacBook_Pro_13_2013_Late___1_2018-06-21", "MacBook_Pro_13_2013_Late___1_2018-06-03", {"drift"}),
     "drift, October": ("MacBook_Pro_13_2013_Late___1_2018-06-21", "MacBook_Pro_13_2013_Late___1_2018-10", {"drift"}),
     "X61, three years": ("ThinkPad_X61__N121X5-L06__1_2017-04-19_15", f"{X61_2020}_13", {"aging"}),

@@ -118,7 +118,7 @@ def test_effects_at_rest_leave_the_papers_model_as_it_is(
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11)
 
 
-@pytest.mark.parametrize("name", ["meter-offset", "meter-drift"])
+@pytest.mark.parametrize("name", [name for name, each in catalogue().items() if each.stage == "instrument"])
 def test_effects_of_the_instrument_are_never_baked(name: str, readings: Measurements, colours: Array) -> None:
     plain, metered = DisplayModel(readings), a_model(readings, named(name))
     for mode in MODES:

@@ -161,7 +161,7 @@ def test_without_replicates_the_noise_is_assumed_and_the_remark_says_so() -> Non
     assert noise.correlation[0, 1] == CORRELATION
     remarks = diagnose(single).verdict.remarks
     assert remarks[0].startswith(
-        "No replicates: the noise is assumed, 0.20% and 0.003 cd/m². Repeat readings three times"
+        "Too few replicates: the noise is assumed, 0.20% and 0.003 cd/m². Repeat readings three times"
     )
 
 

@@ -141,6 +141,11 @@ def test_auto_adds_nothing_to_a_healthy_display() -> None:
     assert made.sentence() == "Nothing was added: the model stays as it was."
     assert made.model.verdict == "consistent"
     assert made.model.effects == ()
+    # White and primaries are as they were read; a fit moves them, far where no effect explains what it finds.
+    assert made.model.latent is not None
+    problem = made.found.problem
+    np.testing.assert_array_equal(made.model.latent.xyz_cd_m2, problem.measured_tips[problem.is_knot])
+    assert np.abs(made.found.tips[problem.is_knot] - made.model.latent.xyz_cd_m2).max() > 1e-4
 
 
 def test_auto_goes_on_from_what_a_model_has() -> None:

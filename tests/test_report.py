@@ -137,6 +137,22 @@ def test_the_page_begins_with_the_finding_and_has_its_sections(run: Callable[...
     )
 
 
+@pytest.mark.parametrize(
+    ("options", "law"),
+    [
+        ((), "the paper's law, 67 % at 10 000 h and 40 % at 18 000 h"),
+        (("--luminance", "measured"), "as this display's"),
+    ],
+)
+def test_the_first_lines_name_the_law_of_luminance_and_no_others_do(
+    options: tuple[str, ...], law: str, run: Callable[..., Done], tmp_path: Path
+) -> None:
+    assert run("a.png", "-o", "r.html", *HOURS, *options).code == 0
+    first, _, others = Read((tmp_path / "r.html").read_text()).text.partition("How long pictures stay true")
+    assert f"Luminance of chroma-luma: {law}" in first
+    assert "Luminance of chroma-luma" not in others
+
+
 def test_the_page_fetches_nothing(run: Callable[..., Done], tmp_path: Path) -> None:
     run("a.png", "-o", "r.html", *HOURS)
     text = (tmp_path / "r.html").read_text()

@@ -17,9 +17,9 @@ from lutgen.criticism.families import dimension
 from lutgen.criticism.plan import plan
 from lutgen.criticism.refine import refine
 from lutgen.history.causes import ON_THE_DISPLAY, causes
+from lutgen.history.decay import LAWS
 from lutgen.history.history import QUANTITIES
 from lutgen.history.patches import GAMUTS
-from lutgen.history.trend import LAWS
 from lutgen.history.verdicts import KINDS
 from lutgen.names import BASELINES
 from lutgen.readings.conditions import COLUMNS, CONDITIONS

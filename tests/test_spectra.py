@@ -181,10 +181,10 @@ def test_an_unknown_class_is_refused() -> None:
         SpectralDisplay.of("plasma", TIPS)
 
 
-@pytest.mark.parametrize("name", ["yellowing", "phosphor-wear"])
+@pytest.mark.parametrize("name", ["yellowing", "phosphor-wear", "meter-mismatch"])
 def test_without_a_display_nothing_is_guessed(name: str) -> None:
     signal = TIPS[None] if name == "phosphor-wear" else TIPS[:1]
-    amplitude = {"yellowing": "depth", "phosphor-wear": "wear"}[name]
+    amplitude = {"yellowing": "depth", "phosphor-wear": "wear", "meter-mismatch": "shift"}[name]
     with pytest.raises(LutgenError, match=f"{name} acts on the display's spectra"):
         through(name, signal, np.array([[9000.0]]), None, **{amplitude: 0.1})
     np.testing.assert_array_equal(through(name, signal, np.array([[9000.0]]), None), signal)

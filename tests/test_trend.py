@@ -9,9 +9,10 @@ import pytest
 from scipy.integrate import quad
 
 from lutgen import LutgenError
+from lutgen.history.decay import LAWS, decay_of
 from lutgen.history.history import SETS, Limit, limits_of, parse_limit
 from lutgen.history.transfer import contrast_response, index_of, luminance_of
-from lutgen.history.trend import ENOUGH, FEWEST, LAWS, decay_of, trend
+from lutgen.history.trend import ENOUGH, FEWEST, shortest, trend
 from lutgen.names import LIMIT_SETS
 from lutgen.readings import read_campaign, read_session
 from lutgen.report.campaign import trend_headline, trend_page
@@ -80,8 +81,8 @@ def test_weights_are_the_integrals_that_they_stand_for() -> None:
         lambda b: prior(b, 0.5) * quad(lambda a: prior(a, 1.0) * likelihood(a + b * time), 0.9, 1.1)[0], -0.15, 0.15
     )[0] / np.sqrt(2.0 * np.pi)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("lutgen.history.trend.LAWS", tuple(laws))
-        patch.setattr("lutgen.history.trend._SCATTER", np.ones(1))
+        patch.setattr("lutgen.history.decay.LAWS", tuple(laws))
+        patch.setattr("lutgen.history.decay._SCATTER", (np.geomspace(0.999, 1.001, 3), 1.0, 0.4))
         found = decay_of(time, figures, np.full(5, sigma), time, draws=10, seed=[1]).weights
     assert found["linear"] / found["constant"] == pytest.approx(two / one, rel=0.02)
 
@@ -98,6 +99,14 @@ def test_intervals_hold_the_true_time_about_as_often_as_they_say(name: str) -> N
     """40 histories: a share of 0.9 leaves fewer than 31 with a chance of 1 %. The command scores it in full."""
     missed = [trend_coverage.held(name, 8, (5, n)) for n in range(40)]
     assert sum(any(each) for each in missed) <= 9
+
+
+def test_an_interval_is_the_shortest_that_holds_its_share() -> None:
+    """Of times with a long tail the earliest are within; an infinite time counts as the end of what was asked."""
+    tailed = np.exp(np.linspace(0.0, 3.0, 101))
+    assert shortest(tailed[::-1], 0.9, 100.0) == (tailed[0], tailed[90])
+    assert shortest(np.append(tailed, np.inf), 0.9, 100.0) == (tailed[0], tailed[91])
+    assert shortest(np.append(tailed[:85], np.full(16, np.inf)), 0.9, 21.0) == (tailed[10], np.inf)
 
 
 def test_three_sessions_promise_no_time(tmp_path: Path) -> None:

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.history.trend import DRAWS, HORIZON, INTERVAL, decay_of, first_beyond
+from lutgen.history.decay import decay_of
+from lutgen.history.trend import DRAWS, HORIZON, INTERVAL, first_beyond, shortest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -57,7 +58,7 @@ def held(name: str, sessions: int, seed: Sequence[int]) -> tuple[bool, bool]:
     ahead = np.linspace(0.0, 1.0 + HORIZON, _FINE + 1)
     curves = decay_of(at / span, figures, 0.01 * figures, ahead, draws=DRAWS, seed=[270]).curves
     times = span * first_beyond(curves, limit * curves[:, :1], ahead, above=True)
-    low, high = np.percentile(times, INTERVAL, method="nearest")
+    low, high = shortest(times, INTERVAL, span * float(ahead[-1]))
     return bool(time < low), bool(time > high)
 
 

@@ -38,7 +38,7 @@ CAUSES = {
     "emitters of an OLED burn in, at first quickly": ("burn-in-decay", "channel-decay"),
     "local dimming, dynamic contrast": ("dynamic-contrast",),
     "the curve moves with the temperature": ("temperature-gamma",),
-    "a colorimeter's filters drift; do not match the observer": ("meter-drift",),
+    "a colorimeter's filters drift; match the observer less and less": ("meter-drift", "meter-mismatch"),
 }  # fmt: skip
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from lutgen.criticism.compare import SCHEMA, Comparison, compare_problem
 from lutgen.criticism.diagnose import Diagnosis, candidates, diagnose, known_under, parameters_of
-from lutgen.criticism.fit import Fit, fit
+from lutgen.criticism.fit import Fit, fit, start_state
 from lutgen.criticism.heldout import HeldOut, held_out
 from lutgen.criticism.joint_covariance import joint_covariance
 from lutgen.criticism.linear import Term
@@ -324,6 +324,7 @@ def model_of(found: Fit, diagnosis: Diagnosis | None, before: Comparison, after:
     """Make the display model that a fit has found, with its provenance."""
     problem = found.problem
     knots = problem.is_knot
+    tips = found.tips if found.terms else start_state(problem, ()).tips
     parameters = parameters_of(found)
     applied = tuple(
         AppliedEffect(
@@ -352,7 +353,8 @@ def model_of(found: Fit, diagnosis: Diagnosis | None, before: Comparison, after:
         selection=problem.selection,
         conditions=_at_rest(problem, [term.effect for term in found.terms]),
         effects=applied,
-        latent=LatentTips(problem.hours[knots], np.array(found.tips[knots])),
+        # Without effects the model stays as it was: tips that make up for what no effect explains are no display's.
+        latent=LatentTips(problem.hours[knots], np.array(tips[knots])),
         covariance=joint_covariance(found),
         baseline=problem.baseline,
         held=problem.held,

@@ -120,7 +120,7 @@ def _remarks(explanation: Explanation, blind: Sequence[str], suspicion: Suspicio
     noise, remarks = explanation.base.problem.noise, []
     if noise.source == "assumed":
         remarks.append(
-            f"No replicates: the noise is assumed, {noise.relative:.2%} and {noise.floor_cd_m2:.2g} cd/m². Repeat "
+            f"Too few replicates: the noise is assumed, {noise.relative:.2%} and {noise.floor_cd_m2:.2g} cd/m². Repeat "
             f"readings three times, or give --instrument."
         )
     problem = explanation.base.problem
@@ -165,7 +165,7 @@ def _nothing_named(
     base = explanation.base
     within = is_within_scatter(error, base)
     if within and not probed.names:
-        compared = not base.problem.is_anchor.all()
+        compared = not base.problem.is_tip_anchor.all()
         return Verdict("consistent", AGREES if compared else NOTHING_COMPARED, remarks=remarks)
     if not within and is_even(base) and not free_term(base, error).names:
         return _too_much_scatter(explanation, error, remarks)

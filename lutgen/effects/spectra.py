@@ -28,6 +28,7 @@ from functools import cache, cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from scipy.special import rel_entr
 
 from lutgen.colorimetry import inverse
 from lutgen.errors import LutgenError, pick_one
@@ -299,7 +300,7 @@ def _guessed(primaries: Array) -> str:
 def _cost(bases: Array, primaries: Array) -> float:
     """Relative entropy of the corrected spectra to the typical ones, each scaled to a sum of 1, over the primaries."""
     typical, corrected = (each / each.sum(axis=1, keepdims=True) for each in (bases, _corrected(bases, primaries)))
-    return float((corrected * np.log(corrected / typical)).sum())
+    return float(rel_entr(corrected, typical).sum())
 
 
 def _corrected(bases: Array, primaries: Array) -> Array:

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 
     from lutgen.readings.campaign import Campaign, CampaignEntry
 
-#: Prior of two causes at once against one, in natural logarithms: two changes at once are rarer.
+#: Prior of two causes at once against one, in natural logarithms: two changes at once are rarer. A cause on record does
+#: not count.
 SECOND = 3.0
 
 
@@ -41,6 +42,8 @@ class Hypothesis:
     fit: ColourFit
     #: Natural logarithm of evidence times prior.
     weight: float
+    #: How many of the causes are not on record.
+    assumed: int
 
 
 @dataclass(frozen=True)
@@ -88,7 +91,8 @@ def explanations(pair: SessionPair) -> tuple[Hypothesis, ...]:
     hypotheses: list[Hypothesis] = []
     for together in ((), *combinations(known, 1), *combinations(known, 2)):
         best: Hypothesis | None = None
-        prior = sum(cause.prior(pair) for cause in together) - SECOND * max(len(together) - 1, 0)
+        assumed = sum(not cause.recorded(pair) for cause in together)
+        prior = sum(cause.prior(pair) for cause in together) - SECOND * max(assumed - 1, 0)
         looseness = (max(cause.loose for cause in together),) if together else (0.0, loosest)
         for ways, loose in product(product(*(cause.ways for cause in together)), looseness):
             free = [name for way in ways for name in way]
@@ -100,7 +104,7 @@ def explanations(pair: SessionPair) -> tuple[Hypothesis, ...]:
                 for cause, way in zip(together, ways, strict=True)
             ):
                 continue
-            here = Hypothesis(tuple(cause.name for cause in together), best_fit, best_fit.evidence + prior)
+            here = Hypothesis(tuple(cause.name for cause in together), best_fit, best_fit.evidence + prior, assumed)
             best = here if best is None or here.weight > best.weight else best
         if best is not None:
             hypotheses.append(best)

@@ -195,11 +195,14 @@ class SessionPair:
         sentences = []
         for here, (mine, theirs) in enumerate((curves, curves[::-1])):
             places: dict[str, list[str]] = {}
-            for name, clip in clipping(mine).items():
+            clips = clipping(mine)
+            # A range darkens all channels; one that reads nothing alone is the meter's noise in the dark.
+            dark = all(name in clips and clips[name].dark is not None for name in mine)
+            for name, clip in clips.items():
                 other = theirs.get(name)
                 if clip.bright is not None and other is not None and _tells(other, clip.bright, 1.0 - NEAR):
                     places.setdefault(f"from code {clip.bright:.2f} up", []).append(name)
-                if clip.dark is not None and other is not None and _tells(other, NEAR, clip.dark):
+                if dark and clip.dark is not None and other is not None and _tells(other, NEAR, clip.dark):
                     places.setdefault(f"up to code {clip.dark:.2f}", []).append(name)
             whose = ("the reference", "the session")
             sentences += [

@@ -112,12 +112,17 @@ def _signs(pair: SessionPair) -> dict[str, str]:
 
 def _weighed(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerdict:
     near = [each for each in hypotheses if hypotheses[0].weight - each.weight < RIVAL]
-    simplest = min(len(each.names) for each in near)
-    rivals = [each for each in near if len(each.names) == simplest]
+    fewest = min(each.assumed for each in near)
+    rivals = [
+        each
+        for each in near
+        if each.assumed == fewest and not any(set(other.names) < set(each.names) for other in near)
+    ]
+    simplest = min(len(each.names) for each in rivals)
     signs = _signs(pair)
     facts = (*signs.values(), *_facts(pair), *_records(pair))
     if simplest and rivals[0].fit.chi2 > MISFIT:
-        names = tuple(dict.fromkeys((*signs, *_able(pair)))) if signs else ()
+        names = tuple(dict.fromkeys((*signs, *(_able(pair) if signs else _unweighed(pair)))))
         return _one_of(names, facts) if names else _verdict("unclear", (), facts)
     names = tuple(dict.fromkeys(name for each in rivals for name in each.names))
     mistaken = _mistaken(pair, rivals, names)
@@ -132,6 +137,12 @@ def _weighed(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerd
     if len(rivals) == 1 and not mistaken:
         return _verdict("several", names, facts)
     return _verdict("one-of", (*sure, *(name for name in names if name not in sure)), facts, sure)
+
+
+def _unweighed(pair: SessionPair) -> list[str]:
+    """Causes without a pattern of white, primaries and black, where all with one misfit: they bend curves as these."""
+    known = causes().items()
+    return [name for name, cause in known if not cause.ways and cause.moves >= pair.moved and cause.bends(pair)]
 
 
 def _mistaken(pair: SessionPair, rivals: Sequence[Hypothesis], names: tuple[str, ...]) -> dict[str, str]:

@@ -84,7 +84,7 @@ def data_line(problem: Problem) -> str:
     known = {
         "replicates": "as replicates show",
         "instrument": f"that of {noise.instrument}" if noise.instrument else "as stated",
-        "assumed": "ASSUMED: there are no replicates",
+        "assumed": "ASSUMED: too few replicates",
     }
     out = readings.hours.size - problem.rows.size
     left_out = f" ({out} left out)" if out else ""

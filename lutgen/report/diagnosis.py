@@ -271,8 +271,9 @@ def refine_page(refinement: Refinement, effects: Mapping[str, Effect], data: str
 
 def _steps_table(refinement: Refinement) -> Table:
     terms = ", ".join(term.effect.name for term in refinement.before.terms)
+    bare = "the display's own model" if refinement.before.problem.native else "the paper's model"
     stages = {
-        f"the model with {terms}" if terms else "the paper's model": refinement.before,
+        f"the model with {terms}" if terms else bare: refinement.before,
         **{f"+ {step.effect}": step.comparison for step in refinement.steps},
     }
     headings = ("model", "mean ΔE2000", "noise alone", "× the noise")

@@ -143,11 +143,12 @@ def picture_caption(lifetimes: Lifetimes, scenes: page_scenes.Scenes) -> str:
 
 def lifetimes_section(lifetimes: Lifetimes, scenes: page_scenes.Scenes) -> PageSection:
     """Gather the curves, Table 1 and the numbers of every frame."""
-    # The section on provenance names the source of the readings.
-    source = lifetimes.model.measurements.provenance
+    # The section on provenance names the source of the readings, the page's first lines the law of luminance.
+    model = lifetimes.model
+    elsewhere = (model.measurements.provenance, model.luminance.sentence())
     values = {
         "chart": chart(lifetimes),
-        "page": [part for part in lifetime_page(lifetimes) if part != source],
+        "page": [part for part in lifetime_page(lifetimes) if part not in elsewhere],
         "tables": [_numbers(mode, of_mode) for mode, of_mode in scenes.modes.items()],
     }
     return PageSection("lifetimes", "How long pictures stay true", "lifetimes.html", values)
@@ -310,7 +311,7 @@ def html(run: Run) -> str:
         "page.html",
         title=f"{image.name} on an aged display",
         finding=finding(run.lifetimes),
-        display=f"Display: {kind.rstrip('.')}. {show(model).sentence()}",
+        display=f"Display: {kind.rstrip('.')}. {show(model).sentence()} {model.luminance.sentence()}",
         label=label(model),
         answer=answer(run.evidence) if run.evidence else None,
         caption=picture_caption(run.lifetimes, run.scenes),

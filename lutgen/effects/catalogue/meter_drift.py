@@ -1,13 +1,8 @@
 """The meter's sensitivity drifts, and every display that it reads seems to drift.
 
 XYZ × (1 + ε·τ^p), ε the drift by 18 000 h, which is about two years of continuous operation. The filters of a
-colorimeter may drift by different amounts: the refined forms free X and Z.
-
-A colorimeter whose filters do not match the observer reads M·XYZ, M a 3 × 3 matrix that belongs to the display's
-spectra (ASTM E1455). As long as M stays, it is in white and primaries of every session as it is in all colours, and the
-model holds as before; only the display seems to stand elsewhere. A drift of all nine numbers is no effect here: a decay
-of channels or of the backlight's spectrum is such a matrix too, so that readings of one meter would name either. A
-second meter tells them apart.
+colorimeter may drift by different amounts: the refined forms free X and Z. Filters that move along the wavelengths are
+``meter-mismatch``.
 
 Meaning of 0 and 1: ε 0 is a steady meter; ε 1 would be one that reads twice the light after 18 000 h.
 Valid for drifts of at most 6 % that come early or steadily, of one meter over the whole campaign; another meter, or a
@@ -44,6 +39,7 @@ if TYPE_CHECKING:
         "backlight-decay": "a second meter or a check source",
         "yellowing": "a second meter or a check source",
         "phosphor-wear": "a second meter or a check source",
+        "meter-mismatch": "a check source",
     },
     says="the meter's readings change by {drift:.1%} in 18 000 h",
     source="Silosky & Marsh 2013, Med. Phys. 40, 121902 (effect); size: an assumption",

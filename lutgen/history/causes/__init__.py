@@ -45,6 +45,8 @@ class Cause:
     ways: tuple[tuple[str, ...], ...] = ()
     #: Natural logarithm of the factor by which the records of a pair make the cause likelier; -inf: they exclude it.
     prior: Callable[[SessionPair], float] = lambda _pair: 0.0
+    #: Whether the records of a pair say that it happened: beside another cause it is then no further assumption.
+    recorded: Callable[[SessionPair], bool] = lambda _pair: False
     #: Whether this cause can have the fitted parameters.
     sound: Callable[[Values, SessionPair], bool] = lambda _values, _pair: True
     #: Share by which the cause may move the colour of a primary in addition.

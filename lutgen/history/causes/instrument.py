@@ -47,6 +47,7 @@ CAUSE = Cause(
     moves=frozenset({"blue", "colour", "contrast"}),
     ways=(("gauge",), ("step", "matrix")),
     prior=_prior,
+    recorded=lambda pair: bool(pair.other_instrument),
     sound=_sound,
     proof=_proof,
     rank=2,

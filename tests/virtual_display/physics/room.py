@@ -70,3 +70,22 @@ def meter_drift_settling(xyz: Array, scene: Scene, size: float) -> Array:
     """Filters that bleach, fast at first, the blue one most."""
     years = scene.readings.hours[:, np.newaxis] / YEAR_H
     return np.asarray(xyz * np.exp(-size * years / (1.0 + 0.3 * years) * np.array([0.9, 1.0, 1.3])))
+
+
+@effect("meter-mismatch", "same", stage="viewing", typical=0.5, unit="nm by the end of life", baseline="first-hour")
+def meter_mismatch(spectrum: Array, scene: Scene, size: float) -> Array:
+    """Filters that have moved towards red see the spectrum as if it had moved towards violet."""
+    return _seen_from(spectrum, size * scene.tau)
+
+
+@effect("meter-mismatch", "other", stage="viewing", typical=0.5, unit="nm by the end of life", baseline="first-hour")
+def meter_mismatch_settling(spectrum: Array, scene: Scene, size: float) -> Array:
+    """Filters that move fast at first, and more at long wavelengths than at short ones."""
+    moved = size * scene.tau * 1.3 / (0.3 + scene.tau)
+    return _seen_from(spectrum, moved * (NM / 550.0))
+
+
+def _seen_from(spectrum: Array, moved: Array) -> Array:
+    """Spectra (n, 81) at wavelengths beyond their own by so many nm, (n, 1) or (n, 81), linear between samples."""
+    at = np.broadcast_to(NM + moved, np.shape(spectrum))
+    return np.array([np.interp(where, NM, each) for where, each in zip(at, spectrum, strict=True)])

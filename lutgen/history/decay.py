@@ -1,0 +1,187 @@
+"""Laws of decay: all of them weighed by their evidence on a history, and draws of its future.
+
+Every law is linear in its coefficients once its shape is fixed. Shapes and scatter lie on grids, coefficients have
+Gaussian priors and are integrated exactly, so that a law's evidence is a sum (Hoeting et al. 1999, Bayesian model
+averaging, doi:10.1214/ss/1009212519). Draws of the future take law, shape, scatter and coefficients together, so that
+they scatter by the uncertainty of each.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from lutgen.colorimetry import Array
+
+    #: An axis of a grid: values of equal ratio, centre and spread (natural logarithm) of a log-normal prior.
+    Axis = tuple[Array, float, float]
+
+#: Points of shapes and scatter that stand for each law.
+_POINTS_A_LAW = 1000
+
+#: Scatter of the sessions as a multiple of what a reading repeats to, as an axis of the grid.
+_SCATTER: Axis = (np.geomspace(0.3, 5.0, 7), 1.0, 0.4)
+
+#: Prior of a level at the first session and of a change over the span, as shares of the level, 1 σ; and of a settling.
+_LEVEL, _CHANGE, _SETTLING = 1.0, 0.5, 0.025
+
+
+@dataclass(frozen=True)
+class Law:
+    """A law."""
+
+    #: For people.
+    name: str
+    formula: str
+    #: One for each of its p shapes.
+    axes: tuple[Axis, ...]
+    #: Shapes (s, p) and times as multiples of the span, (n,) → what the coefficients multiply, (s, n, k).
+    columns: Callable[[Array, Array], Array]
+    #: Priors of the coefficients, 1 σ, as shares of the level, (k,).
+    widths: tuple[float, ...]
+
+
+def _stacked(*columns: Array) -> Array:
+    return np.stack(np.broadcast_arrays(*columns), axis=-1)
+
+
+#: Time constants of a decay and of a settling as multiples of the span, and powers of time: centre and spread are those
+#: of the two that are published, 1 in TM-21 and 1.41, which the paper's luminances at 10 000 and 18 000 h have.
+_CONSTANTS = (np.geomspace(0.3, 100.0, 80), 3.0, 1.5)
+_SETTLINGS = (np.geomspace(0.03, 0.5, 4), 0.1, 1.0)
+_POWERS = (np.geomspace(0.5, 2.5, 8), 1.19, 0.24)
+
+#: The same for a law of three shapes, coarser.
+_FEWER_CONSTANTS = (np.geomspace(0.3, 100.0, 40), 3.0, 1.5)
+
+#: A decay may be linear, exponential, a power or a stretched exponential; each may begin with a settling. All of them
+#: are here: were some left out, the average would lean to the curvature of those that remain.
+LAWS = (
+    Law("constant", "a", (), lambda s, t: np.ones((len(s), t.size, 1)), (_LEVEL,)),
+    Law("linear", "a + b t", (), lambda s, t: _stacked(np.ones((len(s), t.size)), t[np.newaxis]), (_LEVEL, _CHANGE)),
+    Law("exponential", "a exp(-t/τ)", (_CONSTANTS,), lambda s, t: np.exp(-t / s[:, :1])[..., np.newaxis], (_LEVEL,)),
+    Law(
+        "power", "a + b t^p", (_POWERS,),
+        lambda s, t: _stacked(np.ones((len(s), t.size)), t ** s[:, :1]), (_LEVEL, _CHANGE),
+    ),
+    Law(
+        "stretched exponential", "a exp(-(t/τ)^β)", (_CONSTANTS, _POWERS),
+        lambda s, t: np.exp(-((t / s[:, :1]) ** s[:, 1:]))[..., np.newaxis], (_LEVEL,),
+    ),
+    Law(
+        "settling, then exponential", "a exp(-t/τ) + b exp(-t/τ₁)", (_CONSTANTS, _SETTLINGS),
+        lambda s, t: _stacked(np.exp(-t / s[:, :1]), np.exp(-t / s[:, 1:])), (_LEVEL, _SETTLING),
+    ),
+    Law(
+        "settling, then linear", "a + b t + c exp(-t/τ₁)", (_SETTLINGS,),
+        lambda s, t: _stacked(np.ones((len(s), t.size)), t[np.newaxis], np.exp(-t / s[:, :1])),
+        (_LEVEL, _CHANGE, _SETTLING),
+    ),
+    Law(
+        "settling, then power", "a + b t^p + c exp(-t/τ₁)", (_POWERS, _SETTLINGS),
+        lambda s, t: _stacked(np.ones((len(s), t.size)), t ** s[:, :1], np.exp(-t / s[:, 1:])),
+        (_LEVEL, _CHANGE, _SETTLING),
+    ),
+    Law(
+        "settling, then stretched exponential", "a exp(-(t/τ)^β) + b exp(-t/τ₁)",
+        (_FEWER_CONSTANTS, _POWERS, _SETTLINGS),
+        lambda s, t: _stacked(np.exp(-((t / s[:, :1]) ** s[:, 1:2])), np.exp(-t / s[:, 2:])), (_LEVEL, _SETTLING),
+    ),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Decay:
+    """All laws on one history."""
+
+    #: Name of a law → share of the evidence, the largest first.
+    weights: dict[str, float]
+    #: Scatter of the sessions about the laws, as a multiple of what readings repeat to: mean of its posterior.
+    scatter: float
+    #: Draws of the figure at the times asked for, (d, m).
+    curves: Array
+
+    @property
+    def law(self) -> Law:
+        """The law with the largest weight."""
+        return next(law for law in LAWS if law.name == next(iter(self.weights)))
+
+
+@dataclass(frozen=True)
+class _Sample:
+    """Points of a law's shapes and scatter, and the coefficients that each of them leaves."""
+
+    #: Logarithm of a point's share of the evidence, (n,).
+    weights: Array
+    #: Shapes (n, p) and scatter (n,).
+    shapes: Array
+    scatter: Array
+    #: Mean (n, k) and precision (n, k, k) of the coefficients.
+    mean: Array
+    precision: Array
+
+
+def decay_of(time: Array, figures: Array, errors: Array, ahead: Array, *, draws: int, seed: list[int]) -> Decay:
+    """Weigh all laws on a history, (n,) each, and draw its future at the times ``ahead``, in spans, (m,)."""
+    level = float(np.abs(figures).max()) or 1.0
+    rng = np.random.default_rng(seed)
+    samples = [_sample(law, (time, figures / level, errors / level), rng) for law in LAWS]
+    logs = np.array([each.weights for each in samples])
+    share = np.exp(logs - logs.max())
+    share /= share.sum()
+    law_of, place_of = np.unravel_index(rng.choice(share.size, size=draws, p=share.ravel()), share.shape)
+    curves = np.empty((draws, ahead.size))
+    for number, (law, sample) in enumerate(zip(LAWS, samples, strict=True)):
+        mine = law_of == number
+        place = place_of[mine]
+        root = np.swapaxes(np.linalg.inv(np.linalg.cholesky(sample.precision[place])), -1, -2)
+        normal = rng.standard_normal((place.size, len(law.widths)))
+        beta = sample.mean[place] + np.einsum("dij,dj->di", root, normal)
+        curves[mine] = level * np.einsum("dmk,dk->dm", law.columns(sample.shapes[place], ahead), beta)
+    weight = {law.name: float(each.sum()) for law, each in zip(LAWS, share, strict=True)}
+    scatter = float((share * np.array([each.scatter for each in samples])).sum())
+    return Decay(dict(sorted(weight.items(), key=lambda item: -item[1])), scatter, curves)
+
+
+def _sample(law: Law, history: tuple[Array, Array, Array], rng: np.random.Generator) -> _Sample:
+    """Draw cells of the grid by their evidence, and a point in each: posteriors may be narrower than a cell."""
+    axes = (*law.axes, _SCATTER)
+    # Middles of the cells, (s, p + 1).
+    cells = np.stack(np.meshgrid(*(values for values, _, _ in axes), indexing="ij"), axis=-1).reshape(-1, len(axes))
+    prior = _log_prior(axes, cells)
+    whole = np.log(np.exp(prior).sum())
+    of_cells = _posterior(law, cells, history)[0] + prior
+    share = np.exp(of_cells - of_cells.max())
+    chosen = rng.choice(len(cells), size=_POINTS_A_LAW, p=share / share.sum())
+    steps = np.array([np.log(values[1] / values[0]) for values, _, _ in axes])
+    points = cells[chosen] * np.exp(steps * rng.uniform(-0.5, 0.5, (chosen.size, len(axes))))
+    evidence, mean, precision = _posterior(law, points, history)
+    # What a cell's middle says of the cell is set right by the point that was drawn in it.
+    weights = evidence + _log_prior(axes, points) - of_cells[chosen] + np.log(share.sum()) + of_cells.max() - whole
+    return _Sample(weights, points[:, :-1], points[:, -1], mean, precision)
+
+
+def _log_prior(axes: Sequence[Axis], points: Array) -> Array:
+    """Logarithm of the prior at points, (s, p), but for a constant; (s,)."""
+    centres, spreads = np.array([axis[1:] for axis in axes]).T
+    return np.asarray(-0.5 * ((np.log(points / centres) / spreads) ** 2).sum(axis=1))
+
+
+def _posterior(law: Law, points: Array, history: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+    """Return log evidence, mean and precision of a law's coefficients at points of shapes and scatter, (s, p + 1)."""
+    time, figures, errors = history
+    columns = law.columns(points[:, :-1], time) / errors[:, np.newaxis]
+    target, variance = figures / errors, points[:, -1:] ** 2
+    cross = (columns * target[:, np.newaxis]).sum(axis=1) / variance
+    precision = np.swapaxes(columns, -1, -2) @ columns / variance[..., np.newaxis] + np.diag(
+        np.array(law.widths) ** -2.0
+    )
+    mean = np.linalg.solve(precision, cross[..., np.newaxis])[..., 0]
+    fit = (target @ target) / variance[:, 0] - (cross * mean).sum(axis=1)
+    log_size = np.log(np.linalg.det(precision)) + 2.0 * np.log(law.widths).sum()
+    return -0.5 * (fit + log_size) - time.size * np.log(points[:, -1]), mean, precision
