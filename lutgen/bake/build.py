@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, replace
+from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -102,14 +104,14 @@ def _build(
     recipe = Recipe(model_as_json(model, output), plan.as_json())
     paths = paths_of(plan)
     folder = claim(output, recipe, paths, force=force)
-    work = [_Work(model, plan, output, beside, part) for part in _parts(plan)]
-    sizes = [None] * len(work) if plan.tolerance is None else list(in_parallel(_smallest_sizes, work, jobs))
-    work = [replace(part, sizes=chosen) for part, chosen in zip(work, sizes, strict=True)]
+    work, parts = _Work(model, plan, output, beside), _parts(plan)
+    if plan.tolerance is not None:
+        work = replace(work, sizes=dict(chain(*in_parallel(partial(_smallest_sizes, work), parts, jobs))))
     prepare(plan.display(model, plan.modes[-1], plan.hours[-1]), plan)
     try:
         folder.begin(recipe, paths)
         records: list[FileRecord] = []
-        for made in in_parallel(_bake, work, jobs):
+        for made in in_parallel(partial(_bake, work), parts, jobs):
             records.extend(made)
             progress(len({(record.mode, record.hours) for record in records}), len(plan.modes) * len(plan.hours))
         form = config_format(plan)
@@ -139,7 +141,7 @@ def _parts(plan: Plan) -> list[tuple[tuple[str, float, str], ...]]:
 
 @dataclass(frozen=True)
 class _Work:
-    """What one worker is handed: some displays, and the table sizes where a tolerance chose them.
+    """What all workers share; ``sizes`` of tables by folder and format, where a tolerance chose them.
 
     ``scratch``: the private folder of this build, for all workers.
     """
@@ -148,7 +150,6 @@ class _Work:
     plan: Plan
     output: Path
     scratch: Path
-    displays: tuple[tuple[str, float, str], ...]
     sizes: dict[tuple[str, str], int] | None = None
 
 
@@ -173,9 +174,9 @@ def prepare(aged: AgedDisplay, plan: Plan) -> None:
         format_named(name).bake(JUDGE.sampler, aged, plan.cubesize)
 
 
-def _bake(work: _Work) -> list[FileRecord]:
+def _bake(work: _Work, displays: tuple[tuple[str, float, str], ...]) -> list[FileRecord]:
     records = []
-    for mode, hours, folder in work.displays:
+    for mode, hours, folder in displays:
         aged = work.plan.display(work.model, mode, hours)
         for name in work.plan.formats:
             size = work.sizes[folder, name] if work.sizes else work.plan.cubesize
@@ -187,13 +188,14 @@ def _bake(work: _Work) -> list[FileRecord]:
     return records
 
 
-def _smallest_sizes(work: _Work) -> dict[tuple[str, str], int]:
+def _smallest_sizes(work: _Work, displays: tuple[tuple[str, float, str], ...]) -> list[tuple[tuple[str, str], int]]:
     """Find the smallest size whose largest smooth error keeps the tolerance, for each display and format."""
-    sizes = {}
-    for mode, hours, folder in work.displays:
+    sizes = []
+    for mode, hours, folder in displays:
         for name in work.plan.formats:
             aged, form = work.plan.display(work.model, mode, hours), format_named(name)
-            sizes[folder, name] = _smallest_size(work, aged, form, work.scratch / f"{os.getpid()}-{form.file}")
+            size = _smallest_size(work, aged, form, work.scratch / f"{os.getpid()}-{form.file}")
+            sizes.append(((folder, name), size))
     return sizes
 
 

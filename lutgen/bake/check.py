@@ -187,14 +187,13 @@ def check(
     remarks += [*left_alone(folder, manifest), *unknown_values(plan)]
     same = model is None and manifest.recipe.get("generator") == f"lutgen {__version__}"
     with scratch() as beside:
-        asked = _Work(folder, manifest, model or built_from, plan, budget or Budget(), gpu, same, beside, ())
-        work = [replace(asked, records=part) for part in _parts(manifest)]
+        work = _Work(folder, manifest, model or built_from, plan, budget or Budget(), gpu, same, beside)
         with suppress(LutgenError):  # said of each file
             prepare(plan.display(model or built_from, plan.modes[-1], plan.hours[-1]), plan)
         certificates: dict[str, Certificate] = {}
         shaders: dict[str, GpuRun] = {}
         done = 0
-        for part in in_parallel(_check_part, work, jobs):
+        for part in in_parallel(partial(_check_part, work), _parts(manifest), jobs):
             findings += part.findings
             certificates.update(part.certificates)
             shaders.update(part.gpu)
@@ -222,7 +221,6 @@ class _Work:
     gpu: bool
     same_version: bool
     scratch: Path
-    records: tuple[FileRecord, ...]
 
 
 def _parts(manifest: Manifest) -> list[tuple[FileRecord, ...]]:
@@ -249,12 +247,12 @@ def _manifest(folder: Path) -> tuple[Manifest | None, list[Finding]]:
     return manifest, findings
 
 
-def _check_part(work: _Work) -> Checked:
+def _check_part(work: _Work, records: tuple[FileRecord, ...]) -> Checked:
     findings: list[Finding] = []
     certificates: dict[str, Certificate] = {}
     shaders: dict[str, GpuRun] = {}
     claimed = lru_cache(maxsize=1)(partial(_claimed, work))  # of a LUT, and then of its config
-    for record in work.records:
+    for record in records:
         path = work.folder / record.path
         problem, file = altered(path, record)
         if problem:
@@ -276,7 +274,7 @@ def _check_part(work: _Work) -> Checked:
                     certificates[record.path] = certificate
         except LutgenError as error:  # what the manifest says of the file is no build's
             findings.append(Finding(record.path, f"{MANIFEST}: {error}"))
-    return Checked(len(work.records), tuple(findings), certificates, gpu=shaders)
+    return Checked(len(records), tuple(findings), certificates, gpu=shaders)
 
 
 def _shader_findings(path: str, run: GpuRun) -> list[Finding]:

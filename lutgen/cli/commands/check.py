@@ -102,13 +102,13 @@ def _check(
 
 
 def _report(path: str, result: Checked) -> None:
-    from lutgen.report.lut_files import shader_sentence
-
     for remark in result.remarks:
         say(f"note: {remark}")
     for finding in result.findings:
         say(f"{finding.path}: {finding.problem}")
     if result.gpu:
+        from lutgen.report.lut_files import shader_sentence
+
         renderer = next(iter(result.gpu.values())).renderer
         say(shader_sentence(renderer, len(result.gpu), max(run.worst for run in result.gpu.values())))
     worst = max((c.smooth.max for c in result.certificates.values()), default=0.0)
