@@ -3,7 +3,7 @@
 Every LUT is read again through OpenColorIO and compared with the model, every number of its table with what the code
 writes, its certificate with a new one, and every config as a whole with what the code writes. Pixels are sent through
 every display, view, look and named transform of a config that differs, and of the common config for the last hour of
-the last mode, and through its look for the last hour of the others.
+the last mode; for every other hour OpenColorIO says which file the common config takes.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from lutgen.bake.figures import MAX_DELTA_E, P99
 from lutgen.bake.formats import format_named, lut_suffixes
 from lutgen.bake.gpu import TOLERANCE as GPU_TOLERANCE
 from lutgen.bake.gpu import GpuRun, check_renderer, gpu_run
-from lutgen.bake.inventory import altered, left_alone, plan_of, unknown_values, unlisted
+from lutgen.bake.inventory import altered, left_alone, plan_of, strangers, unknown_values, unlisted
 from lutgen.bake.lut import SIZES
 from lutgen.bake.manifest import (
     JOURNAL,
@@ -179,12 +179,13 @@ def check(
         model = replace(model, conditions=built_from.conditions)
     try:
         plan = plan_of(manifest)
-        findings += [Finding(*each) for each in unlisted(folder, manifest)]
+        strange = strangers(folder, manifest)
+        findings += [Finding(*each) for each in unlisted(manifest, strange)]
     except LutgenError as error:
         return Checked(1, (*findings, Finding(MANIFEST, str(error))))
     outdated, remarks = stale(folder, manifest, model, built_from)
     findings += [Finding(MANIFEST, text) for text in outdated]
-    remarks += [*left_alone(folder, manifest), *unknown_values(plan)]
+    remarks += [*left_alone(strange), *unknown_values(plan)]
     same = model is None and manifest.recipe.get("generator") == f"lutgen {__version__}"
     with scratch() as beside:
         work = _Work(folder, manifest, model or built_from, plan, budget or Budget(), gpu, same, beside)

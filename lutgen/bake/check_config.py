@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import copy
 import re
-from itertools import islice
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -43,8 +43,7 @@ def check_config(path: Path, root: Path, record: FileRecord, manifest: Manifest,
 
     The whole config is compared with ``written``, which the code writes. A display's own config is run with the LUT
     beside it, the common one with every mode and hour. As written, a display's own is not run, unless its LUT is not
-    there; the common one is with the last hour of each mode: the last mode through all its parts, others through the
-    look.
+    there; the common one is with the last hour of the last mode, and asked which file it takes for all others.
     """
     lib = ocio()
     display = record.mode, record.hours
@@ -71,22 +70,20 @@ def check_config(path: Path, root: Path, record: FileRecord, manifest: Manifest,
     words = WORDS[direction_of(manifest)]
     luts = [file for file in manifest.files if file.kind == "lut" and format_named(str(file.format)).reader is None]
     every = _luts_of_configs(luts)
-    last = {mode: max(hours for other, hours in every if other == mode) for mode, _ in every}
     if record.mode is None:
-        return problems + [
-            f"AGING_MODE={mode}, AGING_HOURS={hour_name(hours)[:-1]}: {problem}"
-            for (mode, hours), lut in every.items()
-            if differs or hours == last[mode] or not (root / lut.path).is_file()
-            for problem in _Run(lib, config, root, lut, words, context=(mode, hour_name(hours)[:-1])).problems(
-                None if differs or mode == list(last)[-1] else 1
-            )
-        ]
+        last_mode = next(reversed(every), ("", 0.0))[0]
+        last = last_mode, max((hours for mode, hours in every if mode == last_mode), default=0.0)
+        for (mode, hours), lut in every.items():
+            run = _Run(lib, config, root, lut, words, context=(mode, hour_name(hours)[:-1]))
+            found = run.problems() if differs or (mode, hours) == last else run.elsewhere(written.lut)
+            problems += [f"AGING_MODE={mode}, AGING_HOURS={hour_name(hours)[:-1]}: {problem}" for problem in found]
+        return problems
     if there and not differs:
         return problems
-    lut = every.get((str(record.mode), float(record.hours or 0.0)))
-    if lut is None:
+    own = every.get((str(record.mode), float(record.hours or 0.0)))
+    if own is None:
         return [*problems, "the manifest names no LUT for it"]
-    return [*problems, *_Run(lib, config, root, lut, words, context=None).problems()]
+    return [*problems, *_Run(lib, config, root, own, words, context=None).problems()]
 
 
 def _luts_of_configs(luts: list[FileRecord]) -> dict[tuple[str, float], FileRecord]:
@@ -108,16 +105,28 @@ class _Run:
         self.context = copy.deepcopy(config.getCurrentContext())
         if context:
             self.context["AGING_MODE"], self.context["AGING_HOURS"] = context
-        self.code = np.random.default_rng(7).random((COLOURS, 3)).astype(np.float32).astype(np.float64)
 
-    def problems(self, parts: int | None = None) -> list[str]:
-        """Say each thing that is wrong once, and in which parts of the config, or in the first so many parts."""
+    @cached_property
+    def code(self) -> Array:
+        """Code values to send through, (n, 3)."""
+        return np.random.default_rng(7).random((COLOURS, 3)).astype(np.float32).astype(np.float64)
+
+    def elsewhere(self, source: str) -> list[str]:
+        """Say where a file, as the config names it, is not the LUT."""
+        try:
+            file = Path(self.context.resolveFileLocation(source)).resolve()
+        except ocio_errors() as error:
+            return [f"cannot be instantiated: {_one_line(error)}"]
+        return [] if file == self.lut else [f"points elsewhere: {file}"]
+
+    def problems(self) -> list[str]:
+        """Say each thing that is wrong once, and in which parts of the config."""
         try:
             aged = apply_lut(self.lut, self.code)
         except LutgenError as error:
             return [str(error)]
         found: dict[str, list[str]] = {}
-        for what, part, expected in islice(self._parts(aged), parts):
+        for what, part, expected in self._parts(aged):
             for problem in self._one(part, expected):
                 found.setdefault(problem, []).append(what)
         return [f"{problem} ({'; '.join(places)})" for problem, places in found.items()]
