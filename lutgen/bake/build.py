@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from lutgen.bake.config import AgedConfig
     from lutgen.bake.figures import Figures
-    from lutgen.bake.formats import Format
+    from lutgen.bake.formats import Format, Provenance
     from lutgen.bake.lut import MatrixLut
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay, DisplayModel
@@ -202,7 +202,8 @@ def _smallest_sizes(work: _Work, displays: tuple[tuple[str, float, str], ...]) -
 def _smallest_size(work: _Work, aged: AgedDisplay, form: Format, path: Path) -> int:
     tolerance = work.plan.tolerance or 0.0
     for size in SIZES:
-        lut, data = best_candidate(work.model, aged, form, size)
+        lut, provenance = best_candidate(work.model, aged, form, size)
+        data = form.write(lut, provenance)
         path.write_bytes(data)
         reached = certified(HeldFile(path, data), aged, form, lut, work.scratch).smooth.max
         if reached <= tolerance:
@@ -215,8 +216,8 @@ def _smallest_size(work: _Work, aged: AgedDisplay, form: Format, path: Path) -> 
 
 
 def _bake_lut(work: _Work, aged: AgedDisplay, path: str, form: Format, size: int) -> FileRecord:
-    lut, data = best_candidate(work.model, aged, form, size)
-    certificate = None
+    lut, provenance = best_candidate(work.model, aged, form, size)
+    data, certificate = form.write(lut, provenance), None
     with replacing(work.output / path) as staged:
         staged.write_bytes(data)
         file = HeldFile(staged, data)
@@ -267,8 +268,10 @@ def _shown(file: HeldFile, form: Format, lut: Lut | MatrixLut, kind: TableKind, 
     return told
 
 
-def best_candidate(model: DisplayModel, aged: AgedDisplay, form: Format, size: int) -> tuple[Lut | MatrixLut, bytes]:
-    """Bake a format's candidates and write the most faithful, judged in double precision: alike on every binding."""
+def best_candidate(
+    model: DisplayModel, aged: AgedDisplay, form: Format, size: int
+) -> tuple[Lut | MatrixLut, Provenance]:
+    """Bake a format's candidates and give the most faithful, judged in double precision: alike on every binding."""
     made_of = (aged.head, aged.tail, size)
     if form.name not in _BAKED or _BAKED[form.name][0] != made_of:
         candidates = form.bake(JUDGE.sampler, aged, size)
@@ -280,7 +283,7 @@ def best_candidate(model: DisplayModel, aged: AgedDisplay, form: Format, size: i
         )
         _BAKED[form.name] = made_of, lut, error.all
     _, baked, figures = _BAKED[form.name]
-    return baked, form.write(baked, provenance_of(model, aged, baked, figures))
+    return baked, provenance_of(model, aged, baked, figures)
 
 
 def _write_config(work: _Work, aged: AgedDisplay, folder: str, form: Format) -> FileRecord:

@@ -27,7 +27,7 @@ from lutgen.bake.formats import format_named, lut_suffixes
 from lutgen.bake.gpu import TOLERANCE as GPU_TOLERANCE
 from lutgen.bake.gpu import GpuRun, check_renderer, gpu_run
 from lutgen.bake.inventory import altered, left_alone, plan_of, strangers, unknown_values, unlisted
-from lutgen.bake.lut import SIZES
+from lutgen.bake.lut import SIZES, Lut
 from lutgen.bake.manifest import (
     JOURNAL,
     MANIFEST,
@@ -37,6 +37,7 @@ from lutgen.bake.manifest import (
     model_from_json,
     read_manifest,
 )
+from lutgen.bake.own_reading import is_read_here, is_text_of
 from lutgen.bake.parallel import in_parallel
 from lutgen.bake.provenance import config_of_all, config_of_display
 from lutgen.bake.readback import apply_lut, table_kind
@@ -48,7 +49,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from lutgen.bake.fidelity import Certificate
-    from lutgen.bake.lut import Lut, MatrixLut
+    from lutgen.bake.formats import Format, Provenance
+    from lutgen.bake.lut import MatrixLut
     from lutgen.bake.plan import Plan
     from lutgen.display import AgedDisplay, DisplayModel
 
@@ -316,9 +318,9 @@ def _check_built_lut(
     """Compare a file with what the code writes, and its certificate with a new one."""
     form = format_named(str(record.format))
     size = record.size if work.plan.tolerance is not None and record.size in SIZES else work.plan.cubesize
-    lut, expected = best_candidate(work.model, aged, form, int(size))
+    lut, provenance = best_candidate(work.model, aged, form, int(size))
     path, name = file.path, record.path
-    if file.data == expected:
+    if _is_as_written(file, form, lut, provenance):
         certificate = certified(file, aged, form, lut, work.scratch)
         findings = [Finding(name, problem) for problem in _over_budget(certificate, record, work.budget)]
     else:
@@ -326,6 +328,7 @@ def _check_built_lut(
         if fresh is None:
             return findings, None
         certificate = fresh
+        expected = form.write(lut, provenance)
         if differs := differs_from(path, file.data, expected, lut, same_version=work.same_version):
             findings.append(Finding(name, differs))
     claims = _claims(record, lut)
@@ -334,6 +337,13 @@ def _check_built_lut(
     elif record.certificate is not None:
         claims.append("it has a certificate, and the options ask for none")
     return [*findings, *(Finding(name, f"{MANIFEST}: {claim}") for claim in claims)], certificate
+
+
+def _is_as_written(file: HeldFile, form: Format, lut: Lut | MatrixLut, provenance: Provenance) -> bool:
+    """Whether a file is, byte for byte, what the code writes."""
+    if form.head and isinstance(lut, Lut) and is_read_here(lut, form.suffix):
+        return is_text_of(file, form.head(lut, provenance), lut)
+    return file.data == form.write(lut, provenance)
 
 
 def _claims(record: FileRecord, lut: Lut | MatrixLut) -> list[str]:

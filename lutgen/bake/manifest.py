@@ -98,7 +98,7 @@ class Manifest:
         return f'{recipe},\n "files": [\n  {files}\n ]\n}}\n'.encode()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class HeldFile:
     """A file, and the bytes that it holds."""
 

@@ -5,7 +5,8 @@ the text is read here: the head in one form, then exactly n³ rows of three numb
 is read must be the table that was baked, to the last digit: a fault of any size in any row is told.
 
 What OpenColorIO makes of such a text is found out on the same head over ``EDGE``³ rows of the file, drawn by its
-SHA-256, which OpenColorIO loads and applies. All rows have one grammar, so a program that reads some reads all; the
+SHA-256, which OpenColorIO loads and applies. A table has one text alone that is read here, so that a file is compared
+with what lutgen would write without writing it. All rows have one grammar, so a program that reads some reads all; the
 first file of each kind in a process is loaded and applied as a whole besides.
 """
 
@@ -13,7 +14,9 @@ from __future__ import annotations
 
 import os
 import re
-from typing import TYPE_CHECKING
+from contextlib import suppress
+from functools import lru_cache
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -67,34 +70,58 @@ def checked_table(file: HeldFile, baked: Lut, folder: Path) -> Lut:
 
     """
     try:
-        head, text = _parts(file.data)
-        steps = _same(whole_steps(text), baked)
-        _sample(file, head, text, steps, folder / f"{os.getpid()}.cube")
+        read = _read(file)
+        _refuse_other_table(read, baked)
+        _sample(file, read, folder / f"{os.getpid()}.cube")
     except ValueError as error:
         raise LutgenError(f"{file.path}: {error}. Build it again.") from None
-    return Lut("code", (steps / _SCALE).astype(np.float32).astype(np.float64).reshape(baked.table.shape))
+    return Lut("code", (read.steps / _SCALE).astype(np.float32).astype(np.float64).reshape(baked.table.shape))
 
 
-def _same(steps: NDArray[np.int32], baked: Lut) -> NDArray[np.int32]:
-    """Give back the numbers that were read; raises ValueError where they are not those that were baked."""
-    if not np.array_equal(steps, np.rint(baked.table.reshape(-1, 3) * _SCALE)):
+def _refuse_other_table(read: _Read, baked: Lut) -> None:
+    if not _same(read, baked):
         raise ValueError("its table is not the one that was baked")
-    return steps
 
 
-def _parts(data: bytes) -> tuple[bytes, NDArray[np.uint8]]:
-    """Return the head up to the size, and the rows as letters, (n³, letters); raises ValueError."""
-    match = _HEAD.match(data)
+def is_text_of(file: HeldFile, head: bytes, baked: Lut) -> bool:
+    """Whether a file is, byte for byte, a head and the rows of a table."""
+    with suppress(ValueError):
+        read = _read(file)
+        return file.data.startswith(head) and len(head) == read.start and _same(read, baked)
+    return False
+
+
+class _Read(NamedTuple):
+    """A file as it was read: the head up to the size, where rows start, and rows as letters, (n³, k), and numbers."""
+
+    head: bytes
+    start: int
+    text: NDArray[np.uint8]
+    steps: NDArray[np.int32]
+
+
+@lru_cache(maxsize=1)
+def _read(file: HeldFile) -> _Read:
+    """Raises ValueError: a file has another form."""
+    match = _HEAD.match(file.data)
     if match is None:
         raise ValueError("its head is not in the form that lutgen writes")
-    rows, text = int(match[2]) ** 3, np.frombuffer(data, np.uint8, offset=match.end())
+    rows, text = int(match[2]) ** 3, np.frombuffer(file.data, np.uint8, offset=match.end())
     if not rows or text.size % rows:
         raise ValueError(f"it has not {rows} rows of one length")
-    return match[1], text.reshape(rows, -1)
+    text = text.reshape(rows, -1)
+    return _Read(match[1], match.end(), text, whole_steps(text))
+
+
+def _same(read: _Read, baked: Lut) -> bool:
+    return np.array_equal(read.steps, np.rint(baked.table.reshape(-1, 3) * _SCALE))
 
 
 def whole_steps(text: NDArray[np.uint8]) -> NDArray[np.int32]:
-    """Read rows of letters, (n, k), as numbers in units of the last decimal, (n, 3); raises ValueError."""
+    """Read rows of letters, (n, k), as numbers in units of the last decimal, (n, 3); raises ValueError.
+
+    Rows have one text: a column for signs only where a number is negative, and no negative zero.
+    """
     rows, letters = text.shape
     width, signed = letters // 3, letters // 3 - DECIMALS - 3
     if letters % 3 or signed not in (0, 1):
@@ -116,16 +143,18 @@ def whole_steps(text: NDArray[np.uint8]) -> NDArray[np.int32]:
         steps += digit
     if signed:
         np.negative(steps, out=steps, where=minus)
+        if not minus.any() or (steps[minus] == 0).any():
+            raise ValueError("its signs are not those that lutgen writes")
     return steps.reshape(rows, 3)
 
 
-def _sample(file: HeldFile, head: bytes, text: NDArray[np.uint8], steps: NDArray[np.int32], part: Path) -> None:
+def _sample(file: HeldFile, read: _Read, part: Path) -> None:
     """Let OpenColorIO load some rows of a file behind its head; raises ValueError where it gives other colours."""
     random = np.random.default_rng(list(bytes.fromhex(file.sha256)))
-    chosen = random.integers(0, len(text), EDGE**3)
+    chosen = random.integers(0, len(read.text), EDGE**3)
     code = random.random((COLOURS, 3)).astype(np.float32).astype(np.float64)
-    table = Lut("code", (steps[chosen] / _SCALE).reshape(EDGE, EDGE, EDGE, 3))
-    part.write_bytes(b"%s%d\n%s" % (head, EDGE, text[chosen].tobytes()))
+    table = Lut("code", (read.steps[chosen] / _SCALE).reshape(EDGE, EDGE, EDGE, 3))
+    part.write_bytes(b"%s%d\n%s" % (read.head, EDGE, read.text[chosen].tobytes()))
     away = np.abs(apply_lut(part, code) - table.apply(code)).max()
     if not away <= SINGLE:
         raise ValueError(f"OpenColorIO reads its numbers otherwise, by up to {away:.2g}")

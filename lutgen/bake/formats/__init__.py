@@ -83,6 +83,8 @@ class Format:
         Gives the candidates for a display and a lattice size; the best certified is written.
     write
         Gives the bytes of a file.
+    head
+        Gives what stands before the table's rows, where a file is that and rows of text alone.
     reader
         How a file with this suffix is read back; None: by OpenColorIO, so that configs can use it.
     stem
@@ -102,6 +104,7 @@ class Format:
     unclipped: bool
     bake: Callable[[Sampler, AgedDisplay, int], list[Lut | MatrixLut]]
     write: Callable[[Lut | MatrixLut, Provenance], bytes]
+    head: Callable[[Lut | MatrixLut, Provenance], bytes] | None = None
     reader: Reader | None = None
     stem: str = "aged"
     corrects: bool = True
