@@ -25,7 +25,7 @@ from lutgen.bake.readback import TableKind, apply_lut
 from lutgen.bindings import ocio
 from lutgen.display.inverse import compensation_of
 from lutgen.errors import LutgenError
-from lutgen.files import replacing, scratch, under_its_name, write_atomically
+from lutgen.files import replacing, scratch, write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -258,8 +258,13 @@ def _shown(file: HeldFile, form: Format, lut: Lut | MatrixLut, kind: TableKind, 
     told = JUDGE.shown(own) if own else None
     if told is not None and kind in _READ_WHOLE:
         return told
-    with under_its_name(file.path, form.suffix) as named:
+    # OpenColorIO chooses the reader by the suffix, which a partial file has not.
+    named = beside / f"{os.getpid()}-whole{form.suffix}"
+    named.symlink_to(file.path.resolve())
+    try:
         shown = apply_lut(named, JUDGE.code)
+    finally:
+        named.unlink()
     if told is None:
         return shown
     refuse_other(file.path, shown, told)
