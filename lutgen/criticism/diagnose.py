@@ -94,8 +94,6 @@ class Diagnosis:
         The search.
     verdict
         The verdict and its sentence.
-    ranking
-        Every effect alone, best first.
     visibility
         What these data could have seen.
     measure_next
@@ -108,7 +106,6 @@ class Diagnosis:
     comparison: Comparison
     explanation: Explanation
     verdict: Verdict
-    ranking: tuple[Ranked, ...]
     visibility: tuple[Visibility, ...]
     measure_next: tuple[Separation, ...]
     error: PureError
@@ -117,6 +114,11 @@ class Diagnosis:
     def problem(self) -> Problem:
         """The question."""
         return self.explanation.base.problem
+
+    @cached_property
+    def ranking(self) -> tuple[Ranked, ...]:
+        """Every effect alone, best first; withheld readings are fitted when it is first asked for."""
+        return tuple(_ranking(self.explanation, self.visibility, self.error))
 
     @cached_property
     def after(self) -> Comparison:
@@ -190,7 +192,7 @@ def diagnose(
     if explanation.steps and again.wander > UNSTEADIER * problem.wander:
         problem = again
         base = fit(problem, terms)
-        explanation = explain(base, choices, error, progress)
+        explanation = explain(base, choices, error, progress, known=[step.effect for step in explanation.steps])
     suspicion = _suspicion(base, error, rows)
     verdict = pronounce(explanation, error, seen, suspicion)
     named = [step for step in explanation.steps if step.name in verdict.effects]
@@ -199,7 +201,6 @@ def diagnose(
         compare_problem(problem, base.terms),
         explanation,
         verdict,
-        tuple(_ranking(explanation, seen, error)),
         seen,
         tuple(what_separates(explanation, pair) for pair in sorted(rivals)),
         error,

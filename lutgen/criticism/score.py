@@ -96,16 +96,17 @@ class Score:
 
     def gain_of_typical(self, term: Term) -> float:
         """χ² that the signature of an effect at given values, scaled at will, gains."""
-        column = self.project(self._switched(term))
+        column = self.project(self.switched_on(term))
         size = float(np.linalg.norm(column))
         return float((column @ self.residual / size) ** 2) if size > 1e-9 else 0.0
 
     def _plain_gain(self, term: Term) -> float:
         """χ² that switching on an effect without amplitudes gains."""
-        after = self.residual - self.project(self._switched(term))
+        after = self.residual - self.project(self.switched_on(term))
         return float(self.residual @ self.residual - after @ after)
 
-    def _switched(self, term: Term) -> Array:
+    def switched_on(self, term: Term) -> Array:
+        """Whitened change of the readings by one more term, tips held: (n, 3)."""
         return whiten(self.problem, self._change_by(term))
 
     def _change_by(self, term: Term) -> Array:
@@ -117,7 +118,7 @@ class Score:
     @cached_property
     def code_shifts(self) -> CodeShifts:
         """What the readings say of the shift of each code value."""
-        return CodeShifts.of(self.problem, self._switched, self.project, self.residual)
+        return CodeShifts.of(self.problem, self.switched_on, self.project, self.residual)
 
     def proposed(self, effect: Effect) -> tuple[list[dict[str, float]], int]:
         """Settings that an effect proposes for jagged shifts of code values, best first, and how many it looked at."""
@@ -137,7 +138,7 @@ class Score:
 
     def switched(self, term: Term) -> tuple[float, float]:
         """Whitened norm of what an effect at given values changes, and of what cannot be absorbed of that."""
-        changed = self._switched(term)
+        changed = self.switched_on(term)
         return float(np.linalg.norm(changed)), float(np.linalg.norm(self.project(changed)))
 
 

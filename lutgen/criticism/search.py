@@ -100,15 +100,19 @@ def contenders(base: Fit, effects: Iterable[Effect], limit: float, score: Score 
     return sorted((each for each in found if bic(each.best) < limit), key=lambda each: bic(each.best))
 
 
-def family(base: Fit, effect: Effect, score: Score | None = None, *, freely: bool = False) -> Family:
-    """Fit all forms of an effect beside what ``base`` has already, and choose the best by BIC.
+def family(
+    base: Fit, effect: Effect, score: Score | None = None, *, freely: bool = False, limit: float = np.inf
+) -> Family:
+    """Fit the forms of an effect beside what ``base`` has already, and choose the best by BIC.
 
     ``freely``: also a long form of which no formula explains half, since somebody knows that the effect is there.
+    ``limit``: but for the simplest form, only those that may bring BIC below it.
     """
-    tried = _attempts(base, effect, score or Score(base), range(max(len(effect.forms), 1)))
+    score = score or Score(base)
+    tried = _attempts(base, effect, score, range(max(len(effect.forms), 1)), limit=limit)
     if not tried:
         raise _one_session(base, effect)
-    allowed = tried if freely else _of_the_family(tried)
+    allowed = tried if freely else _of_the_family(_with_spared(base, score, tried))
     return Family(effect, min(allowed, key=bic), tried[0], len(tried))
 
 

@@ -9,7 +9,7 @@ misses.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -114,22 +114,24 @@ def explain(
     effects: Sequence[Effect],
     error: PureError,
     progress: Callable[[int, int], None] = lambda _done, _total: None,
+    *,
+    known: Sequence[Effect] = (),
 ) -> Explanation:
-    """Search for the effects that explain what ``base`` leaves."""
+    """Search for the effects that explain what ``base`` leaves.
+
+    ``known``: effects that a search under another noise has admitted, in their order. They are judged anew, first.
+    """
     first = _ranked(base, effects, progress)
-    chosen: list[Candidate] = []
-    current, ranked = base, first
-    while True:
-        best = ranked[0] if ranked else None
-        if best is None or not admissible(best.best, current, error, sum(each.tried for each in ranked)):
+    chosen, current = _readmitted(known, base, first, error)
+    while len(chosen) < MOST and not _hopeless(base, current, len(chosen)):
+        names = {each.effect.name for each in chosen}
+        others = [each for each in effects if each.name not in names]
+        ranked = _ranked(current, others, progress) if chosen else first
+        if not ranked or not admissible(ranked[0].best, current, error, sum(each.tried for each in ranked)):
             break
-        chosen = _refined([*chosen, best.best], base)
+        chosen = refined([*chosen, ranked[0].best], base)
         chosen = _exchanged(chosen, effects, base)
         current = together(base, chosen)
-        if len(chosen) == MOST or _hopeless(base, current, len(chosen)):
-            break
-        names = {each.effect.name for each in chosen}
-        ranked = _ranked(current, [each for each in effects if each.name not in names], progress)
     chosen = _clean(_pruned(chosen, base), base, error)
     final = together(base, chosen)
     alike = _alone(chosen, final, first, base, error)
@@ -145,8 +147,25 @@ def explain(
     return Explanation(base, final, tuple(first), steps, tuple(trail))
 
 
+def _readmitted(
+    known: Sequence[Effect], base: Fit, first: Sequence[Family], error: PureError
+) -> tuple[list[Candidate], Fit]:
+    """Admit effects beside one another again, as far as they are beyond chance, and fit them together."""
+    chosen: list[Candidate] = []
+    current, tried = base, sum(each.tried for each in first)
+    for effect in known:
+        best = family(current, effect).best
+        if not admissible(best, current, error, tried):
+            break
+        chosen = refined([*chosen, best], base)
+        current = together(base, chosen)
+    return chosen, current
+
+
 def _hopeless(base: Fit, current: Fit, count: int) -> bool:
     """Whether so much of a clear misfit is left that no further effect would make a finding of it."""
+    if not count:
+        return False
     excess = base.chi2 - base.freedom
     return excess > CLEAR * base.freedom and base.chi2 - current.chi2 < LEAST_EXPLAINED[count - 1] * excess
 
@@ -189,14 +208,22 @@ def together(base: Fit, chosen: Sequence[Candidate]) -> Fit:
     return _others(base, [each.term for each in chosen]) if chosen else base
 
 
-def _refined(chosen: list[Candidate], base: Fit, *, alone: bool = False) -> list[Candidate]:
-    """Choose the form of every admitted effect again, now that all are there; ``alone``: also that of a single one."""
-    if len(chosen) < 2 and not alone:
+def refined(chosen: list[Candidate], base: Fit, *, alone: bool = False, limit: float = np.inf) -> list[Candidate]:
+    """Choose the form of every admitted effect again, now that all are there; ``alone``: also that of a single one.
+
+    ``limit``: of forms that cannot bring BIC below it, only the simplest are fitted.
+    """
+    if not chosen or (len(chosen) < 2 and not alone):
         return chosen
+    whole = together(base, chosen)
     for index, each in enumerate(chosen):
         beside = [*chosen[:index], *chosen[index + 1 :]]
-        again = family(together(base, beside), each.effect).best
-        chosen = [*chosen[:index], again, *chosen[index + 1 :]]
+        around = together(base, beside)
+        again = family(around, each.effect, limit=limit).best
+        if whole.bic < bic(again):
+            # Proposed settings are found from what the others leave, which may hide those that are there already.
+            again = replace(each, fit=whole, gain=around.chi2 - whole.chi2)
+        chosen, whole = [*chosen[:index], again, *chosen[index + 1 :]], again.fit
     return chosen
 
 
@@ -210,7 +237,7 @@ def _exchanged(chosen: list[Candidate], effects: Sequence[Effect], base: Fit) ->
         names = {other.effect.name for other in chosen}
         better = contenders(together(base, beside), [new for new in effects if new.name not in names], limit)
         if better:
-            return _refined([*beside, better[0].best], base)
+            return refined([*beside, better[0].best], base)
     return chosen
 
 
@@ -220,7 +247,7 @@ def _pruned(chosen: list[Candidate], base: Fit) -> list[Candidate]:
         return chosen
     limit = together(base, chosen).bic + STRONG
     for each in chosen:
-        rest = _refined([other for other in chosen if other is not each], base, alone=True)
+        rest = refined([other for other in chosen if other is not each], base, alone=True, limit=limit)
         if together(base, rest).bic < limit:
             return _pruned(rest, base)
     return chosen

@@ -9,13 +9,13 @@ import numpy as np
 
 from lutgen.criticism.families import condition_of, family_of
 from lutgen.criticism.first_day import white_moved
+from lutgen.criticism.imitation import Imitated, nearest
 from lutgen.criticism.leftover import is_even, is_noise, is_within_scatter
 from lutgen.criticism.probes import Probed, free_term, probe
-from lutgen.criticism.search import STRONG
+from lutgen.criticism.search import HALF, STRONG
 from lutgen.criticism.shares import shares_of_delta_e
 from lutgen.criticism.stepwise import MOST_OF_IT, stand_apart, together
 from lutgen.criticism.tails import SLIP
-from lutgen.effects.shapes import is_knot
 from lutgen.numerals import percent
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ VERDICTS = {
     "consistent": "nothing above the noise",
     "named": "one effect, and what remains is noise",
     "form": "the family is right, its simple formula is not",
-    "one-of": "a set that these data cannot split",
+    "one-of": "one of a set that these data cannot split, or one effect of the catalogue or another like it",
     "several": "more than one effect, each with its share",
     "unexplained": "something is there that no known effect explains",
     "measurement-problem": "the measurement moved, not the display",
@@ -295,52 +295,63 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
         beside += [step.name for step in trifles]
         names = ", ".join(step.name for step in trifles)
         remarks = (*remarks, f"Fitted beside, next to nothing of the error: {names}.")
-    return replace(_worded(kept, shares, seen, remarks, left, alone=not beside), shares_delta_e=seen)
+    alike = {step.name: _imitated(step, explanation, error) for step in kept}
+    strongest = max(kept, key=lambda step: step.without.chi2)
+    if any(each and each.left < 2 * STRONG for name, each in alike.items() if name != strongest.name):
+        # Of several, one whose form passes for another effect as strong as itself may be what the strongest one misses.
+        return _unexplained(explanation, remarks, probed if probed.names else nothing)
+    if len(kept) > 1:
+        worded = _several(kept, shares, seen, left)
+    else:
+        left = left or ("its formula leaves something that another takes up." if beside else "")
+        (step,) = kept
+        worded = _one(step, seen[step.name], left, alike[step.name])
+    return replace(worded, shares=shares, shares_delta_e=seen, remarks=remarks)
 
 
-def _worded(
-    steps: tuple[Step, ...],
-    shares: Mapping[str, float],
-    seen: Mapping[str, float],
-    remarks: tuple[str, ...],
-    left: str,
-    *,
-    alone: bool,
-) -> Verdict:
-    """Name the effects; ``left`` says what their formulas leave, ``alone`` that none was fitted beside them."""
+def _imitated(step: Step, explanation: Explanation, error: PureError) -> Imitated | None:
+    """Return the effect that a finding's form follows best, where no rival says already what it may be."""
+    return None if step.rivals else nearest(step, explanation.final, error.scale)
+
+
+def _several(steps: tuple[Step, ...], shares: Mapping[str, float], seen: Mapping[str, float], left: str) -> Verdict:
+    """Name several effects; ``left`` says what their formulas leave."""
     names = tuple(step.name for step in steps)
     rivals = tuple((step.name, *(rival.name for rival in step.rivals)) for step in steps if step.rivals)
-    if len(steps) > 1:
-        listed = ", ".join(
-            f"{step.name} ({step.effect.in_words(step.chosen.term.values)}; {percent(seen[step.name])} of the excess "
-            f"mean ΔE2000, {percent(shares[step.name])} of the excess χ²)"
-            for step in steps
-        )
-        sentence = f"More than one effect is missing: {listed}{'; ' + left.replace('its', 'one', 1) if left else '.'}"
-        return Verdict("several", sentence, names, rivals, shares, remarks)
-    step = steps[0]
-    size = f"{step.effect.in_words(step.chosen.term.values)}: {percent(seen[step.name])} of the excess error"
+    listed = ", ".join(
+        f"{step.name} ({step.effect.in_words(step.chosen.term.values)}; {percent(seen[step.name])} of the excess "
+        f"mean ΔE2000, {percent(shares[step.name])} of the excess χ²)"
+        for step in steps
+    )
+    sentence = f"More than one effect is missing: {listed}{'; ' + left.replace('its', 'one', 1) if left else '.'}"
+    return Verdict("several", sentence, names, rivals)
+
+
+def _one(step: Step, seen: float, left: str, alike: Imitated | None) -> Verdict:
+    """Name one effect; ``left`` says what its formula leaves, ``alike`` which other effect its form follows best."""
+    names = (step.name,)
+    size = f"{step.effect.in_words(step.chosen.term.values)}: {percent(seen)} of the excess error"
     if step.rivals:
-        listed = " or ".join((step.name, *(rival.name for rival in step.rivals)))
-        sentence = f"One effect is missing, and these data cannot tell which: {listed}. If it is {step.name}, {size}."
-        return Verdict("one-of", sentence, rivals[0], rivals, shares, remarks)
-    freed = ", ".join(step.chosen.form)
-    if any(is_knot(name) for name in step.chosen.form):
-        # A free curve follows whatever else changes the curve of a display.
+        either = (step.name, *(rival.name for rival in step.rivals))
         sentence = (
-            f"One effect is missing: {step.name}, or another change of the curve, which the catalogue lacks, since "
-            f"{freed} had to be free. If it is {step.name}, {size}."
+            f"One effect is missing, and these data cannot tell which: {' or '.join(either)}. If it is {step.name}, "
+            f"{size}."
         )
-        return Verdict("one-of", sentence, names, (), shares, remarks)
+        return Verdict("one-of", sentence, either, (either,))
+    freed = ", ".join(step.chosen.form)
+    if alike and (alike.left < 2 * STRONG or (step.chosen.refined and alike.share < HALF)):
+        form = f"The form that fits ({freed} free)" if step.chosen.refined else "Its formula"
+        sentence = (
+            f"{step.name} is missing, or an effect like it that the catalogue lacks: {size}. {form} could also "
+            f"pass for most of {alike.name}."
+        )
+        return Verdict("one-of", sentence, names)
     if step.chosen.refined:
         sentence = (
             f"{step.name} is missing, but not in its simple form: {freed} had to be free. {size[0].upper()}{size[1:]}."
         )
-        return Verdict("form", sentence, names, (), shares, remarks)
-    if left or not alone:
-        but = left or "its formula leaves something that another takes up."
-        sentence = f"{step.name} is missing ({size}), but {but}"
-        return Verdict("form", sentence, names, (), shares, remarks)
-    return Verdict(
-        "named", f"{step.name} is missing: {size}. With it, what remains is noise.", names, (), shares, remarks
-    )
+        return Verdict("form", sentence, names)
+    if left:
+        sentence = f"{step.name} is missing ({size}), but {left}"
+        return Verdict("form", sentence, names)
+    return Verdict("named", f"{step.name} is missing: {size}. With it, what remains is noise.", names)

@@ -226,7 +226,7 @@ def _next(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[s
         yield "Next: measure again, or correct the file; nothing should be added to the model yet."
     elif verdict.name == "consistent":
         yield f"Next, what to measure to see more:  lutgen plan {again} -o plan.csv"
-    elif verdict.name == "one-of":
+    elif len(verdict.rivals) == 1 and verdict.name == "one-of":
         likeliest = f"lutgen refine {again} --add {verdict.effects[0]} -o my-display.toml"
         yield f"Next, measure what tells them apart; or go on with the likeliest:  {likeliest}"
     else:
