@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lutgen.bake import own_reading
 from lutgen.bake.formats import Provenance, format_named
 from lutgen.bake.lut import Lut
 from lutgen.bake.manifest import HeldFile
@@ -51,3 +52,27 @@ def test_signs_have_one_form() -> None:
 
 def letters(text: bytes) -> np.ndarray:
     return np.frombuffer(text, np.uint8).reshape(text.count(b"\n"), -1)
+
+
+def test_equal_rows_are_read_once_and_other_ones_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    form, lut = format_named("cube"), table(0.25)
+    read: list[int] = []
+
+    def counted(text: np.ndarray) -> np.ndarray:
+        read.append(len(text))
+        return whole_steps(text)
+
+    monkeypatch.setattr(own_reading, "whole_steps", counted)
+    monkeypatch.setattr(own_reading, "_LAST", [])
+    provenances = [replace(PROVENANCE, lines=(f"hours: {hours}",)) for hours in (0, 600, 18_000)]
+    for provenance in provenances:
+        file = HeldFile(Path("a.cube"), form.write(lut, provenance))
+        assert is_text_of(file, form.head(lut, provenance), lut)
+        assert not is_text_of(file, form.head(lut, PROVENANCE), lut)
+    assert read == [27]
+    other = Lut("code", lut.table + 1e-7)
+    assert not is_text_of(file, form.head(lut, provenances[-1]), other)
+    changed = HeldFile(Path("a.cube"), form.write(other, PROVENANCE))
+    assert not is_text_of(changed, form.head(lut, PROVENANCE), lut)
+    assert is_text_of(changed, form.head(lut, PROVENANCE), other)
+    assert read == [27, 27]

@@ -16,7 +16,7 @@ import os
 import re
 from contextlib import suppress
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -70,51 +70,59 @@ def checked_table(file: HeldFile, baked: Lut, folder: Path) -> Lut:
 
     """
     try:
-        read = _read(file)
-        _refuse_other_table(read, baked)
-        _sample(file, read, folder / f"{os.getpid()}.cube")
+        head, _, rows = _read(file)
+        if not rows.are(baked):
+            raise ValueError("its table is not the one that was baked")
+        _sample(file, head, rows, folder / f"{os.getpid()}.cube")
     except ValueError as error:
         raise LutgenError(f"{file.path}: {error}. Build it again.") from None
-    return Lut("code", (read.steps / _SCALE).astype(np.float32).astype(np.float64).reshape(baked.table.shape))
-
-
-def _refuse_other_table(read: _Read, baked: Lut) -> None:
-    if not _same(read, baked):
-        raise ValueError("its table is not the one that was baked")
+    return Lut("code", (rows.steps / _SCALE).astype(np.float32).astype(np.float64).reshape(baked.table.shape))
 
 
 def is_text_of(file: HeldFile, head: bytes, baked: Lut) -> bool:
     """Whether a file is, byte for byte, a head and the rows of a table."""
     with suppress(ValueError):
-        read = _read(file)
-        return file.data.startswith(head) and len(head) == read.start and _same(read, baked)
+        _, start, rows = _read(file)
+        return file.data.startswith(head) and len(head) == start and rows.are(baked)
     return False
 
 
-class _Read(NamedTuple):
-    """A file as it was read: the head up to the size, where rows start, and rows as letters, (n³, k), and numbers."""
+class _Rows:
+    """Rows of a table as letters, (n³, k), and as numbers in units of the last decimal, (n³, 3).
 
-    head: bytes
-    start: int
-    text: NDArray[np.uint8]
-    steps: NDArray[np.int32]
+    Raises ValueError as :func:`whole_steps`.
+    """
+
+    def __init__(self, text: NDArray[np.uint8]) -> None:
+        self.text, self.steps = text, whole_steps(text)
+        self._table: Array | None = None
+
+    def are(self, baked: Lut) -> bool:
+        """Whether the numbers are those of a table; one that was found to be so is not compared again."""
+        if self._table is not baked.table:
+            if not np.array_equal(self.steps, np.rint(baked.table.reshape(-1, 3) * _SCALE)):
+                return False
+            self._table = baked.table
+        return True
+
+
+#: The rows that this process has read last: ``stable`` has the same in the files of all hours.
+_LAST: list[_Rows] = []
 
 
 @lru_cache(maxsize=1)
-def _read(file: HeldFile) -> _Read:
-    """Raises ValueError: a file has another form."""
+def _read(file: HeldFile) -> tuple[bytes, int, _Rows]:
+    """Return the head up to the size, where rows start, and rows; raises ValueError: a file has another form."""
     match = _HEAD.match(file.data)
     if match is None:
         raise ValueError("its head is not in the form that lutgen writes")
-    rows, text = int(match[2]) ** 3, np.frombuffer(file.data, np.uint8, offset=match.end())
-    if not rows or text.size % rows:
-        raise ValueError(f"it has not {rows} rows of one length")
-    text = text.reshape(rows, -1)
-    return _Read(match[1], match.end(), text, whole_steps(text))
-
-
-def _same(read: _Read, baked: Lut) -> bool:
-    return np.array_equal(read.steps, np.rint(baked.table.reshape(-1, 3) * _SCALE))
+    size, letters = int(match[2]) ** 3, np.frombuffer(file.data, np.uint8, offset=match.end())
+    if not size or letters.size % size:
+        raise ValueError(f"it has not {size} rows of one length")
+    text = letters.reshape(size, -1)
+    if not (_LAST and np.array_equal(text, _LAST[0].text)):
+        _LAST[:] = [_Rows(text)]
+    return match[1], match.end(), _LAST[0]
 
 
 def whole_steps(text: NDArray[np.uint8]) -> NDArray[np.int32]:
@@ -148,13 +156,13 @@ def whole_steps(text: NDArray[np.uint8]) -> NDArray[np.int32]:
     return steps.reshape(rows, 3)
 
 
-def _sample(file: HeldFile, read: _Read, part: Path) -> None:
+def _sample(file: HeldFile, head: bytes, rows: _Rows, part: Path) -> None:
     """Let OpenColorIO load some rows of a file behind its head; raises ValueError where it gives other colours."""
     random = np.random.default_rng(list(bytes.fromhex(file.sha256)))
-    chosen = random.integers(0, len(read.text), EDGE**3)
+    chosen = random.integers(0, len(rows.text), EDGE**3)
     code = random.random((COLOURS, 3)).astype(np.float32).astype(np.float64)
-    table = Lut("code", (read.steps[chosen] / _SCALE).reshape(EDGE, EDGE, EDGE, 3))
-    part.write_bytes(b"%s%d\n%s" % (read.head, EDGE, read.text[chosen].tobytes()))
+    table = Lut("code", (rows.steps[chosen] / _SCALE).reshape(EDGE, EDGE, EDGE, 3))
+    part.write_bytes(b"%s%d\n%s" % (head, EDGE, rows.text[chosen].tobytes()))
     away = np.abs(apply_lut(part, code) - table.apply(code)).max()
     if not away <= SINGLE:
         raise ValueError(f"OpenColorIO reads its numbers otherwise, by up to {away:.2g}")
