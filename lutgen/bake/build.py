@@ -160,6 +160,8 @@ _CERTIFICATES: dict[object, Certificate] = {}
 #: Kinds of tables of which OpenColorIO has read a whole file in this process.
 _READ_WHOLE: set[TableKind] = set()
 _BAKED: dict[str, tuple[object, Lut | MatrixLut, Figures]] = {}
+#: What a config's own run found that OpenColorIO shows of a whole file, by its path, for the certificate that follows.
+SHOWN_WHOLE: dict[Path, Array] = {}
 
 
 def prepare(aged: AgedDisplay, plan: Plan) -> None:
@@ -258,19 +260,24 @@ def _shown(file: HeldFile, form: Format, lut: Lut | MatrixLut, kind: TableKind, 
     told = JUDGE.shown(own) if own else None
     if told is not None and kind in _READ_WHOLE:
         return told
-    # OpenColorIO chooses the reader by the suffix, which a partial file has not.
-    named = beside / f"{os.getpid()}-whole{form.suffix}"
-    named.symlink_to(file.path.resolve())
-    try:
-        shown = apply_lut(named, JUDGE.code)
-    finally:
-        named.unlink()
+    shown = SHOWN_WHOLE.pop(file.path.resolve(), None)
+    if shown is None:
+        shown = _read_whole(file.path, beside / f"{os.getpid()}-whole{form.suffix}")
     if told is None:
         return shown
     refuse_other(file.path, shown, told)
     _READ_WHOLE.add(kind)
     # Certificates are the same whichever process has which files.
     return told
+
+
+def _read_whole(path: Path, named: Path) -> Array:
+    # OpenColorIO chooses the reader by the suffix, which a partial file has not.
+    named.symlink_to(path.resolve())
+    try:
+        return apply_lut(named, JUDGE.code)
+    finally:
+        named.unlink()
 
 
 def best_candidate(

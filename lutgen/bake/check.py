@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lutgen import __version__
-from lutgen.bake.build import JUDGE, best_candidate, certified, config_format, prepare
+from lutgen.bake.build import JUDGE, SHOWN_WHOLE, best_candidate, certified, config_format, prepare
 from lutgen.bake.check_config import check_config
 from lutgen.bake.check_stale import stale
 from lutgen.bake.expected import SLACK, differs_from, otherwise_certified
@@ -52,7 +52,11 @@ if TYPE_CHECKING:
     from lutgen.bake.formats import Format, Provenance
     from lutgen.bake.lut import MatrixLut
     from lutgen.bake.plan import Plan
+    from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay, DisplayModel
+
+#: Colours that are sent through each part of a config: of the certificate's, uniform ones.
+COLOURS = 500
 
 
 @dataclass(frozen=True)
@@ -227,11 +231,16 @@ class _Work:
 
 
 def _parts(manifest: Manifest) -> list[tuple[FileRecord, ...]]:
-    """Group the files by display, its LUTs first, and displays by four: a worker is handed all of them at once."""
+    """Group the files by display, its LUTs first, and displays by four: a worker is handed all of them at once.
+
+    The common config comes first, and then the last display, whose LUT its pixels go through.
+    """
     groups: dict[tuple[str | None, float | None], list[FileRecord]] = {}
     for record in manifest.files:
         groups.setdefault((record.mode, record.hours), []).append(record)
     displays = list(groups.values())
+    if (None, None) in groups:
+        displays.insert(1, displays.pop())
     for display in displays:
         display.sort(key=lambda record: record.kind == "config")
     return [tuple(chain(*displays[start : start + 4])) for start in range(0, len(displays), 4)]
@@ -255,6 +264,7 @@ def _check_part(work: _Work, records: tuple[FileRecord, ...]) -> Checked:
     certificates: dict[str, Certificate] = {}
     shaders: dict[str, GpuRun] = {}
     claimed = lru_cache(maxsize=1)(partial(_claimed, work))  # of a LUT, and then of its config
+    SHOWN_WHOLE.clear()
     for record in records:
         path = work.folder / record.path
         problem, file = altered(path, record)
@@ -309,7 +319,14 @@ def _config_problems(path: Path, record: FileRecord, aged: AgedDisplay | None, w
         written = config_of_all(work.plan, file, unclipped=form.unclipped)
     else:
         written = config_of_display(aged, file, unclipped=form.unclipped)
-    return check_config(path, work.folder, record, work.manifest, written)
+    return check_config(path, work.folder, record, work.manifest, written, through=_through)
+
+
+def _through(lut: Path) -> tuple[Array, Array]:
+    """Colours to send through a config, and what OpenColorIO shows of them through its LUT, (n, 3) each."""
+    SHOWN_WHOLE.clear()
+    SHOWN_WHOLE[lut] = shown = apply_lut(lut, JUDGE.code)
+    return JUDGE.code[:COLOURS], shown[:COLOURS]
 
 
 def _check_built_lut(
