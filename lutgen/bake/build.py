@@ -22,10 +22,10 @@ from lutgen.bake.parallel import in_parallel
 from lutgen.bake.plan import Plan
 from lutgen.bake.provenance import config_of_all, config_of_display, provenance_of
 from lutgen.bake.readback import TableKind, apply_lut
-from lutgen.bindings import ocio
+from lutgen.bindings import named_for_ocio, ocio
 from lutgen.display.inverse import compensation_of
 from lutgen.errors import LutgenError
-from lutgen.files import replacing, scratch, write_atomically
+from lutgen.files import is_unicode, replacing, scratch, write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -85,6 +85,10 @@ def build(
     if plan.gpu:
         check_renderer()
     output = Path(output)
+    named_for_ocio(output.absolute())
+    if not is_unicode(Path(model.measurements.file)):
+        name = model.measurements.file
+        raise LutgenError(f"{name!r}: is no name in UTF-8, as the manifest needs it. Rename it.")
     for mode, hours, _ in plan.folders():
         plan.display(model, mode, hours)
     with locked_folder(output), scratch() as beside:

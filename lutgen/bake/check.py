@@ -13,16 +13,15 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from itertools import chain
-from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lutgen import __version__
+from lutgen.bake.budget import Budget, over_budget
 from lutgen.bake.build import JUDGE, SHOWN_WHOLE, best_candidate, certified, config_format, prepare
 from lutgen.bake.check_config import check_config
 from lutgen.bake.check_stale import stale
-from lutgen.bake.expected import SLACK, differs_from, otherwise_certified
-from lutgen.bake.figures import MAX_DELTA_E, P99
+from lutgen.bake.expected import differs_from, otherwise_certified
 from lutgen.bake.formats import format_named, lut_suffixes
 from lutgen.bake.gpu import TOLERANCE as GPU_TOLERANCE
 from lutgen.bake.gpu import GpuRun, check_renderer, gpu_run
@@ -41,7 +40,7 @@ from lutgen.bake.own_reading import is_read_here, is_text_of
 from lutgen.bake.parallel import in_parallel
 from lutgen.bake.provenance import config_of_all, config_of_display
 from lutgen.bake.readback import apply_lut, table_kind
-from lutgen.bindings import ocio, refuse_unlikely
+from lutgen.bindings import named_for_ocio, ocio, refuse_unlikely
 from lutgen.errors import LutgenError
 from lutgen.files import scratch
 
@@ -57,37 +56,6 @@ if TYPE_CHECKING:
 
 #: Colours that are sent through each part of a config: of the certificate's, uniform ones.
 COLOURS = 500
-
-
-@dataclass(frozen=True)
-class Budget:
-    """Largest ΔE2000 allowed over the smooth colours, and its 99 % quantile.
-
-    None: ``MAX_DELTA_E`` and ``P99``, or what the file was certified to err, where that is more.
-    """
-
-    max_delta_e: float | None = None
-    p99: float | None = None
-
-    def __post_init__(self) -> None:
-        """Refuse what no file could fail, or pass."""
-        for option, limit in (("--max-delta-e", self.max_delta_e), ("--p99", self.p99)):
-            if limit is not None and not 0 <= limit < inf:
-                raise LutgenError(f"{option} {limit:g}: a colour difference ΔE2000 from 0 on, such as 0.1.")
-
-    def limits(self, record: FileRecord | None) -> tuple[float, float]:
-        """Return both for a file."""
-        smooth = ((record.certificate if record else None) or {}).get("smooth")
-        certified = smooth if isinstance(smooth, dict) else {}
-        return (
-            max(MAX_DELTA_E, _figure(certified, "max") + SLACK) if self.max_delta_e is None else self.max_delta_e,
-            max(P99, _figure(certified, "p99") + SLACK) if self.p99 is None else self.p99,
-        )
-
-
-def _figure(group: Mapping[str, Any], name: str) -> float:
-    value = group.get(name)
-    return float(value) if isinstance(value, int | float) else 0.0
 
 
 @dataclass(frozen=True)
@@ -174,6 +142,7 @@ def check(
     if gpu:
         check_renderer()
     folder = Path(folder)
+    named_for_ocio(folder.absolute())
     manifest, findings = _manifest(folder)
     if manifest is None:
         return Checked(1, tuple(findings))
@@ -339,7 +308,7 @@ def _check_built_lut(
     path, name = file.path, record.path
     if _is_as_written(file, form, lut, provenance):
         certificate = certified(file, aged, form, lut, work.scratch)
-        findings = [Finding(name, problem) for problem in _over_budget(certificate, record, work.budget)]
+        findings = [Finding(name, problem) for problem in over_budget(certificate, record, work.budget)]
     else:
         findings, fresh = _check_lut(path, name, aged, record, work.budget)
         if fresh is None:
@@ -382,25 +351,8 @@ def _check_lut(
         certificate = JUDGE.compare(apply_lut(path, JUDGE.code), aged, kind)
     except LutgenError as error:
         return [*findings, Finding(name, str(error))], None
-    findings += [Finding(name, problem) for problem in _over_budget(certificate, record, budget)]
+    findings += [Finding(name, problem) for problem in over_budget(certificate, record, budget)]
     return findings, certificate
-
-
-def _over_budget(certificate: Certificate, record: FileRecord | None, budget: Budget) -> list[str]:
-    problems = []
-    max_delta_e, p99 = budget.limits(record)
-    for figure, limit, option in (("max", max_delta_e, "--max-delta-e"), ("p99", p99, "--p99")):
-        value = getattr(certificate.smooth, figure)
-        if value > limit:
-            problems.append(f"fidelity: smooth ΔE2000 {figure} is {value:.4f}, over the budget of {limit:g} ({option})")
-    for group, before in ((record.certificate if record else None) or {}).items():
-        now = certificate.groups().get(group)
-        if isinstance(before, dict) and now is not None:
-            figures = [(name, getattr(now, name), _figure(before, name)) for name in ("mean", "p99", "max")]
-            if any(value > limit + SLACK for _, value, limit in figures):
-                texts = [f"{name} {value:.4f} (certified {limit:.4f})" for name, value, limit in figures]
-                problems.append(f"fidelity: {group} ΔE2000 is worse than certified: {', '.join(texts)}")
-    return problems
 
 
 #: In a LUT's rows: what OpenColorIO would silently read as 0.

@@ -16,7 +16,7 @@ from lutgen.bake.config import LINEAR, RAW_VIEW, SOURCE, VIEWERS, WORDS, config_
 from lutgen.bake.expected import config_differs
 from lutgen.bake.formats import format_named
 from lutgen.bake.plan import direction_of
-from lutgen.bindings import is_utf8, ocio, ocio_errors, warnings_logged
+from lutgen.bindings import is_utf8, named_for_ocio, ocio, ocio_errors, warnings_logged
 from lutgen.colorimetry import code_to_linear, inverse, linear_to_code, linear_to_xyz, transform
 from lutgen.display import hour_name
 from lutgen.errors import LutgenError
@@ -55,7 +55,7 @@ def check_config(
     lib.ClearAllCaches()
     try:
         with warnings_logged(lib) as warnings:
-            config = lib.Config.CreateFromFile(str(path))
+            config = lib.Config.CreateFromFile(named_for_ocio(path))
             config.validate()
         # Its cache answers with an equal processor's metadata: two identities would name the same file.
         config.setProcessorCacheFlags(lib.PROCESSOR_CACHE_OFF)

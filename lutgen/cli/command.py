@@ -223,6 +223,10 @@ def _exit_code() -> int:
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         say(f"lutgen: error: {where}{reason_of(error)}.", err=True)
+    except UnicodeEncodeError as error:
+        # Texts are written whole: only names, which may be any bytes, hold what has no code.
+        near = error.object[max(error.start - 40, 0) : error.end + 40].split("\n")[0]
+        say(f"lutgen: error: {near!r}: holds a name that is no UTF-8, which cannot be written. Rename it.", err=True)
     except _TerminatedError:
         # Exit code of a program that SIGTERM has ended: 128 + the signal's number.
         return 143
