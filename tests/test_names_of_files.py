@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import subprocess
 import sys
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from lutgen.bake.manifest import MANIFEST
 from lutgen.bake.plan import Plan
 from lutgen.display import default_display
 from lutgen.errors import LutgenError
+from lutgen.files import write_atomically
 from tests.command import here
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="names are Unicode elsewhere")
@@ -83,3 +85,28 @@ def test_a_text_with_such_a_name_is_one_sentence_too(monkeypatch: pytest.MonkeyP
     done = here("effects")
     assert done.returncode == 2
     assert "'display = \\udcff.csv': holds a name that is no UTF-8" in done.stderr
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
+def test_an_encoding_without_dashes_costs_letters_alone(encoding: str) -> None:
+    environment = {**os.environ, "PYTHONIOENCODING": encoding, "PYTHONUTF8": "0"}
+    command = [sys.executable, "-m", "lutgen", "effects"]
+    plain, other = (
+        subprocess.run(command, env=each, capture_output=True, check=False) for each in (os.environ, environment)
+    )
+    assert (plain.returncode, other.returncode, other.stderr) == (0, 0, b"")
+    assert other.stdout.decode(encoding) == plain.stdout.decode().encode(encoding, errors="replace").decode(encoding)
+    assert other.stdout != plain.stdout
+
+
+@pytest.mark.parametrize("kind", ["pipe", "device"])
+def test_a_device_or_a_pipe_is_not_replaced(kind: str, tmp_path: Path) -> None:
+    place = tmp_path / "there"
+    if kind == "pipe":
+        os.mkfifo(place)
+    else:
+        place.symlink_to(os.devnull)
+    before = place.lstat()
+    with pytest.raises(LutgenError, match="device or a pipe"):
+        write_atomically(place, b"new")
+    assert (place.lstat().st_ino, list(tmp_path.iterdir())) == (before.st_ino, [place])

@@ -12,6 +12,7 @@ import sys
 import threading
 from enum import Enum
 from importlib import import_module
+from io import TextIOWrapper
 from pkgutil import iter_modules
 from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -200,6 +201,10 @@ def run() -> int:
     # Fits factorise thousands of small matrices: threads of BLAS would only wait for each other. Before numpy loads.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     tolerate_closed_pipes()
+    # What a terminal's own encoding has no letter for is a question mark there, and nothing worse.
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="replace")
     # Only if no other handler is set, and only in the main thread: Python allows it nowhere else.
     if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
         signal.signal(signal.SIGTERM, _terminate)
