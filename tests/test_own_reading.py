@@ -56,6 +56,7 @@ def letters(text: bytes) -> np.ndarray:
 
 def test_equal_rows_are_read_once_and_other_ones_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     form, lut = format_named("cube"), table(0.25)
+    assert form.head is not None
     read: list[int] = []
 
     def counted(text: np.ndarray) -> np.ndarray:
