@@ -85,7 +85,7 @@ def lut_processor(path: Path) -> Any:
     Raises LutgenError: no file, an empty or huge one, one whose header claims more than any LUT has, or one that
     OpenColorIO cannot read.
     """
-    lib = ocio()
+    lib, name = ocio(), named_for_ocio(path.absolute())
     refuse_unlikely(path)
     with path.open("rb") as file:
         head = file.read(65_536)
@@ -101,7 +101,7 @@ def lut_processor(path: Path) -> Any:
     # Caches key on the path: a rewritten file would otherwise be answered from memory.
     lib.ClearAllCaches()
     # The name as it is given, not where a link leads: OpenColorIO chooses the reader by its suffix.
-    file_transform = lib.FileTransform(src=str(path.absolute()), interpolation=lib.INTERP_TETRAHEDRAL)
+    file_transform = lib.FileTransform(src=name, interpolation=lib.INTERP_TETRAHEDRAL)
     try:
         return _raw_config().getProcessor(file_transform)
     except ocio_errors() as error:
@@ -117,6 +117,16 @@ def _raw_config() -> Any:
     # Its processors are kept by the name of the file, which may be written anew.
     config.setProcessorCacheFlags(lib.PROCESSOR_CACHE_OFF)
     return config
+
+
+def named_for_ocio(path: Path) -> str:
+    """Return a path as OpenColorIO takes it. Raises LutgenError for a name that is no Unicode."""
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        message = f"{str(path)!r}: is no name in UTF-8, as OpenColorIO needs it. Rename it."
+        raise LutgenError(message) from None
+    return str(path)
 
 
 def unclosed_metadata(path: Path) -> int:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
+import stat
 import tempfile
 import time
 from contextlib import contextmanager, suppress
@@ -114,8 +115,13 @@ def files_below(folder: Path, suffixes: Sequence[str]) -> list[Path] | None:
 def replacing(path: Path) -> Iterator[Path]:
     """Give a temporary path beside ``path``; on success it takes ``path``'s place, on failure it is removed.
 
-    Raises LutgenError: the folder is read-only or full, or a file stands where a folder should.
+    Raises LutgenError: the folder is read-only or full, a file stands where a folder should, or a device or a pipe
+    stands there.
     """
+    if _is_device(path):
+        raise LutgenError(
+            f"{path}: is a device or a pipe, which a file would replace. Choose another place to write to."
+        )
     partial = _partial(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -127,6 +133,14 @@ def replacing(path: Path) -> Iterator[Path]:
     except BaseException:
         _discard(partial)
         raise
+
+
+def _is_device(path: Path) -> bool:
+    """Whether something stands there that is neither a file nor a folder."""
+    with suppress(OSError, ValueError):  # nothing, or no name
+        mode = path.stat().st_mode
+        return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
+    return False
 
 
 def _partial(path: Path) -> Path:

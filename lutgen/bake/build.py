@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, replace
+from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,21 +16,22 @@ from lutgen.bake.formats import format_named
 from lutgen.bake.gpu import check_renderer, gpu_run
 from lutgen.bake.lut import SIZES, Lut
 from lutgen.bake.manifest import FileRecord, HeldFile, Manifest, Recipe, model_as_json, sha256
+from lutgen.bake.own_reading import checked_table, is_read_here, refuse_other
 from lutgen.bake.parallel import in_parallel
 from lutgen.bake.plan import Plan
 from lutgen.bake.provenance import config_of_all, config_of_display, provenance_of
-from lutgen.bake.readback import TableKind, apply_lut, checked_table, is_read_here, refuse_other
-from lutgen.bindings import ocio
+from lutgen.bake.readback import TableKind, apply_lut
+from lutgen.bindings import named_for_ocio, ocio
 from lutgen.display.inverse import compensation_of
 from lutgen.errors import LutgenError
-from lutgen.files import replacing, scratch, under_its_name, write_atomically
+from lutgen.files import is_unicode, replacing, scratch, write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from lutgen.bake.config import AgedConfig
     from lutgen.bake.figures import Figures
-    from lutgen.bake.formats import Format
+    from lutgen.bake.formats import Format, Provenance
     from lutgen.bake.lut import MatrixLut
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay, DisplayModel
@@ -81,6 +84,10 @@ def build(
     if plan.gpu:
         check_renderer()
     output = Path(output)
+    named_for_ocio(output.absolute())
+    if not is_unicode(Path(model.measurements.file)):
+        name = model.measurements.file
+        raise LutgenError(f"{name!r}: is no name in UTF-8, as the manifest needs it. Rename it.")
     for mode, hours, _ in plan.folders():
         plan.display(model, mode, hours)
     with locked_folder(output), scratch() as beside:
@@ -100,14 +107,14 @@ def _build(
     recipe = Recipe(model_as_json(model, output), plan.as_json())
     paths = paths_of(plan)
     folder = claim(output, recipe, paths, force=force)
-    work = [_Work(model, plan, output, beside, part) for part in _parts(plan)]
-    sizes = [None] * len(work) if plan.tolerance is None else list(in_parallel(_smallest_sizes, work, jobs))
-    work = [replace(part, sizes=chosen) for part, chosen in zip(work, sizes, strict=True)]
+    work, parts = _Work(model, plan, output, beside), _parts(plan)
+    if plan.tolerance is not None:
+        work = replace(work, sizes=dict(chain(*in_parallel(partial(_smallest_sizes, work), parts, jobs))))
     prepare(plan.display(model, plan.modes[-1], plan.hours[-1]), plan)
     try:
         folder.begin(recipe, paths)
         records: list[FileRecord] = []
-        for made in in_parallel(_bake, work, jobs):
+        for made in in_parallel(partial(_bake, work), parts, jobs):
             records.extend(made)
             progress(len({(record.mode, record.hours) for record in records}), len(plan.modes) * len(plan.hours))
         form = config_format(plan)
@@ -137,7 +144,7 @@ def _parts(plan: Plan) -> list[tuple[tuple[str, float, str], ...]]:
 
 @dataclass(frozen=True)
 class _Work:
-    """The work for one process: some displays, and the table sizes where a tolerance chose them.
+    """What all workers share; ``sizes`` of tables by folder and format, where a tolerance chose them.
 
     ``scratch``: the private folder of this build, for all workers.
     """
@@ -146,7 +153,6 @@ class _Work:
     plan: Plan
     output: Path
     scratch: Path
-    displays: tuple[tuple[str, float, str], ...]
     sizes: dict[tuple[str, str], int] | None = None
 
 
@@ -157,6 +163,8 @@ _CERTIFICATES: dict[object, Certificate] = {}
 #: Kinds of tables of which OpenColorIO has read a whole file in this process.
 _READ_WHOLE: set[TableKind] = set()
 _BAKED: dict[str, tuple[object, Lut | MatrixLut, Figures]] = {}
+#: What a config's own run found that OpenColorIO shows of a whole file, by its path, for the certificate that follows.
+SHOWN_WHOLE: dict[Path, Array] = {}
 
 
 def prepare(aged: AgedDisplay, plan: Plan) -> None:
@@ -171,9 +179,9 @@ def prepare(aged: AgedDisplay, plan: Plan) -> None:
         format_named(name).bake(JUDGE.sampler, aged, plan.cubesize)
 
 
-def _bake(work: _Work) -> list[FileRecord]:
+def _bake(work: _Work, displays: tuple[tuple[str, float, str], ...]) -> list[FileRecord]:
     records = []
-    for mode, hours, folder in work.displays:
+    for mode, hours, folder in displays:
         aged = work.plan.display(work.model, mode, hours)
         for name in work.plan.formats:
             size = work.sizes[folder, name] if work.sizes else work.plan.cubesize
@@ -185,20 +193,22 @@ def _bake(work: _Work) -> list[FileRecord]:
     return records
 
 
-def _smallest_sizes(work: _Work) -> dict[tuple[str, str], int]:
+def _smallest_sizes(work: _Work, displays: tuple[tuple[str, float, str], ...]) -> list[tuple[tuple[str, str], int]]:
     """Find the smallest size whose largest smooth error keeps the tolerance, for each display and format."""
-    sizes = {}
-    for mode, hours, folder in work.displays:
+    sizes = []
+    for mode, hours, folder in displays:
         for name in work.plan.formats:
             aged, form = work.plan.display(work.model, mode, hours), format_named(name)
-            sizes[folder, name] = _smallest_size(work, aged, form, work.scratch / f"{os.getpid()}-{form.file}")
+            size = _smallest_size(work, aged, form, work.scratch / f"{os.getpid()}-{form.file}")
+            sizes.append(((folder, name), size))
     return sizes
 
 
 def _smallest_size(work: _Work, aged: AgedDisplay, form: Format, path: Path) -> int:
     tolerance = work.plan.tolerance or 0.0
     for size in SIZES:
-        lut, data = best_candidate(work.model, aged, form, size)
+        lut, provenance = best_candidate(work.model, aged, form, size)
+        data = form.write(lut, provenance)
         path.write_bytes(data)
         reached = certified(HeldFile(path, data), aged, form, lut, work.scratch).smooth.max
         if reached <= tolerance:
@@ -211,8 +221,8 @@ def _smallest_size(work: _Work, aged: AgedDisplay, form: Format, path: Path) -> 
 
 
 def _bake_lut(work: _Work, aged: AgedDisplay, path: str, form: Format, size: int) -> FileRecord:
-    lut, data = best_candidate(work.model, aged, form, size)
-    certificate = None
+    lut, provenance = best_candidate(work.model, aged, form, size)
+    data, certificate = form.write(lut, provenance), None
     with replacing(work.output / path) as staged:
         staged.write_bytes(data)
         file = HeldFile(staged, data)
@@ -251,8 +261,9 @@ def _shown(file: HeldFile, form: Format, lut: Lut | MatrixLut, kind: TableKind, 
     codes = JUDGE.shown(own) if own else None
     if codes is not None and kind in _READ_WHOLE:
         return codes
-    with under_its_name(file.path, form.suffix) as named:
-        shown = apply_lut(named, JUDGE.code)
+    shown = SHOWN_WHOLE.pop(file.path.resolve(), None)
+    if shown is None:
+        shown = _read_whole(file.path, beside / f"{os.getpid()}-whole{form.suffix}")
     if codes is None:
         return shown
     refuse_other(file.path, shown, codes)
@@ -261,8 +272,19 @@ def _shown(file: HeldFile, form: Format, lut: Lut | MatrixLut, kind: TableKind, 
     return codes
 
 
-def best_candidate(model: DisplayModel, aged: AgedDisplay, form: Format, size: int) -> tuple[Lut | MatrixLut, bytes]:
-    """Bake a format's candidates and write the most faithful, judged in double precision: alike on every binding."""
+def _read_whole(path: Path, named: Path) -> Array:
+    # OpenColorIO chooses the reader by the suffix, which a partial file has not.
+    named.symlink_to(path.resolve())
+    try:
+        return apply_lut(named, JUDGE.code)
+    finally:
+        named.unlink()
+
+
+def best_candidate(
+    model: DisplayModel, aged: AgedDisplay, form: Format, size: int
+) -> tuple[Lut | MatrixLut, Provenance]:
+    """Bake a format's candidates and give the most faithful, judged in double precision: alike on every binding."""
     made_of = (aged.head, aged.tail, size)
     if form.name not in _BAKED or _BAKED[form.name][0] != made_of:
         candidates = form.bake(JUDGE.sampler, aged, size)
@@ -274,7 +296,7 @@ def best_candidate(model: DisplayModel, aged: AgedDisplay, form: Format, size: i
         )
         _BAKED[form.name] = made_of, lut, error.all
     _, baked, figures = _BAKED[form.name]
-    return baked, form.write(baked, provenance_of(model, aged, baked, figures))
+    return baked, provenance_of(model, aged, baked, figures)
 
 
 def _write_config(work: _Work, aged: AgedDisplay, folder: str, form: Format) -> FileRecord:

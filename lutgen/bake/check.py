@@ -3,7 +3,7 @@
 Every LUT is read again through OpenColorIO and compared with the model, every number of its table with what the code
 writes, its certificate with a new one, and every config as a whole with what the code writes. Pixels are sent through
 every display, view, look and named transform of a config that differs, and of the common config for the last hour of
-the last mode, and through its look for the last hour of the others.
+the last mode; for every other hour OpenColorIO says which file the common config takes.
 """
 
 from __future__ import annotations
@@ -13,20 +13,19 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from itertools import chain
-from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lutgen import __version__
-from lutgen.bake.build import JUDGE, best_candidate, certified, config_format, prepare
+from lutgen.bake.budget import Budget, over_budget
+from lutgen.bake.build import JUDGE, SHOWN_WHOLE, best_candidate, certified, config_format, prepare
 from lutgen.bake.check_config import check_config
-from lutgen.bake.check_manifest import altered, left_alone, plan_of, stale, unknown_values, unlisted
-from lutgen.bake.expected import SLACK, differs_from, otherwise_certified
-from lutgen.bake.figures import MAX_DELTA_E, P99
+from lutgen.bake.check_manifest import altered, left_alone, plan_of, stale, strangers, unknown_values, unlisted
+from lutgen.bake.expected import differs_from, otherwise_certified
 from lutgen.bake.formats import format_named, lut_suffixes
 from lutgen.bake.gpu import TOLERANCE as GPU_TOLERANCE
 from lutgen.bake.gpu import GpuRun, check_renderer, gpu_run
-from lutgen.bake.lut import SIZES
+from lutgen.bake.lut import SIZES, Lut
 from lutgen.bake.manifest import (
     JOURNAL,
     MANIFEST,
@@ -36,10 +35,11 @@ from lutgen.bake.manifest import (
     model_from_json,
     read_manifest,
 )
+from lutgen.bake.own_reading import is_read_here, is_text_of
 from lutgen.bake.parallel import in_parallel
 from lutgen.bake.provenance import config_of_all, config_of_display
 from lutgen.bake.readback import apply_lut, table_kind
-from lutgen.bindings import ocio, refuse_unlikely
+from lutgen.bindings import named_for_ocio, ocio, refuse_unlikely
 from lutgen.errors import LutgenError
 from lutgen.files import scratch
 
@@ -47,40 +47,14 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from lutgen.bake.fidelity import Certificate
-    from lutgen.bake.lut import Lut, MatrixLut
+    from lutgen.bake.formats import Format, Provenance
+    from lutgen.bake.lut import MatrixLut
     from lutgen.bake.plan import Plan
+    from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay, DisplayModel
 
-
-@dataclass(frozen=True)
-class Budget:
-    """Largest ΔE2000 allowed over the smooth colours, and its 99 % quantile.
-
-    None: ``MAX_DELTA_E`` and ``P99``, or what the file was certified to err, where that is more.
-    """
-
-    max_delta_e: float | None = None
-    p99: float | None = None
-
-    def __post_init__(self) -> None:
-        """Raise LutgenError for a limit that is no finite number from 0 on."""
-        for option, limit in (("--max-delta-e", self.max_delta_e), ("--p99", self.p99)):
-            if limit is not None and not 0 <= limit < inf:
-                raise LutgenError(f"{option} {limit:g}: a colour difference ΔE2000 from 0 on, such as 0.1.")
-
-    def limits(self, record: FileRecord | None) -> tuple[float, float]:
-        """Return the limits for a file: largest ΔE2000 and 99 % quantile."""
-        smooth = ((record.certificate if record else None) or {}).get("smooth")
-        certified = smooth if isinstance(smooth, dict) else {}
-        return (
-            max(MAX_DELTA_E, _figure(certified, "max") + SLACK) if self.max_delta_e is None else self.max_delta_e,
-            max(P99, _figure(certified, "p99") + SLACK) if self.p99 is None else self.p99,
-        )
-
-
-def _figure(group: Mapping[str, Any], name: str) -> float:
-    value = group.get(name)
-    return float(value) if isinstance(value, int | float) else 0.0
+#: Colours that are sent through each part of a config: of the certificate's, uniform ones.
+COLOURS = 500
 
 
 @dataclass(frozen=True)
@@ -157,6 +131,7 @@ def check(
     if gpu:
         check_renderer()
     folder = Path(folder)
+    named_for_ocio(folder.absolute())
     manifest, findings = _manifest(folder)
     if manifest is None:
         return Checked(1, tuple(findings))
@@ -168,22 +143,22 @@ def check(
         model = replace(model, conditions=built_from.conditions)
     try:
         plan = plan_of(manifest)
-        findings += [Finding(*each) for each in unlisted(folder, manifest)]
+        strange = strangers(folder, manifest)
+        findings += [Finding(*each) for each in unlisted(manifest, strange)]
     except LutgenError as error:
         return Checked(1, (*findings, Finding(MANIFEST, str(error))))
     outdated, remarks = stale(folder, manifest, model, built_from)
     findings += [Finding(MANIFEST, text) for text in outdated]
-    remarks += [*left_alone(folder, manifest), *unknown_values(plan)]
+    remarks += [*left_alone(strange), *unknown_values(plan)]
     same = model is None and manifest.recipe.get("generator") == f"lutgen {__version__}"
     with scratch() as beside:
-        asked = _Work(folder, manifest, model or built_from, plan, budget or Budget(), gpu, same, beside, ())
-        work = [replace(asked, records=part) for part in _parts(manifest)]
+        work = _Work(folder, manifest, model or built_from, plan, budget or Budget(), gpu, same, beside)
         with suppress(LutgenError):  # said of each file
             prepare(plan.display(model or built_from, plan.modes[-1], plan.hours[-1]), plan)
         certificates: dict[str, Certificate] = {}
         shaders: dict[str, GpuRun] = {}
         done = 0
-        for part in in_parallel(_check_part, work, jobs):
+        for part in in_parallel(partial(_check_part, work), _parts(manifest), jobs):
             findings += part.findings
             certificates.update(part.certificates)
             shaders.update(part.gpu)
@@ -211,15 +186,19 @@ class _Work:
     gpu: bool
     same_version: bool
     scratch: Path
-    records: tuple[FileRecord, ...]
 
 
 def _parts(manifest: Manifest) -> list[tuple[FileRecord, ...]]:
-    """Group the files by display, its LUTs first, and displays by four: a worker is handed all of them at once."""
+    """Group the files by display, its LUTs first, and displays by four: a worker is handed all of them at once.
+
+    The common config comes first, and then the last display, whose LUT its pixels go through.
+    """
     groups: dict[tuple[str | None, float | None], list[FileRecord]] = {}
     for record in manifest.files:
         groups.setdefault((record.mode, record.hours), []).append(record)
     displays = list(groups.values())
+    if (None, None) in groups:
+        displays.insert(1, displays.pop())
     for display in displays:
         display.sort(key=lambda record: record.kind == "config")
     return [tuple(chain(*displays[start : start + 4])) for start in range(0, len(displays), 4)]
@@ -238,12 +217,13 @@ def _manifest(folder: Path) -> tuple[Manifest | None, list[Finding]]:
     return manifest, findings
 
 
-def _check_part(work: _Work) -> Checked:
+def _check_part(work: _Work, records: tuple[FileRecord, ...]) -> Checked:
     findings: list[Finding] = []
     certificates: dict[str, Certificate] = {}
     shaders: dict[str, GpuRun] = {}
     claimed = lru_cache(maxsize=1)(partial(_claimed, work))  # of a LUT, and then of its config
-    for record in work.records:
+    SHOWN_WHOLE.clear()
+    for record in records:
         path = work.folder / record.path
         problem, file = altered(path, record)
         if problem:
@@ -265,7 +245,7 @@ def _check_part(work: _Work) -> Checked:
                     certificates[record.path] = certificate
         except LutgenError as error:  # the manifest describes the file as no build does
             findings.append(Finding(record.path, f"{MANIFEST}: {error}"))
-    return Checked(len(work.records), tuple(findings), certificates, gpu=shaders)
+    return Checked(len(records), tuple(findings), certificates, gpu=shaders)
 
 
 def _shader_findings(path: str, run: GpuRun) -> list[Finding]:
@@ -297,7 +277,14 @@ def _config_problems(path: Path, record: FileRecord, aged: AgedDisplay | None, w
         written = config_of_all(work.plan, file, unclipped=form.unclipped)
     else:
         written = config_of_display(aged, file, unclipped=form.unclipped)
-    return check_config(path, work.folder, record, work.manifest, written)
+    return check_config(path, work.folder, record, work.manifest, written, through=_through)
+
+
+def _through(lut: Path) -> tuple[Array, Array]:
+    """Colours to send through a config, and what OpenColorIO shows of them through its LUT, (n, 3) each."""
+    SHOWN_WHOLE.clear()
+    SHOWN_WHOLE[lut] = shown = apply_lut(lut, JUDGE.code)
+    return JUDGE.code[:COLOURS], shown[:COLOURS]
 
 
 def _check_built_lut(
@@ -306,16 +293,17 @@ def _check_built_lut(
     """Compare a file with what the code writes, and its certificate with a new one."""
     form = format_named(str(record.format))
     size = record.size if work.plan.tolerance is not None and record.size in SIZES else work.plan.cubesize
-    lut, expected = best_candidate(work.model, aged, form, int(size))
+    lut, provenance = best_candidate(work.model, aged, form, int(size))
     path, name = file.path, record.path
-    if file.data == expected:
+    if _is_as_written(file, form, lut, provenance):
         certificate = certified(file, aged, form, lut, work.scratch)
-        findings = [Finding(name, problem) for problem in _over_budget(certificate, record, work.budget)]
+        findings = [Finding(name, problem) for problem in over_budget(certificate, record, work.budget)]
     else:
         findings, fresh = _check_lut(path, name, aged, record, work.budget)
         if fresh is None:
             return findings, None
         certificate = fresh
+        expected = form.write(lut, provenance)
         if differs := differs_from(path, file.data, expected, lut, same_version=work.same_version):
             findings.append(Finding(name, differs))
     claims = _claims(record, lut)
@@ -324,6 +312,13 @@ def _check_built_lut(
     elif record.certificate is not None:
         claims.append("it has a certificate, and the options ask for none")
     return [*findings, *(Finding(name, f"{MANIFEST}: {claim}") for claim in claims)], certificate
+
+
+def _is_as_written(file: HeldFile, form: Format, lut: Lut | MatrixLut, provenance: Provenance) -> bool:
+    """Whether a file is, byte for byte, what the code writes."""
+    if form.head and isinstance(lut, Lut) and is_read_here(lut, form.suffix):
+        return is_text_of(file, form.head(lut, provenance), lut)
+    return file.data == form.write(lut, provenance)
 
 
 def _claims(record: FileRecord, lut: Lut | MatrixLut) -> list[str]:
@@ -345,25 +340,8 @@ def _check_lut(
         certificate = JUDGE.compare(apply_lut(path, JUDGE.code), aged, kind)
     except LutgenError as error:
         return [*findings, Finding(name, str(error))], None
-    findings += [Finding(name, problem) for problem in _over_budget(certificate, record, budget)]
+    findings += [Finding(name, problem) for problem in over_budget(certificate, record, budget)]
     return findings, certificate
-
-
-def _over_budget(certificate: Certificate, record: FileRecord | None, budget: Budget) -> list[str]:
-    problems = []
-    max_delta_e, p99 = budget.limits(record)
-    for figure, limit, option in (("max", max_delta_e, "--max-delta-e"), ("p99", p99, "--p99")):
-        value = getattr(certificate.smooth, figure)
-        if value > limit:
-            problems.append(f"fidelity: smooth ΔE2000 {figure} is {value:.4f}, over the budget of {limit:g} ({option})")
-    for group, before in ((record.certificate if record else None) or {}).items():
-        now = certificate.groups().get(group)
-        if isinstance(before, dict) and now is not None:
-            figures = [(name, getattr(now, name), _figure(before, name)) for name in ("mean", "p99", "max")]
-            if any(value > limit + SLACK for _, value, limit in figures):
-                texts = [f"{name} {value:.4f} (certified {limit:.4f})" for name, value, limit in figures]
-                problems.append(f"fidelity: {group} ΔE2000 is worse than certified: {', '.join(texts)}")
-    return problems
 
 
 #: Words in a LUT's rows that OpenColorIO silently reads as 0.

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import copy
 import re
-from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,18 +16,19 @@ from lutgen.bake.config import LINEAR, RAW_VIEW, SOURCE, VIEWERS, WORDS, config_
 from lutgen.bake.expected import config_differs
 from lutgen.bake.formats import format_named
 from lutgen.bake.plan import direction_of
-from lutgen.bake.readback import apply_lut
-from lutgen.bindings import is_utf8, ocio, ocio_errors, warnings_logged
+from lutgen.bindings import is_utf8, named_for_ocio, ocio, ocio_errors, warnings_logged
 from lutgen.colorimetry import code_to_linear, inverse, linear_to_code, linear_to_xyz, transform
 from lutgen.display import hour_name
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from lutgen.bake.config import AgedConfig, Words
     from lutgen.bake.manifest import FileRecord, Manifest
     from lutgen.colorimetry import Array
+
+    Through = Callable[[Path], tuple[Array, Array]]
 
 #: Largest difference in code values between a config and its own LUT: OpenColorIO's fast power is good to 1e-5,
 #: which near black, where the Rec.1886 curve is steep, can make ten times as much.
@@ -38,17 +38,19 @@ TOLERANCE = 3e-4
 #: channels take light from a viewer's dark ones by subtraction.
 LIGHT = 1e-4
 
-#: Colours that are sent through each part of a config.
-COLOURS = 500
 
-
-def check_config(path: Path, root: Path, record: FileRecord, manifest: Manifest, written: AgedConfig) -> list[str]:
+def check_config(
+    path: Path, root: Path, record: FileRecord, manifest: Manifest, written: AgedConfig, *, through: Through
+) -> list[str]:
     """Return what is wrong with a config of ``manifest``, whose files lie under ``root``.
 
     The whole config is compared with ``written``, which the code writes. A display's own config is run with the LUT
     beside it, the common one with every mode and hour. Of configs that equal ``written``, a display's own is run only
-    where its LUT is missing; the common one is run with the last hour of each mode: the last mode through all parts of
-    the config, others through the look.
+    where its LUT is missing; the common one is run with the last hour of the last mode, and asked which file it takes
+    for all others.
+
+    ``through`` gives the colours to run it with, and those that OpenColorIO shows through a LUT, (n, 3) each; it
+    raises LutgenError where the LUT cannot be read.
     """
     lib = ocio()
     display = record.mode, record.hours
@@ -58,7 +60,7 @@ def check_config(path: Path, root: Path, record: FileRecord, manifest: Manifest,
     lib.ClearAllCaches()
     try:
         with warnings_logged(lib) as warnings:
-            config = lib.Config.CreateFromFile(str(path))
+            config = lib.Config.CreateFromFile(named_for_ocio(path))
             config.validate()
         # The cache of the config returns the metadata of an equal processor: two identities would name the same file.
         config.setProcessorCacheFlags(lib.PROCESSOR_CACHE_OFF)
@@ -75,22 +77,20 @@ def check_config(path: Path, root: Path, record: FileRecord, manifest: Manifest,
     words = WORDS[direction_of(manifest)]
     luts = [file for file in manifest.files if file.kind == "lut" and format_named(str(file.format)).reader is None]
     every = _luts_of_configs(luts)
-    last = {mode: max(hours for other, hours in every if other == mode) for mode, _ in every}
     if record.mode is None:
-        return problems + [
-            f"AGING_MODE={mode}, AGING_HOURS={hour_name(hours)[:-1]}: {problem}"
-            for (mode, hours), lut in every.items()
-            if differs or hours == last[mode] or not (root / lut.path).is_file()
-            for problem in _Run(lib, config, root, lut, words, context=(mode, hour_name(hours)[:-1])).problems(
-                None if differs or mode == list(last)[-1] else 1
-            )
-        ]
+        last_mode = next(reversed(every), ("", 0.0))[0]
+        last = last_mode, max((hours for mode, hours in every if mode == last_mode), default=0.0)
+        for (mode, hours), lut in every.items():
+            run = _Run(lib, config, root, lut, words, through=through, context=(mode, hour_name(hours)[:-1]))
+            found = run.problems() if differs or (mode, hours) == last else run.elsewhere(written.lut)
+            problems += [f"AGING_MODE={mode}, AGING_HOURS={hour_name(hours)[:-1]}: {problem}" for problem in found]
+        return problems
     if there and not differs:
         return problems
-    lut = every.get((str(record.mode), float(record.hours or 0.0)))
-    if lut is None:
+    own = every.get((str(record.mode), float(record.hours or 0.0)))
+    if own is None:
         return [*problems, "the manifest names no LUT for it"]
-    return [*problems, *_Run(lib, config, root, lut, words, context=None).problems()]
+    return [*problems, *_Run(lib, config, root, own, words, through=through, context=None).problems()]
 
 
 def _luts_of_configs(luts: list[FileRecord]) -> dict[tuple[str, float], FileRecord]:
@@ -105,28 +105,43 @@ class _Run:
     """One config in one context, against its LUT."""
 
     def __init__(
-        self, lib: Any, config: Any, root: Path, lut: FileRecord, words: Words, *, context: tuple[str, str] | None
+        self,
+        lib: Any,
+        config: Any,
+        root: Path,
+        lut: FileRecord,
+        words: Words,
+        *,
+        through: Through,
+        context: tuple[str, str] | None,
     ) -> None:
-        self.lib, self.config, self.words = lib, config, words
+        self.lib, self.config, self.words, self.through = lib, config, words, through
         self.lut = (root / lut.path).resolve()
         self.context = copy.deepcopy(config.getCurrentContext())
         if context:
             self.context["AGING_MODE"], self.context["AGING_HOURS"] = context
-        self.code = np.random.default_rng(7).random((COLOURS, 3)).astype(np.float32).astype(np.float64)
 
-    def problems(self, parts: int | None = None) -> list[str]:
-        """Name each fault once, with the parts of the config that have it, or the first few of them."""
+    def elsewhere(self, source: str) -> list[str]:
+        """Say where a file, as the config names it, is not the LUT."""
         try:
-            aged = apply_lut(self.lut, self.code)
+            file = Path(self.context.resolveFileLocation(source)).resolve()
+        except ocio_errors() as error:
+            return [f"cannot be instantiated: {_one_line(error)}"]
+        return [] if file == self.lut else [f"points elsewhere: {file}"]
+
+    def problems(self) -> list[str]:
+        """Name each fault once, with the parts of the config that have it."""
+        try:
+            code, aged = self.through(self.lut)
         except LutgenError as error:
             return [str(error)]
         faults: dict[str, list[str]] = {}
-        for what, part, expected in islice(self._parts(aged), parts):
-            for problem in self._one(part, expected):
+        for what, part, expected in self._parts(code, aged):
+            for problem in self._one(part, code, expected):
                 faults.setdefault(problem, []).append(what)
         return [f"{problem} ({'; '.join(places)})" for problem, places in faults.items()]
 
-    def _parts(self, aged: Array) -> Iterator[tuple[str, Any, Array]]:
+    def _parts(self, code: Array, aged: Array) -> Iterator[tuple[str, Any, Array]]:
         """Name each part of the config, how to get its processor, and the code values it should give."""
         lib, config, words = self.lib, self.config, self.words
         yield f"look {words.look}", lib.LookTransform(src=SOURCE, dst=SOURCE, looks=words.look), aged
@@ -137,15 +152,15 @@ class _Run:
             for missing in sorted({words.view, words.plain_view, RAW_VIEW} - views):
                 yield f"display {viewer}, view {missing}", None, aged
             for view in sorted(views):
-                light = {words.view: code_to_linear(aged), words.plain_view: code_to_linear(self.code)}.get(view)
-                expected = self.code if light is None else viewer_values(light, viewer)
+                light = {words.view: code_to_linear(aged), words.plain_view: code_to_linear(code)}.get(view)
+                expected = code if light is None else viewer_values(light, viewer)
                 yield f"display {viewer}, view {view}", lib.DisplayViewTransform(SOURCE, viewer, view), expected
         named = config.getNamedTransform(words.named_transform)
         forward = named.getTransform(lib.TRANSFORM_DIR_FORWARD) if named else None
         yield f"named transform {words.named_transform}", forward, aged
         yield f"colour space {words.space}", lib.ColorSpaceTransform(src=words.space, dst=LINEAR), code_to_linear(aged)
 
-    def _one(self, part: Any, expected: Array) -> list[str]:
+    def _one(self, part: Any, code: Array, expected: Array) -> list[str]:
         lib = self.lib
         if part is None:
             return ["missing"]
@@ -153,7 +168,7 @@ class _Run:
             processor = self.config.getProcessor(self.context, part, lib.TRANSFORM_DIR_FORWARD)
             files = [Path(file).resolve() for file in processor.getProcessorMetadata().getFiles()]
             steps = list(processor.createGroupTransform())
-            result = self.code.astype(np.float32)
+            result = code.astype(np.float32)
             processor.getDefaultCPUProcessor().applyRGB(result)
         except ocio_errors() as error:
             return [f"cannot be instantiated: {_one_line(error)}"]

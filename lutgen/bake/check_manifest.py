@@ -27,12 +27,16 @@ from lutgen.names import DIRECTIONS
 from lutgen.readings import read_measurements
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from lutgen.display import DisplayModel
     from lutgen.readings import Measurements
 
 
-def unlisted(folder: Path, manifest: Manifest) -> list[tuple[str, str]]:
-    """Return each file that ``manifest`` does not list and should, as its path in ``folder`` and what is wrong.
+def unlisted(manifest: Manifest, strangers: Sequence[str]) -> list[tuple[str, str]]:
+    """Return each file that ``manifest`` does not list and should, as its path in its folder and what is wrong.
+
+    ``strangers``: see there.
 
     Raises LutgenError: the manifest's options are not those of a build.
     """
@@ -47,7 +51,7 @@ def unlisted(folder: Path, manifest: Manifest) -> list[tuple[str, str]]:
             faults += [(path, f"{MANIFEST}: {text}") for text in _contradictions(record, asked[path])]
     return faults + [
         (path, "is not in the manifest, so nothing says what it should be")
-        for path in strangers(folder, manifest)
+        for path in strangers
         if _looks_built(path) and path not in asked
     ]
 
@@ -59,9 +63,9 @@ def strangers(folder: Path, manifest: Manifest) -> list[str]:
     return sorted(path.relative_to(folder).as_posix() for path in there if path not in ours)
 
 
-def left_alone(folder: Path, manifest: Manifest) -> list[str]:
+def left_alone(strangers: Sequence[str]) -> list[str]:
     """Name, in sentences, the files that nobody takes for a build's: the user's own."""
-    return [f"{path} is not of this build" for path in strangers(folder, manifest) if not _looks_built(path)]
+    return [f"{path} is not of this build" for path in strangers if not _looks_built(path)]
 
 
 def _looks_built(path: str) -> bool:

@@ -8,6 +8,7 @@ A config is data (``AgedConfig``) given to one generator. Profile version 2.1, s
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -101,6 +102,8 @@ ROLES = {
     "cie_xyz_d65_interchange": XYZ,
 }
 
+_OWN = re.compile(r"[A-Za-z0-9]+")
+
 #: Images that hold code values, and those that hold linear light.
 SIGNAL_FILES, LINEAR_FILES = ("png", "jpg", "jpeg", "tif", "tiff", "bmp"), ("exr", "hdr")
 
@@ -120,8 +123,32 @@ class AgedConfig:
     words: Words = SIMULATION
 
 
+#: Everything of a config but letters and digits of its name and description → one such config, and its text.
+_WORDED: dict[object, tuple[AgedConfig, bytes]] = {}
+
+
 def config_text(aged: AgedConfig) -> bytes:
-    """Return the config as OpenColorIO serialises it; version differences are in wording, never in meaning."""
+    """Return the config as OpenColorIO serialises it; version differences are in wording, never in meaning.
+
+    It words one of those that differ in letters and digits alone, which decide nothing about quotes and lines: for the
+    others their name and description are put in place of its own.
+    """
+    own = _OWN.sub("a", aged.name), _OWN.sub("a", aged.description)
+    kind = (*own, aged.lut, tuple(aged.environment.items()), aged.words.space)
+    if kind not in _WORDED:
+        _WORDED[kind] = aged, _worded(aged)
+    like, text = _WORDED[kind]
+    text = _put(rb"(?m)^(name: )%b()$", like.name, aged.name, text)
+    return _put(rb"(?m)^( *description: .*)%b(\"?)$", like.description, aged.description, text) or _worded(aged)
+
+
+def _put(line: bytes, old: str, new: str, text: bytes) -> bytes:
+    """Put words in place of others on lines of a form; b"" where there are none."""
+    wanted = re.compile(line % re.escape(old.encode()))
+    return wanted.sub(lambda found: found[1] + new.encode() + found[2], text) if wanted.search(text) else b""
+
+
+def _worded(aged: AgedConfig) -> bytes:
     lib = ocio()
     config = lib.Config()
     config.setMajorVersion(2)

@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.colorimetry import CHUNK
-
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -19,6 +17,9 @@ if TYPE_CHECKING:
 #: Seven decimals reach the float32 floor near 1 (6e-8); six leave 5e-7.
 DECIMALS = 7
 _SCALE = 10**DECIMALS
+
+#: Rows that are written together, a table of 33³: numbers of a column and their text, 2 MB, stay near the processor.
+_ROWS = 36_000
 
 #: Added to a double below 2^32, the sum is the whole number that is nearest to it (of two the even one), in the last
 #: bits: a double of this size has no bits for fractions, and 32 zeros behind its own.
@@ -65,9 +66,8 @@ def _put_rows(text: NDArray[np.uint8], values: Array) -> None:
     signed = width - DECIMALS - 3
     text[:, -1] = ord("\n")
     first, last, at_end = _pieces()
-    # So many rows at a time that their text stays near the processor for each column.
-    for top, column in product(range(0, len(values), CHUNK), range(values.shape[1])):
-        here, lines, start = values[top : top + CHUNK, column], text[top : top + CHUNK], column * width + signed
+    for top, column in product(range(0, len(values), _ROWS), range(values.shape[1])):
+        here, lines, start = values[top : top + _ROWS, column], text[top : top + _ROWS], column * width + signed
         steps = (np.abs(here) if signed else here) * _SCALE
         steps += _WHOLE
         whole = steps.view(np.int64).astype(np.uint32)

@@ -20,7 +20,7 @@ import numpy as np
 
 from lutgen.bake.config import RAW_VIEW, SOURCE
 from lutgen.bake.parallel import in_parallel
-from lutgen.bindings import ocio, ocio_errors
+from lutgen.bindings import named_for_ocio, ocio, ocio_errors
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def gpu_run(config: Path, code: Array) -> GpuRun:
     lib.ClearAllCaches()
     views = {}
     try:
-        loaded = lib.Config.CreateFromFile(str(config))
+        loaded = lib.Config.CreateFromFile(named_for_ocio(config))
         for display in loaded.getDisplays():
             for view in loaded.getViews(display):
                 if view != RAW_VIEW:

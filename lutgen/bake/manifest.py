@@ -98,7 +98,7 @@ class Manifest:
         return f'{recipe},\n "files": [\n  {files}\n ]\n}}\n'.encode()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class HeldFile:
     """A file and its bytes."""
 
@@ -260,6 +260,8 @@ def _refinements_from_json(content: Mapping[str, Any], folder: Path) -> dict[str
 def read_manifest(path: Path) -> Manifest | None:
     """Read a manifest or a journal; None where there is none. Raises LutgenError when it cannot be understood."""
     advice = "Was it edited? Build into another folder."
+    if path.is_fifo():  # it would be waited for
+        raise LutgenError(f"{path}: is no file. Build into another folder.")
     try:
         content = from_json(bytes_at_most(path, MAX_BYTES, none="manifest", advice=advice))
     except FileNotFoundError:

@@ -11,7 +11,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from multiprocessing.connection import wait
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from lutgen.errors import LutgenError
 
@@ -25,16 +25,17 @@ _R = TypeVar("_R")
 def in_parallel(function: Callable[[_T], _R], items: Sequence[_T], jobs: int | None) -> Iterator[_R]:
     """Yield the results in the order of ``items``, from ``jobs`` processes (default: one per core).
 
-    ``function`` must be a function of a module, and items and results must be picklable. With one job no process is
-    started.
+    ``function`` must be a function of a module, or a ``partial`` of one; items and results must be picklable. What all
+    items share belongs into the ``partial``: each process gets it once, and forks inherit it. With one process no other
+    is started.
     """
     jobs = min(jobs or os.cpu_count() or 1, len(items))
     if jobs <= 1:
         yield from map(function, items)
         return
-    with ProcessPoolExecutor(jobs, multiprocessing.get_context(_way_to_start()), _begin_worker) as pool:
+    with ProcessPoolExecutor(jobs, multiprocessing.get_context(_way_to_start()), _begin_worker, (function,)) as pool:
         try:
-            yield from pool.map(function, items)
+            yield from pool.map(_do, items)
         except BrokenProcessPool:
             message = "a worker process was killed (out of memory?). Run again, with --jobs 1 if it happens again."
             raise LutgenError(message) from None
@@ -52,7 +53,16 @@ def _way_to_start() -> str:
     return "spawn"
 
 
-def _begin_worker() -> None:
+#: What this worker does.
+_DOES: list[Callable[[Any], Any]] = []
+
+
+def _do(item: Any) -> Any:
+    return _DOES[-1](item)
+
+
+def _begin_worker(function: Callable[[Any], Any]) -> None:
+    _DOES.append(function)
     # The parent handles an interrupt: workers ignore it, finish their current file and print nothing.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # The pool ends its workers with SIGTERM; the parent's handler must not run in them.

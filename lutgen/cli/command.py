@@ -12,6 +12,7 @@ import sys
 import threading
 from enum import Enum
 from importlib import import_module
+from io import TextIOWrapper
 from pkgutil import iter_modules
 from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -208,6 +209,10 @@ def run() -> int:
     # Fits factorise thousands of small matrices: threads of BLAS would only wait for each other. Before numpy loads.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     tolerate_closed_pipes()
+    # What a terminal's own encoding has no letter for is a question mark there, and nothing worse.
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="replace")
     # Only if no other handler is set, and only in the main thread: Python allows it nowhere else.
     if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
         signal.signal(signal.SIGTERM, _terminate)
@@ -231,6 +236,10 @@ def _exit_code() -> int:
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         say(f"lutgen: error: {where}{reason_of(error)}.", err=True)
+    except UnicodeEncodeError as error:
+        # Texts are written whole: only names, which may be any bytes, hold what has no code.
+        near = error.object[max(error.start - 40, 0) : error.end + 40].split("\n")[0]
+        say(f"lutgen: error: {near!r}: holds a name that is no UTF-8, which cannot be written. Rename it.", err=True)
     except _TerminatedError:
         # Exit code of a program that SIGTERM has ended: 128 + the signal's number.
         return 143

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.bindings import ocio, ocio_errors, unclosed_metadata, warnings_logged
+from lutgen.bindings import named_for_ocio, ocio, ocio_errors, unclosed_metadata, warnings_logged
 from lutgen.files import under_its_name
 from lutgen.lint import finding
 from lutgen.lint.stream import MAX_KEPT
@@ -156,7 +156,7 @@ def through_opencolorio(path: Path, code: NDArray[np.uint8]) -> Array:
         raise Refusal("was not asked, since it would search for the end of the metadata without end")
     # Caches key on the path: a rewritten file would otherwise be answered from memory.
     lib.ClearAllCaches()
-    transform = lib.FileTransform(src=str(path), interpolation=lib.INTERP_LINEAR)
+    transform = lib.FileTransform(src=named_for_ocio(path), interpolation=lib.INTERP_LINEAR)
     with warnings_logged(lib):
         try:
             processor = lib.Config.CreateRaw().getProcessor(transform).getDefaultCPUProcessor()

@@ -216,7 +216,7 @@ def _load(lib: Any, path: Path) -> Any:
         raise LutgenError(f"{path}: there is no such file. Give an OpenColorIO config (config.ocio).")
     bindings.refuse_unlikely(path)
     try:
-        config = lib.Config.CreateFromFile(str(path))
+        config = lib.Config.CreateFromFile(bindings.named_for_ocio(path))
         config.validate()
     except bindings.ocio_errors() as error:
         raise LutgenError(

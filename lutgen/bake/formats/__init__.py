@@ -76,6 +76,8 @@ class Format:
     bake: Callable[[Sampler, AgedDisplay, int], list[Lut | MatrixLut]]
     #: Gives the bytes of a file.
     write: Callable[[Lut | MatrixLut, Provenance], bytes]
+    #: Gives what stands before the table's rows, where a file is that and rows of text alone.
+    head: Callable[[Lut | MatrixLut, Provenance], bytes] | None = None
     #: How a file with this suffix is read back; None: by OpenColorIO, so that configs can use it.
     reader: Reader | None = None
     #: Name of the file in its display's folder, without the suffix: formats that share a suffix need their own.

@@ -11,8 +11,8 @@ and read back through OpenColorIO.
 
 from __future__ import annotations
 
+from html import escape
 from typing import TYPE_CHECKING
-from xml.sax.saxutils import escape, quoteattr
 
 from lutgen.bake.digits import rows_of_text
 from lutgen.bake.formats import Format, Provenance
@@ -43,8 +43,8 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
         nodes = [_table(lut)]
     head = [
         '<?xml version="1.0" encoding="UTF-8"?>',
-        f'<ProcessList id={quoteattr(provenance.identifier)} name={quoteattr(provenance.title)} compCLFversion="3.0">',
-        *(f"  <Description>{escape(line)}</Description>" for line in provenance.lines),
+        f'<ProcessList id="{escape(provenance.identifier)}" name="{escape(provenance.title)}" compCLFversion="3.0">',
+        *(f"  <Description>{escape(line, quote=False)}</Description>" for line in provenance.lines),
         "  <InputDescriptor>source signal, sRGB code values 0..1</InputDescriptor>",
         "  <OutputDescriptor>aged display, as sRGB code values of an un-aged viewer, not clipped</OutputDescriptor>",
     ]

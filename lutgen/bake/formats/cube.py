@@ -21,13 +21,16 @@ def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut
     return sampler.candidates(aged, size, "code", clip=True)
 
 
-def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
-    """Return the file's bytes."""
-    table = table_of(lut)
+def head(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
+    """Return what stands before the table's rows."""
     title = provenance.title.replace('"', "'")
     first = f'TITLE "{title}"\n'.encode("ascii", errors="replace")
-    size = b"LUT_3D_SIZE %d\n" % lut.size
-    return rows_of_text(table.reshape(-1, 3), head=b"".join((first, provenance.comments(title=False), size)))
+    return b"".join((first, provenance.comments(title=False), b"LUT_3D_SIZE %d\n" % lut.size))
+
+
+def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
+    """Return the file's bytes."""
+    return rows_of_text(table_of(lut).reshape(-1, 3), head=head(lut, provenance))
 
 
 FORMAT = Format(
@@ -37,4 +40,5 @@ FORMAT = Format(
     unclipped=False,
     bake=bake,
     write=write,
+    head=head,
 )

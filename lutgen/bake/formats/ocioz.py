@@ -17,7 +17,7 @@ import numpy as np
 from lutgen.bake.config import SOURCE, WORDS, AgedConfig, config_text
 from lutgen.bake.formats import Format, Provenance, Reader, clf
 from lutgen.bake.readback import table_of_ocio
-from lutgen.bindings import LARGEST_LUT, ocio, ocio_errors
+from lutgen.bindings import LARGEST_LUT, named_for_ocio, ocio, ocio_errors
 from lutgen.errors import LutgenError
 from lutgen.files import scratch
 
@@ -86,7 +86,7 @@ def _opened(path: Path) -> Iterator[Any]:
     with _unpacked(path) as folder:
         archives = hasattr(lib, "ExtractOCIOZArchive")
         source = path if archives else folder / CONFIG
-        yield _or_refuse(path, lambda: lib.Config.CreateFromFile(str(source)))
+        yield _or_refuse(path, lambda: lib.Config.CreateFromFile(named_for_ocio(source)))
 
 
 def _or_refuse(path: Path, call: Any) -> Any:

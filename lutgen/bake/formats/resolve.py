@@ -28,17 +28,21 @@ def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut
     return sampler.candidates(aged, size, "code", "shaped", clip=True)
 
 
-def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
-    """Return the file's bytes."""
-    rows = rows_of_text(table_of(lut).reshape(-1, 3))
+def head(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
+    """Return what stands before the table's rows."""
     if lut.space == "code":
-        return b"".join((provenance.comments(), b"LUT_3D_SIZE %d\n" % lut.size, rows))
+        return provenance.comments() + b"LUT_3D_SIZE %d\n" % lut.size
     _, curve = shaper(lut, CURVE_POINTS)
     header = (
         f"LUT_1D_SIZE {len(curve)}\nLUT_1D_INPUT_RANGE 0.0 1.0\nLUT_3D_SIZE {lut.size}\nLUT_3D_INPUT_RANGE 0.0 1.0\n"
     )
     curve_rows = rows_of_text(np.repeat(curve[:, np.newaxis], 3, axis=1))
-    return b"".join((provenance.comments(), header.encode(), curve_rows, rows))
+    return b"".join((provenance.comments(), header.encode(), curve_rows))
+
+
+def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
+    """Return the file's bytes."""
+    return rows_of_text(table_of(lut).reshape(-1, 3), head=head(lut, provenance))
 
 
 FORMAT = Format(
@@ -48,5 +52,6 @@ FORMAT = Format(
     unclipped=False,
     bake=bake,
     write=write,
+    head=head,
     stem="aged-resolve",
 )

@@ -16,7 +16,8 @@ from lutgen.names import MODES
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lutgen.bake.check import Budget, Checked
+    from lutgen.bake.budget import Budget
+    from lutgen.bake.check import Checked
 
 
 @click.command(cls=Command, section=Section.SIMULATE, place=2)
@@ -57,7 +58,7 @@ def command(
       lutgen check aged/
       lutgen check theirs.cube --mode chroma --hours 10000 --display my-display.csv
     """
-    from lutgen.bake.check import Budget
+    from lutgen.bake.budget import Budget
 
     budget = Budget(max_delta_e, p99)
     results = {}
@@ -102,13 +103,13 @@ def _check(
 
 
 def _report(path: str, result: Checked) -> None:
-    from lutgen.report.lut_files import shader_sentence
-
     for remark in result.remarks:
         say(f"note: {remark}")
     for finding in result.findings:
         say(f"{finding.path}: {finding.problem}")
     if result.gpu:
+        from lutgen.report.lut_files import shader_sentence
+
         renderer = next(iter(result.gpu.values())).renderer
         say(shader_sentence(renderer, len(result.gpu), max(run.worst for run in result.gpu.values())))
     worst = max((c.smooth.max for c in result.certificates.values()), default=0.0)

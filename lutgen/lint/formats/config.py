@@ -90,7 +90,7 @@ def scan_config(path: Path) -> ConfigScan:
     config, refusal = None, ""
     with bindings.warnings_logged(lib) as warnings:
         try:
-            config = lib.Config.CreateFromFile(str(path))
+            config = lib.Config.CreateFromFile(bindings.named_for_ocio(path))
             config.validate()
         except bindings.ocio_errors() as error:
             refusal = " ".join(str(error).split())

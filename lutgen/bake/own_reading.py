@@ -1,0 +1,193 @@
+"""A .cube of lutgen's own form read strictly, and held against OpenColorIO on a sample that the file's hash draws.
+
+OpenColorIO 2.1 needs 28 ms to parse the text of 33³, ten times as long as lutgen needs to bake and write it. So
+the text is read here: the head in one form, then exactly n³ rows of three numbers with seven decimals and no more. What
+is read must be the table that was baked, to the last digit: a fault of any size in any row is told.
+
+What OpenColorIO makes of such a text is found out on the same head over ``EDGE``³ rows of the file, drawn by its
+SHA-256, which OpenColorIO loads and applies. A table has one text alone that is read here, so that a file is compared
+with what lutgen would write without writing it. All rows have one grammar, so a program that reads some reads all; the
+first file of each kind in a process is loaded and applied as a whole besides.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from contextlib import suppress
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.bake.digits import DECIMALS
+from lutgen.bake.lut import Lut
+from lutgen.bake.readback import apply_lut
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from lutgen.bake.manifest import HeldFile
+    from lutgen.colorimetry import Array
+
+#: Points along an edge of the table that OpenColorIO loads, and colours that go through it.
+EDGE, COLOURS = 5, 100
+
+#: OpenColorIO computes in single precision: code values differ by no more.
+SINGLE = 2e-6
+
+_HEAD = re.compile(rb'((?:TITLE "[ !#-~]*"\n)?(?:# [^\r\n]*\n)*LUT_3D_SIZE )(\d{1,3})\n')
+
+_SCALE = 10**DECIMALS
+
+#: Rows that are read together: what is computed of them stays near the processor, in memory that is used again.
+_ROWS = 8_000
+
+_NO_ROWS = "its rows are not three numbers with seven decimals"
+_OTHER_SIGNS = "its signs are not those that lutgen writes"
+
+
+def is_read_here(lut: Lut, suffix: str) -> bool:
+    """Whether a file of this table is of the form that is read here."""
+    return lut.space == "code" and suffix == ".cube"
+
+
+def refuse_other(path: Path, shown: Array, read: Array) -> None:
+    """Raise LutgenError unless OpenColorIO ``shown`` what was ``read`` here, code values of (n, 3) colours."""
+    away = np.abs(shown - read).max()
+    if not away <= SINGLE:
+        raise LutgenError(
+            f"{path}: OpenColorIO reads it otherwise, by up to {away:.2g} in code values. Build it again."
+        )
+
+
+def checked_table(file: HeldFile, baked: Lut, folder: Path) -> Lut:
+    """Read a file strictly, and compare it with the table that was baked, and a sample of it with OpenColorIO.
+
+    The sample is written into ``folder``, a private one.
+
+    Raises
+    ------
+    LutgenError
+        The file has another form, holds another table, or OpenColorIO reads it otherwise.
+
+    """
+    try:
+        head, _, rows = _read(file)
+        rows.refuse_other(baked)
+        _sample(file, head, rows, folder / f"{os.getpid()}.cube")
+    except ValueError as error:
+        raise LutgenError(f"{file.path}: {error}. Build it again.") from None
+    return Lut("code", (rows.steps / _SCALE).astype(np.float32).astype(np.float64).reshape(baked.table.shape))
+
+
+def is_text_of(file: HeldFile, head: bytes, baked: Lut) -> bool:
+    """Whether a file is, byte for byte, a head and the rows of a table."""
+    with suppress(ValueError):
+        _, start, rows = _read(file)
+        return file.data.startswith(head) and len(head) == start and rows.are(baked)
+    return False
+
+
+class _Rows:
+    """Rows of a table as letters, (n³, k), and as numbers in units of the last decimal, (n³, 3).
+
+    Raises ValueError as :func:`whole_steps`.
+    """
+
+    def __init__(self, text: NDArray[np.uint8]) -> None:
+        self.text, self.steps = text, whole_steps(text)
+        self._table: Array | None = None
+
+    def are(self, baked: Lut) -> bool:
+        """Whether the numbers are those of a table; one that was found to be so is not compared again."""
+        if self._table is not baked.table:
+            table = baked.table.reshape(-1, 3)
+            if len(table) != len(self.steps):
+                return False
+            for top in range(0, len(table), _ROWS):
+                if not np.array_equal(self.steps[top : top + _ROWS], np.rint(table[top : top + _ROWS] * _SCALE)):
+                    return False
+            self._table = baked.table
+        return True
+
+    def refuse_other(self, baked: Lut) -> None:
+        """Raise ValueError unless the numbers are those of a table."""
+        if not self.are(baked):
+            raise ValueError("its table is not the one that was baked")
+
+
+#: The rows that this process has read last: ``stable`` has the same in the files of all hours.
+_LAST: list[_Rows] = []
+
+
+@lru_cache(maxsize=1)
+def _read(file: HeldFile) -> tuple[bytes, int, _Rows]:
+    """Return the head up to the size, where rows start, and rows; raises ValueError: a file has another form."""
+    match = _HEAD.match(file.data)
+    if match is None:
+        raise ValueError("its head is not in the form that lutgen writes")
+    size, letters = int(match[2]) ** 3, np.frombuffer(file.data, np.uint8, offset=match.end())
+    if not size or letters.size % size:
+        raise ValueError(f"it has not {size} rows of one length")
+    text = letters.reshape(size, -1)
+    if not (_LAST and np.array_equal(text, _LAST[0].text)):
+        _LAST[:] = [_Rows(text)]
+    return match[1], match.end(), _LAST[0]
+
+
+def whole_steps(text: NDArray[np.uint8]) -> NDArray[np.int32]:
+    """Read rows of letters, (n, k), as numbers in units of the last decimal, (n, 3); raises ValueError.
+
+    Rows have one text: a column for signs only where a number is negative, and no negative zero.
+    """
+    rows, letters = text.shape
+    signed = letters // 3 - DECIMALS - 3
+    if letters % 3 or signed not in (0, 1):
+        raise ValueError(_NO_ROWS)
+    # Columns are contiguous, as those of a table.
+    steps = np.empty((rows, 3), np.int32, order="F")
+    for top in range(0, rows, _ROWS):
+        steps[top : top + _ROWS] = _steps_of(text[top : top + _ROWS], signed)
+    if signed and not (steps < 0).any():
+        raise ValueError(_OTHER_SIGNS)
+    return steps
+
+
+def _steps_of(text: NDArray[np.uint8], signed: int) -> NDArray[np.int32]:
+    rows, letters = text.shape
+    columns = np.ascontiguousarray(text.reshape(rows * 3, letters // 3).T)
+    ends = columns[-1].reshape(rows, 3)
+    digits = np.delete(columns[signed:-1], 1, axis=0) - ord("0")
+    minus = columns[0] == ord("-") if signed else np.zeros(1, bool)
+    if not (
+        digits.max() <= 9
+        and (columns[signed + 1] == ord(".")).all()
+        and (ends == np.frombuffer(b"  \n", np.uint8)).all()
+        and (not signed or (minus | (columns[0] == ord(" "))).all())
+    ):
+        raise ValueError(_NO_ROWS)
+    # Eight digits: two by two, as wide as it takes.
+    twos = digits[0::2] * np.uint8(10) + digits[1::2]
+    fours = twos[0::2] * np.uint16(100) + twos[1::2]
+    steps: NDArray[np.int32] = fours[0] * np.int32(10_000) + fours[1]
+    if signed:
+        np.negative(steps, out=steps, where=minus)
+        if (steps[minus] == 0).any():
+            raise ValueError(_OTHER_SIGNS)
+    return steps.reshape(rows, 3)
+
+
+def _sample(file: HeldFile, head: bytes, rows: _Rows, part: Path) -> None:
+    """Let OpenColorIO load some rows of a file behind its head; raises ValueError where it gives other colours."""
+    random = np.random.default_rng(list(bytes.fromhex(file.sha256)))
+    chosen = random.integers(0, len(rows.text), EDGE**3)
+    code = random.random((COLOURS, 3)).astype(np.float32).astype(np.float64)
+    table = Lut("code", (rows.steps[chosen] / _SCALE).reshape(EDGE, EDGE, EDGE, 3))
+    part.write_bytes(b"%s%d\n%s" % (head, EDGE, rows.text[chosen].tobytes()))
+    away = np.abs(apply_lut(part, code) - table.apply(code)).max()
+    if not away <= SINGLE:
+        raise ValueError(f"OpenColorIO reads its numbers otherwise, by up to {away:.2g}")
