@@ -135,11 +135,11 @@ def test_the_covariance_is_that_of_many_draws() -> None:
     light = np.array([[235.0, 248.0, 268.0], [0.2, 0.2, 0.3]])
     shared = np.full((3, 3), 0.6) + 0.4 * np.eye(3)
     noise = Noise(0.002, 0.003, 0.003, shared, "stated", floor_correlation=shared)
-    exact = replace(readings(), xyz_cd_m2=readings().xyz_cd_m2)
-    draws = np.array([with_noise(exact, seed).xyz_cd_m2[[0, 12]] for seed in range(2000)])
-    for k, where in enumerate((0, 12)):
-        drawn = np.cov(draws[:, k].T)
-        np.testing.assert_allclose(noise.covariance(exact.xyz_cd_m2[[where]])[0], drawn, rtol=0.12)
+    exact = readings(repeats=2000, hours=(0.0,))
+    draws = with_noise(exact, 1).xyz_cd_m2
+    for first in (0, 8000):  # of white, of black
+        xyz, drawn = exact.xyz_cd_m2[first], draws[first : first + 2000]
+        np.testing.assert_allclose(noise.covariance(xyz[np.newaxis])[0], np.cov(drawn.T), rtol=0.12)
     white = np.einsum("nij,njk,nlk->nil", noise.whitener(light), noise.covariance(light), noise.whitener(light))
     np.testing.assert_allclose(white, [np.eye(3)] * 2, atol=1e-9)
 
