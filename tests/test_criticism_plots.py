@@ -136,7 +136,6 @@ def test_a_comparison_is_legible(name: str, tmp_path: Path, canvases: list[Canva
             ("tips only", "they cannot see"),
             ("outside", "No known effect explains it: "),
         ],
-        "leak",
         "healthy",
         "tips only",
     ),

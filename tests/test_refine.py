@@ -143,6 +143,7 @@ def test_auto_adds_nothing_to_a_healthy_display() -> None:
     assert made.model.effects == ()
 
 
+@pytest.mark.slow(every=True)
 def test_auto_goes_on_from_what_a_model_has() -> None:
     first = refine(readings(*TWO), ["black-level"])
     second = refine(readings(*TWO), auto=True, terms=terms_of(first.model))

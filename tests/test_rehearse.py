@@ -12,7 +12,6 @@ import pytest
 from lutgen.criticism.rehearse import Rehearsal, rehearse
 from lutgen.effects import catalogue
 from lutgen.effects.expression import parse
-from tests.quick import mostly_slow
 from tests.readings_text import read
 from tests.virtual_display.campaign import Campaign, csv_text
 
@@ -52,16 +51,16 @@ def rehearsed(name: str, design: str = "colours") -> Rehearsal:
     return rehearse(parse(OWN[name]) if name in OWN else catalogue()[name], readings(design), BUILT_IN)
 
 
-@pytest.mark.parametrize(("name", "design", "told"), mostly_slow([
+@pytest.mark.slow(every=True)
+@pytest.mark.parametrize(("name", "design", "told"), [
     ("stairs", "colours", "three times the smallest detectable size, it is found again: 0.0"),
     ("leak", "colours", "these readings cannot tell it from black-level."),
     ("corner", "full", "it is found again"),
     ("most", "colours", "the largest size allowed and "),
-    ("crosstalk", "colours", "it is found again: 0.0"),
     ("warm-up", "full", "it is found again"),
     ("temperature", "full", " 1/K, three times the smallest detectable size"),
     ("quantization", "colours", "Put into these readings at "),
-], "crosstalk", "quantization"))  # fmt: skip
+])  # fmt: skip
 def test_what_is_put_in_is_found_again_in_its_size(name: str, design: str, told: str) -> None:
     found = rehearsed(name, design)
     assert found.recovered, found.sentence
@@ -121,6 +120,8 @@ def test_only_effects_of_the_same_baseline_are_likened_and_all_from_hour_0() -> 
 
 def test_the_size_that_is_said_to_be_smallest_is_that_of_the_visibility_table() -> None:
     found = rehearsed("crosstalk")
+    assert found.recovered, found.sentence
+    assert "it is found again: 0.0" in found.sentence
     assert (found.parameter, found.unit) == ("new", "1")
     put = float(found.sentence.partition(" at ")[2].partition(",")[0])
     assert found.smallest_detectable is not None

@@ -197,6 +197,7 @@ def test_an_effect_that_begins_beyond_a_threshold_is_found() -> None:
     assert family(base, effect).best.gain > 0.9 * (base.chi2 - base.freedom)
 
 
+@pytest.mark.slow(every=True)
 def test_another_selection_costs_more_than_its_luck() -> None:
     penalty, gains = [], []
     for seed in range(60):
