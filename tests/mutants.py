@@ -29,6 +29,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from itertools import zip_longest
 from pathlib import Path
 from types import CodeType, FunctionType
 from typing import TYPE_CHECKING, NamedTuple
@@ -222,15 +223,18 @@ class Trial:
         self._unsound: set[str] = set()
 
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        gc.unfreeze()  # what conftest froze: swap looks for functions among it
         self._items = {item.nodeid: item for item in session.items}
         self._sound = functools.cache(lambda test: not _forked(lambda: self._failing([test])))
-        for target, chosen in self._chosen.items():
-            noticed = 0
-            for mutant in chosen:
+        noticed: Counter[Path] = Counter()
+        # In turn, so that a run that is ended early says as much of each target.
+        for round_ in zip_longest(*([(target, each) for each in chosen] for target, chosen in self._chosen.items())):
+            for target, mutant in filter(None, round_):
                 answer = self._answer(mutant)
-                noticed += bool(answer)
+                noticed[target] += bool(answer)
                 print(f"{mutant.file}:{mutant.line}: {mutant.what}: {answer or 'NOT NOTICED'}", flush=True)
-            print(f"{target}: {noticed} of {len(chosen)} mutants are noticed", flush=True)
+        for target, chosen in self._chosen.items():
+            print(f"{target}: {noticed[target]} of {len(chosen)} mutants are noticed", flush=True)
         return True
 
     def _answer(self, mutant: Mutant) -> str:
