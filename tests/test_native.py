@@ -414,6 +414,31 @@ def test_what_curves_miss_of_mixtures_is_no_aging() -> None:
     assert diagnose(bright, baseline="native").verdict.name == "consistent"
 
 
+def greys_at_new_levels(uneven: float) -> Measurements:
+    """A healthy display whose curve is uneven by a share of its light, read at other levels in each session."""
+    rng, ends = np.random.default_rng(3), np.array([*TIPS, BLACK] * 3)
+    panel = Panel(gammas=(2.2, 2.2, 2.2), extra=(0.0, 0.0, 0.0), fading=0.0)
+    hours = np.repeat((0.0, 9000.0, 18_000.0), len(ends) + 30)
+    levels = np.round(np.linspace(0.03, 0.95, 30) + np.array([[0.0], [0.007], [0.013]]), 4)
+    drive = np.concatenate([part for each in levels for part in (ends, np.repeat(each, 3).reshape(-1, 3))])
+    xyz = np.array([panel.xyz(code) for code in drive.tolist()])
+    bent = (drive > 0).all(axis=1) & (drive < 1).all(axis=1)
+    xyz = xyz * (1.0 + uneven * bent * np.sin(97.0 * drive[:, 0]))[:, np.newaxis]
+    xyz *= 1.0 + 0.002 * rng.standard_normal(xyz.shape)
+    return Measurements(
+        hours=hours, drive=drive, xyz_cd_m2=xyz, lines=np.arange(2.0, hours.size + 2.0), file="greys.csv"
+    )
+
+
+def test_what_a_curve_misses_between_its_levels_is_no_aging() -> None:
+    """A first session of greys alone judges its own curve: each level is told by a curve through the others."""
+    even, uneven = greys_at_new_levels(0.0), greys_at_new_levels(0.02)
+    shares = [Problem.of(readings, baseline="native").discrepancy.share for readings in (even, uneven)]
+    assert shares[0] < 0.005
+    assert shares[1] > 0.01
+    assert diagnose(uneven, baseline="native").verdict.name == "consistent"
+
+
 def test_a_change_smaller_than_what_curves_miss_is_named() -> None:
     """Every later reading of a colour is told from its first one, which holds what curves miss."""
     found = diagnose(bright_mixtures(("eotf-drift", 0.01, "same")), baseline="native").verdict

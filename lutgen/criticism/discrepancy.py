@@ -16,8 +16,9 @@ import numpy as np
 import scipy  # its parts load when they are first used: the first comparison needs few of them
 from scipy.special import chdtrc
 
-from lutgen.display.native import first_session_rows, sample_of
+from lutgen.display.native import NativeDisplay, first_session_rows, sample_of
 from lutgen.display.own_model.native_curves import added_up, parts_of
+from lutgen.errors import LutgenError
 from lutgen.readings.rest import is_tip
 
 if TYPE_CHECKING:
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.criticism.noise import Noise
-    from lutgen.display.native import NativeDisplay
     from lutgen.display.own_model import Sample
     from lutgen.readings import Measurements
 
@@ -138,21 +138,44 @@ def _of_curves(
     noise: Noise,
     leave_out: Sequence[int],
 ) -> Discrepancy:
-    """What curves of ramps or greys miss of all other colours; none where noise alone would miss as much."""
+    """What curves of ramps or greys miss of all other colours; none where noise alone would miss as much.
+
+    Where a session has nothing but the levels of these curves, each level is told by a curve through the others.
+    """
     here = first_session_rows(readings, leave_out)
     sample = sample_of(readings, here)
-    unseen = ~native.made_from(readings)[here] & ~is_tip(sample.drive).any(axis=1)
-    code, share = sample.drive[unseen], sample.share[unseen]
+    on_curves = native.made_from(readings)[here]
+    judged = ~on_curves & ~is_tip(sample.drive).any(axis=1)
+    told = added_up(sample, native.curves, sample.drive)
+    if len(np.unique(sample.drive[judged], axis=0)) < FEW:
+        judged = on_curves & sample.drive.any(axis=1)
+        told = _told_by_other_levels(readings, leave_out, sample.drive[judged], told, sample)
+    code, share = sample.drive[judged], sample.share[judged]
     if len(np.unique(code, axis=0)) < FEW:
         return NONE
-    told = added_up(sample, native.curves, code)
-    missed, light = (share - told) * sample.white, share * sample.white
+    missed, light = (share - told[judged]) * sample.white, share * sample.white
     covariance = noise.covariance(light) + _of_tips(sample, parts_of(native.curves, code), noise)
     if drawn:
-        off = np.array([added_up(sample, each.curves, code) - told for each in drawn]) * sample.white
+        usual = added_up(sample, native.curves, code)
+        off = np.array([added_up(sample, each.curves, code) - usual for each in drawn]) * sample.white
         covariance = covariance + np.einsum("kni,knj->nij", off, off) / len(drawn)
     squares = np.einsum("ni,nij,nj->", missed, np.linalg.inv(covariance), missed)
     return discrepancy_of(missed, light, covariance) if chdtrc(missed.size, squares) < SIGNIFICANT else NONE
+
+
+def _told_by_other_levels(
+    readings: Measurements, leave_out: Sequence[int], levels: Array, told: Array, sample: Sample
+) -> Array:
+    """Shares of white (n, 3) of a sample's readings, each of some levels told by curves that were made without it."""
+    here, told = first_session_rows(readings, leave_out), told.copy()
+    for code in np.unique(levels, axis=0):
+        level = (sample.drive == code).all(axis=1)
+        try:
+            others = NativeDisplay.of(readings, [*leave_out, *here[level].tolist()], strict=False)
+        except LutgenError:  # too few levels are left
+            continue
+        told[level] = added_up(sample, others.curves, sample.drive[level])
+    return told
 
 
 def _of_tips(sample: Sample, parts: Array, noise: Noise) -> Array:

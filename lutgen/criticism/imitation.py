@@ -16,9 +16,10 @@ import numpy as np
 from lutgen.criticism.linear import Term
 from lutgen.criticism.probes import LEAST_SEEN
 from lutgen.criticism.score import Score
+from lutgen.criticism.search import HALF
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from lutgen.colorimetry import Array
     from lutgen.criticism.fit import Fit
@@ -64,6 +65,21 @@ def nearest(step: Step, final: Fit, scale: float) -> Imitated | None:
     ]
     share, name = min(shares, default=(1.0, ""))
     return Imitated(name, share, strength * share) if name else None
+
+
+def overlap(chosen: Sequence[Candidate], base: Fit) -> bool:
+    """Whether one of several effects does mostly what the form of another could do as well, had it other values.
+
+    Two effects whose forms overlap are how a greedy search builds up a third one; effects of their own stay apart.
+    """
+    score = Score(base)
+    forms = [_form(score, each) for each in chosen]
+    return any(
+        _outside(form, score, other.term) < HALF
+        for form, each in zip(forms, chosen, strict=True)
+        for other in chosen
+        if other is not each
+    )
 
 
 def _typical(effect: Effect) -> Iterator[list[Term]]:

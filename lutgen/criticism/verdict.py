@@ -9,7 +9,7 @@ import numpy as np
 
 from lutgen.criticism.families import condition_of, family_of
 from lutgen.criticism.first_day import white_moved
-from lutgen.criticism.imitation import Imitated, nearest
+from lutgen.criticism.imitation import Imitated, nearest, overlap
 from lutgen.criticism.leftover import is_even, is_noise, is_within_scatter
 from lutgen.criticism.probes import Probed, free_term, probe
 from lutgen.criticism.search import HALF, STRONG
@@ -297,7 +297,8 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
         remarks = (*remarks, f"Fitted beside, next to nothing of the error: {names}.")
     alike = {step.name: _imitated(step, explanation, error) for step in kept}
     strongest = max(kept, key=lambda step: step.without.chi2)
-    if any(each and each.left < 2 * STRONG for name, each in alike.items() if name != strongest.name):
+    passes = any(each and each.left < 2 * STRONG for name, each in alike.items() if name != strongest.name)
+    if passes or (len(kept) > 1 and overlap([step.chosen for step in kept], base)):
         # Of several, one whose form passes for another effect as strong as itself may be what the strongest one misses.
         return _unexplained(explanation, remarks, probed if probed.names else nothing)
     if len(kept) > 1:
