@@ -38,7 +38,6 @@ QUICK_NOTHING = (
     "rows shuffled within each session",
     "optional columns that never change absent",
     "an hour since power-on in every row",
-    "sessions with other names",
     "light as x,y,Y",
     "semicolons between fields, with decimal points",
 )
