@@ -439,6 +439,7 @@ def test_what_a_curve_misses_between_its_levels_is_no_aging() -> None:
     assert diagnose(uneven, baseline="native").verdict.name == "consistent"
 
 
+@pytest.mark.slow(every=True)
 def test_a_change_smaller_than_what_curves_miss_is_named() -> None:
     """Every later reading of a colour is told from its first one, which holds what curves miss."""
     found = diagnose(bright_mixtures(("eotf-drift", 0.01, "same")), baseline="native").verdict

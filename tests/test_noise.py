@@ -69,11 +69,12 @@ def sigma(noise: Noise, light: Array) -> float:
     return float(np.exp(np.log(np.diagonal(noise.covariance(light[np.newaxis])[0])).mean() / 2))
 
 
-@pytest.mark.parametrize(("relative", "floor", "correlation"), mostly_slow([
+@pytest.mark.slow(every=True)
+@pytest.mark.parametrize(("relative", "floor", "correlation"), [
     (0.001, 0.0005, 0.6),
     (0.002, 0.003, 0.3),
     (0.005, 0.02, 0.8),
-], 0.005))  # fmt: skip
+])  # fmt: skip
 def test_noise_is_recovered_from_replicates(relative: float, floor: float, correlation: float) -> None:
     exact = readings()
     noisy = [with_noise(exact, seed, relative=relative, floor=floor, correlation=correlation) for seed in range(40)]

@@ -12,6 +12,7 @@ import pytest
 from lutgen.criticism.rehearse import Rehearsal, rehearse
 from lutgen.effects import catalogue
 from lutgen.effects.expression import parse
+from tests.quick import mostly_slow
 from tests.readings_text import read
 from tests.virtual_display.campaign import Campaign, csv_text
 
@@ -97,7 +98,7 @@ def test_what_takes_everything_alike_is_absorbed_and_its_leftover_is_like_nothin
     assert rehearsed("fade").likeness == []
 
 
-@pytest.mark.parametrize("name", ["leak", "dark"])
+@pytest.mark.parametrize("name", mostly_slow(["leak", "dark"], "dark"))
 def test_an_effect_is_most_like_its_twin_in_the_catalogue_whatever_its_sign(name: str) -> None:
     found = rehearsed(name)
     (first, cosine), *others = found.likeness

@@ -39,7 +39,7 @@ def fading(folder: Path, life_days: float, *, days: list[int] | None = None, hea
     return read_campaign(write(folder, life(states, seed=4), days, head=head))
 
 
-@pytest.mark.parametrize("life_days", [3000.0, 6000.0])
+@pytest.mark.parametrize("life_days", mostly_slow([3000.0, 6000.0], 3000.0))
 def test_the_time_of_a_limit_is_that_of_the_known_decay(life_days: float, tmp_path: Path) -> None:
     (found,) = trend(fading(tmp_path, life_days), [parse_limit("white>=55%")]).passings
     truth = -life_days * np.log(0.55)
@@ -94,7 +94,8 @@ def test_light_that_falls_by_a_quarter_is_not_constant_in_few_sessions() -> None
     assert found.weights["constant"] < 0.05
 
 
-@pytest.mark.parametrize("name", mostly_slow(trend_coverage.truths(np.random.default_rng(0)), "the paper's line"))
+@pytest.mark.parametrize("name", trend_coverage.truths(np.random.default_rng(0)))
+@pytest.mark.slow(every=True)
 def test_intervals_hold_the_true_time_about_as_often_as_they_say(name: str) -> None:
     """40 histories: a share of 0.9 leaves fewer than 31 with a chance of 1 %. The command scores it in full."""
     missed = [trend_coverage.held(name, 8, (5, n)) for n in range(40)]
