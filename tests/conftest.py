@@ -22,8 +22,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 settings.register_profile("lutgen", deadline=None, derandomize=True)
 settings.load_profile("lutgen")
 
-# What is imported and collected stays to the end: looked through for garbage again and again it is a fifth of
-# collecting, and a part of all that follows.
+# What is imported and collected stays to the end: to look through it for garbage is a fifth of collecting.
 gc.disable()
 
 

@@ -358,7 +358,7 @@ def main() -> None:
         chosen[target] = random.Random(options.seed).sample(every, min(options.count, len(every)))  # noqa: S311 - no secret
     with tempfile.TemporaryDirectory() as folder:
         plugins = [Trial(Lines(options.lines), chosen, options.budget)]
-        pytest.main([*QUICK, "-p", "no:xdist", "--basetemp", f"{folder}/tests", *options.tests], plugins=plugins)
+        pytest.main([*QUICK, "-s", "-p", "no:xdist", "--basetemp", f"{folder}/tests", *options.tests], plugins=plugins)
 
 
 if __name__ == "__main__":
