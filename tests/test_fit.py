@@ -109,7 +109,8 @@ def test_the_gain_between_two_sessions_of_one_hour_is_fitted_as_the_twin_does() 
     assert np.count_nonzero(found.gains) == 2
 
 
-@pytest.mark.parametrize("name", mostly_slow(["crosstalk", "black-level"], "black-level"))
+@pytest.mark.slow(every=True)
+@pytest.mark.parametrize("name", ["crosstalk", "black-level"])
 def test_an_hour_without_tips_is_fitted_nearly_as_the_twin_does(name: str) -> None:
     # lutgen lets such an hour follow the tips of its neighbours, the twin also lets it pull at them.
     truth, _ = TRUTHS[name]

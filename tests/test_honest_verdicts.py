@@ -313,6 +313,7 @@ def test_a_form_passes_for_an_effect_only_where_it_follows_all_sizes_of_it() -> 
     assert alike.share > 0.05
 
 
+@pytest.mark.slow(every=True)
 def test_choosing_forms_again_never_makes_a_fit_worse() -> None:
     """Steps of codes are found in what the others leave: beside a wrong second effect they were lost."""
     stepped = replace(LUCKY, seed=1, hidden=(("quantization", 1.0 / 255.0, "other"),))
