@@ -162,7 +162,7 @@ def image_of(work: Work, folder: Path) -> bytes:
     """Return a large picture with as many colours as a photograph: tissue, enlarged, with a little noise; seeded."""
     from PIL import Image
 
-    from lutgen.explore.example import tissue
+    from lutgen.explore.commands import tissue
 
     with Image.open(tissue()) as small:
         pixels = np.asarray(small.resize((work.width, work.height), Image.Resampling.BICUBIC)).astype(np.int16)

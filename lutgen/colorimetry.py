@@ -256,10 +256,8 @@ _TINY = 1e-200
 
 
 def _hue_polynomials() -> tuple[list[float], list[float]]:
-    """Equation (15) by powers of cos h: what stands alone, and what is multiplied by sin h.
-
-    T = 1 − 0.17 cos(h − 30°) + 0.24 cos 2h + 0.32 cos(3h + 6°) − 0.20 cos(4h − 63°).
-    """
+    """Equation (15) by powers of cos h: what stands alone, and what is multiplied by sin h."""
+    # T = 1 − 0.17 cos(h − 30°) + 0.24 cos 2h + 0.32 cos(3h + 6°) − 0.20 cos(4h − 63°).
     weights, turns = np.array([0.17, 0.32, 0.20]), np.radians([30.0, 6.0, 63.0])
     cos_1, cos_3, cos_4 = weights * np.cos(turns)
     sin_1, sin_3, sin_4 = weights * np.sin(turns)

@@ -229,9 +229,9 @@ def _clear(place: str) -> None:
         return
     for folder in Path(place).glob(f"{PREFIX}*"):
         with suppress(OSError):  # somebody else clears it too
-            found = folder.lstat()
-            ours = found.st_uid == os.getuid() and not folder.is_symlink() and folder.is_dir()
-            if ours and time.time() - found.st_mtime > GRACE and (held := _held(folder)) is not None:
+            status = folder.lstat()
+            ours = status.st_uid == os.getuid() and not folder.is_symlink() and folder.is_dir()
+            if ours and time.time() - status.st_mtime > GRACE and (held := _held(folder)) is not None:
                 shutil.rmtree(folder, ignore_errors=True)
                 os.close(held)
 

@@ -40,8 +40,7 @@ from lutgen.bake.check import check
 from lutgen.bake.formats import Provenance, format_named, format_names
 from lutgen.bake.lut import Lut, Sampler, table_of
 from lutgen.bake.manifest import MANIFEST, HeldFile, sha256
-from lutgen.bake.own_reading import SINGLE, checked_table
-from lutgen.bake.readback import apply_lut
+from lutgen.bake.readback import SINGLE, apply_lut, checked_table
 from lutgen.display import DisplayModel, default_display, load_model
 from lutgen.errors import LutgenError
 from lutgen.lint import lint, programs

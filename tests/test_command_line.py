@@ -117,6 +117,16 @@ def test_a_usage_error_shows_an_example_of_that_command(
     assert not done.out
 
 
+@pytest.mark.parametrize(("word", "why"), [("--hours", "requires an argument"), ("--force=3", "does not take a value")])
+def test_an_option_with_a_value_too_few_or_too_many_shows_the_example_too(
+    word: str, why: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    done = in_process(monkeypatch, capsys)("build", word)
+    assert done.code == 2
+    assert "\nExample: lutgen build" in done.err
+    assert done.err.rstrip().endswith(f"{why}.")
+
+
 @pytest.mark.parametrize("words", [(), ("study",), ("sessions",)])
 def test_a_group_alone_prints_its_help(
     words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

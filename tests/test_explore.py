@@ -23,9 +23,8 @@ import pytest
 
 from lutgen import DisplayModel
 from lutgen.errors import LutgenError
-from lutgen.explore.commands import Asked, commands
+from lutgen.explore.commands import Asked, commands, example_readings, tissue
 from lutgen.explore.drop import IMAGE, READINGS, gathered
-from lutgen.explore.example import example_readings, tissue
 from lutgen.explore.fitting import Fitting
 from lutgen.explore.imaging import Imaging
 from lutgen.explore.process import ENDED, Process

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from lutgen.colorimetry import LINEAR_TO_XYZ, code_to_linear
-from lutgen.display.own_model import Sample, fit_own_model, pair_terms, residual, scalar_curves, srgb, xyz_curves
+from lutgen.display.own_model import Sample, curves, fit_own_model, residual
 from lutgen.display.own_model.drive import WAYS, Drive
 from lutgen.display.own_model.least_squares import solve
 from lutgen.display.own_model.stored import StoredModel
@@ -67,15 +67,15 @@ def taken(sample: Sample) -> set[str]:
 
 def test_an_srgb_display_stays_near_the_lowest_rung() -> None:
     model = fit_own_model(sample_of(lambda code: 150.0 * code_to_linear(code) @ LINEAR_TO_XYZ.T))
-    assert model.rungs[0].name == srgb.NAME
+    assert model.rungs[0].name == curves.SRGB_NAME
     assert model.rungs[0].error < 0.05
     assert model.error <= model.rungs[0].error
 
 
 @pytest.mark.parametrize(("display", "rung", "least"), [
-    (gamma, scalar_curves.NAME, 0.05),
-    (turning, xyz_curves.NAME, 0.07),
-    (coupled, pair_terms.NAME, 0.12),
+    (gamma, curves.SCALAR_NAME, 0.05),
+    (turning, curves.XYZ_NAME, 0.07),
+    (coupled, curves.PRODUCTS_NAME, 0.12),
 ])  # fmt: skip
 def test_the_rung_that_a_display_needs_is_taken(display: Callable[[Array], Array], rung: str, least: float) -> None:
     model = fit_own_model(sample_of(display))
@@ -86,8 +86,8 @@ def test_the_rung_that_a_display_needs_is_taken(display: Callable[[Array], Array
 
 def test_a_display_with_one_curve_a_channel_needs_no_products() -> None:
     found = {rung.name: rung.error for rung in fit_own_model(sample_of(gamma)).rungs}
-    assert found[scalar_curves.NAME] < found[srgb.NAME] / 5
-    assert found[pair_terms.NAME] > 0.8 * found[scalar_curves.NAME]
+    assert found[curves.SCALAR_NAME] < found[curves.SRGB_NAME] / 5
+    assert found[curves.PRODUCTS_NAME] > 0.8 * found[curves.SCALAR_NAME]
 
 
 def bumped(code: Array) -> Array:
@@ -101,7 +101,7 @@ def test_what_no_formula_names_is_in_the_residual() -> None:
     errors = {rung.name: rung.error for rung in model.rungs}
     assert model.rungs[-1].name == residual.NAME
     assert model.rungs[-1].taken
-    assert errors[residual.NAME] < 0.6 * errors[pair_terms.NAME]
+    assert errors[residual.NAME] < 0.6 * errors[curves.PRODUCTS_NAME]
 
 
 def test_the_standard_error_is_small_at_readings_and_large_far_from_them() -> None:
@@ -135,21 +135,21 @@ def test_one_misread_level_is_named_and_hardly_counts() -> None:
 
 def test_the_luminance_of_a_channel_never_falls() -> None:
     good = sample_of(gamma, noise=0.03)
-    curves = xyz_curves.fit(good, Drive(), 0.0001)
+    fitted = curves.fit_xyz(good, Drive(), 0.0001)
     code = np.linspace(0.0, 1.0, 65)[:, np.newaxis] * np.eye(3)[:, np.newaxis, :]
-    assert (np.diff(np.array([curves(each)[:, 1] for each in code]), axis=1) >= -1e-9).all()
+    assert (np.diff(np.array([fitted(each)[:, 1] for each in code]), axis=1) >= -1e-9).all()
 
 
 def test_steps_of_a_loaded_calibration_are_part_of_the_model() -> None:
     """A panel that gets 8 bits behind a strong calibration shows stairs that smooth curves miss."""
     steps = np.arange(256) / 255
-    curves = np.column_stack([steps, 0.8 * steps**1.3, 0.7 * steps**1.2, 0.9 * steps**0.9])
-    through = Drive(WAYS[2], curves)
+    loaded = np.column_stack([steps, 0.8 * steps**1.3, 0.7 * steps**1.2, 0.9 * steps**0.9])
+    through = Drive(WAYS[2], loaded)
 
     def stairs(code: Array) -> Array:
         return gamma(through(code))
 
-    known, unknown = sample_of(stairs, 0.0001, calibration=curves), sample_of(stairs, 0.0001)
+    known, unknown = sample_of(stairs, 0.0001, calibration=loaded), sample_of(stairs, 0.0001)
     model = fit_own_model(known)
     drive = model.model.drive  # type: ignore[attr-defined]
     assert drive.way == WAYS[2]

@@ -9,17 +9,15 @@ from typing import TYPE_CHECKING
 
 from lutgen.bake.config import config_text
 from lutgen.bake.fidelity import Certificate, Judge
-from lutgen.bake.folder import claim
-from lutgen.bake.folder_lock import locked_folder
+from lutgen.bake.folder import claim, locked_folder
 from lutgen.bake.formats import format_named
 from lutgen.bake.gpu import check_renderer, gpu_run
 from lutgen.bake.lut import SIZES, Lut
 from lutgen.bake.manifest import FileRecord, HeldFile, Manifest, Recipe, model_as_json, sha256
-from lutgen.bake.own_reading import checked_table, is_read_here, refuse_other
 from lutgen.bake.parallel import in_parallel
 from lutgen.bake.plan import Plan
 from lutgen.bake.provenance import config_of_all, config_of_display, provenance_of
-from lutgen.bake.readback import TableKind, apply_lut
+from lutgen.bake.readback import TableKind, apply_lut, checked_table, is_read_here, refuse_other
 from lutgen.bindings import ocio
 from lutgen.display.inverse import compensation_of
 from lutgen.errors import LutgenError
@@ -42,7 +40,7 @@ CONFIG = "config.ocio"
 
 @dataclass(frozen=True)
 class Built:
-    """What a build did: its manifest, and what of an interrupted one was missing (missing, all)."""
+    """The result of a build: its manifest, and how many files an interrupted build lacked (missing, all)."""
 
     manifest: Manifest
     unfinished: tuple[int, int] | None
@@ -132,14 +130,14 @@ def paths_of(plan: Plan) -> list[str]:
 
 
 def _parts(plan: Plan) -> list[tuple[tuple[str, float, str], ...]]:
-    """Cut the displays into parts small enough for progress to move: a correction takes as long as four displays."""
+    """Split the displays into small parts, for the progress bar: a correction takes as long as four displays."""
     displays, most = list(plan.folders()), 1 if plan.direction == "compensate" else 4
     return [tuple(displays[start : start + most]) for start in range(0, len(displays), most)]
 
 
 @dataclass(frozen=True)
 class _Work:
-    """What one worker is handed: some displays, and the table sizes where a tolerance chose them.
+    """The work for one process: some displays, and the table sizes where a tolerance chose them.
 
     ``scratch``: the private folder of this build, for all workers.
     """
@@ -152,8 +150,8 @@ class _Work:
     sizes: dict[tuple[str, str], int] | None = None
 
 
-#: One process's judge, the certificates of tables that it has met, and each format's last table: ``stable`` has one
-#: for all hours.
+#: The judge of this process, the certificates of tables that it has judged, and each format's last table: ``stable``
+#: has one for all hours.
 JUDGE = Judge()
 _CERTIFICATES: dict[object, Certificate] = {}
 #: Kinds of tables of which OpenColorIO has read a whole file in this process.
@@ -162,9 +160,9 @@ _BAKED: dict[str, tuple[object, Lut | MatrixLut, Figures]] = {}
 
 
 def prepare(aged: AgedDisplay, plan: Plan) -> None:
-    """Compute what all displays share before workers are forked: they then share its memory too.
+    """Compute what all displays share before workers are forked, so that workers share its memory.
 
-    Corrections share next to nothing.
+    Corrections share almost nothing.
     """
     if compensation_of(aged):
         return
@@ -247,22 +245,20 @@ def certified(file: HeldFile, aged: AgedDisplay, form: Format, lut: Lut | Matrix
 
 
 def _shown(file: HeldFile, form: Format, lut: Lut | MatrixLut, kind: TableKind, beside: Path) -> Array:
-    """Code values that a file gives for the judge's colours, (n, 3).
-
-    A file that lutgen reads itself OpenColorIO reads as a whole when it is the first of its kind.
-    """
+    """Code values that a file gives for the judge's colours, (n, 3)."""
+    # A file that lutgen reads itself OpenColorIO reads as a whole when it is the first of its kind.
     own = checked_table(file, lut, beside) if isinstance(lut, Lut) and is_read_here(lut, form.suffix) else None
-    told = JUDGE.shown(own) if own else None
-    if told is not None and kind in _READ_WHOLE:
-        return told
+    codes = JUDGE.shown(own) if own else None
+    if codes is not None and kind in _READ_WHOLE:
+        return codes
     with under_its_name(file.path, form.suffix) as named:
         shown = apply_lut(named, JUDGE.code)
-    if told is None:
+    if codes is None:
         return shown
-    refuse_other(file.path, shown, told)
+    refuse_other(file.path, shown, codes)
     _READ_WHOLE.add(kind)
-    # Certificates are the same whichever process has which files.
-    return told
+    # Certificates do not depend on which process gets which files.
+    return codes
 
 
 def best_candidate(model: DisplayModel, aged: AgedDisplay, form: Format, size: int) -> tuple[Lut | MatrixLut, bytes]:

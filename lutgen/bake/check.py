@@ -1,4 +1,4 @@
-"""``lutgen check``: do these files still do what the model says? It writes nothing and trusts nothing.
+"""``lutgen check``: do these files still do what the model says? It writes no file, and trusts none.
 
 Every LUT is read again through OpenColorIO and compared with the model, every number of its table with what the code
 writes, its certificate with a new one, and every config as a whole with what the code writes. Pixels are sent through
@@ -20,13 +20,12 @@ from typing import TYPE_CHECKING, Any
 from lutgen import __version__
 from lutgen.bake.build import JUDGE, best_candidate, certified, config_format, prepare
 from lutgen.bake.check_config import check_config
-from lutgen.bake.check_stale import stale
+from lutgen.bake.check_manifest import altered, left_alone, plan_of, stale, unknown_values, unlisted
 from lutgen.bake.expected import SLACK, differs_from, otherwise_certified
 from lutgen.bake.figures import MAX_DELTA_E, P99
 from lutgen.bake.formats import format_named, lut_suffixes
 from lutgen.bake.gpu import TOLERANCE as GPU_TOLERANCE
 from lutgen.bake.gpu import GpuRun, check_renderer, gpu_run
-from lutgen.bake.inventory import altered, left_alone, plan_of, unknown_values, unlisted
 from lutgen.bake.lut import SIZES
 from lutgen.bake.manifest import (
     JOURNAL,
@@ -64,13 +63,13 @@ class Budget:
     p99: float | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what no file could fail, or pass."""
+        """Raise LutgenError for a limit that is no finite number from 0 on."""
         for option, limit in (("--max-delta-e", self.max_delta_e), ("--p99", self.p99)):
             if limit is not None and not 0 <= limit < inf:
                 raise LutgenError(f"{option} {limit:g}: a colour difference ΔE2000 from 0 on, such as 0.1.")
 
     def limits(self, record: FileRecord | None) -> tuple[float, float]:
-        """Return both for a file."""
+        """Return the limits for a file: largest ΔE2000 and 99 % quantile."""
         smooth = ((record.certificate if record else None) or {}).get("smooth")
         certified = smooth if isinstance(smooth, dict) else {}
         return (
@@ -86,7 +85,7 @@ def _figure(group: Mapping[str, Any], name: str) -> float:
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that is wrong with one file."""
+    """One fault of one file."""
 
     path: str
     problem: str
@@ -94,27 +93,17 @@ class Finding:
 
 @dataclass(frozen=True)
 class Checked:
-    """What a check found.
+    """What a check found."""
 
-    Attributes
-    ----------
-    files
-        Number of files that were checked.
-    findings
-        What is wrong; the check failed when there is any.
-    certificates
-        LUT path → what it does now.
-    remarks
-        What could not be checked, and why.
-    gpu
-        Config path → what its shaders do, where that was asked.
-
-    """
-
+    #: Number of files that were checked.
     files: int
+    #: The faults; the check failed when there is any.
     findings: tuple[Finding, ...]
+    #: LUT path → its certificate as measured now.
     certificates: Mapping[str, Certificate] = field(default_factory=dict)
+    #: What could not be checked, and why.
     remarks: tuple[str, ...] = ()
+    #: Config path → how far its shaders differ from the CPU, with ``gpu``.
     gpu: Mapping[str, GpuRun] = field(default_factory=dict)
 
     @property
@@ -204,7 +193,7 @@ def check(
 
 
 def check_lut(path: str | Path, aged: AgedDisplay, *, budget: Budget | None = None) -> Checked:
-    """Check one LUT file, of whoever's making, against a display: what OpenColorIO reads, ICC profiles, Hald images."""
+    """Check one LUT file, made by any program, against a display: formats of OpenColorIO, ICC profiles, Hald images."""
     path = Path(path)
     if not path.is_file():
         raise LutgenError(f"{path}: there is no such file.")
@@ -274,7 +263,7 @@ def _check_part(work: _Work) -> Checked:
                 findings += found
                 if certificate:
                     certificates[record.path] = certificate
-        except LutgenError as error:  # what the manifest says of the file is no build's
+        except LutgenError as error:  # the manifest describes the file as no build does
             findings.append(Finding(record.path, f"{MANIFEST}: {error}"))
     return Checked(len(work.records), tuple(findings), certificates, gpu=shaders)
 
@@ -377,13 +366,13 @@ def _over_budget(certificate: Certificate, record: FileRecord | None, budget: Bu
     return problems
 
 
-#: In a LUT's rows: what OpenColorIO would silently read as 0.
+#: Words in a LUT's rows that OpenColorIO silently reads as 0.
 _NOT_A_NUMBER = re.compile(rb"(?im)^(?![#<]|TITLE)[^\n<]*?(\bnan\b|\binf\b|\d,\d)")
 _TABLE_TAG = re.compile(rb"<LUT3D\b[^>]*>")
 
 
 def _text_problems(path: Path) -> list[str]:
-    """Faults that OpenColorIO reads without a word: NaN and decimal commas, and trilinear tables."""
+    """Faults that OpenColorIO reads without a warning: NaN, decimal commas, and trilinear tables."""
     data = path.read_bytes()
     problems = []
     bad = _NOT_A_NUMBER.search(data)

@@ -1,6 +1,6 @@
 """Checking an OpenColorIO config: everything in it is instantiated, and pixels are sent through it.
 
-``validate()`` passes when a LUT file is missing, so nothing less will do.
+``validate()`` alone is not enough: it passes when a LUT file is missing.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ def check_config(path: Path, root: Path, record: FileRecord, manifest: Manifest,
     """Return what is wrong with a config of ``manifest``, whose files lie under ``root``.
 
     The whole config is compared with ``written``, which the code writes. A display's own config is run with the LUT
-    beside it, the common one with every mode and hour. As written, a display's own is not run, unless its LUT is not
-    there; the common one is with the last hour of each mode: the last mode through all its parts, others through the
-    look.
+    beside it, the common one with every mode and hour. Of configs that equal ``written``, a display's own is run only
+    where its LUT is missing; the common one is run with the last hour of each mode: the last mode through all parts of
+    the config, others through the look.
     """
     lib = ocio()
     display = record.mode, record.hours
@@ -56,12 +56,12 @@ def check_config(path: Path, root: Path, record: FileRecord, manifest: Manifest,
         with warnings_logged(lib) as warnings:
             config = lib.Config.CreateFromFile(str(path))
             config.validate()
-        # Its cache answers with an equal processor's metadata: two identities would name the same file.
+        # The cache of the config returns the metadata of an equal processor: two identities would name the same file.
         config.setProcessorCacheFlags(lib.PROCESSOR_CACHE_OFF)
     except ocio_errors() as error:
         return [f"OpenColorIO {lib.__version__} does not load it: {_one_line(error)}"]
     problems = [f"OpenColorIO warns: {text}" for text in warnings]
-    # A CLF's own word overrides the config's, a .cube has none: asked for everywhere, it is right everywhere.
+    # A CLF states its own interpolation, a .cube states none: a config that asks for tetrahedral is right for both.
     files = re.findall(r"!<FileTransform>.*", str(config.serialize())) if is_utf8(config) else []
     if not all("interpolation: tetrahedral" in file for file in files):
         problems.append("wrong interpolation: a FileTransform does not ask for tetrahedral")
@@ -111,16 +111,16 @@ class _Run:
         self.code = np.random.default_rng(7).random((COLOURS, 3)).astype(np.float32).astype(np.float64)
 
     def problems(self, parts: int | None = None) -> list[str]:
-        """Say each thing that is wrong once, and in which parts of the config, or in the first so many parts."""
+        """Name each fault once, with the parts of the config that have it, or the first few of them."""
         try:
             aged = apply_lut(self.lut, self.code)
         except LutgenError as error:
             return [str(error)]
-        found: dict[str, list[str]] = {}
+        faults: dict[str, list[str]] = {}
         for what, part, expected in islice(self._parts(aged), parts):
             for problem in self._one(part, expected):
-                found.setdefault(problem, []).append(what)
-        return [f"{problem} ({'; '.join(places)})" for problem, places in found.items()]
+                faults.setdefault(problem, []).append(what)
+        return [f"{problem} ({'; '.join(places)})" for problem, places in faults.items()]
 
     def _parts(self, aged: Array) -> Iterator[tuple[str, Any, Array]]:
         """Name each part of the config, how to get its processor, and the code values it should give."""

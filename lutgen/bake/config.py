@@ -39,7 +39,7 @@ VIEWERS: dict[str, tuple[Array, str]] = {
 
 @dataclass(frozen=True)
 class Words:
-    """What a config calls its parts, and the screens that it has views for, as ``VIEWERS``."""
+    """The names of a config's parts, and the screens that it has views for, as ``VIEWERS``."""
 
     space: str
     space_text: str
@@ -67,7 +67,7 @@ SIMULATION = Words(
     "An un-aged {} screen.",
 )
 
-#: What an aged display is to be sent: code values for that display and no other.
+#: The code values to send to an aged display: right for that display and no other.
 CORRECTION = Words(
     "Compensated signal",
     "Code values that the aged display is sent.",
@@ -107,25 +107,16 @@ SIGNAL_FILES, LINEAR_FILES = ("png", "jpg", "jpeg", "tif", "tiff", "bmp"), ("exr
 
 @dataclass(frozen=True)
 class AgedConfig:
-    """What a config says.
+    """What a config says."""
 
-    Attributes
-    ----------
-    name, description
-        The config's own name and what it shows.
-    lut
-        The LUT file, relative to the config; may hold context variables.
-    environment
-        Context variables and their defaults.
-    words
-        Which way it goes: ``SIMULATION`` or ``CORRECTION``.
-
-    """
-
+    #: The config's name and description.
     name: str
     description: str
+    #: The LUT file, relative to the config; may hold context variables.
     lut: str
+    #: Context variables and their defaults.
     environment: Mapping[str, str] = field(default_factory=dict)
+    #: Which way it goes: ``SIMULATION`` or ``CORRECTION``.
     words: Words = SIMULATION
 
 

@@ -37,15 +37,11 @@ def _pieces() -> tuple[NDArray[np.uint64], NDArray[np.uint64], NDArray[np.uint32
 def rows_of_text(values: Array, *, head: bytes = b"") -> bytes:
     """Return ``values``, shape (n, k), as n lines of k numbers with seven decimals, separated by one space.
 
-    Numbers must lie in (-10, 10): one digit before the point. When any is negative every number gets a column
-    for its sign. Equals ``"%.7f"`` digit for digit, except where the eighth decimal is an exact half. ``head`` stands
-    before the lines.
+    Numbers must lie in (-10, 10): one digit before the point. When any is negative every number gets a column for its
+    sign. Equals ``"%.7f"`` digit for digit, except where the eighth decimal is an exact half. ``head`` stands before
+    the lines.
 
-    Raises
-    ------
-    ValueError
-        A number is NaN, infinite or too large: a fault of the caller, never of a user's input.
-
+    Raises ValueError: a number is NaN, infinite or too large: a fault of the caller, never of a user's input.
     """
     values = np.asarray(values, dtype=np.float64)
     smallest, largest = values.min(), values.max()

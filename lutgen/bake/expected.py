@@ -1,6 +1,6 @@
-"""A file of a build against what the code writes: every number of a table, the whole of a config, the certificate.
+"""Compare a file of a build with what the code writes: every number of a table, the whole config, the certificate.
 
-Bytes that are the same need no further look. Where they differ, a text is compared number by number, since another
+Equal bytes need no comparison. Where they differ, a text is compared number by number, since another
 processor may round the last digit otherwise; a file of another version of lutgen, or of bytes, at every lattice point.
 """
 
@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from lutgen.bake.config import AgedConfig
     from lutgen.bake.lut import Lut, MatrixLut
 
-#: Numbers of a text may differ by this, relative to the larger of 1 and themselves: a last digit, rounded otherwise.
+#: Numbers of a text may differ by this, relative to the larger of 1 and themselves: the last digit may be rounded
+#: differently.
 LAST_DIGIT = 2e-6
 
 #: A comment's figures of fidelity have four decimals.
@@ -50,11 +51,7 @@ _POINTS = 9
 def differs_from(path: Path, data: bytes, expected: bytes, lut: Lut | MatrixLut, *, same_version: bool) -> str:
     """Say how a LUT file differs from what the code writes; "" where it does not.
 
-    Raises
-    ------
-    LutgenError
-        It cannot be read.
-
+    Raises LutgenError: it cannot be read.
     """
     if data == expected:
         return ""
@@ -103,7 +100,7 @@ def _same_line(found: bytes, wanted: bytes) -> bool:
 def config_differs(config: Any, data: bytes, aged: AgedConfig) -> str:
     """Say how a config, loaded from ``data``, differs from the one that the code writes; "" where it does not.
 
-    Both are worded by the same OpenColorIO, so that the version which wrote the file does not matter.
+    The installed OpenColorIO serialises both, so that the version which wrote the file does not matter.
     """
     text = config_text(aged)
     if data == text:
@@ -122,20 +119,20 @@ def _config_in_words(data: bytes, text: bytes) -> str:
 
 
 def _worded_otherwise(config: Any, text: bytes) -> str:
-    """Let OpenColorIO word both anew, and say where they differ."""
+    """Let OpenColorIO serialise both configs, and say where the texts differ."""
     try:
-        found = str(config.serialize())
+        actual = str(config.serialize())
         wanted = str(ocio().Config.CreateFromStream(text.decode()).serialize())
     except ocio_errors() as error:
         return f"cannot be worded anew: {' '.join(str(error).split())}"
-    for says, writes in zip_longest(found.splitlines(), wanted.splitlines(), fillvalue=""):
+    for says, writes in zip_longest(actual.splitlines(), wanted.splitlines(), fillvalue=""):
         if says != writes:
             return f"is not what lutgen writes: {says.strip()[:80]!r}, not {writes.strip()[:80]!r}"
     return ""
 
 
 def otherwise_certified(said: Mapping[str, Any] | None, now: Mapping[str, Any]) -> list[str]:
-    """Return what a certificate says otherwise than a new one, in sentences; worse figures are told elsewhere."""
+    """Return in sentences where a certificate differs from a new one; worse figures are reported elsewhere."""
     if not isinstance(said, dict):
         return ["there is no certificate"]
     before, after = dict(_told(said)), dict(_told(now))

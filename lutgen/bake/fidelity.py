@@ -53,7 +53,7 @@ _REACH = 33
 STAINS = np.array([[0.65, 0.70, 0.29], [0.07, 0.99, 0.11], [0.27, 0.57, 0.78]])
 
 
-#: A lattice point with a smaller share than this has no influence: float32 rounds it away.
+#: A lattice point with a smaller share has no influence: float32 rounds the share to 0.
 INFLUENCE = 1e-6
 
 
@@ -78,7 +78,7 @@ _TISSUE = slice(CERTIFIED.uniform + CERTIFIED.grey, CERTIFIED.uniform + CERTIFIE
 
 
 class TableError(NamedTuple):
-    """What a table does to some colours: all of them, and those that no jump of the display is mixed into."""
+    """The error of a table over some colours: over all of them, and over those without a jump of the display."""
 
     all: Figures
     smooth: Figures
@@ -86,7 +86,7 @@ class TableError(NamedTuple):
 
 @dataclass(frozen=True)
 class Certificate:
-    """What a file was found to do, and the share of colours whose aged colour lies outside sRGB.
+    """The measured error of a file, and the share of colours whose aged colour lies outside sRGB.
 
     For a correction: whose drive lies outside what the display has, and what the aged display shows through the file.
     """
@@ -103,7 +103,7 @@ class Certificate:
         return {name: value for name, value in everything.items() if isinstance(value, Figures)}
 
     def as_json(self) -> dict[str, Any]:
-        """Return plain numbers, rounded to what float32 LUTs can mean."""
+        """Return plain numbers, rounded to the precision of float32 LUTs."""
         content: dict[str, Any] = rounded(asdict(self))
         return content | (content.pop("round_trip") or {})
 
@@ -223,10 +223,8 @@ class Judge:
         return mixing.crosses & _jumps(aged)
 
     def _mixes_clipped(self, aged: AgedDisplay, table: TableKind) -> NDArray[np.bool_]:
-        """Whether a colour's lattice points lie on both sides of the gamut's boundary, for a clipped table.
-
-        Or one of them lies right before the clip.
-        """
+        """Whether a colour's lattice points lie on both sides of the gamut's boundary, for a clipped table."""
+        # Or one of them lies right before the clip.
         if not table.clipped:
             return np.zeros(len(self.code), dtype=bool)
         linear = self.sampler.linear(aged, table.size, table.space)
@@ -247,7 +245,7 @@ def _seen_apart(linear: Array, code: Array) -> Array:
 
 
 def _usual() -> NDArray[np.bool_]:
-    """Which of a certificate's colours are not dark ones, which are there for the largest error, (n,)."""
+    """Whether each colour of a certificate is none of the dark ones, which count for the largest error alone, (n,)."""
     before, pairs = CERTIFIED.uniform + CERTIFIED.grey + CERTIFIED.tissue, 2 * CERTIFIED.pairs
     return np.repeat([True, False, True], [before, CERTIFIED.dark, pairs])
 
@@ -279,7 +277,7 @@ def border_pairs(random: np.random.Generator, count: int) -> Array:
 
     White is nearer than the nearest primary where the other two channels sum to more than 1.
     """
-    # Of random colours, seven in twenty have the border that they are led to inside the cube.
+    # Of random colours, seven in twenty are led to a border that lies inside the cube.
     linear = random.random((4 * count, 3))
     others = 1.0 - (linear == linear.max(axis=1, keepdims=True))
     beyond = (linear * others).sum(axis=1) - 1.0

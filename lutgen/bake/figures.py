@@ -1,4 +1,4 @@
-"""Colour differences in a few numbers."""
+"""The summary of many colour differences: mean, 99 % quantile and maximum."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def figures(error: Array, usual: NDArray[np.bool_] | None = None) -> Figures:
 
 
 def rounded(value: Any) -> Any:
-    """Round all numbers in a tree of dictionaries to what float32 LUTs can mean."""
+    """Round all numbers in a tree of dictionaries to the precision of float32 LUTs."""
     if isinstance(value, dict):
         return {key: rounded(item) for key, item in value.items()}
     return round(value, 6) if isinstance(value, float) else value

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 #: (three.js) do not clip first: 256 of 255 would be black.
 HEADROOM = 1.0039
 
-#: Most by which a node is moved, half a code: what mends one cell must not spoil those around it.
+#: The largest move of a node, half a code: a correction of one cell must not spoil the cells around it.
 MOST_MOVED = 0.5 / 255
 
 #: Places along each edge of a cell at which ramps are compared with the step; rounds and length of Jacobi's steps.
@@ -77,10 +77,9 @@ def before_clip(own: Array, channel: int, size: int) -> NDArray[np.intp]:
 
 
 def _raise(before: Array, beyond: Array, held: Array) -> Array:
-    """By how much to raise the nodes before the clip, (n,): the model's values before and beyond it, the table's.
-
-    Raised by r, a node is r too bright itself; where the model bends, what lacks shrinks by r times the node's share.
-    """
+    """Return by how much to raise the nodes before the clip, (n,): from values before and beyond it."""
+    # Raised by r, a node is r too bright itself; where the model bends, the missing light shrinks by r times the node's
+    # share.
     bend = (1.0 - before) / (beyond - before)
     lacking = 1.0 - (before + (held - before) * bend)
     return np.clip(lacking / (2.0 - bend), 0.0, MOST_MOVED)

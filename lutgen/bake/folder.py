@@ -1,15 +1,25 @@
-"""The output folder: what in it is lutgen's, what may be written, and what a killed build left."""
+"""The output folder: which files in it lutgen wrote, which may be replaced, and which a killed build left.
+
+A lock allows one build at a time. If a build fails, a folder that it had to create is removed.
+"""
 
 from __future__ import annotations
 
 import json
-from contextlib import suppress
+import os
+import time
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from lutgen.bake.manifest import JOURNAL, MANIFEST, Manifest, Recipe, planned, read_manifest, without_ways
 from lutgen.errors import LutgenError, reason_of
-from lutgen.files import PARTIAL, file_sha256, write_atomically
+from lutgen.files import PARTIAL, cannot_write, file_sha256, is_file, write_atomically
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -18,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Folder:
-    """An output folder that was found fit to build into.
+    """An output folder that has passed the checks of :func:`claim`.
 
     ``unfinished`` says how many of an interrupted build's files were missing; None when it was not interrupted.
     ``fresh``: nothing of lutgen's was there before.
@@ -30,23 +40,23 @@ class Folder:
     fresh: bool
 
     def begin(self, recipe: Recipe, paths: list[str]) -> None:
-        """Note what is about to be made, and clear what a killed build half wrote."""
+        """Write the journal of the files to be made, and remove the partial files of a killed build."""
         write_atomically(self.path / JOURNAL, Manifest(recipe.as_json(), planned(paths)).as_bytes())
         for partial in self.path.rglob(f".*{PARTIAL}"):
             partial.unlink()
 
     def abandon(self, paths: list[str]) -> None:
-        """Take back what a build that failed wrote into a fresh folder; another is left for the next build."""
+        """Remove the files that a failed build wrote into a fresh folder; other folders are left for the next build."""
         if not self.fresh:
             return
         for path in (*(self.path / path for path in paths), self.path / JOURNAL):
-            with suppress(OSError):  # what the disk does not let go
+            with suppress(OSError):  # a file that cannot be removed stays
                 path.unlink(missing_ok=True)
                 if path.parent.is_dir():
                     _remove_empty(path.parent, self.path)
 
     def finish(self, manifest: Manifest) -> None:
-        """Write the manifest, then remove what the last build made and this one does not."""
+        """Write the manifest, then remove the files of the previous build that this build does not make."""
         write_atomically(self.path / MANIFEST, manifest.as_bytes())
         kept = {self.path / record.path for record in manifest.files}
         for path in self.stale:
@@ -59,11 +69,8 @@ class Folder:
 def claim(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Folder:
     """Check, before anything is written, that a build may go into ``path``.
 
-    Raises
-    ------
-    LutgenError
-        Unreadable, someone else's files, files of ours that were altered, or another build of ours without ``force``.
-
+    Raises LutgenError: unreadable, someone else's files, files of ours that were altered, or another build of ours
+    without ``force``.
     """
     try:
         return _claimed(path, recipe, paths, force=force)
@@ -75,7 +82,7 @@ def claim(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Folde
 
 def _claimed(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Folder:
     manifest, journal = read_manifest(path / MANIFEST), read_manifest(path / JOURNAL)
-    # A link to a folder is somebody's, like a file: what lies behind it is not lutgen's.
+    # A link to a folder counts as a user's file: lutgen made nothing behind it.
     present = {file for file in path.rglob("*") if file.is_symlink() or not file.is_dir()}
     ours = {path / record.path for build in (manifest, journal) if build for record in build.files}
     housekeeping = {path / MANIFEST, path / JOURNAL}
@@ -117,7 +124,7 @@ def _refuse_other_build(path: Path, manifest: Manifest | None, journal: Manifest
 
 
 def _wherever(recipe: Mapping[str, Any]) -> Mapping[str, Any]:
-    """A recipe as read, without the ways to the files it names: a folder that was moved holds the same build."""
+    """A recipe without the paths of the files that it names: a folder that was moved holds the same build."""
     model = recipe.get("model")
     try:
         return {**recipe, "model": without_ways(model)}  # type: ignore[arg-type]
@@ -129,3 +136,81 @@ def _remove_empty(folder: Path, root: Path) -> None:
     while folder != root and not any(folder.iterdir()):
         folder.rmdir()
         folder = folder.parent
+
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+#: Seconds to wait for another build: the workers of a killed build end within this time.
+PATIENCE = 5.0
+
+
+@contextmanager
+def locked_folder(path: Path) -> Iterator[None]:
+    """Make the folder ``path`` and lock it for one build; after an error, empty folders that it made are removed.
+
+    Raises LutgenError: not a folder, one that cannot be made, or another build writes into it.
+    """
+    missing = _missing(path)
+    try:
+        _make(missing)
+        held = _held(path)
+        try:
+            yield
+        finally:
+            if held is not None:
+                os.close(held)
+    except BaseException:
+        for folder in missing:
+            with suppress(OSError):  # the folder is not empty, or was never made
+                folder.rmdir()
+        raise
+
+
+def _missing(path: Path) -> list[Path]:
+    """Return ``path`` and the folders above it that do not exist, the innermost first."""
+    missing: list[Path] = []
+    for place in (path, *path.parents):
+        if os.path.lexists(place):
+            if not place.is_dir():
+                # A link may lead to nothing, or to itself.
+                what = "a file" if is_file(place) or not place.is_symlink() else "a link that leads to no folder"
+                raise LutgenError(f"{place}: is {what}, and the output is a folder. Choose another with -o.")
+            break
+        missing.append(place)
+    return missing
+
+
+def _make(missing: list[Path]) -> None:
+    for folder in reversed(missing):
+        try:
+            folder.mkdir(exist_ok=True)
+        except OSError as error:
+            raise cannot_write(folder, error) from None
+
+
+def _held(path: Path) -> int | None:
+    """Lock a folder; None where that cannot be done, as on some network drives."""
+    # The lock needs no file, and ends with the last process that holds it, however that ends.
+    if fcntl is None:
+        return None
+    try:
+        folder = os.open(path, os.O_RDONLY)
+    except OSError:
+        return None  # an unreadable folder gets a clearer message when it is read
+    end = time.monotonic() + PATIENCE
+    while True:
+        try:
+            fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if time.monotonic() > end:
+                os.close(folder)
+                message = f"{path}: another build writes into it. Wait for its end, or choose another folder with -o."
+                raise LutgenError(message) from None
+            time.sleep(0.05)
+        except OSError:
+            break
+        else:
+            break
+    return folder

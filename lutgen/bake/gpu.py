@@ -1,4 +1,4 @@
-"""The GPU's way: the shader that OpenColorIO writes for a config's views, run through EGL without a window.
+"""A config on the GPU: the shader that OpenColorIO writes for a config's views, run through EGL without a window.
 
 Viewers draw with such shaders; certificates are measured on OpenColorIO's CPU renderer. Both are given the same
 colours in float32, and their code values are compared. Mesa's llvmpipe runs shaders where there is no graphics card.
@@ -36,7 +36,7 @@ TOLERANCE = 1e-3
 #: Colours in a row of the picture that is drawn; a card's pictures are limited to some thousands a side.
 _ROW = 512
 
-#: What is asked of moderngl; apart, since its types take all settings of a backend for dictionaries.
+#: Settings of moderngl's context; kept apart, since the types of moderngl declare them as dictionaries.
 _EGL: dict[str, Any] = {"standalone": True, "require": 400, "backend": "egl"}
 
 #: One triangle that covers the picture, and each of its pixels through OpenColorIO's function.
@@ -73,7 +73,7 @@ class GpuRun:
         return float(np.max([view.max for view in self.views.values()]))
 
     def as_json(self) -> dict[str, Any]:
-        """Return plain numbers, to two digits: more would be the driver's mood."""
+        """Return plain numbers of two digits: further digits change from driver to driver."""
         views = {
             name: {key: float(f"{value:.1e}") for key, value in asdict(view).items()}
             for name, view in self.views.items()
@@ -84,11 +84,7 @@ class GpuRun:
 def gpu_run(config: Path, code: Array) -> GpuRun:
     """Draw colours (n, 3) through every view of a config but Raw, and compare with OpenColorIO's CPU renderer.
 
-    Raises
-    ------
-    LutgenError
-        moderngl, EGL or a driver is missing, or OpenColorIO cannot make the config's processors.
-
+    Raises LutgenError: moderngl, EGL or a driver is missing, or OpenColorIO cannot make the config's processors.
     """
     lib = ocio()
     renderer = renderer_name()
@@ -160,7 +156,7 @@ def _shader_of(processor: Any) -> Any:
 
 
 def renderer_name() -> str:
-    """Return what draws, as OpenGL calls it. Raises LutgenError where nothing does."""
+    """Return OpenGL's name of the renderer. Raises LutgenError where there is none."""
     return str(_context().info["GL_RENDERER"])
 
 

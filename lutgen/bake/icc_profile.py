@@ -1,8 +1,8 @@
 """Writing ICC profiles: the few tags that a display profile and a device link need.
 
-Versions 2.4 (ICC.1:2001-04), which every viewer reads, and 4.3 (ICC.1:2010): Chromium and Firefox take the numbers of
-a table of L*a*b* as version 4 has them, whatever version the profile is of. No library that is kept up writes profiles
-with tables (LittleCMS does, but no binding of it for Python), so the bytes are written here, and read back through
+Versions 2.4 (ICC.1:2001-04), which every viewer reads, and 4.3 (ICC.1:2010): Chromium and Firefox take the numbers of a
+table of L*a*b* as version 4 has them, whatever version the profile is of. No maintained Python library writes profiles
+with tables (LittleCMS does, but none of its bindings for Python), so the bytes are written here, and read back through
 LittleCMS.
 """
 
@@ -34,7 +34,7 @@ TONE_POINTS = 1024
 #: The versions on offer, as the header holds them.
 _VERSIONS = {2: 0x02400000, 4: 0x04300000}
 
-#: The same inputs give the same file, so its date of birth is none: the start of a year.
+#: The date in the header, a fixed one: the same inputs give the same file.
 _DATE = struct.pack(">6H", 2000, 1, 1, 0, 0, 0)
 
 
@@ -59,7 +59,7 @@ def profile(*, device_class: bytes, pcs: bytes, tags: Sequence[tuple[bytes, byte
 def display_tags(
     title: str, lines: Sequence[str], colorants: Array, version: int = 2
 ) -> tuple[tuple[bytes, bytes], ...]:
-    """Return what every display profile has: its words, D50 as white, and a matrix behind the sRGB curve.
+    """Return the tags of every display profile: its texts, D50 as white, and a matrix behind the sRGB curve.
 
     ``colorants``: XYZ under D50 of full red, green and blue, one a row, shape (3, 3).
     """
@@ -114,7 +114,7 @@ def text(words: str) -> bytes:
 
 
 def _ascii(words: str) -> bytes:
-    # What is not ASCII stays as its number, so that a name in another script is not lost.
+    # Other letters than ASCII are written as their numbers, so that a name in another script is not lost.
     return words.encode("ascii", errors="backslashreplace").replace(b"\0", b" ") + b"\0"
 
 
@@ -160,7 +160,7 @@ def table_to_lab(values: Array) -> bytes:
 
 
 def sequence(*words: str) -> bytes:
-    """Pack profileSequenceDescType: what a device link leads from and to."""
+    """Pack profileSequenceDescType: the source and the target of a device link."""
     each = (bytes(20) + description("") + description(word) for word in words)
     return b"pseq" + struct.pack(">4xI", len(words)) + b"".join(each)
 

@@ -1,6 +1,7 @@
 """ICC profiles as LittleCMS applies them, in floating point: the library of Pillow, GIMP and Java (and so QuPath).
 
-An ordinary profile is the picture's, and an sRGB screen shows it, relative to white; a device link says it all.
+An ordinary profile is the picture's own, and the result is that of an sRGB screen, relative to white; a device link
+defines both sides.
 """
 
 from __future__ import annotations
@@ -24,21 +25,17 @@ if TYPE_CHECKING:
 #: ICC's rendering intents.
 PERCEPTUAL, RELATIVE, SATURATION, ABSOLUTE = range(4)
 
-#: Kinds of tables of version 2, and the byte that says how many points they have along an edge.
+#: Types of tables of version 2, and the byte that holds their number of points along an edge.
 _TABLES = {b"mft1": 10, b"mft2": 10}
 
-#: The kind of version 4, and the byte that says where its table lies, whose first byte is the number of points.
+#: The type of version 4, and the byte that holds the offset of its table, whose first byte is the number of points.
 _TABLE_V4, _TABLE_V4_AT = b"mAB ", 24
 
 
 def through_profile(path: Path, code: Array, *, intent: int = RELATIVE) -> Array:
     """Send code values (n, 3) through the profile ``path`` to an sRGB screen, by one of ICC's intents.
 
-    Raises
-    ------
-    LutgenError
-        The binding is missing, or LittleCMS refuses the file.
-
+    Raises LutgenError: the binding is missing, or LittleCMS refuses the file.
     """
     return screen_code(_read(path), code, path, intent=intent)
 
@@ -78,7 +75,7 @@ def _read(path: Path) -> bytes:
 
 
 def sound_profile(data: bytes, file: object) -> None:
-    """Refuse what is no profile of an RGB device, or has a header that lies. Raises LutgenError."""
+    """Raise LutgenError for a profile of no RGB device, or with a wrong size in its header."""
     size = int.from_bytes(data[:4], "big")
     if is_profile(data) and size != len(data):
         raise LutgenError(f"{file}: says that it has {size} bytes, and has {len(data)}. Was it cut off? Copy it anew.")

@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 #: Lattice sizes on offer: the sizes that viewers and graphics cards commonly take.
 SIZES = (17, 33, 65)
 
-#: Linear light that differs by no more is the same: a thousandth of what float32 can tell.
+#: Linear light that differs by no more counts as equal: a thousandth of float32's resolution.
 EXACT = 1e-10
 
-#: So many colours are tried before all are.
+#: Number of colours that are compared first, before all are.
 _TELLING = 50
 
 #: Numbers in a table have one digit before the point.
@@ -42,18 +42,11 @@ AGREE = 2e-7
 
 @dataclass(frozen=True)
 class Lut:
-    """A 3D table from source signal to aged colour.
+    """A 3D table from source signal to aged colour."""
 
-    Attributes
-    ----------
-    space
-        How it is indexed and what it holds: a key of ``SPACES``.
-    table
-        Shape (n, n, n, 3), axes blue, green, red: red varies fastest when flattened.
-
-    """
-
+    #: How it is indexed and what it holds: a key of ``SPACES``.
     space: str
+    #: Shape (n, n, n, 3), axes blue, green, red: red varies fastest when flattened.
     table: Array
 
     @property
@@ -62,7 +55,7 @@ class Lut:
         return int(self.table.shape[0])
 
     def in_steps(self, largest: int) -> Lut:
-        """Return the table as a file holds it whose numbers are whole, 0..``largest``."""
+        """Return the table in whole numbers, 0..``largest``, for files that hold such."""
         return Lut(self.space, np.rint(self.table * largest) / largest)
 
     def apply(self, code: Array) -> Array:
@@ -113,7 +106,7 @@ def table_of(lut: Lut | MatrixLut) -> Array:
 def shaper(lut: Lut | MatrixLut, points: int) -> tuple[Array, Array]:
     """Return the curve before a table: code values, and their places along the table's edge.
 
-    Of so many points where it bends, of two where the table is indexed in code values.
+    It has ``points`` points, or two where the table is indexed in code values.
     """
     code = np.linspace(0.0, 1.0, 2 if lut.space == "code" else points)
     return code, SPACES[lut.space].index(code)
@@ -137,14 +130,14 @@ class Sampler:
         return _on_lattice(aged, self._lattice(aged, size, space)[: size**3], size, _same)
 
     def linear_of(self, aged: AgedDisplay, name: object, code: Callable[[], Array]) -> Array:
-        """Aged linear light, unclipped, of the code values that go by a name, both (n, 3)."""
+        """Aged linear light, unclipped, of code values that are remembered under a name, both (n, 3)."""
         correction = compensation_of(aged)
         if correction is None:
             return _linear(aged, self._signal(aged, name, lambda: aged.head_signal(code())))
         if correction != self._correction:
             self._drives, self._correction = {}, correction
         if name not in self._drives:
-            # Whole: the search takes the slow ones of all colours together.
+            # All colours at once: the search then treats those that converge slowly together.
             self._drives[name] = aged.linear(aged.head_signal(code()))
         return self._drives[name]
 
@@ -220,11 +213,9 @@ def _same(linear: Array) -> Array:
 
 
 def _on_lattice(aged: AgedDisplay, signal: Array, size: int, held: Callable[[Array], Array]) -> Array:
-    """What a table holds of the signal behind the head, (n, k): a lattice, red fastest, then other colours; (n, 3).
-
-    The paper's display adds channels, and each is the same all over planes of the lattice: what red and green give is
-    added once for all steps of blue.
-    """
+    """Values of a table, (n, 3), for the signal behind the head, (n, k): a lattice, red fastest, then other colours."""
+    # The paper's display adds channels, and each channel is constant over planes of the lattice: the sum of red and
+    # green is computed once for all steps of blue.
     paper = paper_links(aged)
     if paper is None:
         return in_chunks(lambda part: held(aged.linear(part)), signal)
@@ -269,7 +260,7 @@ def is_tetrahedral(aged: AgedDisplay) -> bool:
         return paper[0].name == "continuous"
     corners, code = lattice(2, "linear"), lattice(17, "code")
     table = Lut("linear", aged.code_to_linear(corners).reshape(2, 2, 2, 3))
-    # A few colours tell of most displays that they are not; a correction with effects searches for all the others.
+    # For most displays a few colours already show a difference; a correction with effects would search for all others.
     for some in (code[:: len(code) // _TELLING], code):
         away = table.mix_in_space(*tetrahedra(some, "linear", 2)) - aged.code_to_linear(some)
         if np.abs(away).max() > EXACT:

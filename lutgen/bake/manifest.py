@@ -1,4 +1,4 @@
-"""``manifest.json``: what a build was made from, and what each of its files was found to be.
+"""``manifest.json``: the inputs of a build, and the measured error of each of its files.
 
 It holds the tips themselves, so that ``lutgen check`` can compare the files with the model anywhere, and the hash of
 the measurements they came from, so that it can say when those have changed.
@@ -100,7 +100,7 @@ class Manifest:
 
 @dataclass(frozen=True)
 class HeldFile:
-    """A file, and the bytes that it holds."""
+    """A file and its bytes."""
 
     path: Path
     data: bytes
@@ -142,13 +142,13 @@ def model_as_json(model: DisplayModel, output: Path) -> dict[str, Any]:
 
 
 def _calibrations_as_json(model: DisplayModel) -> dict[str, Any]:
-    """The calibrations that the sessions' files hold, where the model goes by them."""
+    """The calibrations in the sessions' files, where the model uses them."""
     known = model.measurements.calibrations if model.known else {}
     return {"calibrations": [[hour, curves.tolist()] for hour, curves in known.items()]} if known else {}
 
 
 def _refinements_as_json(model: DisplayModel, output: Path) -> dict[str, Any]:
-    """What a model has beyond the paper's: each key only where there is something to say."""
+    """The choices of a model beyond the paper's; a key is left out where the model follows the paper."""
     content: dict[str, Any] = {}
     if model.baseline != "colour-points":
         content |= {"baseline": model.baseline, "held": model.held}
@@ -177,7 +177,7 @@ def _refinements_as_json(model: DisplayModel, output: Path) -> dict[str, Any]:
 
 
 def same_model(model: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
-    """Whether two descriptions say the same display, wherever their files lie and however it is seen."""
+    """Whether two descriptions are of the same display, without regard to paths and viewing conditions."""
     return _display_alone(model) == _display_alone(json.loads(json.dumps(other)))
 
 
@@ -187,7 +187,7 @@ def _display_alone(model: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def without_ways(model: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a description without the ways to its files: a folder that was moved holds the same build."""
+    """Return a description without the paths of its files: a folder that was moved holds the same build."""
     display, effects = model["display"], model.get("effects", [])
     content = {key: value for key, value in model.items() if key not in {"display", "file", "effects"}}
     content["display"] = {**display, "path": None}
@@ -299,5 +299,5 @@ def _check_kind(content: Mapping[str, Any], key: str, kind: Any) -> None:
 
 
 def planned(paths: Sequence[str]) -> tuple[FileRecord, ...]:
-    """Return records of files that are yet to be made: only their paths mean anything."""
+    """Return records of files that are still to be made: only their paths have a meaning."""
     return tuple(FileRecord(path, "planned", None, None, "", 0) for path in paths)

@@ -23,9 +23,10 @@ _R = TypeVar("_R")
 
 
 def in_parallel(function: Callable[[_T], _R], items: Sequence[_T], jobs: int | None) -> Iterator[_R]:
-    """Give the results in the order of ``items``, from ``jobs`` processes (default: one per core).
+    """Yield the results in the order of ``items``, from ``jobs`` processes (default: one per core).
 
-    ``function`` lives in a module, and items and results can be pickled. With one process no other is started.
+    ``function`` must be a function of a module, and items and results must be picklable. With one job no process is
+    started.
     """
     jobs = min(jobs or os.cpu_count() or 1, len(items))
     if jobs <= 1:
@@ -43,21 +44,20 @@ def in_parallel(function: Callable[[_T], _R], items: Sequence[_T], jobs: int | N
 
 
 def _way_to_start() -> str:
-    """Fork where no other thread runs: a forked worker has numpy and OpenColorIO loaded, and what was prepared.
-
-    A lock that another thread holds (OpenGL's drivers and servers have threads) would stay locked in it for ever.
-    """
+    """Fork where no other thread runs: a forked worker has numpy and OpenColorIO loaded, and what was prepared."""
+    # Otherwise not: a lock that another thread holds (OpenGL's drivers and servers have threads) would stay locked in
+    # the fork for ever.
     with suppress(OSError):
         return "fork" if len(list(Path("/proc/self/task").iterdir())) == 1 else "spawn"
     return "spawn"
 
 
 def _begin_worker() -> None:
-    # An interrupt is the parent's to handle: workers that ignore it finish the file in hand, and say nothing.
+    # The parent handles an interrupt: workers ignore it, finish their current file and print nothing.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # The pool ends its workers with SIGTERM; the parent's handler is not theirs.
+    # The pool ends its workers with SIGTERM; the parent's handler must not run in them.
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    # A killed parent cannot call its workers off, and they would write on into a folder that the next build uses.
+    # Workers of a killed parent would go on writing into a folder that the next build uses.
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 

@@ -57,7 +57,7 @@ class Plan:
     source: SourceProfile | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be baked."""
+        """Raise LutgenError for options that cannot be baked."""
         for mode in self.modes:
             if mode not in MODES:
                 raise pick_one("mode", mode, MODES)
@@ -116,11 +116,7 @@ def display_to_bake(
 ) -> AgedDisplay:
     """Return a mode and hour of a model in a direction: see ``DIRECTIONS`` and ``UNREACHABLE``.
 
-    Raises
-    ------
-    LutgenError
-        As ``DisplayModel.at`` and ``compensated``.
-
+    Raises LutgenError: as ``DisplayModel.at`` and ``compensated``.
     """
     aged = model.at(mode, hours)
     if direction == "simulate":

@@ -1,4 +1,4 @@
-"""What LUTs and configs say of themselves, in words."""
+"""The texts in LUTs and configs that describe their origin and error."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _SENDS = "what to send an aged display, for it to show what it showed when it wa
 
 
 def provenance_of(model: DisplayModel, aged: AgedDisplay, lut: Lut | MatrixLut, error: Figures) -> Provenance:
-    """Return what a LUT says of itself: what it was made from, and how true it is."""
+    """Return the description inside a LUT: its inputs, and its error."""
     readings, link = model.measurements, compensation_of(aged)
     grid = f"{lut.size}^3 in {lut.space} values, tetrahedral" if lut.size else "one matrix in linear light"
     figures = f"dE2000 of the table mean {error.mean:.4f}, 99 % {error.p99:.4f}, max {error.max:.4f}"
@@ -48,7 +48,7 @@ def provenance_of(model: DisplayModel, aged: AgedDisplay, lut: Lut | MatrixLut, 
 
 
 def _refinements(model: DisplayModel) -> list[str]:
-    """What a model has beyond the paper's, one line each; in ASCII, since that is what a .cube is."""
+    """The choices of a model beyond the paper's, one line each; in ASCII, as a .cube requires."""
     lines = {
         "colour-points": [],
         "first-hour": ["baseline: white and primaries of hour 0 alone, the effects do the aging"],

@@ -1,10 +1,10 @@
 """Simulate after compensate: what an aged display shows through a correction, against what the new one showed.
 
-The drives are those of the file, clipped to 0..1 as any display does. Colours are told apart:
+The drives are the file's, clipped to 0..1 as every display clips them. Colours are told apart:
 
-``reached``         those that the aged display can show: what is left is the table's doing
+``reached``         those that the aged display can show: the error that is left is the table's
 ``reached_border``  the same, but the table mixes across a jump of the display, or across the end of its drive
-``unreachable``     those that need more than full drive, or less than none: what is lost is the display's doing
+``unreachable``     those that need more than full drive, or less than none: the loss is the display's
 ``inverse``         the reached colours by the model's inverse itself, without a file: the inverse's own error
 """
 
@@ -45,7 +45,7 @@ class RoundTrip:
 
 @dataclass(frozen=True, eq=False)
 class Without:
-    """What of a round trip no file changes: the L*a*b* that is to be shown, (n, 3), and the inverse's own error."""
+    """The part of a round trip that depends on no file: the L*a*b* to be shown, (n, 3), and the inverse's own error."""
 
     link: Compensation
     wanted: Array
@@ -76,23 +76,10 @@ def round_trip(
 ) -> RoundTrip:
     """Send colours through a correction's file and then to the aged display.
 
-    Parameters
-    ----------
-    without
-        The same without a file.
-    drive
-        The model's linear drives for the colours, unclipped, (n, 3).
-    code
-        The file's code values for them, (n, 3).
-    border
-        Whether the file mixes drives from both sides of a jump, or of the end of what it clips to, (n,).
-    usual
-        Which of the colours tell means and quantiles, (n,).
-    tissue
-        Which of the colours are tissue.
-    lattice
-        The model's linear drives for a lattice, (m, 3).
-
+    ``without``: the same without a file. ``drive``: the model's linear drives for the colours, unclipped, (n, 3).
+    ``code``: the file's code values for them, (n, 3). ``border``: whether the file mixes drives from both sides of a
+    jump, or of the end of what it clips to, (n,). ``usual``: which of the colours tell means and quantiles, (n,).
+    ``tissue``: which of the colours are tissue. ``lattice``: the model's linear drives for a lattice, (m, 3).
     """
     aged = without.link.aged
     shown = delta_e_2000(linear_to_lab(aged.code_to_linear(np.clip(code, 0.0, 1.0))), without.wanted)

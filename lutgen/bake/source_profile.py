@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 #: Bytes of a profile, at most: scanners' have some hundred thousand.
 LARGEST = 8 << 20
 
-#: Classes of profiles that tell what a picture's numbers mean.
+#: Classes of profiles that define the colours of a picture's numbers.
 _CLASSES = (b"scnr", b"mntr", b"spac")
 
 
@@ -44,7 +44,7 @@ class SourceProfile:
         return np.clip(screen_code(self.data, signal, self.name), 0.0, 1.0)
 
     def before(self, aged: AgedDisplay) -> AgedDisplay:
-        """Return the display as the picture's code values meet it."""
+        """Return the display with the picture's profile before it."""
         return replace(aged, head=(self, *aged.head))
 
     def as_json(self) -> dict[str, str]:
@@ -63,7 +63,7 @@ def source_profile_of(content: Any) -> SourceProfile:
 
 
 def read_source_profile(path: str | Path) -> SourceProfile:
-    """Read the profile of a scanner, or of a picture. Raises LutgenError where it cannot tell what RGB numbers mean."""
+    """Read the profile of a scanner, or of a picture. Raises LutgenError where it does not define RGB colours."""
     path = Path(path)
     data = read_at_most(path, LARGEST, what="the source profile", none="ICC profile")
     return _sound(path.name, data)

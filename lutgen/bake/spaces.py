@@ -1,4 +1,4 @@
-"""How tables are indexed, and what they hold: each space by its two directions.
+"""How tables are indexed, and what their numbers mean: each space has two directions.
 
 ``code``     code values of and by code values
 ``linear``   linear light of and by linear light
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-#: How much closer: the shaper's slope falls from 1.44 at black to 0.72 at white. Where black leaks that
-#: nearly halves the largest error; steeper, and light colours lose more than dark ones gain.
+#: Strength of the shaper: its slope falls from 1.44 at black to 0.72 at white. Where black leaks that nearly halves the
+#: largest error; with a steeper one light colours lose more than dark ones gain.
 _STRETCH = 1.0
 
 #: The profile connection space's white (ICC.1:2001-04, 6.1.3), and the Bradford matrix (same, annex E).
@@ -61,19 +61,12 @@ _LAB_SPAN_V2 = _LAB_SPAN * 65_535 / 65_280
 
 @dataclass(frozen=True)
 class Space:
-    """How a table is indexed, both ways, and how what it holds becomes code values and comes from linear light.
+    """How a table is indexed, and how its numbers become code values and come from linear light."""
 
-    Attributes
-    ----------
-    index, code
-        Code value → place along the edge, 0..1, and back. Any shape.
-    shown, held
-        What the table holds → code values, and linear light → what it holds. Shape (..., 3).
-
-    """
-
+    #: Code value → place along the edge, 0..1, and back. Any shape.
     index: Callable[[Array], Array]
     code: Callable[[Array], Array]
+    #: What the table holds → code values, and linear light → what it holds. Shape (..., 3).
     shown: Callable[[Array], Array]
     held: Callable[[Array], Array]
 

@@ -69,19 +69,19 @@ def worst_error(records: Sequence[FileRecord], *, verbose: bool) -> str:
 
 def coarse(luts: Sequence[FileRecord]) -> str:
     """Say which file errs most of those that a finer table would follow; "" where all are within the usual figures."""
-    found = [
+    errors = [
         (figures["max"], figures["p99"], lut)
         for lut in luts
         if lut.size and format_named(str(lut.format)).follows
         for figures in ((lut.certificate or {}).get("smooth"),)
         if figures
     ]
-    over = [each for each in found if each[0] > MAX_DELTA_E or each[1] > P99]
+    over = [each for each in errors if each[0] > MAX_DELTA_E or each[1] > P99]
     if not over:
         return ""
     error, _, lut = max(over, key=lambda each: each[0])
     return (
-        f"{lut.size}³ is coarse for {len(over)} of {len(found)} files: {lut.path} errs by up to {error:.2f} "
+        f"{lut.size}³ is coarse for {len(over)} of {len(errors)} files: {lut.path} errs by up to {error:.2f} "
         f"where colours are smooth (usual: at most {MAX_DELTA_E:g}, 99 % at most {P99:g}). "
         "Take a larger --cubesize, or --tolerance."
     )

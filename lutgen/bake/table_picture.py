@@ -77,11 +77,7 @@ def _table_of_tiles(pixels: Array) -> Array:
 def read_table(path: Path) -> tuple[Lut, bool]:
     """Read a table from a PNG of any depth, and say whether its layout is that of OBS Studio.
 
-    Raises
-    ------
-    LutgenError
-        It cannot be read, or has another number of pixels than tables have.
-
+    Raises LutgenError: it cannot be read, or has another number of pixels than tables have.
     """
     lib = oiio()
     image = lib.ImageInput.open(str(path))

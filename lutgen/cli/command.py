@@ -101,6 +101,14 @@ class Command(click.Command):
         """Return -h and --help, also for a command that no group has called: click takes the names from the group."""
         return ["-h", "--help"]
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse the arguments; click does not say which command an option without its value belongs to."""
+        try:
+            return super().parse_args(ctx, args)
+        except click.UsageError as error:
+            error.ctx = error.ctx or ctx
+            raise
+
     @property
     def examples(self) -> list[str]:
         """Lines of the examples at the end of the help."""

@@ -298,18 +298,13 @@ def _alone(
     return alike
 
 
-#: Two fits whose χ² differs by less than this are equal, whichever has a parameter more.
-EQUAL = 2.0
-
-
 def _rivals(each: Candidate, beside: Sequence[Candidate], effects: Sequence[Effect], base: Fit) -> tuple[Family, ...]:
     """Families that would do as well in the place of an admitted effect."""
     names = {each.effect.name, *(other.effect.name for other in beside)}
     alone = together(base, beside)
     score = Score(alone)
     mine = family(alone, each.effect, score).best
-    penalty = float(np.log(alone.readings))
-    limit = bic(mine) + max(2 * STRONG, EQUAL + penalty)
+    limit = bic(mine) + 2 * STRONG
     others = [effect for effect in effects if effect.name not in names]
     near = contenders(alone, others, limit, score)
     # An effect may be blind here only because nobody logged what it goes by: room light that was always there.
@@ -321,10 +316,4 @@ def _rivals(each: Candidate, beside: Sequence[Candidate], effects: Sequence[Effe
     def odds(rival: Family) -> float:
         return 2 * STRONG if each.effect.is_kin(rival.effect) else STRONG
 
-    return tuple(rival for rival in near if bic(rival.best) < bic(mine) + odds(rival) or _as_good(rival, mine))
-
-
-def _as_good(rival: Family, mine: Candidate) -> bool:
-    """Whether a rival fits as well and BIC holds but one parameter more against it."""
-    more = len(rival.best.form) - len(mine.form)
-    return more <= 1 and rival.best.fit.chi2 < mine.fit.chi2 + EQUAL
+    return tuple(rival for rival in near if bic(rival.best) < bic(mine) + odds(rival))

@@ -10,12 +10,12 @@ import numpy as np
 from lutgen.criticism.families import condition_of, family_of
 from lutgen.criticism.first_day import white_moved
 from lutgen.criticism.imitation import Imitated, nearest, overlap
-from lutgen.criticism.leftover import is_even, is_noise, is_within_scatter
+from lutgen.criticism.leftover import is_even, is_within_scatter
 from lutgen.criticism.probes import Probed, free_term, probe
 from lutgen.criticism.search import HALF, STRONG
 from lutgen.criticism.shares import shares_of_delta_e
-from lutgen.criticism.stepwise import MOST_OF_IT, stand_apart, together
 from lutgen.criticism.tails import SLIP
+from lutgen.criticism.weighing import Weighed
 from lutgen.numerals import percent
 
 if TYPE_CHECKING:
@@ -225,89 +225,57 @@ def strongest(explanation: Explanation) -> tuple[str, str]:
     return worst, course
 
 
-def _needed(
-    explanation: Explanation, error: PureError, shares: Mapping[str, float], nothing: Probed, beside_all: float
-) -> tuple[Step, ...]:
-    """Admitted effects without which the readings are clearly less likely, whatever a free term takes over.
-
-    A formula that does not quite fit leaves something that looks like the effects that its own is confused with. Beside
-    a free term such shadows are superfluous, and a fault of its own is not; where the effect is strong, its shadows are
-    too, in proportion to it. ``nothing`` is the free term beside the base alone; ``beside_all`` is BIC with all effects
-    and a free term.
-    """
-    kept = []
-    for step in explanation.steps:
-        kin = [term.effect.name for term in step.without.terms if step.effect.is_kin(term.effect)]
-        largest = max((shares[name] for name in kin if name in shares), default=0.0)
-        probed = nothing if step.without is explanation.base else probe(step.without, error)
-        free = step.without.bic - probed.evidence
-        if free > beside_all + STRONG and shares[step.name] > (1.0 - MOST_OF_IT) * largest:
-            kept.append(step)
-    return tuple(kept)
-
-
-def _is_at_its_limit(step: Step) -> bool:
-    """Whether a size of an effect lies at a bound of what is physical, other than where the effect does nothing."""
-    term = step.chosen.term
-    for name in set(term.free) & set(step.effect.neutral):
-        low, high = step.effect.parameters[name].bounds
-        reach = 1e-9 * (high - low)
-        value = term.values[name]
-        if min(value - low, high - value) <= reach < abs(value - step.effect.neutral[name]):
-            return True
-    return False
-
-
 def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...]) -> Verdict:
-    """Compare, by BIC, the named effects, a free term that no formula describes, and both together."""
+    """Say what the admitted effects prove."""
     steps, base, final = explanation.steps, explanation.base, explanation.final
-    excess = max(base.chi2 - base.freedom * error.scale, base.chi2 - final.chi2, 1e-9)
-    shares, before = {}, base.chi2
-    for step, found in zip(steps, explanation.trail, strict=True):
-        shares[step.name], before = max(before - found.chi2, 0.0) / excess, found.chi2
-    nothing, probed = probe(base, error), free_term(final, error)
-    both = final.bic - probed.evidence
-    kept = _needed(explanation, error, shares, nothing, both)
-    clean = is_noise(final, error) and not probed.names
-    if not kept and clean and is_within_scatter(error, base) and not nothing.names:
+    weighed = Weighed.of(explanation, error)
+    if not weighed.kept and weighed.clean and is_within_scatter(error, base) and not weighed.nothing.names:
         traces = ", ".join(step.name for step in steps)
         remark = f"What is left would let {traces} explain a trace of it, next to nothing beside what the model has."
         return Verdict("consistent", AGREES, remarks=(*remarks, remark))
-    gain = base.chi2 - final.chi2
-    explained = gain / (gain + probed.gain) if probed.names else gain / excess
-    # One family may leave what its formula misses; several that leave a misfit are what greedy search makes of another.
-    enough = explained > MOST_OF_IT and (len(kept) == 1 or is_noise(final, error))
-    physical = not any(_is_at_its_limit(step) for step in kept)
-    chosen = [step.chosen for step in kept]
-    # What is fitted beside, for what formulas leave, may be no more than formulas may leave.
-    beside = [step.name for step in steps if step not in kept]
-    whole = not beside or together(base, chosen).chi2 - final.chi2 <= (1.0 - MOST_OF_IT) * gain
-    sound = (clean or enough) and whole and physical and stand_apart(chosen, base)
-    if not kept or base.bic - nothing.evidence < both - STRONG or not sound:
-        return _unexplained(explanation, remarks, probed if probed.names else nothing)
+    probed = weighed.left if weighed.left.names else weighed.nothing
+    if not weighed.sound:
+        return _unexplained(explanation, remarks, probed)
+    beside = [step.name for step in steps if step not in weighed.kept]
     if beside:
         remarks = (*remarks, f"Fitted beside, for what the formula leaves, no fault of its own: {', '.join(beside)}.")
-    left = "" if clean else f"its formula leaves something: {structure(explanation, probed)}."
-    seen = shares_of_delta_e(base, final, [step.name for step in kept])
-    kept = tuple(sorted(kept, key=lambda step: -seen[step.name]))
-    if trifles := [step for step in kept[1:] if max(seen[step.name], shares[step.name]) < TRIFLE]:
+    seen = shares_of_delta_e(base, final, [step.name for step in weighed.kept])
+    kept = tuple(sorted(weighed.kept, key=lambda step: -seen[step.name]))
+    if trifles := [step for step in kept[1:] if max(seen[step.name], weighed.shares[step.name]) < TRIFLE]:
         kept = tuple(step for step in kept if step not in trifles)
         beside += [step.name for step in trifles]
         names = ", ".join(step.name for step in trifles)
         remarks = (*remarks, f"Fitted beside, next to nothing of the error: {names}.")
     alike = {step.name: _imitated(step, explanation, error) for step in kept}
-    strongest = max(kept, key=lambda step: step.without.chi2)
-    passes = any(each and each.left < 2 * STRONG for name, each in alike.items() if name != strongest.name)
-    if passes or (len(kept) > 1 and overlap([step.chosen for step in kept], base)):
-        # Of several, one whose form passes for another effect as strong as itself may be what the strongest one misses.
-        return _unexplained(explanation, remarks, probed if probed.names else nothing)
-    if len(kept) > 1:
-        worded = _several(kept, shares, seen, left)
-    else:
+    left = "" if weighed.clean else f"its formula leaves something: {structure(explanation, weighed.left)}."
+    if len(kept) == 1:
         left = left or ("its formula leaves something that another takes up." if beside else "")
-        (step,) = kept
-        worded = _one(step, seen[step.name], left, alike[step.name])
-    return replace(worded, shares=shares, shares_delta_e=seen, remarks=remarks)
+        worded = _one(kept[0], seen[kept[0].name], left, _owed(kept[0], explanation), alike[kept[0].name])
+    elif _shadowed(kept, alike):
+        return _unexplained(explanation, remarks, probed)
+    elif not overlap([step.chosen for step in kept], base):
+        worded = _several(kept, weighed.shares, seen, left)
+    elif weighed.clean and len(kept) == 2:
+        worded = _like_both(kept)
+    else:
+        return _unexplained(explanation, remarks, probed)
+    return replace(worded, shares=weighed.shares, shares_delta_e=seen, remarks=remarks)
+
+
+def _shadowed(kept: tuple[Step, ...], alike: Mapping[str, Imitated | None]) -> bool:
+    """Whether one of several effects may be what the strongest one misses: its form passes for another as strong."""
+    strongest = max(kept, key=lambda step: step.without.chi2)
+    return any(each and each.left < 2 * STRONG for name, each in alike.items() if name != strongest.name)
+
+
+def _like_both(steps: tuple[Step, ...]) -> Verdict:
+    """Name two effects of which one does in part what the other's form could do as well: both follow one effect."""
+    one, other = (step.name for step in steps)
+    sentence = (
+        f"One effect is missing that is like {one} and like {other}: both together fit, and one does in part what the "
+        f"other's form could do as well."
+    )
+    return Verdict("one-of", sentence, (one, other))
 
 
 def _imitated(step: Step, explanation: Explanation, error: PureError) -> Imitated | None:
@@ -328,8 +296,12 @@ def _several(steps: tuple[Step, ...], shares: Mapping[str, float], seen: Mapping
     return Verdict("several", sentence, names, rivals)
 
 
-def _one(step: Step, seen: float, left: str, alike: Imitated | None) -> Verdict:
-    """Name one effect; ``left`` says what its formula leaves, ``alike`` which other effect its form follows best."""
+def _one(step: Step, seen: float, left: str, owed: float, alike: Imitated | None) -> Verdict:
+    """Name one effect.
+
+    ``left`` says what its formula leaves, ``owed`` how much of what its form explains the effect's simplest form does,
+    ``alike`` which other effect its form follows best.
+    """
     names = (step.name,)
     size = f"{step.effect.in_words(step.chosen.term.values)}: {percent(seen)} of the excess error"
     if step.rivals:
@@ -340,12 +312,8 @@ def _one(step: Step, seen: float, left: str, alike: Imitated | None) -> Verdict:
         )
         return Verdict("one-of", sentence, either, (either,))
     freed = ", ".join(step.chosen.form)
-    if alike and (alike.left < 2 * STRONG or (step.chosen.refined and alike.share < HALF)):
-        form = f"The form that fits ({freed} free)" if step.chosen.refined else "Its formula"
-        sentence = (
-            f"{step.name} is missing, or an effect like it that the catalogue lacks: {size}. {form} could also "
-            f"pass for most of {alike.name}."
-        )
+    if doubt := _doubt(step, freed, owed, alike):
+        sentence = f"{step.name} is missing, or an effect like it that the catalogue lacks: {size}. {doubt}"
         return Verdict("one-of", sentence, names)
     if step.chosen.refined:
         sentence = (
@@ -356,3 +324,22 @@ def _one(step: Step, seen: float, left: str, alike: Imitated | None) -> Verdict:
         sentence = f"{step.name} is missing ({size}), but {left}"
         return Verdict("form", sentence, names)
     return Verdict("named", f"{step.name} is missing: {size}. With it, what remains is noise.", names)
+
+
+def _owed(step: Step, explanation: Explanation) -> float:
+    """Share of what an effect's form explains, in χ², that its simplest form explains alone."""
+    gains = [family.simple.gain for family in explanation.first if family.name == step.name]
+    whole = explanation.base.chi2 - explanation.final.chi2
+    return gains[0] / whole if gains and whole > 0 else 1.0
+
+
+def _doubt(step: Step, freed: str, owed: float, alike: Imitated | None) -> str:
+    """Why a form that fits does not prove its effect; nothing where it does."""
+    form = f"The form that fits ({freed} free)" if step.chosen.refined else "Its formula"
+    if alike and (alike.left < 2 * STRONG or (step.chosen.refined and alike.share < HALF)):
+        return f"{form} could also pass for most of {alike.name}."
+    if step.chosen.refined and owed < HALF:
+        return (
+            f"{form} owes most to its freedom: the effect's simplest form explains {percent(max(owed, 0.0))} of that."
+        )
+    return ""

@@ -1,10 +1,10 @@
 """Model files (TOML): a display's model as ``lutgen refine`` writes it, and as a person may write it by hand.
 
-By hand ``schema = 1`` and perhaps ``[display]`` and ``[model]`` are enough. A refined model also holds how it was found
-(``[fit]``), the first session's own curves and black (``[native]``) where it starts from them, the tips before its
-effects (``[tips]``), the effects in the order of the light's way, every parameter with its unit and standard error, how
-the errors hang together (``[covariance]``), and perhaps the conditions that it is seen under. Numbers are written so
-that they read back to the last bit.
+By hand ``schema = 1`` and perhaps ``[display]`` and ``[model]`` are enough. A refined model also holds the figures of
+its fit (``[fit]``), the first session's own curves and black (``[native]``) where it starts from them, the tips before
+its effects (``[tips]``), the effects in the order of the light's way, every parameter with its unit and standard error,
+the covariance of the errors (``[covariance]``), and perhaps the conditions under which the display is seen. Numbers are
+written so that they read back to the last bit.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ HEAD = "# A lutgen display model: lutgen build --model THIS_FILE bakes it. Made 
 
 
 def save_model(model: DisplayModel, path: str | Path, *, force: bool = False) -> None:
-    """Write ``model`` to a file that :func:`load_model` reads, with the way to its readings and their hash.
+    """Write ``model`` to a file that :func:`load_model` reads, with the path of its readings and their hash.
 
     Raises
     ------
@@ -233,7 +233,7 @@ def _model_of(content: _Table, path: Path, effects: Mapping[str, Effect]) -> Dis
     model, fit = content.table("model", _MODEL_KEYS), content.table("fit", None)
     conditions, tips = content.table("conditions", None), content.table("tips", ("hours", "xyz_cd_m2"))
     native, errors = content.table("native", _NATIVE_KEYS), content.table("covariance", ("of", "rows"))
-    found = DisplayModel(
+    loaded = DisplayModel(
         _readings(content.table("display", ("file", "sha256")), folder),
         reference=model.text("reference", ""),
         selection=model.text("selection", "nearest"),
@@ -249,9 +249,9 @@ def _model_of(content: _Table, path: Path, effects: Mapping[str, Effect]) -> Dis
         fit={name: fit.scalar(name) for name in fit.values if name != "verdict"},
         file=str(path),
     )
-    if found.covariance:
-        found.covariance.check(found.fitted, found.fitted_hours)
-    return found
+    if loaded.covariance:
+        loaded.covariance.check(loaded.fitted, loaded.fitted_hours)
+    return loaded
 
 
 _MODEL_KEYS = ("baseline", "held", "reference", "selection", "luminance", "luminance_table")

@@ -6,13 +6,12 @@ colour points holds for them too:
     XYZ(d) = K + Σ_i s_i(l(d)) · (T_i − K),    i over white, red, green and blue,
 
 with l the measured transfer curves, s the shares of :func:`lutgen.display.trace.tip_shares` and T the tips as measured.
-Black K is a constant share of white in X, Y and Z: it follows the backlight. Curves and that share are those of hour 0
-at every hour, so that what becomes of them is for effects to tell (``black-level``, ``eotf-drift``, …): aging is what
-changes.
+Black K is a constant share of white in X, Y and Z: it follows the backlight. Curves and that share stay as at hour 0;
+their change with age is left to effects (``black-level``, ``eotf-drift``, …).
 
 A point of a curve is the light of a ramp's reading less black, projected on that of its tip. Where ramps of the
 channels are missing, every grey's X, Y and Z are solved for the light of the three channels instead. Where the first
-session has many mixtures, and these are foretold better so, curves are fitted on all its readings, or are sRGB's
+session has many mixtures, and these are predicted better so, curves are fitted on all its readings, or are sRGB's
 (:mod:`lutgen.display.own_model.native_curves`).
 """
 
@@ -46,7 +45,7 @@ if TYPE_CHECKING:
 
 CHANNELS = ("red", "green", "blue")
 
-#: What curves are made of.
+#: The sources of curves.
 SOURCES = ("ramps", "greys", "readings", "srgb")
 
 #: A ramp has at least so many levels between black and full drive; fewer miss a calibrated display's bends.
@@ -55,13 +54,14 @@ LEAST_LEVELS = 5
 #: 1 σ of a reading that a fall of a ramp is judged by: a poor colorimeter's, as a share of the light, and in cd/m².
 RELATIVE, FLOOR_CD_M2 = 0.005, 0.01
 
-#: Light below this share of white is no measure of what an own model adds to it.
+#: An own model's gain is not taken where light is below this share of white.
 LEAST_SHARE = 1e-6
 
-#: An own model is brighter than its curves by a factor within these bounds: beyond lies no display.
+#: Bounds of an own model's gain over its curves: no display lies beyond.
 GAINS = (0.2, 5.0)
 
-#: What an own model misses at black and the colour points reaches so far in code values, as its shortest residual.
+#: The error of an own model at black and the colour points is corrected over this distance in code values, that of its
+#: shortest residual.
 REACH = min(LENGTHS)
 
 #: Code values of black and the colour points.
@@ -75,37 +75,24 @@ DARKEST = 0.2
 class NativeDisplay:
     """A display's own fresh state, beside its tips.
 
-    Attributes
-    ----------
-    curves
-        Transfer curves of red, green and blue.
-    black
-        X, Y and Z of code 0 as shares of white's.
-    source
-        What the curves were made of, one of ``SOURCES``.
-    remarks
-        What had to be put right, one sentence each.
-    own
-        The display's own model above one curve a channel; None where the first session asks for none.
-    ladder
-        The climb that chose it, with what it foretold of readings that were held out; None for a model of a file.
-
-    Raises
-    ------
-    LutgenError
-        Black is negative, or lighter than any display's.
-
+    Raises LutgenError: black is negative, or lighter than any display's.
     """
 
+    #: Transfer curves of red, green and blue.
     curves: tuple[TransferCurve, TransferCurve, TransferCurve]
+    #: X, Y and Z of code 0 as shares of white's.
     black: tuple[float, float, float]
+    #: The source of the curves, one of ``SOURCES``.
     source: str = "ramps"
+    #: Corrections of the readings, one sentence each.
     remarks: tuple[str, ...] = ()
+    #: The display's own model above one curve a channel; None where the first session asks for none.
     own: StoredModel | None = None
+    #: The fit that chose it, with its predictions of held-out readings; None for a model of a file.
     ladder: OwnModel | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Refuse what is no display's."""
+        """Raise LutgenError for a black or a source that no display has."""
         if self.source not in SOURCES:
             raise pick_one("source of a native display's curves", self.source, SOURCES)
         if not all(0.0 <= share <= DARKEST for share in self.black):
@@ -119,24 +106,11 @@ class NativeDisplay:
     ) -> NativeDisplay:
         """Make the native display of the readings at hour 0, at rest.
 
-        Parameters
-        ----------
-        readings
-            With black, the four tips, and ramps of red, green and blue, or of grey, at hour 0.
-        leave_out
-            Indices of readings that are not to count.
-        strict
-            Whether a ramp is refused that falls by more than noise even without misread levels; else its neighbours
-            are averaged all the same.
-        source
-            What the curves are to be made of, one of ``SOURCES``; None: what foretells mixtures best.
-
-        Raises
-        ------
-        LutgenError
-            A lack of any of these, or a ramp that falls by more than noise, at more levels than may be misread: names
-            channel and codes.
-
+        ``readings``: with black, the four tips, and ramps of red, green and blue, or of grey, at hour 0. ``leave_out``:
+        indices of readings that are not to count. ``strict``: whether a ramp is refused that falls by more than noise
+        even without misread levels; else its neighbours are averaged all the same. ``source``: what the curves are to
+        be made of, one of ``SOURCES``; None: what foretells mixtures best. Raises LutgenError: a lack of any of these,
+        or a ramp that falls by more than noise, at more levels than may be misread: names channel and codes.
         """
         sample = _mixed_sample(readings, leave_out) if source in {None, "readings", "srgb"} else None
         if source is not None and sample is not None:
@@ -199,13 +173,7 @@ class NativeDisplay:
 
         Black and the colour points, which are measured again at every hour, have a gain of 1.
 
-        Parameters
-        ----------
-        code
-            Code values (m, 3).
-        share
-            Shares of white's X, Y and Z, (m, 3), where they are known already.
-
+        ``code``: code values (m, 3). ``share``: shares of white's X, Y and Z, (m, 3), where they are known already.
         """
         if self.own is None:
             return None
@@ -220,14 +188,14 @@ class NativeDisplay:
         lit = tip_shares(self.linear(code), code, "continuous")
         known = np.vstack([self.black, own.tips])
         plain = lit @ own.tips + (1.0 - lit.sum(axis=-1, keepdims=True)) * known[0]
-        # Black and the colour points are met; other colours owe nothing to what the own model misses there.
+        # The own model's error at black and the colour points is removed there, and fades out around them.
         off = ((code[..., np.newaxis, :] - ENDS) ** 2).sum(axis=-1)
         missed = np.exp(-0.5 * off / REACH**2) @ (self._ends - known)
         return np.asarray(np.clip(1.0 + (share - plain - missed) / np.maximum(plain, LEAST_SHARE), *GAINS))
 
     @cached_property
     def _kept(self) -> tuple[Remembered, Remembered]:
-        """Light and gains."""
+        """Return light and gains."""
         return Remembered(), Remembered()
 
     @cached_property
@@ -236,7 +204,7 @@ class NativeDisplay:
         return self.own.near(ENDS) if self.own else np.zeros((5, 3))
 
     def as_record(self) -> dict[str, Any]:
-        """Return what files hold of it: texts, numbers and lists of these."""
+        """Return the entries of a file: texts, numbers and lists of these."""
         points = {
             curve.channel: [list(point) for point in zip(curve.codes, curve.light, strict=True)]
             for curve in self.curves
@@ -245,7 +213,7 @@ class NativeDisplay:
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any], own: StoredModel | None = None) -> NativeDisplay:
-        """Make it again of what :meth:`as_record` gave. Raises LutgenError when that is none, or not monotonic."""
+        """Rebuild it from the entries of :meth:`as_record`. Raises LutgenError: wrong entries, or curves that fall."""
         try:
             x, y, z = (float(share) for share in record["black"])
             red, green, blue = (_curve_of(name, record[name]) for name in CHANNELS)
@@ -263,8 +231,8 @@ class NativeDisplay:
     def made_from(self, readings: Measurements) -> NDArray[np.bool_]:
         """Readings of black and ramps in the first session, which the curves run through, (n,).
 
-        Curves of all readings are drawn to each of the many mixtures by so little that these still judge them. An own
-        model is held out from every reading of the first session but black and the colour points.
+        Curves of all readings follow each of the many mixtures so little that mixtures can still judge them. An own
+        model predicts every reading of the first session but black and the colour points by fits without it.
         """
         codes = readings.drive
         if self.own:
@@ -379,16 +347,16 @@ def _is_grey(codes: Array) -> NDArray[np.bool_]:
 def _check_complete(
     readings: Measurements, black: NDArray[np.bool_], tips: list[NDArray[np.bool_]], ramps: list[int], greys: int
 ) -> None:
-    """Refuse a first session that lacks what a native display is made of, and say what it lacks."""
+    """Raise LutgenError for a first session that lacks readings for a native display; name them."""
     lacks = [] if black.any() else ["black (code 0, 0, 0)"]
     lacks += [f"{name} at full drive" for name, tip in zip(("white", *CHANNELS), tips, strict=True) if not tip.any()]
     if min(ramps) < LEAST_LEVELS and greys < LEAST_LEVELS:
-        found = ", ".join(
+        counts = ", ".join(
             f"{count} of {name}" for count, name in zip((*ramps, greys), (*CHANNELS, "grey"), strict=True)
         )
         lacks.append(
             f"ramps: {LEAST_LEVELS} levels or more between black and full drive of red, green and blue each, or of "
-            f"grey (it has {found})"
+            f"grey (it has {counts})"
         )
     if lacks:
         message = (

@@ -1,8 +1,8 @@
 """Drives of a display with effects, which has no closed inverse: searched, all colours at once.
 
 Bounded least squares by Levenberg's damped Gauss-Newton steps with an active set (Levenberg 1944,
-doi:10.1090/qam/10666; bounds by projection, Bertsekas 1982, doi:10.1137/0320018). What is made small is the distance in
-the light of the aged primaries: for a display that adds up, the nearest drive is then the one clipped by channels.
+doi:10.1090/qam/10666; bounds by projection, Bertsekas 1982, doi:10.1137/0320018). The search minimises the distance in
+the light of the aged primaries: for an additive display the nearest drive is then the one clipped by channels.
 
 Slopes cost three times as much as a step, so they are used again while steps converge fast (simplified Newton method).
 The search of a colour ends when its residual is small enough, not after a number of steps.
@@ -33,7 +33,7 @@ _STEP = 1e-7
 #: both in linear light. Out of reach, rounding of the slopes moves the drive by up to the first.
 _STILL, _FOUND = 1e-8, 1e-11
 
-#: Slopes serve again after a step that left at most this share of the sum of squares.
+#: Slopes are used again after a step that left at most this share of the sum of squares.
 _FAST = 1e-4
 
 #: A residual above the first, inside 0..1, means that the search failed; it then starts again, moved by the second.
@@ -42,8 +42,8 @@ _STUCK_AT, _ASIDE = 1e-6, (0.02, -0.02, 0.08, -0.08)
 #: Most steps: for all colours together, for the slow ones, and for lattices that only give starts to other colours.
 _FIRST_ROUNDS, _ROUNDS, _ROUGH_ROUNDS = 4, 60, 12
 
-#: A colour inside 0..1 is given up whose sum of squares has not halved in so many rounds: it lies at a jump. Damping
-#: needs eight to grow from its least value to the slopes' own size.
+#: The search gives a colour inside 0..1 up when its sum of squares has not halved in so many rounds: it lies at a jump.
+#: Damping needs eight to grow from its least value to the slopes' own size.
 _PATIENCE = 12
 
 #: Damping: its first and least value, the factor by which it changes, and the value at which a search gives up.
@@ -51,7 +51,7 @@ _DAMPING, _DAMPED, _STUCK = 1e-8, 10.0, 1e8
 
 
 class Start(NamedTuple):
-    """What is expected of a search: drives, (n, 3), and slopes there, (light, channel, n); NaN where nothing is."""
+    """Starting values of a search: drives, (n, 3), and slopes there, (light, channel, n); NaN where there are none."""
 
     drive: Array
     slopes: Array
@@ -81,7 +81,7 @@ def searched(
         drive[part], missing[part], late = _descended(problem, wanted[part], near[part], slopes[:, :, part], rounds)
         unfinished.append(first + late)
     if thorough:
-        # The few that take long are taken together.
+        # The few slow colours are searched together.
         late = np.concatenate(unfinished)
         drive[late], missing[late], _ = _descended(problem, wanted[late], drive[late], slopes[:, :, late], _ROUNDS)
         _search_stuck_again(problem, wanted, drive, missing)
@@ -119,10 +119,8 @@ class _Problem:
 
 
 def _search_stuck_again(problem: _Problem, wanted: Array, drive: Array, missing: Array) -> None:
-    """Search colours inside 0..1 that were not found from other starts; replaces ``drive`` and ``missing``, (n, 3).
-
-    A jump between a start and its goal stops the descent: from the other side of it, there may be none between.
-    """
+    """Search colours inside 0..1 that were not found from other starts; replaces ``drive`` and ``missing``, (n, 3)."""
+    # A jump between a start and the colour stops the descent; a start on the other side may have no jump on its way.
     stuck = np.flatnonzero((np.abs(missing) > _STUCK_AT).any(axis=1) & ~_ends(drive, missing).any(axis=1))
     if not stuck.size:
         return
@@ -144,10 +142,8 @@ def _ends(drive: Array, missing: Array) -> NDArray[np.bool_]:
 def _descended(
     problem: _Problem, wanted: Array, start: Array, slopes: Array, rounds: int
 ) -> tuple[Array, Array, NDArray[np.intp]]:
-    """Follow the descent from some drives, (n, 3), and slopes, (3, 3, n), which are replaced by newer ones.
-
-    Gives where it ends and what is missing there, both (n, 3), and the indices of those for which it has not ended.
-    """
+    """Follow the descent from some drives, (n, 3), and slopes, (3, 3, n), which are replaced by newer ones."""
+    # Returns the last drives and the light that is missing there, both (n, 3), and the indices of unfinished colours.
     drive = start.copy()
     missing = wanted - problem.shown(drive)
     damping = np.full(len(drive), _DAMPING)

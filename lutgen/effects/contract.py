@@ -235,8 +235,8 @@ def _apply(effect: Effect, reading: ProbeReading, values: Mapping[str, float], *
         if isinstance(error, KeyboardInterrupt):
             raise
         code = getattr(effect.function, "__code__", None)
-        told = what_was_raised(error, code.co_filename if code else "")
-        raise Broken(f"Raises {told}{_with(values)}.{_hint(effect, told)}") from None
+        reason = what_was_raised(error, code.co_filename if code else "")
+        raise Broken(f"Raises {reason}{_with(values)}.{_hint(effect, reason)}") from None
     return _array(result)
 
 

@@ -175,8 +175,8 @@ class Effect:
     def in_words(self, values: Mapping[str, float]) -> str:
         """Say in a clause what the effect does at these values, with the size where ``says`` has a place for it."""
         amount = next(iter(self.neutral), "")
-        told = {amount, "grown", *(name for _, name, _, _ in Formatter().parse(self.says) if name)}
-        if not self.says or any(values[name] != rest for name, rest in self.neutral.items() if name not in told):
+        explained = {amount, "grown", *(name for _, name, _, _ in Formatter().parse(self.says) if name)}
+        if not self.says or any(values[name] != rest for name, rest in self.neutral.items() if name not in explained):
             clause = self.summary.partition(":")[0]
             return clause[:1].lower() + clause[1:]
         new, grown = values.get(amount, 0.0), values.get("grown", 0.0)

@@ -134,10 +134,8 @@ def _decades(start: float) -> tuple[float, float]:
 
 
 def _amplitudes(formula: Formula, given: Mapping[str, _Given]) -> tuple[str, ...]:
-    """Smallest set of parameters that, set to 0, leaves the signal unchanged, whatever the other parameters are.
-
-    Of equally small sets, the one in which the formula is linear: in ``xyz*(1 + k*sin(w*tau))`` that is k, not w.
-    """
+    """Smallest set of parameters that, set to 0, leaves the signal unchanged, whatever the other parameters are."""
+    # Of equally small sets, the one in which the formula is linear: in ``xyz*(1 + k*sin(w*tau))`` that is k, not w.
     ends = {name: given.get(name, (1.0, None)) for name in formula.parameters}
     bounds = {name: reach or _decades(start) for name, (start, reach) in ends.items()}
     draws = parameter_draws(bounds, 6)

@@ -183,8 +183,8 @@ def what_was_raised(error: BaseException, file: str) -> str:
 
 def _sentence(error: BaseException, file: str) -> str:
     """Describe what a module raised: a refused declaration as it is, another error with its line in the file."""
-    told = what_was_raised(error, file)
-    return told if isinstance(error, LutgenError) else f"cannot be loaded: {told}. Run it with Python to see more."
+    reason = what_was_raised(error, file)
+    return reason if isinstance(error, LutgenError) else f"cannot be loaded: {reason}. Run it with Python to see more."
 
 
 def _declared_in(value: Any, module: str) -> bool:

@@ -1,4 +1,4 @@
-"""What the page may ask, and how its window answers: no maths, no files but those of the windows."""
+"""The requests of the page, and the answers of its window: no maths, no files but those of the windows."""
 
 from __future__ import annotations
 
@@ -33,16 +33,16 @@ if TYPE_CHECKING:
 
 PAGE = Path(__file__).parent / "page"
 
-#: Files that this page shares with the report; where they are is not asked of their package, which needs numpy.
+#: Files that this page shares with the report; their folder is not taken from their package, which imports numpy.
 VIEWER = Path(__file__).parents[1] / "pictures" / "viewer"
 VIEWER_FILES = ("viewer.js", "viewer.css")
 
 JSON = "application/json"
 
-#: Stands in index.html where a window's beginning goes: behind all that the page draws in.
+#: The place in index.html of a window's first data: behind all elements that the page draws in.
 BEGINS = b"<!-- begins -->"
 
-#: Beside what every page may do: this one shows pictures that it has made itself, or was given by a drop.
+#: Permission beside those of every page: this one shows pictures that its script makes, or that are dropped on it.
 PICTURES = {
     "Content-Security-Policy": HEADERS["Content-Security-Policy"].replace(
         "img-src 'self'", "img-src 'self' blob: data:"
@@ -61,7 +61,7 @@ def explore_application(windows: Windows) -> ASGIApp:
             except RefusedError:
                 raise
             except LutgenError as error:
-                # Files that were dropped lie in the window's folders; their owner knows them by their names.
+                # Dropped files lie in the window's folders; users know them by their names alone.
                 raise LutgenError(re.sub(rf"{re.escape(str(window.folder))}/\d+/", "", str(error))) from None
 
         return Route(f"/api/{path}", endpoint, methods=list(methods))
@@ -98,7 +98,7 @@ def explore_application(windows: Windows) -> ASGIApp:
 
 
 def _page_with(windows: Windows) -> Response:
-    """Send the page at once, and behind it a window's beginning as soon as it is open: the page starts meanwhile."""
+    """Send the page at once, and the window's first data as soon as the window is open: the page starts meanwhile."""
     data, kind = page_file(PAGE, "index.html")
     page, _, rest = data.partition(BEGINS)
 
@@ -116,8 +116,8 @@ def _page_with(windows: Windows) -> Response:
 
 
 def _begins(content: dict[str, Any], *addresses: str) -> bytes:
-    """Write what a window begins with, and addresses to fetch at once."""
-    # In a script's text only what may end it is special.
+    """Write a window's first data, and the addresses that the page fetches at once."""
+    # In the text of a script only "<" is special, since it may end the script.
     text = json.dumps(content).replace("<", "\\u003c")
     fetched = (f'<link rel="preload" as="fetch" crossorigin href="{escape(each)}">' for each in addresses)
     return "\n".join([*fetched, f'<script type="application/json" id="begins">{text}</script>']).encode()
@@ -194,7 +194,7 @@ def _seen(request: Request) -> dict[str, Any]:
 
 
 def _seen_with(request: Request) -> dict[str, Any]:
-    """Return mode and hours that a request names, and whether what is switched on is left out."""
+    """Return mode and hours that a request names, and whether the effects that are switched on are left out."""
     return {**_seen(request), "without": request.query_params.get("without") == "yes"}
 
 
@@ -284,7 +284,7 @@ async def _cancel(window: Window, _request: Request) -> Response:
 
 async def _events(window: Window, _request: Request) -> Response:
     async def stream() -> AsyncIterator[bytes]:
-        # A comment at once: the page knows then that it is listening.
+        # A comment is sent at once, so that the page knows that it is connected.
         yield b": listening\n\n"
         async for what, body in window.events():
             yield b"event: %s\ndata: %s\n\n" % (what.encode(), body)
@@ -304,7 +304,7 @@ async def _take(window: Window, request: Request) -> Response:
 
 
 async def _while_wanted(request: Request, working: asyncio.Task[tuple[str, bytes]]) -> tuple[str, bytes]:
-    """Wait for a work of minutes; it is ended when the page hangs up, or its window ends."""
+    """Wait for work that takes minutes; the work is ended when the page disconnects, or its window ends."""
 
     async def hung_up() -> None:
         while (await request.receive())["type"] != "http.disconnect":

@@ -1,4 +1,4 @@
-"""What the page shows, as commands that do the same: to copy, and to make what is taken away."""
+"""The commands that do what the page shows: to be copied, and to make the files to download."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from lutgen.errors import LutgenError
 from lutgen.names import FORETELLING_BASELINES
 
 if TYPE_CHECKING:
@@ -21,33 +22,22 @@ KINDS = ("aged", "compensated")
 
 @dataclass(frozen=True)
 class Asked:
-    """What a window shows, as the command line would be told of it.
+    """What a window shows, as arguments of the command line."""
 
-    Attributes
-    ----------
-    data, image
-        Files of readings and of the image.
-    model, baseline
-        A saved model, and the baseline; None where not given.
-    files, expressions
-        Effects of the user's own: Python files, and formulas by name.
-    on
-        Effects that are switched on.
-    dropped
-        Files that the page has sent, which are shown by their names alone.
-    written
-        Whether ``data`` is a campaign file that only this window has: sessions were dropped, and their hours told.
-
-    """
-
+    #: Files of readings and of the image.
     data: str
     image: str
+    #: A saved model, and the baseline; None where not given.
     model: str | None = None
     baseline: str | None = None
+    #: Effects of the user's own: Python files, and formulas by name.
     files: tuple[str, ...] = ()
     expressions: tuple[tuple[str, str], ...] = ()
+    #: Effects that are switched on.
     on: tuple[str, ...] = ()
+    #: Files that the page has sent; commands show their names without folders.
     dropped: frozenset[str] = frozenset()
+    #: Whether ``data`` is a campaign file that only this window has, made of dropped sessions and their hours.
     written: bool = False
 
     @property
@@ -56,7 +46,7 @@ class Asked:
         return tuple(f"{name}: {text}" for name, text in self.expressions)
 
     def shown(self, path: str) -> str:
-        """Name a file as its owner knows it."""
+        """Name a file as the user knows it."""
         return Path(path).name if path in self.dropped else path
 
 
@@ -113,7 +103,7 @@ def commands(
         ("This hour's LUT", build_words(model, *lut_options(mode, hours, "cube", kind), to="this-hour")),
         ("The report", report_words(asked, model, to="report.html")),
     ]
-    # Without effects a display that is known at hour 0 alone does not age.
+    # A display that is known at hour 0 alone does not age without effects.
     kept = listed[:3] if asked.baseline in FORETELLING_BASELINES and not (asked.on or asked.model) else listed
     return [{"words": words, "command": shlex.join(command)} for words, command in kept]
 
@@ -146,3 +136,22 @@ def _data(asked: Asked) -> list[str]:
     for file in asked.files:
         words += ["--effects", asked.shown(file)]
     return words
+
+
+def example_readings() -> Path:
+    """Path of the simulated campaign; its first line says that nobody measured it."""
+    return _example("display-a.csv")
+
+
+def tissue() -> Path:
+    """Path of the picture of tissue: scikit-image's ``immunohistochemistry()``, 512 × 512."""
+    return _example("tissue.jpg")
+
+
+def _example(name: str) -> Path:
+    """Find a file in an installed package or in a clone."""
+    package = Path(__file__).resolve().parents[1]
+    for folder in (package / "examples", package.parent / "examples"):
+        if (folder / name).is_file():
+            return folder / name
+    raise LutgenError(f"the example {name} is missing here. Reinstall lutgen, or give DATA and --image.")

@@ -23,7 +23,7 @@ READINGS, IMAGE, CODE = 8_000_000, 300_000_000, 200_000
 #: Files of a session or a campaign that are dropped together.
 MOST_FILES = 200
 
-#: Limits as the page is told of them, so that it need not send what is refused.
+#: Limits as the page gets them, so that it does not send files that would be refused.
 LIMITS = {"readings": READINGS, "image": IMAGE, "code": CODE}
 
 
@@ -48,13 +48,9 @@ def gathered(paths: Sequence[str], hours: Sequence[float] | None, *, same: bool 
 
     ``same``: they are of one display although they look like several.
 
-    Raises
-    ------
-    LutgenError
-        As ``lutgen sessions init``, or as many hours as there are sessions were not given.
-
+    Raises LutgenError: as ``lutgen sessions init``, or as many hours as there are sessions were not given.
     """
-    # The server, which takes files but opens none, starts sooner without what opens them.
+    # The server takes files and opens none: it starts sooner without the modules that open them.
     from lutgen.history.draft import check_one_display
     from lutgen.readings import read_session
 

@@ -1,4 +1,4 @@
-"""The error, the effects and the verdict as the page draws them: plain values of what the library found."""
+"""The error, the effects and the verdict as the page draws them: plain values of the library's results."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def _sentence(comparison: Comparison) -> str:
 def _fitted(comparison: Comparison, opened: Opened, refinement: Refinement | None) -> list[dict[str, Any]]:
     estimates = parameters_of(refinement.found) if refinement else {}
     support = _support(opened, refinement) if refinement else {}
-    found = []
+    lines = []
     for term in comparison.terms:
         name, parameters = term.effect.name, []
         for key, parameter in term.effect.parameters.items():
@@ -87,8 +87,8 @@ def _fitted(comparison: Comparison, opened: Opened, refinement: Refinement | Non
             )
         supported, why = support.get(name, (True, ""))
         given = name in opened.given
-        found.append({"name": name, "given": given, "parameters": parameters, "supported": supported, "said": why})
-    return found
+        lines.append({"name": name, "given": given, "parameters": parameters, "supported": supported, "said": why})
+    return lines
 
 
 def _interval(value: float, stderr: float | None, bounds: tuple[float, float]) -> tuple[float | None, float | None]:
@@ -103,13 +103,13 @@ def _support(opened: Opened, refinement: Refinement) -> dict[str, tuple[bool, st
     support, before, error = {}, opened.course.base, refinement.before.ratio
     names = tuple(step.effect for step in refinement.steps)
     for place, step in enumerate(refinement.steps):
-        found = opened.course.fit(names[: place + 1])
-        gain, ratio = before.bic - found.bic, step.comparison.ratio
+        fit = opened.course.fit(names[: place + 1])
+        gain, ratio = before.bic - fit.bic, step.comparison.ratio
         supported = bool(gain > STRONG and ratio < error)
         falls = f"BIC falls by {gain:.1f}, where {STRONG:g} is strong"
         why = f"{falls}; the error goes from {times(error)} to {times(ratio)}."
         support[step.effect] = supported, "" if supported else f"The readings do not support {step.effect}: {why}"
-        before, error = found, ratio
+        before, error = fit, ratio
     return support
 
 
@@ -136,10 +136,8 @@ def _slices(comparison: Comparison) -> list[dict[str, Any]]:
 
 
 def _put_within(slices: Sequence[dict[str, Any]], sigma: Array) -> None:
-    """Add to each point the error of other points' readings that are its own too: what is drawn when it is chosen.
-
-    ``sigma`` are the errors of all readings in units of the noise, (n,).
-    """
+    """Add to each point the error of the other points' readings that it shares: drawn when a user chooses the point."""
+    # ``sigma`` are the errors of all readings in units of the noise, (n,).
     points = [point for each in slices for point in each["points"]]
     member = np.array([np.isin(np.arange(sigma.size), point["rows"]) for point in points], dtype=np.float64)
     member = member.reshape(len(points), sigma.size)
@@ -196,7 +194,7 @@ def _drift(comparison: Comparison) -> list[dict[str, Any]]:
     problem = comparison.problem
     rest = problem.readings.at_rest()[problem.rows]
     drive = problem.readings.drive[problem.rows]
-    found = []
+    tips = []
     for name, tip in zip(TIP_NAMES, TIP_DRIVES, strict=True):
         points = []
         for place, hour in enumerate(problem.hours):
@@ -204,8 +202,8 @@ def _drift(comparison: Comparison) -> list[dict[str, Any]]:
             if here.any():
                 uv = [_uv(xyz[here].mean(axis=0)) for xyz in (problem.xyz, comparison.predicted)]
                 points.append([float(hour), *uv[0], *uv[1]])
-        found.append({"name": name, "points": points})
-    return found
+        tips.append({"name": name, "points": points})
+    return tips
 
 
 def _uv(xyz: Array) -> list[float]:
@@ -237,7 +235,7 @@ def effects_json(opened: Opened, alone: Mapping[str, float | None], on: Sequence
 
 
 def _sees(each: Any) -> str:
-    """From which size on these readings can see an effect: what stands below the page's heading of that name."""
+    """The smallest size of each effect that these readings can see, for the page's section of that name."""
     if not each.visible:
         return "cannot"
     if each.smallest_detectable is None:

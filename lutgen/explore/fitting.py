@@ -1,4 +1,4 @@
-"""What the fitting process holds: the readings that are open, and what is switched on."""
+"""The object of the fitting process: the open readings, and the effects that are switched on."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Fitting:
     beside = frozenset[str]()
 
     def __init__(self, tell: Callable[..., None]) -> None:
-        """Take what tells the window news: of :meth:`idle`'s and :meth:`find`'s."""
+        """Take the function that tells the window the news of :meth:`idle` and :meth:`find`."""
         self._tell = tell
         self._opened: Opened | None = None
         self._on: tuple[str, ...] = ()
@@ -43,7 +43,8 @@ class Fitting:
     ) -> dict[str, Any]:
         """Open readings, or the readings of a saved model, with some effects switched on.
 
-        What was open stays open where these are refused. ``switch`` numbers what was switched, as in :meth:`switch`.
+        If they are refused, the previous readings stay open. ``switch`` numbers what was switched, as in
+        :meth:`switch`.
         """
         opened = Opened(data, baseline, model, tuple(files), tuple(expressions))
         opened.check_effects()
@@ -77,10 +78,8 @@ class Fitting:
         return True
 
     def _settle(self) -> None:
-        """Fit what is switched on, as ``lutgen refine --add`` does, and tell the window.
-
-        Where that is refused, what was fitted before is on again.
-        """
+        """Fit what is switched on, as ``lutgen refine --add`` does, and tell the window."""
+        # If the fit is refused, the effects fitted before are switched on again.
         from lutgen.explore.error_view import error_json
 
         self._settled, self._judged = True, False
@@ -102,7 +101,7 @@ class Fitting:
         self._tell("support", {"keep": not refinement.improves, "sentence": refinement.sentence()})
 
     def _try_one_alone(self) -> bool:
-        # What these readings cannot see is of the least interest.
+        # Effects that these readings cannot see come last.
         seen = self._now.visibility()
         choices = sorted(self._now.choices, key=lambda name: not (name in seen and seen[name].visible))
         name = next((each for each in choices if each not in self._alone), None)
@@ -122,9 +121,9 @@ class Fitting:
         return effects_json(self._now, self._alone, self._on)
 
     def switch(self, effects: list[str], switch: int = 0) -> dict[str, Any]:
-        """Put these effects on: return the error after one linear step; the fit follows as news.
+        """Switch these effects on: return the error after one linear step; the fit follows as news.
 
-        Both bear the number ``switch``: they take different ways, and the fit may come to the page first.
+        Both carry the number ``switch``, since the fit may reach the page before the answer does.
         """
         from lutgen.criticism.first_step import first_step
         from lutgen.explore.error_view import error_json
@@ -154,7 +153,7 @@ class Fitting:
         return error_json(comparison, now, what_if=True) | {"switch": self._switch}
 
     def own(self, files: Sequence[str], expressions: Sequence[str]) -> list[dict[str, Any]]:
-        """Take effects of the user's own beside the catalogue's; what is switched on stays on."""
+        """Take effects of the user's own beside the catalogue's; effects that are switched on stay on."""
         stay = self._now.take_own(tuple(files), tuple(expressions))
         self._settled = self._settled and stay.issuperset(self._on)
         self._on = tuple(name for name in self._on if name in self._now.effects)
@@ -181,7 +180,7 @@ class Fitting:
         return planned.as_csv().encode()
 
     def save(self, path: str) -> dict[str, Any]:
-        """Write the model of what is switched on, as ``lutgen refine -o`` does."""
+        """Write the model with the effects that are switched on, as ``lutgen refine -o`` does."""
         from lutgen.display import save_model
 
         save_model(self._to_save(), path, force=True)

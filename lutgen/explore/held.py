@@ -1,7 +1,7 @@
-"""The end of a process that a window starts (:mod:`lutgen.explore.process`): it holds one object and answers calls.
+"""The child's side of a process (:mod:`lutgen.explore.process`): it holds one object and answers calls.
 
 Both ends exchange frames: a line of JSON (``id``, ``what``, ``size``), then so many bytes. A method's result, or its
-LutgenError, is a frame with the call's id; what the object tells meanwhile is a frame with id 0.
+LutgenError, is a frame with the call's id; news that the object sends by itself is a frame with id 0.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from typing import Any, BinaryIO, Protocol
 
 from lutgen.errors import LutgenError
 
-#: What a frame's body means: a result, an error's sentence.
+#: Kinds of a frame: its body is a result, or the sentence of an error.
 DONE, REFUSED = "done", "refused"
 
 
 class Held(Protocol):
-    """What a process holds."""
+    """The object in a process."""
 
     #: Names of methods that run beside the others and one another, so that nothing waits for them.
     beside: frozenset[str]
 
     def idle(self) -> bool:
-        """Do a little work that nobody waits for; whether there is more."""
+        """Do a little work that nobody waits for; return whether there is more."""
 
 
 def frame(number: int, what: str, body: bytes, **more: Any) -> bytes:
@@ -38,7 +38,7 @@ def frame(number: int, what: str, body: bytes, **more: Any) -> bytes:
 
 
 class _Child:
-    """The process's end."""
+    """The child's side of the exchange."""
 
     def __init__(self, asking: BinaryIO, answering: BinaryIO) -> None:
         self._asking, self._answering, self._lock = asking, answering, Lock()
@@ -68,7 +68,7 @@ class _Child:
         while line := self._asking.readline():
             head = json.loads(line)
             self._calls.put((head, self._asking.read(head["size"])))
-        # The window has ended, and whatever is being done is for nobody.
+        # The window has ended: nobody waits for a result.
         os._exit(0)
 
     def _answer(self, held: Held, head: dict[str, Any], body: bytes) -> None:
@@ -82,7 +82,7 @@ class _Child:
 
 
 def _end_with_fault(answered: Future[None]) -> None:
-    """End the process where a thread met what nobody foresaw, as the first thread does."""
+    """End the process after an unforeseen error of a thread, as such an error of the main thread does."""
     if error := answered.exception():
         print_exception(error)
         os._exit(1)
@@ -90,7 +90,7 @@ def _end_with_fault(answered: Future[None]) -> None:
 
 def _main(home: str) -> None:
     answering = os.fdopen(os.dup(1), "wb")
-    # What a user's own effect prints goes where errors go.
+    # A user's own effect may print: its output goes to standard error.
     os.dup2(2, 1)
     _Child(sys.stdin.buffer, answering).serve(home)
 

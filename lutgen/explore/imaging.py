@@ -1,4 +1,4 @@
-"""What the imaging process does: it reads one image, which may be anything, and is ended."""
+"""The object of the imaging process, which reads one image, possibly a broken one, and then ends."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 #: Pixels of the picture that is shown, and in a row of it; larger images are shown smaller, and measured in full.
 SHOWN, WIDEST = 2_000_000, 2560
 
-#: Pixels of an image that is taken: larger ones are for the command line.
+#: Pixels of the largest image that the page accepts; larger images are for the command line.
 MOST_PIXELS = 150_000_000
 
 
@@ -30,7 +30,7 @@ class Imaging:
         """Begin with none."""
 
     def idle(self) -> bool:
-        """Nothing is done unasked."""
+        """Return False: there is no work without a call."""
         return False
 
     def read(self, path: str, to: str) -> dict[str, Any]:

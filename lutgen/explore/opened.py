@@ -1,4 +1,4 @@
-"""Readings that are open: their model, and every fit of them so far."""
+"""The open readings, their model, and every fit of them so far."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ POINTS = 33
 
 
 class Opened:
-    """Readings that are open, and the model that effects are added to."""
+    """The open readings, and the model that effects are added to."""
 
     def __init__(
         self,
@@ -61,13 +61,9 @@ class Opened:
         self._refined: dict[tuple[str, ...], Refinement] = {}
 
     def take_own(self, files: tuple[str, ...], expressions: tuple[str, ...]) -> set[str]:
-        """Take other effects of the user's own; return the names of those that stay as they were, with their fits.
+        """Take other effects of the user's own; return the names of unchanged effects, which keep their fits.
 
-        Raises
-        ------
-        LutgenError
-            An effect is refused, or breaks the contract; those before stay.
-
+        Raises LutgenError: an effect is refused, or breaks the contract; the effects before stay.
         """
         from lutgen.criticism.diagnose import known_under
 
@@ -89,7 +85,7 @@ class Opened:
         return everything(self.files, self.expressions)
 
     def check_effects(self) -> None:
-        """Raise LutgenError for effects that are refused: the user's own, or those of an installed package."""
+        """Raise LutgenError for refused effects, of the user's own or of an installed package."""
         _ = self.effects
 
     @property
@@ -171,8 +167,8 @@ class Opened:
         from lutgen.criticism.fit import fit
         from lutgen.criticism.refine import model_of
 
-        found: Fit = self.course.fit(names)
-        term = next((each for each in found.terms if each.effect.name == effect), None)
+        fitted: Fit = self.course.fit(names)
+        term = next((each for each in fitted.terms if each.effect.name == effect), None)
         if term is None or parameter not in term.values:
             raise LutgenError(f"{effect} {parameter}: no such parameter is switched on.")
         low, high = term.effect.parameters[parameter].bounds
@@ -180,10 +176,10 @@ class Opened:
             raise LutgenError(f"{effect} {parameter}: {value:g} is outside its bounds, {low:g} to {high:g}.")
         terms = tuple(
             replace(each, free=(), values={**each.values, parameter: value} if each is term else each.values)
-            for each in found.terms
+            for each in fitted.terms
         )
-        comparison = compare_problem(found.problem, terms)
-        return comparison, model_of(fit(found.problem, terms), None, self.course.before, comparison)
+        comparison = compare_problem(fitted.problem, terms)
+        return comparison, model_of(fit(fitted.problem, terms), None, self.course.before, comparison)
 
     def diagnosis(self, progress: Callable[[int, int], None]) -> Diagnosis:
         """Find what is missing, as ``lutgen diagnose`` does."""
@@ -196,7 +192,7 @@ class Opened:
         )  # fmt: skip
 
     def overview(self) -> dict[str, Any]:
-        """Say what was opened."""
+        """Describe the open readings."""
         readings, hours = self.readings, sorted(set(map(float, self.readings.hours)))
         return {
             "name": Path(self.data).name,

@@ -1,6 +1,6 @@
-"""A process that holds one object, whose methods a window calls: it can be ended at any time, whatever it does.
+"""A process with one object, whose methods a window calls; the window can end it at any time.
 
-Its other end is :mod:`lutgen.explore.held`.
+The child's side is :mod:`lutgen.explore.held`.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from lutgen.explore.held import DONE, frame
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-#: News of a process that has ended by itself.
+#: The kind of news that a process has ended by itself.
 DIED = "died"
 
-#: Says of a process that ended by itself, or was ended.
+#: The error of calls to a process that ended by itself, or was ended.
 ENDED = "this was cancelled, or its process ended."
 
 
 class Process:
-    """The window's end."""
+    """The window's side of a process."""
 
     def __init__(self, told: Callable[[str, bytes], None]) -> None:
-        """Take what hears the object's own news."""
+        """Take the function that gets the object's news."""
         self._told, self._numbers = told, count(1)
         self._waiting: dict[int, asyncio.Future[bytes]] = {}
         self._child: asyncio.subprocess.Process | None = None
@@ -94,7 +94,7 @@ class Process:
             waiting.set_exception(LutgenError(body.decode()))
 
     def end(self) -> None:
-        """End the process, whatever it does; nothing more is heard of it."""
+        """End the process; its news is ignored from now on."""
         self._told = lambda _what, _body: None
         self.kill()
 
@@ -104,7 +104,7 @@ class Process:
             await self._reader
 
     def kill(self) -> None:
-        """End the process; that it has ended is heard of."""
+        """End the process; the window gets the news that it has ended."""
         if self._child and self._child.returncode is None:
             # Popen's own kill first asks whether the process has ended, and takes its exit code from asyncio.
             if sys.platform == "win32":

@@ -1,4 +1,4 @@
-"""Serving the page until Ctrl-C."""
+"""Serve the page until Ctrl-C."""
 
 from __future__ import annotations
 
@@ -16,29 +16,16 @@ if TYPE_CHECKING:
 
 
 def serve(asked: Asked, listening: socket, *, opened: Callable[[str], None], wait: bool = True) -> None:
-    """Serve windows that begin with what the command was given.
+    """Serve windows that begin with the arguments of the command.
 
-    Parameters
-    ----------
-    asked
-        Readings, image, model and baseline.
-    listening
-        As :func:`lutgen.server.port_taken` gives it.
-    opened
-        Told the page's address; who asks for it at once is answered when the server runs.
-    wait
-        Whether the files are tried before that, for they may be anything.
-
-    Raises
-    ------
-    LutgenError
-        A file cannot be shown.
-
+    ``asked``: readings, image, model and baseline. ``listening``: the socket of :func:`lutgen.server.port_taken`.
+    ``opened``: called with the page's address; a request that comes at once is answered when the server runs. ``wait``:
+    whether the files are opened before that, since they may be broken. Raises LutgenError: a file cannot be shown.
     """
     address, word = new_address(listening)
     if not wait:
         opened(address)
-    # What is slow to import comes after that: the browser starts meanwhile.
+    # Slow modules are imported after that: the browser starts meanwhile.
     import asyncio
 
     from lutgen.explore.windows import Windows
@@ -46,7 +33,7 @@ def serve(asked: Asked, listening: socket, *, opened: Callable[[str], None], wai
     async def run(folder: Path) -> None:
         windows = Windows(folder, asked)
         windows.prepare()
-        # Now the first window's process starts, beside what follows.
+        # The first window's process starts now, while the next module is imported.
         await asyncio.sleep(0)
         from lutgen.explore.app import explore_application
 

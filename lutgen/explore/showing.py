@@ -1,4 +1,4 @@
-"""What the showing process holds: the model that is shown, for tables, and the colours of the image, to measure."""
+"""The object of the showing process: the model, for tables, and the colours of the image, to measure."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class ShownModel:
-    """A model, and what is kept of it."""
+    """A model, and the results kept for it."""
 
     model: DisplayModel
     sampler: Sampler = field(default_factory=Sampler)
@@ -46,7 +46,7 @@ class Showing:
         self._first: dict[str, Any] = {}
 
     def idle(self) -> bool:
-        """Bake the table that the page asks for first, while the browser starts: what is kept of it makes it soon."""
+        """Bake the table that the page asks for first, while the browser starts, so that the page gets it at once."""
         first, self._first = self._first, {}
         if first:
             self.aged(**first)
@@ -92,7 +92,7 @@ class Showing:
     def compensated(
         self, mode: str, hours: float, size: int, *, differences: bool = False, without: bool = False
     ) -> bytes:
-        """As :meth:`aged` what the aged display shows of the signal that ``build --direction compensate`` corrects."""
+        """Bake as :meth:`aged` does, for the signal that ``build --direction compensate`` has corrected."""
         from lutgen.pictures.viewer import viewer_table
 
         of = self._shown(without=without)

@@ -1,4 +1,4 @@
-"""What is taken away: made by the command line itself, in a process that can be cancelled."""
+"""The files to download: the command line makes them, in a process that can be cancelled."""
 
 from __future__ import annotations
 
@@ -24,14 +24,7 @@ LUTS = ("cube", "clf", "icc")
 
 
 async def taken(window: Window, what: str, *, mode: str, hours: float, kind: str) -> tuple[str, bytes]:
-    """Make what the page asks for: a file's name and bytes.
-
-    Raises
-    ------
-    LutgenError
-        As the command that makes it.
-
-    """
+    """Make the file that the page asks for; return its name and bytes. Raises LutgenError as the command does."""
     place = window.new_folder()
     stem = Path(window.overview["name"]).stem
     if what == "patches":
@@ -58,7 +51,7 @@ async def taken(window: Window, what: str, *, mode: str, hours: float, kind: str
 
 
 async def _run(words: Sequence[str]) -> None:
-    """Run a command of lutgen's; it is ended when nobody waits any more."""
+    """Run a lutgen command; the command is ended when the request is cancelled."""
     places = os.pathsep.join(folder or str(Path.cwd()) for folder in sys.path)
     process = await asyncio.create_subprocess_exec(
         sys.executable, "-P", "-m", *words,

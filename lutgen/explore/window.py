@@ -9,21 +9,20 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import LutgenError
-from lutgen.explore.commands import Asked
-from lutgen.explore.example import tissue
+from lutgen.explore.commands import Asked, tissue
 from lutgen.explore.process import DIED, Process
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
     from pathlib import Path
 
-#: Seconds that a table or a step may take before its process is taken for hung: a user's own effect may loop for ever.
+#: Seconds for a table or a step; then its process counts as hung, since a user's own effect may loop for ever.
 PATIENCE = 30.0
 
-#: Seconds that an image may take to be read: the largest that is taken has 150 million pixels.
+#: Seconds for reading an image; the largest that is accepted has 150 million pixels.
 IMAGE_PATIENCE = 180.0
 
-#: News that a page which comes later must hear too.
+#: Kinds of news that are kept for a page that connects later.
 LASTING = ("error", "support", "effects", "verdict", "image")
 
 #: The processes' objects.
@@ -34,7 +33,7 @@ FITTING, SHOWING, IMAGING = (
 
 @dataclass
 class Window:
-    """A window; every process of its own."""
+    """A window with its own processes."""
 
     name: str
     folder: Path
@@ -61,10 +60,10 @@ class Window:
     _made: set[asyncio.Task[Any]] = field(default_factory=set)
 
     async def start(self) -> None:
-        """Start what shows, and open what the command was given. Raises LutgenError where it cannot be shown."""
+        """Start the showing process, and open the command's files. Raises LutgenError where they cannot be shown."""
         self._showing = await self._begun(SHOWING, self._hear_showing)
         if self.asked.image == str(tissue()):
-            # Every browser shows this file as it is; it is measured when the error is known.
+            # Every browser shows this file as it is; its colours are measured once the error is known.
             self.picture = tissue()
             self._waiting_image = self.asked.image
             await self._show_first()
@@ -80,7 +79,7 @@ class Window:
         self._opened(asked, json.loads(await self._soon(self._showing, opening)))
 
     def end(self) -> None:
-        """End all processes; whoever listens is told."""
+        """End all processes, and tell every listener."""
         self._ended = True
         for process in self._processes:
             process.end()
@@ -120,7 +119,7 @@ class Window:
         if what == DIED:
             self._mend(FITTING, self._restart_fitting(()), body)
         elif what in ("without", "model"):
-            # Without effects comes first of a session's models.
+            # Of a session's models the one without effects comes first.
             self._models = {**(self._models if what == "model" else {}), what: body}
             self._later(self._showing.ask("show", body, without=what == "without"))
         else:
@@ -133,7 +132,7 @@ class Window:
             self._mend(SHOWING, self._restart_showing(), body)
 
     def tell(self, what: str, body: bytes) -> None:
-        """Tell the page news, and remember what lasts."""
+        """Tell the page news, and keep the kinds in ``LASTING``."""
         if what in LASTING:
             self.news[what] = body
         if what in ("error", "failed"):
@@ -145,7 +144,7 @@ class Window:
             listener.put_nowait((what, body))
 
     async def events(self) -> AsyncIterator[tuple[str, bytes]]:
-        """Give the page's news: what it has missed, then all that comes, until the window ends."""
+        """Yield the page's news: first the news that was kept, then all new ones, until the window ends."""
         listener: asyncio.Queue[tuple[str, bytes] | None] = asyncio.Queue()
         for news in self.news.items():
             listener.put_nowait(news)
@@ -167,27 +166,27 @@ class Window:
         task.add_done_callback(self._tasks.discard)
 
     def making(self, work: Coroutine[Any, Any, tuple[str, bytes]]) -> asyncio.Task[tuple[str, bytes]]:
-        """Begin to make what is taken away; it is ended with the window."""
+        """Start to make a file to download; that work ends with the window at the latest."""
         task = asyncio.create_task(work)
         self._made.add(task)
         task.add_done_callback(self._made.discard)
         return task
 
-    # Processes: asked for an answer soon, and started again where one ends or hangs.
+    # Processes: each answers soon, and is started again where it ends or hangs.
 
     async def _fits(self) -> Process:
-        """What fits. It begins when it is asked, or listened to: until then the picture has the processors."""
+        """The fitting process, started by the first question or listener: until then the picture has both cores."""
         while FITTING in self._mending or not self._fitting:
             await (self._mending.get(FITTING) or self._mend(FITTING, self._restart_fitting(self.asked.on)))
         return self._fitting
 
     async def fits(self, method: str, **values: Any) -> bytes:
-        """Ask what fits (:class:`lutgen.explore.fitting.Fitting`)."""
+        """Call the fitting process (:class:`lutgen.explore.fitting.Fitting`)."""
         fitting = await self._fits()
         return await self._soon(fitting, fitting.ask(method, **values))
 
     async def shows(self, method: str, **values: Any) -> bytes:
-        """Ask what shows pictures (:class:`lutgen.explore.showing.Showing`)."""
+        """Call the showing process (:class:`lutgen.explore.showing.Showing`)."""
         if SHOWING in self._mending:
             await self._mending[SHOWING]
         return await self._soon(self._showing, self._showing.ask(method, **values))
@@ -232,10 +231,10 @@ class Window:
         if self._colours:
             await self._showing.ask("colours", path=self._colours)
 
-    # What the page asks.
+    # Requests of the page.
 
     async def open(self, asked: Asked) -> None:
-        """Open readings; where they are refused, those that are open stay."""
+        """Open readings; if they are refused, the previous readings stay open."""
         await self.cancel()
         self._opened(asked, json.loads(await self.fits("open", **_readings(asked), switch=self._switches)))
 
@@ -248,7 +247,7 @@ class Window:
     async def drop(self, hours: Sequence[float] | None, *, same: bool) -> dict[str, Any]:
         """Open the files that were dropped, as :func:`lutgen.explore.drop.gathered`.
 
-        Where their hours must be told, say so and keep them.
+        Where the sessions' hours are missing, ask for them and keep the files.
         """
         await self.cancel()
         paths = [str(path) for path in self.dropping]
@@ -268,7 +267,7 @@ class Window:
         return {}
 
     async def take_image(self, path: str) -> dict[str, Any]:
-        """Take another image; where it is refused, the one that is shown stays. Its colours are counted meanwhile."""
+        """Take another image; if it is refused, the previous image stays. The image's colours are counted meanwhile."""
         folder, reading = self.new_folder(), await self._begun(IMAGING, lambda _what, _body: None)
         picture = folder / "shown.png"
         try:
@@ -302,12 +301,12 @@ class Window:
         return error
 
     async def what_if(self, **asked: Any) -> bytes:
-        """Set a parameter; nothing: the fit again."""
+        """Set a parameter; without values, go back to the fit."""
         await self.cancel()
         return await self.fits("what_if", **asked)
 
     async def own(self, asked: Asked) -> bytes:
-        """Take effects of the user's own; where one is refused, or loops for ever, those before stay."""
+        """Take effects of the user's own; if one is refused, or loops for ever, the effects before stay."""
         await self.cancel()
         effects = await self.fits("own", files=asked.files, expressions=asked.texts)
         on = {each["name"] for each in json.loads(effects) if each["on"]}
@@ -333,14 +332,14 @@ class Window:
             self.tell("ended", b"{}")
 
     async def cancel(self) -> None:
-        """End a diagnosis that runs; the fits begin again with what was switched on."""
+        """End a running diagnosis; fitting goes on with the effects that were switched on."""
         finding, self._finding = self._finding, None
         if finding and not finding.done():
             finding.cancel()
             await self._restart_fitting(self.asked.on)
 
     async def give_up(self) -> None:
-        """End a diagnosis, or else a fit that is not finished, which then is that of nothing switched on."""
+        """End a running diagnosis, or else an unfinished fit, after which no effect is switched on."""
         if self._unfinished and not self._finding:
             await self._restart_fitting(())
         await self.cancel()

@@ -1,4 +1,4 @@
-"""The windows that are open: each page has one, the first is there before its page."""
+"""The open windows: each page has one, and the first is opened before its page asks."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 #: Windows that are open at the same time: each has two processes.
 MOST_WINDOWS = 6
 
-#: Seconds for which a window that nobody listens to is kept: a page that is loaded again finds it.
+#: Seconds for which a window without a listener is kept, so that a reloaded page finds it.
 FORGOTTEN = 60.0
 
 
@@ -37,7 +37,7 @@ class Windows:
     _opening: int = 0
 
     def prepare(self) -> None:
-        """Make the first window before its page asks: processes start while the browser does."""
+        """Open the first window before its page asks: its processes start while the browser starts."""
         self._spare = asyncio.create_task(self._new())
 
     async def ready(self) -> None:
@@ -60,7 +60,10 @@ class Windows:
         return window
 
     async def open(self) -> Window:
-        """Open a window, in the place of one that nobody listens to. Raises RefusedError where there are too many."""
+        """Open a window, in place of one without a listener where there are too many.
+
+        Raises RefusedError: all have one.
+        """
         if self._opening + len(self._open) >= MOST_WINDOWS:
             silent = [window for window in self._open.values() if not window.listeners]
             for window in silent[:1]:
@@ -94,7 +97,7 @@ class Windows:
         return window
 
     async def gone(self) -> None:
-        """End all windows, that of no page yet too, and wait until their processes have ended."""
+        """End all windows, also one without a page yet, and wait until their processes have ended."""
         if self._spare:
             with suppress(LutgenError):
                 await self.open()

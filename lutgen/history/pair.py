@@ -192,7 +192,7 @@ class SessionPair:
         if self.recalibrated:
             return ""
         curves = [_curves(each.session) for each in (self.before, self.after)]
-        said = []
+        sentences = []
         for here, (mine, theirs) in enumerate((curves, curves[::-1])):
             places: dict[str, list[str]] = {}
             for name, clip in clipping(mine).items():
@@ -202,12 +202,12 @@ class SessionPair:
                 if clip.dark is not None and other is not None and _tells(other, NEAR, clip.dark):
                     places.setdefault(f"up to code {clip.dark:.2f}", []).append(name)
             whose = ("the reference", "the session")
-            said += [
+            sentences += [
                 f"{' and '.join(names)} {'show' if len(names) > 1 else 'shows'} one light {where} in {whose[here]}, "
                 f"and not in {whose[1 - here]}"
                 for where, names in places.items()
             ]
-        return "; ".join(said)
+        return "; ".join(sentences)
 
     @property
     def curves_of_files(self) -> bool:
@@ -262,8 +262,8 @@ class SessionPair:
 
 def _curves(session: Session) -> dict[str, Transfer]:
     """Curves of the channels' ramps by name."""
-    found = {name: transfer(ramp(session, name), black_xyz(session)) for name in CHANNELS}
-    return {name: curve for name, curve in found.items() if curve is not None}
+    curves = {name: transfer(ramp(session, name), black_xyz(session)) for name in CHANNELS}
+    return {name: curve for name, curve in curves.items() if curve is not None}
 
 
 def _tells(curve: Transfer, low: float, high: float) -> bool:

@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Any, Self
 from lutgen import bindings
 from lutgen.bake.manifest import MANIFEST, FileRecord, read_manifest
 from lutgen.display import hour_name
-from lutgen.errors import LutgenError, pick_one, reason_of
-from lutgen.files import PARTIAL
+from lutgen.errors import LutgenError, pick_one
+from lutgen.files import PARTIAL, cannot_write
 from lutgen.merge.additions import AgedNames, add_aged, add_source_signal, check_source, inserted, with_search_path
 from lutgen.merge.proof import ROUNDING, aged_difference, compare_parts, missing_parts
 
@@ -312,7 +312,7 @@ class NewFolder:
             shutil.rmtree(self.path, ignore_errors=True)
             self.path.mkdir(parents=True)
         except OSError as error:
-            raise _unwritable(self.place, error) from None
+            raise cannot_write(self.place, error) from None
         return self
 
     def finish(self) -> None:
@@ -326,13 +326,8 @@ class NewFolder:
                 to.parent.mkdir(parents=True, exist_ok=True)
                 file.replace(to)
         except OSError as error:
-            raise _unwritable(self.place, error) from None
+            raise cannot_write(self.place, error) from None
 
     def __exit__(self, *_: object) -> None:
         """Remove the temporary folder."""
         shutil.rmtree(self.path, ignore_errors=True)
-
-
-def _unwritable(place: Path, error: OSError) -> LutgenError:
-    reason = reason_of(error)
-    return LutgenError(f"{place}: cannot write: {reason}. Make room, or choose another place to write to.")

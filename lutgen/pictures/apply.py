@@ -52,10 +52,10 @@ class AppliedImage:
     #: Paths of the source and of what was written.
     file: str
     output: str
-    #: Of what was written.
+    #: Size in pixels of the written image.
     width: int
     height: int
-    #: What the source stores: ``signal`` or ``linear``.
+    #: What the source's numbers are: ``signal`` or ``linear``.
     encoding: str
     #: Share of pixels whose aged colour lies outside the viewer's gamut; None for a LUT, which does not tell.
     clipped_share: float | None

@@ -135,7 +135,7 @@ class Blocks:
     width: int
     #: Height and width of the file's tiles, in whole ones of which blocks are cut; None: blocks are whole rows.
     tile: tuple[int, int] | None
-    #: The file's wish to be turned or mirrored, 1 to 8, as TIFF has it; 1: none.
+    #: TIFF's Orientation, 1 to 8, by which viewers turn or mirror the picture; 1: as stored.
     orientation: int
     #: Of all blocks, row by row.
     places: tuple[Place, ...]
@@ -145,7 +145,7 @@ class Blocks:
     workers: int = 1
 
     def read(self, progress: Callable[[int, int], None]) -> Iterator[tuple[Place, Stored]]:
-        """Give each block, (rows, columns, channels), and read the next ones meanwhile. Errors as ``open_source``."""
+        """Yield each block, (rows, columns, channels), and read the next ones meanwhile. Errors as ``open_source``."""
         with ThreadPoolExecutor(self.workers) as files:
             running = deque(files.submit(self._read, place) for place in self.places[: self.workers])
             try:

@@ -1,4 +1,4 @@
-"""Who computes the slides of a cohort: processes of this machine, or workers of a Dask cluster, an optional extra.
+"""The processes that compute a cohort's slides: those of this machine, or workers of a Dask cluster, an optional extra.
 
 A pool of ``concurrent.futures`` breaks when one of its processes is killed (out of memory, a fault in a decoder). The
 slides in hand are then tried once more, each alone in a new pool; a slide under which that process dies too is named.
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class CohortTask:
-    """What is asked of every slide; arguments as :func:`lutgen.pictures.lifetime.lifetime` takes them."""
+    """The task of every slide; arguments as :func:`lutgen.pictures.lifetime.lifetime` takes them."""
 
     model: DisplayModel
     tolerances: tuple[float, ...]
@@ -58,7 +58,7 @@ class CohortTask:
     version: str = __version__
 
     def anywhere(self) -> CohortTask:
-        """Return the same, with the files of own effects named by their whole paths, as other folders see them."""
+        """Return the same task, with absolute paths to own effects, for processes in other folders."""
         effects = tuple(
             replace(each, effect=replace(each.effect, origin=str(Path(each.effect.origin).resolve())))
             if each.effect.origin.endswith(".py")
@@ -70,7 +70,7 @@ class CohortTask:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a slide: an image as ``lifetime --json`` writes it, or the reason why there is none."""
+    """The outcome of a slide: an image as ``lifetime --json`` writes it, or the reason why there is none."""
 
     image: dict[str, Any] | None
     reason: str = ""
@@ -103,7 +103,7 @@ def outcomes(
     slides: Sequence[CohortSlide],
     deadly: str,
 ) -> Outcomes:
-    """Give each slide with its outcome; retry slides of dead processes (None of ``done``), each alone."""
+    """Yield each slide with its outcome; retry slides of dead processes (None of ``done``), each alone."""
     suspects = []
     for slide, outcome in done(slides):
         if outcome:
@@ -129,7 +129,7 @@ _given: tuple[CohortTask, int]
 
 
 def on_this_machine(asked: CohortTask, slides: Sequence[CohortSlide], jobs: int) -> Outcomes:
-    """Give each slide with its outcome from ``jobs`` processes. Raises LutgenError: they cannot be started."""
+    """Yield each slide with its outcome from ``jobs`` processes. Raises LutgenError: they cannot be started."""
     if jobs <= 1:
         for slide in slides:
             yield slide, look_at(asked, slide)
@@ -140,7 +140,7 @@ def on_this_machine(asked: CohortTask, slides: Sequence[CohortSlide], jobs: int)
 def _done_here(
     asked: CohortTask, jobs: int, slides: Sequence[CohortSlide]
 ) -> Iterator[tuple[CohortSlide, Outcome | None]]:
-    """Give each slide with its outcome, None where a process died while it was in hand."""
+    """Yield each slide with its outcome, None where its process died."""
     waiting = deque(slides)
     while waiting:
         held: dict[Future[Outcome], CohortSlide] = {}
@@ -162,7 +162,7 @@ def _done_here(
 
 @contextmanager
 def _pool(asked: CohortTask, jobs: int, share: int) -> Iterator[ProcessPoolExecutor]:
-    """Start a pool; end its processes at once when what is done with it fails or is interrupted."""
+    """Start a pool; end its processes at once when the body of the ``with`` statement fails or is interrupted."""
     # Forking beside threads is unsafe, and other systems have no fork.
     context = multiprocessing.get_context("spawn")
     # Worker processes watch the other end of this pipe, and exit when this process closes its end or is killed.
@@ -236,7 +236,10 @@ _DEADLY_WORKERS = "the Dask workers that took it died, one after the other (out 
 
 @contextmanager
 def on_cluster(address: str) -> Iterator[Callable[[CohortTask, Sequence[CohortSlide]], Outcomes]]:
-    """Connect to a scheduler; give what does slides there. Raises LutgenError: no Dask, scheduler or worker."""
+    """Connect to a scheduler; give the function that computes slides there.
+
+    Raises LutgenError: no Dask, scheduler or worker.
+    """
     dask = _distributed()
     if not _ADDRESS.fullmatch(address):
         raise LutgenError(f"--scheduler {address}: is no address of a Dask scheduler. Write it as tcp://host:8786.")

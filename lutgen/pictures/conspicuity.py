@@ -203,7 +203,7 @@ class Conspicuity:
     model: DisplayModel
 
     def remarks(self) -> list[str]:
-        """Say under which conditions the display was seen: sentences, none where nothing depends on them."""
+        """Return sentences on the viewing conditions of the display; none where the model depends on none."""
         return what_pictures_carry(self.model)
 
     def as_json(self) -> dict[str, Any]:

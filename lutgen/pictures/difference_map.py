@@ -89,7 +89,7 @@ class DifferenceMap:
         return np.rint(np.bincount(bins, self.counts)).astype(np.int64)
 
     def remarks(self) -> list[str]:
-        """Say under which conditions the display was seen: sentences, none where nothing depends on them."""
+        """Return sentences on the viewing conditions of the display; none where the model depends on none."""
         return what_pictures_carry(self.model, self.on_screen)
 
     def as_json(self) -> dict[str, Any]:

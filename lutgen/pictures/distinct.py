@@ -127,7 +127,7 @@ class _Exact:
         np.add.at(self._table, packed, self._table.dtype.type(1))
 
     def colours(self) -> Colours:
-        """Give what was counted; the table is used up."""
+        """Return the colours and counts; the table cannot be used again."""
         keys, counts = _squeezed(self._table)
         # Released before keys are joined: both together exceed the promised memory.
         del self._table
@@ -174,7 +174,7 @@ class _Binned:
                 self._merge()
 
     def colours(self) -> Colours:
-        """Give what was counted."""
+        """Return the colours and counts."""
         self._merge()
         half = ((1 << (FINEST - self._bits)) - self._exact) / 2.0 / 65535.0
         return Colours(self._keys, self._counts, partial(_code_of_bin, self._bits), self._bits, half)
@@ -242,7 +242,7 @@ CONTRAST = 8.0
 
 @dataclass(frozen=True)
 class Tissue:
-    """What was left out of an image as bare glass."""
+    """The part of an image that was left out as bare glass."""
 
     #: L* above which pixels are glass; None where no glass was found and nothing was left out.
     threshold: float | None

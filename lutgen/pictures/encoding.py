@@ -27,7 +27,7 @@ class NotFiniteError(ValueError):
     """A stored pixel is NaN or infinite; ``index`` says which of its block."""
 
     def __init__(self, index: int) -> None:
-        """Keep the index of the pixel in its block."""
+        """Keep the pixel's index in its block."""
         super().__init__(index)
         self.index = index
 

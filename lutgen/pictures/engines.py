@@ -135,11 +135,10 @@ class PaperEngine:
         return np.clip(aged, 0.0, 1.0, out=aged), clipped
 
     def _chosen(self, linear: Array) -> NDArray[np.uint8]:
-        """Which of w, r, g, b share a colour, as bits 1, 2, 4, 8: (3, n) → (n,).
-
-        As ``paper.nearest_weights``, by scores: score = (|l|² + 1 − d²)/2, so that a distance within ``TIE`` of the
-        smallest is a score within ``TIE``·d of the largest; d is 0.7 to 1 wherever two colour points are equally near.
-        """
+        """Which of w, r, g, b share a colour, as bits 1, 2, 4, 8: (3, n) → (n,)."""
+        # As ``paper.nearest_weights``, by scores: score = (|l|² + 1 − d²)/2, so that a distance within ``TIE`` of the
+        # smallest is a score within ``TIE``·d of the largest; d is 0.7 to 1 wherever two colour points are equally
+        # near.
         red, green, blue = linear
         if not self._nearest:
             limit = np.minimum(np.minimum(red, green), blue) + TIE

@@ -1,8 +1,8 @@
-"""A picture made small enough to be seen whole, and what displays make of it, hour by hour.
+"""A picture small enough to be seen whole, as displays show it hour by hour.
 
 Each pixel of a small picture is the mean, in linear light, of the area that it covers, gathered block by block; a small
-image is taken as it is. It is aged then, as in a viewer that shows a large image whole; its ΔE2000 are those of all
-pixels of the image, as ``lifetime`` finds them.
+image is taken as it is. The small picture is aged, as in a viewer that shows a large image whole; the ΔE2000 are those
+of all pixels of the image, as in ``lifetime``.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class AreaMeans:
 
     def means(self) -> Array:
         """Give the smaller picture, (h, w, channels); NaN where no pixel counts. Nothing can be added any more."""
-        # In the memory of the sums, which is the most that a picture of many cells takes.
+        # The result takes the memory of the sums, the largest part of what a picture of many cells needs.
         sums, counted = self._sums[..., :-1], self._sums[..., -1:]
         np.divide(sums, counted, out=sums, where=counted > 0)
         np.copyto(sums, np.nan, where=counted == 0)

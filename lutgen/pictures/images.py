@@ -247,7 +247,7 @@ def _dtype(path: Path, oiio_format: Any) -> np.dtype[Any]:
 
 
 def _encoding(path: Path, spec: Any, kind: ImageFormat) -> str:
-    """What the file says that it stores, or what files of its format do."""
+    """The encoding that the file states, or the usual one of its format."""
     named = str(spec.get_string_attribute("oiio:ColorSpace")).lower()
     primaries = spec.getattribute("chromaticities") or _SRGB_PRIMARIES
     if max(abs(a - b) for a, b in zip(primaries, _SRGB_PRIMARIES, strict=False)) > 1e-3:
@@ -266,7 +266,7 @@ def _damaged(path: Path) -> LutgenError:
     return LutgenError(f"{path}: the image is truncated or damaged and cannot be read to its end. Get a whole copy.")
 
 
-# Damage that the image libraries miss or only print about: PNG's checksums, and metadata cut off a TIFF's end.
+# Damage that the image libraries miss or only print: wrong checksums of PNG, and metadata cut off a TIFF's end.
 
 #: Bytes of one value of each TIFF type (TIFF 6.0, section 2; 13: IFD; 16 to 18: BigTIFF).
 _TIFF_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8, 13: 4, 16: 8, 17: 8, 18: 8}

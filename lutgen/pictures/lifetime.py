@@ -52,7 +52,7 @@ class ImageLifetime:
     #: The most that ΔE2000 of a pixel is off because colours were counted in bins, at any hour, as found at the corners
     #: of many bins; 0 where they were counted exactly.
     binning_error: float
-    #: What was left out; None when it was not asked for.
+    #: The bare glass that was left out; None where glass counts as tissue.
     tissue: Tissue | None
     #: Mode → curve.
     curves: dict[str, DifferenceCurve]
@@ -81,7 +81,7 @@ class Lifetimes:
         return float(self.images[0].curves[self.modes[0]].hours[-1])
 
     def remarks(self) -> list[str]:
-        """Say under which conditions the display was seen: sentences, none where nothing depends on them."""
+        """Return sentences on the viewing conditions of the display; none where the model depends on none."""
         return what_pictures_carry(self.model)
 
     def as_json(self) -> dict[str, Any]:

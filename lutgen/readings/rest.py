@@ -95,11 +95,9 @@ def _away(columns: Mapping[str, Array], spans: Mapping[str, Array]) -> dict[str,
 
 
 def _centre(tips: NDArray[np.bool_], columns: Mapping[str, Array]) -> NDArray[np.intp] | None:
-    """Rows of the colour points of one session that were read at rest; None without all four.
-
-    Rest is where most of them were read under the same conditions: every column within the span of rest about the value
-    of one reading.
-    """
+    """Rows of the colour points of one session that were read at rest; None without all four."""
+    # Rest is where most of them were read under the same conditions: every column within the span of rest about the
+    # value of one reading.
     if not columns:
         return np.arange(len(tips)) if tips.any(axis=0).all() else None
     stacked = np.column_stack(list(columns.values()))

@@ -1,4 +1,4 @@
-"""Reports: what the results of every other package say to people, in words, tables, pictures and one HTML page.
+"""Reports: the results of all other packages for people, in words, tables, pictures and one HTML page.
 
 A file holds one subject: the page that its commands print and the picture that they draw; ``parts`` and ``drawing``
 hold what pages and pictures are made of, ``page`` and ``templates`` the HTML page of ``lutgen report``. One more file

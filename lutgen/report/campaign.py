@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from lutgen.readings.campaign import Campaign
 
 
-def explanation_page(separation: Explanations) -> Iterator[Part]:
+def explanation_page(explanations: Explanations) -> Iterator[Part]:
     """Yield what ``lutgen sessions explain`` prints."""
-    reference = separation.campaign.entries[separation.reference].session
-    yield from simulated(separation.campaign)
-    yield f"Held against {Path(reference.file).name}."
+    reference = explanations.campaign.entries[explanations.reference].session
+    yield from simulated(explanations.campaign)
+    yield f"Compared with {Path(reference.file).name}."
     yield Table(
         ("session", "days", "verdict", "cause", "the display"),
         [
@@ -38,15 +38,15 @@ def explanation_page(separation: Explanations) -> Iterator[Part]:
                 (" and " if verdict.kind == "several" else " or ").join(verdict.names) or "–",
                 verdict.display,
             )
-            for pair, verdict in zip(separation.pairs, separation.verdicts, strict=True)
+            for pair, verdict in zip(explanations.pairs, explanations.verdicts, strict=True)
         ],
     )
-    for pair, verdict in zip(separation.pairs, separation.verdicts, strict=True):
+    for pair, verdict in zip(explanations.pairs, explanations.verdicts, strict=True):
         yield ""
         yield Headline(Path(pair.after.session.file).name)
         yield verdict.sentence
         yield from (f"• {each}" for each in verdict.evidence)
-        yield from (f"To tell: {each}." for each in verdict.tests)
+        yield from (f"To confirm or refute: {each}." for each in verdict.tests)
 
 
 def simulated(campaign: Campaign) -> Iterator[str]:
@@ -135,7 +135,7 @@ def trend_headline(trend: Trend) -> str:
 
 
 def _beyond(each: Passing, unit: str) -> str:
-    """Say since when a limit is passed: between two sessions, or since the first."""
+    """Say since when a limit is passed: since a time between two sessions, or since the first session."""
     side = "below" if each.limit.above else "above"
     return f"{_NAMES[each.limit.quantity]} has been {side} its {_value(each.limit)} limit {when(each, unit)}"
 
@@ -190,7 +190,7 @@ def laws(trend: Trend) -> Table:
 
 
 def limits(trend: Trend) -> Table:
-    """Tabulate the limits of quantities that were read, their bounds, and since or from when each is not kept."""
+    """Tabulate the limits of quantities that were read, their bounds, and the time from which each is passed."""
     rows = [
         (each.limit.text, f"{each.bound:.4g}" if np.isfinite(each.bound) else "–", when(each, trend.history.unit))
         for each in trend.passings

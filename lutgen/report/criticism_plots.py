@@ -208,7 +208,7 @@ def _colours(axes: Axes, stages: Sequence[Stage]) -> None:
     tidy(axes, grid="y")
 
 
-#: What is behind a label, so that it can be read over lines and bars.
+#: The background of a label, so that it can be read over lines and bars.
 _BOX = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
 
 #: Height of an effect's row, in inches.

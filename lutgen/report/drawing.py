@@ -1,4 +1,4 @@
-"""What the pictures of all subjects share: the figure with its title and foot, the grey page, the PNG file.
+"""Parts of the pictures of all subjects: the figure with its title and foot, the grey page, the PNG file.
 
 Each picture gives the same bytes on every run. The path of a PNG is checked before any work, and the file is renamed
 into place when it is whole.
@@ -55,7 +55,7 @@ def data_address(image: bytes) -> str:
     return f"data:image/png;base64,{b64encode(image).decode()}"
 
 
-#: How hard zlib tries: pictures of a page are sent by mail.
+#: Compression level of zlib: the pictures of a page are sent by mail, so the smallest.
 SMALLEST = 9
 
 
@@ -152,7 +152,7 @@ def tidy(axes: Axes, *, grid: Literal["both", "x", "y"] = "both") -> None:
 
 
 def without_frame(axes: Axes, *sides: str) -> None:
-    """Take the frame away, on these sides or on all."""
+    """Remove the frame, on these sides or on all."""
     for side in sides or ("top", "right", "left", "bottom"):
         axes.spines[side].set_visible(False)
 

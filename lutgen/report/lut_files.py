@@ -90,7 +90,7 @@ def lint_page(linted: Linted) -> Iterator[Part]:
 
 
 def lint_headline(linted: Linted) -> str:
-    """Say in a sentence which readers read the file as it is meant."""
+    """Say in a sentence which readers show the file as its author meant it."""
     good = [reader for reader in linted.readers if linted.fate(reader)[0].outcome == READS]
     if len(good) == len(linted.readers):
         failed = [trial.reader for trial in linted.trials if trial.outcome not in {READS, ""}]

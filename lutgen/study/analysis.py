@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 def design_limits(
     conditions: Sequence[str], answers: Sequence[Answer], reading_pairs: Sequence[ReadingPair]
 ) -> Iterator[str]:
-    """Say what follows from who read what in which session."""
+    """Yield the limits that follow from the design: which reader read which image in which session."""
     if not answers:
         yield (
             "These figures do not say how many readers and images are behind them. Where one reader or one image gave "
@@ -97,7 +97,7 @@ def figure_limits(
     further: Sequence[comparisons.FurtherAgreement],
     corrected: Sequence[comparisons.Corrected],
 ) -> Iterator[str]:
-    """Say what follows from the figures: width of intervals, number of tests, findings that depend on one test."""
+    """Yield the limits that follow from the figures: wide intervals, many tests, findings that depend on one test."""
     least = min((row.n for row in rows), default=0)
     if len(rows) > 1 and LEAST <= least <= MOST and rows[0].agreed:
         yield _width(rows[0].share, least)
@@ -150,7 +150,7 @@ class Analysis:
     sources: tuple[str, ...]
     #: How intervals of means are made, a key of ``INTERVALS``.
     ci: str
-    #: Behind Table 2.
+    #: The samples of Table 2.
     samples: tuple[StudySample, ...]
     #: As in the paper; empty where the figures for them are not known.
     table2: comparisons.Table2

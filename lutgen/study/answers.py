@@ -3,7 +3,7 @@
 A place is a reader's number in the protocol. A name takes the next free place when it first reads, and has it from
 then on. The name never becomes part of a path.
 
-The same rows tell how far the readers are, without anything that was answered.
+The same rows give the progress of the readers, without their answers.
 """
 
 from __future__ import annotations
@@ -192,7 +192,7 @@ STARTED, RESUMED, OVERRIDDEN = "started", "resumed", "overridden"
 
 @dataclass(frozen=True)
 class SessionProgress:
-    """How far one session of a reader is."""
+    """The progress of one session of a reader."""
 
     #: Its number, from 1.
     session: int
@@ -215,7 +215,7 @@ class SessionProgress:
 
 
 def session_progress(entries: Sequence[AnswerRow], session: int, images: int) -> SessionProgress:
-    """Return how far a session is."""
+    """Return the progress of a session."""
     here = [entry for entry in entries if entry.session == session]
     times = {entry.kind: datetime.fromisoformat(entry.at) for entry in here if entry.kind in (STARTED, ENDED)}
     return SessionProgress(
@@ -245,13 +245,13 @@ def may_begin(entries: Sequence[AnswerRow], session: int, washout_days: float) -
 
 @dataclass(frozen=True)
 class ReaderStatus:
-    """A reader's place in the study, and how far its sessions are."""
+    """A reader's place in the study, and the progress of its sessions."""
 
     #: Its number, from 1.
     place: int
-    #: Who took it; None: nobody yet.
+    #: The reader's name; None: the place is free.
     reader: str | None
-    #: How far each is.
+    #: The progress of each session.
     sessions: tuple[SessionProgress, ...]
     #: When each may begin, after the washout; None: it need not wait, has begun, or the one before is not complete.
     may_begin: tuple[datetime | None, ...]
@@ -259,7 +259,7 @@ class ReaderStatus:
 
 @dataclass(frozen=True)
 class StudyStatus:
-    """A study's protocol, and how far its readers are."""
+    """A study's protocol, and the progress of its readers."""
 
     protocol: Protocol
     readers: tuple[ReaderStatus, ...]
@@ -280,7 +280,7 @@ class StudyStatus:
 
 
 def study_status(study: Path) -> StudyStatus:
-    """Return how far the readers of a study are. Raises LutgenError: a file cannot be read, or was altered."""
+    """Return the progress of a study's readers. Raises LutgenError: a file cannot be read, or was altered."""
     protocol = read_protocol(study)
     paths = dict(answer_files(study))
     readers = []

@@ -1,4 +1,4 @@
-"""Mixed models: what the condition does when differences between images, readers and sessions are taken out.
+"""Mixed models: the effect of a condition without the differences between images, readers and sessions.
 
 Time (its logarithm) and ease: a fixed effect a condition and a session, random effects of readers, of each reader under
 each condition, and of images, crossed, by restricted maximum likelihood over *all* answers, also those of un-aged
@@ -49,13 +49,13 @@ MISSING = "Mixed models are left out: statsmodels is not installed. Install lutg
 #: The grouping of readers under each condition.
 BY_CONDITION = "readers_by_condition"
 
-#: Measure → what an effect is.
+#: Measure → unit of an effect.
 EFFECTS = {"time": "ratio of times", "ease": "difference", "agreement": "odds ratio"}
 
 
 @dataclass(frozen=True)
 class ConditionEffect:
-    """What a condition does against the first one: in the unit that the model's ``effect`` names."""
+    """The effect of a condition against the first one, in the unit that the model's ``effect`` names."""
 
     condition: str
     estimate: float
@@ -125,7 +125,7 @@ def _of_answers(
         return _without(blank, f"the fit failed ({error})")
     change = _ratio if measure == "time" else float
     share = float(np.mean(values == values.max()))
-    # From this share of answers at the highest ease on, errors cannot be normal.
+    # With this share of answers, or more, at the highest ease, errors cannot be normal.
     if measure == "ease" and share >= 0.25:
         at_the_end = f"{share:.0%} of the answers are {values.max():g}, the highest given"
         notes.append(f"{at_the_end}: no normal errors, rely on it less")
@@ -240,13 +240,13 @@ def _without(blank: MixedModel, why: str) -> MixedModel:
     return MixedModel(blank.measure, blank.effect, blank.against, blank.n, (), {}, (f"not fitted: {why}",))
 
 
-#: A grouping whose variance is a smaller share of the noise's shows no differences.
+#: A grouping with a smaller share of the noise's variance counts as having none.
 NOTHING = 1e-6
 
 
 @dataclass(frozen=True)
 class MixedFit:
-    """What was fitted."""
+    """The estimates of a mixed model."""
 
     #: Of the fixed effects, their standard errors and degrees of freedom, (k,) each.
     coefficients: Array
@@ -254,7 +254,7 @@ class MixedFit:
     freedom: Array
     #: Of each grouping, and of what is ``rest``.
     variances: dict[str, float]
-    #: What went wrong, in clauses.
+    #: The faults of the fit, in clauses.
     complaints: tuple[str, ...] = ()
 
 
@@ -308,7 +308,7 @@ class _Deviance:
     def __call__(self, ratios: Array) -> float:
         inner, volume = self._whitened(ratios)
         root = np.linalg.cholesky(inner)
-        # Of [X y]ᵀV⁻¹[X y] the factor's last entry is what the fixed effects leave of y.
+        # The last entry of the factor of [X y]ᵀV⁻¹[X y] is the norm of y without the fixed effects.
         logs = np.log(np.diag(root))
         return float(volume + 2.0 * logs[:-1].sum() + self._free * 2.0 * logs[-1])
 

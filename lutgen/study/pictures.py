@@ -1,4 +1,4 @@
-"""The pictures of a study: the images that are given, and what readers are shown of them.
+"""The pictures of a study: the given images, and the renders that readers see.
 
 Given images become 8-bit RGB; no two may have the same name, the same bytes or the same pixels. Each image is rendered
 under each of its conditions, through a baked LUT. A render is a PNG of 8-bit pixels and nothing else, without
@@ -48,7 +48,7 @@ class Picture:
     name: str
     #: As it was given, or found in a folder.
     path: Path
-    #: Hashes of the file, and of what is shown of it: size and 8-bit pixels.
+    #: Hashes of the file, and of the picture that is shown: its size and 8-bit pixels.
     sha256: str
     pixels_sha256: str
     #: In pixels.
@@ -200,7 +200,7 @@ def bake_conditions(conditions: Iterable[StudyCondition], model: DisplayModel, f
 
 
 def blind_name(key: bytes, image: str, condition: str) -> str:
-    """Name a render: a keyed hash of what it shows."""
+    """Name a render: a keyed hash of its image and condition."""
     # Letters of a blind name.
     return hmac.new(key, f"{image}\0{condition}".encode(), hashlib.sha256).hexdigest()[:20]
 
@@ -212,7 +212,7 @@ def render_images(
     key: bytes,
     progress: Callable[[int], None],
 ) -> tuple[Render, ...]:
-    """Write what is shown of each (image, condition) into a study's folder. Raises LutgenError: unreadable."""
+    """Write the render of each (image, condition) into a study's folder. Raises LutgenError: unreadable."""
     renders: dict[tuple[str, str], Render] = {}
     rendered = study / "rendered"
     for folder in (study / IMAGES, rendered):

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 #: A longer washout is treated as a typing error.
 MAX_WASHOUT_DAYS = 3650.0
 
-#: What lutgen puts into the folder of a study; a folder that holds anything else is not replaced.
+#: The entries of a study's folder; a folder that holds anything else is not replaced.
 _OURS = {PROTOCOL, IMAGES, ANSWERS}
 
 
@@ -40,7 +40,7 @@ class Planned:
 
     #: Its folder.
     study: Path
-    #: What was frozen.
+    #: The frozen protocol.
     protocol: Protocol
     #: Names of images that were given and that nobody reads.
     left_out: tuple[str, ...]

@@ -88,7 +88,7 @@ class Seen:
 
 @dataclass(frozen=True)
 class Power:
-    """What a study can find: ``answers`` per condition, from ``per_condition`` images and ``readers``."""
+    """Differences that a study can find: ``answers`` per condition, from ``per_condition`` images and ``readers``."""
 
     per_condition: int
     readers: int

@@ -63,7 +63,7 @@ class Category:
 
 @dataclass(frozen=True)
 class Render:
-    """What is shown of an image under a condition: a path in the study's folder, and its hash."""
+    """The render of an image under a condition: a path in the study's folder, and its hash."""
 
     image: str
     condition: str
@@ -88,7 +88,7 @@ class Protocol:
 
     #: For people.
     title: str
-    #: What is compared, what is read, and what is shown first to practise on, un-aged and not analysed.
+    #: The conditions, the images to read, and the images to practise on first, un-aged and not analysed.
     conditions: tuple[StudyCondition, ...]
     images: tuple[StudyImage, ...]
     practice: tuple[StudyImage, ...]
@@ -105,7 +105,7 @@ class Protocol:
     seed: int
     #: The display model whose LUTs made the renders: name, hash, and per condition the hash of the LUT.
     model: Mapping[str, Any]
-    #: What is shown, and to whom, when.
+    #: The renders, and the trials: who sees which render when.
     renders: tuple[Render, ...]
     trials: tuple[StudyTrial, ...]
     #: Of the lutgen that planned it.
@@ -117,7 +117,7 @@ class Protocol:
         return sorted(here, key=lambda trial: trial.position)
 
     def render(self, image: str, condition: str) -> Render:
-        """Return what is shown of an image under a condition. Raises KeyError when it is not in the study."""
+        """Return the render of an image under a condition. Raises KeyError when it is not in the study."""
         renders = {(render.image, render.condition): render for render in self.renders}
         return renders[image, condition]
 

@@ -76,7 +76,7 @@ class ReadingSession:
     def __init__(
         self, study: Path, protocol: Protocol, file: AnswerFile, session: int, clock: Callable[[], datetime]
     ) -> None:
-        """Take what :func:`begin_reading` has checked."""
+        """Take the reader and session that :func:`begin_reading` has checked."""
         self.study, self.protocol, self.session = study, protocol, session
         self.reader, self.place = str(file.entries[0].content["reader"]), int(file.entries[0].content["place"])
         self._file, self._clock = file, clock
@@ -115,7 +115,7 @@ class ReadingSession:
         return sum((each.kind, each.content.get("practice"), each.content.get("position")) == key for each in here)
 
     def show(self, task: Task) -> None:
-        """Record, before it is shown, that an image is. Raises NotSavedError when that cannot be written."""
+        """Record that an image is shown, before it is. Raises NotSavedError when that cannot be written."""
         self.note(SHOWN, {"practice": task.practice, "position": task.number, "sha256": task.sha256})
 
     def following(self) -> str:

@@ -32,10 +32,10 @@ if TYPE_CHECKING:
 #: Seconds after its last sign of life for which a tab keeps the session. It gives one every two seconds.
 LEASE = 7.0
 
-#: What the page may have recorded, apart from answers.
+#: Events that the page may record, apart from answers.
 NOTES = ("paused", "continued", "warned", "accepted")
 
-#: Fields of an answer, and what JSON they are.
+#: Fields of an answer, and their JSON types.
 _ANSWER: dict[str, type | tuple[type, ...]] = {
     "category": str,
     "ease": int,
@@ -56,7 +56,7 @@ class Conversation:
     def __init__(
         self, reading: ReadingSession, say: Callable[[str], None], clock: Callable[[], float] = time.monotonic
     ) -> None:
-        """Take the session, what tells its operator of troubles, and a clock that only runs, in seconds."""
+        """Take the session, the function that reports troubles to the operator, and a monotonic clock in seconds."""
         self._reading, self._say, self._clock = reading, say, clock
         self._one_at_a_time = RLock()
         self._tab, self._heard, self._closed = "", 0.0, False

@@ -65,7 +65,7 @@ PAPER_EASE = (1, 10)
 
 
 class Readings(NamedTuple):
-    """What was answered: seconds, ease, and whether the side of the diagnosis was kept; arrays of one shape."""
+    """Answers: seconds, ease, and whether the side of the diagnosis was kept; arrays of one shape."""
 
     seconds: Array
     ease: Array
@@ -76,7 +76,7 @@ class Readings(NamedTuple):
 class SimulatedReader:
     """A reader who is disturbed by ΔE at nuclei; equations and calibration in the module's docstring."""
 
-    #: Of everything drawn: the same seed gives the same answers, trial by trial, in any order.
+    #: Seed of all random numbers: the same seed gives the same answers, trial by trial, in any order.
     seed: int = 1
     #: ΔE2000 that disturbs by 63 %: at ΔE 5.1 agreement falls to Table 3's 52.5 %.
     scale: float = 2.5

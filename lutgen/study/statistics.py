@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 Item = TypeVar("Item")
 
-#: What is measured beside the diagnosis → what it is and its unit: the paper's TTS and EOR.
+#: Measure beside the diagnosis → its name and unit: the paper's TTS and EOR.
 MEASURES = {"time": "time to score, s", "ease": "ease of reading"}
 
 

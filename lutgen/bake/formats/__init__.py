@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Provenance:
-    """The birth certificate that a file carries: a title, an identifier without spaces, and lines of text."""
+    """What a file says of its origin: a title, an identifier without spaces, and lines of text."""
 
     title: str
     identifier: str
@@ -34,7 +34,7 @@ class Provenance:
     direction: str = "simulate"
 
     def __post_init__(self) -> None:
-        """Keep each text on its line: a display's name or source may hold anything that a user typed."""
+        """Remove line breaks from each text: a display's name or source may hold anything that a user typed."""
         object.__setattr__(self, "title", _one_line(self.title))
         object.__setattr__(self, "identifier", _one_line(self.identifier))
         object.__setattr__(self, "lines", tuple(_one_line(line) for line in self.lines))
@@ -54,58 +54,37 @@ def _one_line(text: str) -> str:
 
 @dataclass(frozen=True)
 class Reader:
-    """How files that OpenColorIO does not read are read back; both raise LutgenError.
+    """How files that OpenColorIO does not read are read back; both raise LutgenError."""
 
-    Attributes
-    ----------
-    apply
-        Sends code values (n, 3) through a file, without clipping what the file does not clip.
-    table
-        Gives the space (a key of ``SPACES``) and the size of a file's table; size 0 is a matrix.
-
-    """
-
+    #: Sends code values (n, 3) through a file, without clipping what the file does not clip.
     apply: Callable[[Path, Array], Array]
+    #: Gives the space (a key of ``SPACES``) and the size of a file's table; size 0 is a matrix.
     table: Callable[[Path], tuple[str, int]]
 
 
 @dataclass(frozen=True)
 class Format:
-    """How one file format is made.
+    """How one file format is made."""
 
-    Attributes
-    ----------
-    name, suffix, summary
-        ``cube``, ``.cube`` and one sentence for the help text.
-    unclipped
-        Whether its files keep aged colours outside sRGB, so that wider viewers can show them.
-    bake
-        Gives the candidates for a display and a lattice size; the best certified is written.
-    write
-        Gives the bytes of a file.
-    reader
-        How a file with this suffix is read back; None: by OpenColorIO, so that configs can use it.
-    stem
-        Name of the file in its display's folder, without the suffix: formats that share a suffix need their own.
-    corrects
-        Whether it can hold the correction for a display; a profile, which describes one, cannot.
-    takes_source
-        Whether it can begin with the picture's own profile.
-    follows
-        Whether a finer table follows any display; one that is too simple for that is held to its certificate alone.
-
-    """
-
+    #: ``cube``, ``.cube`` and one sentence for the help text.
     name: str
     suffix: str
     summary: str
+    #: Whether its files keep aged colours outside sRGB, so that wider viewers can show them.
     unclipped: bool
+    #: Gives the candidates for a display and a lattice size; the best certified is written.
     bake: Callable[[Sampler, AgedDisplay, int], list[Lut | MatrixLut]]
+    #: Gives the bytes of a file.
     write: Callable[[Lut | MatrixLut, Provenance], bytes]
+    #: How a file with this suffix is read back; None: by OpenColorIO, so that configs can use it.
     reader: Reader | None = None
+    #: Name of the file in its display's folder, without the suffix: formats that share a suffix need their own.
     stem: str = "aged"
+    #: Whether it can hold the correction for a display; a profile, which describes one, cannot.
     corrects: bool = True
+    #: Whether a finer table follows any display; one that is too simple for that is held to its certificate alone.
     follows: bool = True
+    #: Whether it can begin with the picture's own profile.
     takes_source: bool = False
 
     @property

@@ -1,7 +1,7 @@
 """Sony Pictures Imageworks' ``.spi3d``: the table with each row's indices, which every OpenColorIO reads.
 
-Rows with blue fastest, as Imageworks writes them; the indices decide. What follows the last row is not read: there
-stands the birth certificate, since the header has no place for it.
+Rows with blue fastest, as Imageworks writes them; the indices decide. Readers ignore what follows the last row: the
+provenance stands there, since the header has no place for it.
 """
 
 from __future__ import annotations

@@ -38,8 +38,7 @@ def command(
     from contextlib import suppress
     from threading import Thread
 
-    from lutgen.explore.commands import Asked
-    from lutgen.explore.example import example_readings, tissue
+    from lutgen.explore.commands import Asked, example_readings, tissue
     from lutgen.explore.serve import serve
     from lutgen.server import port_taken
 

@@ -1,8 +1,8 @@
-"""What a display is driven by: the code value, or what the graphics card or the display's input makes of it.
+"""The drive of a panel: the code value as sent, or as the graphics card or the display's input changes it.
 
-ArgyllCMS keeps the curves that were loaded beside the readings (table CAL, 256 rows). Whether they were sent on in
-8 bits depends on the card and its cable, so that the ladder asks the readings. A display that takes its signal for one
-of another range, or whose contrast is set too high, clips: from some code value on its light no longer rises.
+ArgyllCMS keeps the curves that were loaded beside the readings (table CAL, 256 rows). Whether they were sent on in 8
+bits depends on the card and its cable, so the ladder tries both on the readings. A display that expects another signal
+range, or whose contrast is set too high, clips: from some code value on its light no longer rises.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
 
-#: What code values may go through before they reach the panel.
+#: The ways from code values to the panel.
 WAYS = (
     "as asked",
     "through the calibration",
@@ -29,27 +29,20 @@ STEPS = 255.0
 
 @dataclass(frozen=True)
 class Drive:
-    """Code values (m, 3) → what reaches the panel (m, 3), 0..1.
+    """Code values (m, 3) → what reaches the panel (m, 3), 0..1."""
 
-    Attributes
-    ----------
-    way
-        One of ``WAYS``.
-    calibration
-        The curves, of the calibration or of the clipped input, (k, 4); None where ``way`` is "as asked".
-
-    """
-
+    #: One of ``WAYS``.
     way: str = WAYS[0]
+    #: The curves, of the calibration or of the clipped input, (k, 4); None where ``way`` is "as asked".
     calibration: Array | None = None
 
     def __call__(self, code: Array) -> Array:
-        """Send code values on; beyond 0..1 the ends hold."""
+        """Return the drives of code values, which are clipped to 0..1."""
         code = np.clip(code, 0.0, 1.0)
         if self.calibration is None or self.way == WAYS[0]:
             return code
         curves = self.calibration
         sent = [np.interp(code[..., c], curves[:, 0], curves[:, 1 + c]) for c in range(3)]
-        found = np.stack(sent, axis=-1)
-        found = np.round(found * STEPS) / STEPS if self.way == WAYS[2] else found
-        return np.asarray(np.clip(found, 0.0, 1.0))
+        driven = np.stack(sent, axis=-1)
+        driven = np.round(driven * STEPS) / STEPS if self.way == WAYS[2] else driven
+        return np.asarray(np.clip(driven, 0.0, 1.0))

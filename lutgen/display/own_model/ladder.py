@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.colorimetry import delta_e_2000, xyz_to_lab
-from lutgen.display.own_model import pair_terms, residual, scalar_curves, srgb, xyz_curves
+from lutgen.display.own_model import curves, residual
 from lutgen.display.own_model.drive import WAYS, Drive
 from lutgen.display.own_model.least_squares import spread
 from lutgen.display.own_model.residual import SmoothResidual
@@ -32,7 +32,8 @@ LEAST_MIXTURES = 20
 #: A rung is taken when it lowers the error by more than so many standard errors of that difference.
 CLEAR = 1.0
 
-#: What held-out error chooses from: stiffness of curves, length and noise of the residual. The first is tried first.
+#: Constants that the held-out error chooses from: stiffness of curves, length and noise of the residual; tried in this
+#: order.
 STIFFNESS = (0.01, 0.001, 0.1, 1.0)
 LENGTHS = (0.3, 0.2, 0.12, 0.5, 0.8)
 NOISES = (0.3, 0.1, 1.0, 3.0)
@@ -40,7 +41,7 @@ NOISES = (0.3, 0.1, 1.0, 3.0)
 #: A reading that errs by more than so many robust standard deviations, and by so much in units of CIELAB, is misread.
 MISREAD_SIGMA, MISREAD_LAB = 8.0, 3.0
 
-#: More misreadings than this share of a session are none.
+#: If more than this share of a session contradicts the model, the readings are not called misread: the session drifts.
 MOST_MISREAD = 0.02
 
 
@@ -53,35 +54,25 @@ class Rung:
     taken: bool
 
     def sentence(self) -> str:
-        """Say it in one line."""
+        """Describe the rung in one line."""
         verdict = "taken" if self.taken else "left out, the error does not fall clearly"
         return f"{self.name[:1].upper()}{self.name[1:]}: held-out mean ΔE2000 {self.error:.3f}, {verdict}."
 
 
 @dataclass(frozen=True)
 class OwnModel:
-    """A display's own model.
+    """A display's own model."""
 
-    Attributes
-    ----------
-    model
-        The rungs that were taken, fitted on all readings.
-    rungs
-        All that were tried, in their order.
-    held_out
-        Shares of white's X, Y and Z at every reading of the sample, (n, 3), by models that had not seen its patch;
-        black, white and the primaries are seen by every model.
-    misread
-        Places of the sample's readings that contradict all others, which count little.
-    sample
-        What it was made of.
-
-    """
-
+    #: The rungs that were taken, fitted on all readings.
     model: Model
+    #: All that were tried, in their order.
     rungs: tuple[Rung, ...]
+    #: Shares of white's X, Y and Z at every reading of the sample, (n, 3), by models fitted without its patch; black,
+    #: white and the primaries are in every fit.
     held_out: Array
+    #: Indices of the sample's readings that contradict all others and have little weight.
     misread: tuple[int, ...]
+    #: The readings that it was fitted on.
     sample: Sample
 
     def __call__(self, code: Array) -> Array:
@@ -103,16 +94,16 @@ class OwnModel:
         return mixtures_error(self.sample, self.held_out)
 
     def held_out_of(self, code: Array) -> Array:
-        """Shares at code values (m, 3) by models that had not seen them, (m, 3); NaN at those that were not read."""
+        """Shares at code values (m, 3) by models fitted without them, (m, 3); NaN at code values that were not read."""
         known = {tuple(each): share for each, share in zip(self.sample.drive.tolist(), self.held_out, strict=True)}
         return np.array([known.get(tuple(each), np.full(3, np.nan)) for each in code.tolist()])
 
     def sentences(self) -> tuple[str, ...]:
-        """Say every rung, and every reading that was weighed down, in a line each."""
+        """Describe every rung, and every reading of little weight, in a line each."""
         return (*(rung.sentence() for rung in self.rungs), *self.remarks())
 
     def remarks(self) -> tuple[str, ...]:
-        """Name the readings that were weighed down, in a line each; of a session that drifts only how many."""
+        """Name the readings of little weight, in a line each; for a session that drifts give only their number."""
         count, said = len(self.misread), []
         if count > MOST_MISREAD * len(self.sample.drive):
             many = (
@@ -132,11 +123,7 @@ class OwnModel:
 def fit_own_model(sample: Sample) -> OwnModel:
     """Climb the ladder: five-fold cross-validation by patch, on mixtures; deterministic.
 
-    Raises
-    ------
-    LutgenError
-        The session has fewer than ``LEAST_MIXTURES`` different mixtures.
-
+    Raises LutgenError: the session has fewer than ``LEAST_MIXTURES`` different mixtures.
     """
     if sample.mixtures < LEAST_MIXTURES:
         message = (
@@ -148,15 +135,15 @@ def fit_own_model(sample: Sample) -> OwnModel:
 
 
 class _Climb:
-    """What was reached so far, while rungs are tried."""
+    """The best model so far, while rungs are tried."""
 
     def __init__(self, sample: Sample) -> None:
         self.sample = sample
         outs = [sample.fold == fold for fold in range(FOLDS)]
         self.parts = [(out, sample.part(~out)) for out in outs if out.any()]
-        self.fit: Fit = srgb.fit
+        self.fit: Fit = curves.fit_srgb
         self.held_out = self._foretold(self.fit)
-        self.rungs = [Rung(srgb.NAME, mixtures_error(sample, self.held_out), taken=True)]
+        self.rungs = [Rung(curves.SRGB_NAME, mixtures_error(sample, self.held_out), taken=True)]
 
     def model(self) -> OwnModel:
         """Try all rungs, and fit those that were taken on all readings."""
@@ -166,17 +153,17 @@ class _Climb:
         clipped = [Drive(WAYS[3], self.sample.clipped)] if self.sample.clipped is not None else []
 
         def scalar(stiffness: float, drive: Drive) -> Fit:
-            return partial(scalar_curves.fit, drive=drive, stiffness=stiffness)
+            return partial(curves.fit_scalar, drive=drive, stiffness=stiffness)
 
-        def curves(stiffness: float, drive: Drive) -> Fit:
-            return partial(xyz_curves.fit, drive=drive, stiffness=stiffness)
+        def of_each(stiffness: float, drive: Drive) -> Fit:
+            return partial(curves.fit_xyz, drive=drive, stiffness=stiffness)
 
         def pairs(stiffness: float) -> Fit:
-            return partial(pair_terms.fit, drive=drive, stiffness=stiffness)
+            return partial(curves.fit_xyz, drive=drive, stiffness=stiffness, products=True)
 
-        self._try(scalar_curves.NAME, scalar, STIFFNESS[:3], [Drive(), *clipped])
-        _, drive = self._try(xyz_curves.NAME, curves, STIFFNESS, [*asked, *clipped])
-        self._try(pair_terms.NAME, pairs, STIFFNESS)
+        self._try(curves.SCALAR_NAME, scalar, STIFFNESS[:3], [Drive(), *clipped])
+        _, drive = self._try(curves.XYZ_NAME, of_each, STIFFNESS, [*asked, *clipped])
+        self._try(curves.PRODUCTS_NAME, pairs, STIFFNESS)
         below = _remembered(self.fit)
 
         def smooth(length: float, noise: float) -> Fit:
@@ -189,38 +176,38 @@ class _Climb:
     def _try(self, name: str, make: Callable[..., Fit], *grids: Sequence[Any]) -> list[Any]:
         """Choose a rung's constants by held-out error, one after the other; take the rung where it clearly helps."""
         chosen = [grid[0] for grid in grids]
-        found = self._foretold(make(*chosen))
+        held_out = self._foretold(make(*chosen))
         for place, grid in enumerate(grids):
             for option in grid[1:]:
                 other = [*chosen[:place], option, *chosen[place + 1 :]]
                 tried = self._foretold(make(*other))
-                if mixtures_error(self.sample, tried) < mixtures_error(self.sample, found):
-                    chosen, found = other, tried
-        taken = clearly_better(self.sample, found, self.held_out)
-        self.rungs.append(Rung(name, mixtures_error(self.sample, found), taken))
+                if mixtures_error(self.sample, tried) < mixtures_error(self.sample, held_out):
+                    chosen, held_out = other, tried
+        taken = clearly_better(self.sample, held_out, self.held_out)
+        self.rungs.append(Rung(name, mixtures_error(self.sample, held_out), taken))
         if taken:
-            self.fit, self.held_out = make(*chosen), found
+            self.fit, self.held_out = make(*chosen), held_out
         return chosen
 
     def _foretold(self, fit: Fit) -> Array:
-        """Shares at every reading, (n, 3), each by a model that has not seen its patch."""
-        found = np.empty_like(self.sample.share)
+        """Shares at every reading, (n, 3), each by a model fitted without its patch."""
+        shares = np.empty_like(self.sample.share)
         known = self.sample.fold < 0
         for out, part in self.parts:
             model = fit(part)
-            found[out] = model(self.sample.drive[out])
-            found[known] = model(self.sample.drive[known])
-        return found
+            shares[out] = model(self.sample.drive[out])
+            shares[known] = model(self.sample.drive[known])
+        return shares
 
 
 def _remembered(fit: Fit) -> Fit:
-    """Fit each sample once: constants of the rung above are chosen on the same fits."""
-    found: dict[int, Model] = {}
+    """Fit each sample once: the rung above chooses its constants on the same fits."""
+    models: dict[int, Model] = {}
 
     def remembered(sample: Sample) -> Model:
-        if id(sample) not in found:
-            found[id(sample)] = fit(sample)
-        return found[id(sample)]
+        if id(sample) not in models:
+            models[id(sample)] = fit(sample)
+        return models[id(sample)]
 
     return remembered
 

@@ -1,16 +1,16 @@
-"""Least squares with a stiffness, in which a reading that contradicts all others is weighed down."""
+"""Penalised least squares, in which a reading that contradicts all others gets little weight."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy  # its parts load when they are first used: most displays are shown without them
+import scipy  # scipy loads its parts when they are first used: most displays need none
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
 
-#: A reading counts in full up to so many robust standard deviations, beyond with the fourth power of their ratio.
+#: A reading has full weight up to so many robust standard deviations, beyond them the fourth power of their ratio.
 FULL = 6.0
 
 #: Median of the norm of three normal components, in standard deviations of one.
@@ -29,9 +29,9 @@ def solve(columns: Array, wanted: Array, penalty: Array, rises: Array | None = N
     normal += RIDGE * np.trace(normal) / len(normal) * np.eye(len(normal))
     root = scipy.linalg.cholesky(normal, lower=True)
     middle = scipy.linalg.solve_triangular(root, columns.T @ wanted, lower=True)
-    found = scipy.linalg.solve_triangular(root, middle, lower=True, trans="T")
-    if rises is None or (rises @ found).min() >= 0:
-        return np.asarray(found)
+    coefficients = scipy.linalg.solve_triangular(root, middle, lower=True, trans="T")
+    if rises is None or (rises @ coefficients).min() >= 0:
+        return np.asarray(coefficients)
     # The least distance from the free solution, in units of its own covariance, that meets the inequalities.
     inequalities = scipy.linalg.solve_triangular(root, rises.T, lower=True).T
     rows = np.vstack([inequalities.T, -(inequalities @ middle)])
@@ -42,7 +42,7 @@ def solve(columns: Array, wanted: Array, penalty: Array, rises: Array | None = N
 
 
 def trust(residual: Array) -> Array:
-    """Weight of each reading, (n,), from residuals (n, 3) as the eye counts them: 1, or less where it errs."""
+    """Weight of each reading, (n,), from residuals (n, 3) in CIELAB's units: 1, or less for an outlier."""
     size = np.linalg.norm(residual, axis=1)
     usual = spread(residual)
     return np.asarray(np.minimum(1.0, (FULL * usual / np.maximum(size, usual)) ** 4))

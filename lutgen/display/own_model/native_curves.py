@@ -1,7 +1,7 @@
 """Transfer curves of a native display from all readings of its first session, and whether they beat its ramps'.
 
-A native display adds its colour points up by the paper's matrices, so that one curve a channel is what it can take from
-the ladder. Curves of single-channel ramps miss mixtures, which are brighter than their channels together.
+A native display adds its colour points up by the paper's matrices, so it can use one rung of the ladder: one curve a
+channel. Curves of single-channel ramps miss mixtures, which are brighter than their channels together.
 """
 
 from __future__ import annotations
@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.display.own_model import scalar_curves
+from lutgen.display.own_model.curves import SPLINES, fit_scalar, lit
 from lutgen.display.own_model.drive import Drive
-from lutgen.display.own_model.gain import SPLINES, lit
 from lutgen.display.own_model.ladder import STIFFNESS, clearly_better, mixtures_error
 from lutgen.display.own_model.sample import FOLDS
 from lutgen.display.trace import tip_shares
@@ -25,10 +24,10 @@ if TYPE_CHECKING:
     #: Of red, green and blue.
     Curves3 = tuple[TransferCurve, TransferCurve, TransferCurve]
 
-#: Different mixtures from which on curves are asked of all readings.
+#: With at least so many different mixtures curves are fitted to all readings.
 LEAST_MIXTURES = 50
 
-#: What sources are called in a sentence; ramps and greys as they are.
+#: Names of sources in sentences; ramps and greys keep their own.
 NAMES = {"readings": "all readings", "srgb": "sRGB"}
 
 #: Points of a curve: eight times as many as a usual ramp's levels.
@@ -36,15 +35,15 @@ POINTS = 65
 
 
 def curves_of(sample: Sample) -> Curves3:
-    """Fit red, green and blue on all readings; one that contradicts the others counts little."""
-    coefficients = scalar_curves.fit(sample, Drive(), STIFFNESS[0]).coefficients
+    """Fit red, green and blue on all readings; a reading that contradicts the others has little weight."""
+    coefficients = fit_scalar(sample, Drive(), STIFFNESS[0]).coefficients
     codes = np.linspace(0.0, 1.0, POINTS)
-    found = []
+    curves = []
     for channel, name in enumerate(("red", "green", "blue")):
         start = 1 + channel * SPLINES
         light = lit(codes) @ coefficients[start : start + SPLINES].sum(axis=1)
-        found.append(TransferCurve.through(name, codes, np.clip(np.maximum.accumulate(light / light[-1]), 0.0, 1.0)))
-    red, green, blue = found
+        curves.append(TransferCurve.through(name, codes, np.clip(np.maximum.accumulate(light / light[-1]), 0.0, 1.0)))
+    red, green, blue = curves
     return red, green, blue
 
 
@@ -55,30 +54,30 @@ def straight() -> Curves3:
 
 
 def held_out_of_all(sample: Sample) -> Array:
-    """Shares of white at every reading, (n, 3), with curves of all readings that had not seen its patch."""
-    found = sample.share.copy()
+    """Shares of white at every reading, (n, 3), by curves fitted to all readings without its patch."""
+    shares = sample.share.copy()
     for fold in range(FOLDS):
         out = sample.fold == fold
-        found[out] = added_up(sample, curves_of(sample.part(~out)), sample.drive[out])
-    return found
+        shares[out] = added_up(sample, curves_of(sample.part(~out)), sample.drive[out])
+    return shares
 
 
 def best_source(sample: Sample, ramps: Curves3 | None, name: str) -> tuple[str, str]:
-    """Choose what curves are made of, by mean ΔE2000 on mixtures, and say why in one sentence.
+    """Choose the source of the curves by mean ΔE2000 on mixtures; return it, and the reason in one sentence.
 
-    Mixtures are held out by patch from curves of all readings; those of ramps, called ``name``, have not seen them, nor
-    have sRGB's. All readings replace ramps where they are clearly better; sRGB's curves replace both where these are
-    worse.
+    Curves of all readings are fitted without the patch of each mixture; curves of ramps, called ``name``, and sRGB's
+    need no mixture. All readings replace ramps where they are clearly better; sRGB's curves replace both where these
+    are worse.
     """
     by_all = held_out_of_all(sample)
-    found = {"readings": by_all, "srgb": added_up(sample, straight(), sample.drive)}
+    shares = {"readings": by_all, "srgb": added_up(sample, straight(), sample.drive)}
     if ramps:
-        found[name] = added_up(sample, ramps, sample.drive)
-    errors = {each: mixtures_error(sample, share) for each, share in found.items()}
-    chosen = "readings" if ramps is None or clearly_better(sample, by_all, found[name]) else name
+        shares[name] = added_up(sample, ramps, sample.drive)
+    errors = {each: mixtures_error(sample, share) for each, share in shares.items()}
+    chosen = "readings" if ramps is None or clearly_better(sample, by_all, shares[name]) else name
     chosen = "srgb" if errors["srgb"] < errors[chosen] else chosen
-    said = "; ".join(f"{NAMES.get(each, each)} {error:.2f}" for each, error in sorted(errors.items()))
-    return chosen, f"Curves are those of {NAMES.get(chosen, chosen)}: mean ΔE2000 on mixtures held out: {said}."
+    figures = "; ".join(f"{NAMES.get(each, each)} {error:.2f}" for each, error in sorted(errors.items()))
+    return chosen, f"Curves are those of {NAMES.get(chosen, chosen)}: mean ΔE2000 on mixtures held out: {figures}."
 
 
 def added_up(sample: Sample, curves: Curves3, code: Array) -> Array:

@@ -1,8 +1,8 @@
 """Rung: a smooth residual, the posterior mean of a Gaussian process in code values, with its standard error.
 
-Rasmussen & Williams, Gaussian Processes for Machine Learning (2006), equations 2.25 and 2.26; squared exponential. What
-the rung below leaves counts as the eye counts it: X, Y and Z times CIELAB's slopes, so that one noise serves black and
-white. No formula names what it holds; a 3D LUT can carry it.
+Rasmussen & Williams, Gaussian Processes for Machine Learning (2006), equations 2.25 and 2.26; squared exponential. The
+error of the rung below is taken in CIELAB's units: X, Y and Z times CIELAB's slopes, so that one noise fits black and
+white. No formula describes this error; a 3D LUT can carry it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 NAME = "a smooth residual"
 
-#: Colours that one step works on: its covariances with 1000 readings then take 32 MB.
+#: Colours in one step: their covariances with 1000 readings take 32 MB.
 CHUNK = 4096
 
 #: Points of a table's edge, since a process forgets over 0.12 at least, and points beyond each end, for its cubics.
@@ -35,33 +35,21 @@ GRID, BEYOND = 21, 4
 
 @dataclass(frozen=True)
 class SmoothResidual:
-    """A rung below and what it leaves: code values (m, 3) → shares of white's X, Y and Z, (m, 3).
+    """A rung below and a correction of its error: code values (m, 3) → shares of white's X, Y and Z, (m, 3)."""
 
-    Attributes
-    ----------
-    below
-        The rung below.
-    drive
-        What the code values go through first.
-    centres
-        Driven values of the readings, (n, 3).
-    weights
-        Of the centres for X, Y and Z, (n, 3), in units of CIELAB's 116 f.
-    noise
-        Variance of each reading over that of the process, (n,).
-    length
-        Distance in code values over which it forgets.
-    size
-        Standard deviation of the process in X, Y and Z, (3,), in units of CIELAB's 116 f.
-
-    """
-
+    #: The rung below.
     below: Callable[[Array], Array]
+    #: The way from code values to the panel.
     drive: Drive
+    #: Driven values of the readings, (n, 3).
     centres: Array
+    #: Of the centres for X, Y and Z, (n, 3), in units of CIELAB's 116 f.
     weights: Array
+    #: Variance of each reading over that of the process, (n,).
     noise: Array
+    #: Length of the process's correlation, in code values.
     length: float
+    #: Standard deviation of the process in X, Y and Z, (3,), in units of CIELAB's 116 f.
     size: Array
 
     def __call__(self, code: Array) -> Array:
@@ -114,7 +102,7 @@ def likeness(one: Array, other: Array, length: float) -> Array:
 
 
 def fit(sample: Sample, below: Callable[[Array], Array], drive: Drive, length: float, noise: float) -> SmoothResidual:
-    """Fit what ``below`` leaves of the readings; a reading that contradicts all others has more noise."""
+    """Fit the error of ``below``; a reading that contradicts all others gets more noise."""
     left = (sample.share - below(sample.drive)) * sample.slope
     driven = drive(sample.drive)
     noises = noise / np.maximum(sample.certainty * trust(left), 1e-6)

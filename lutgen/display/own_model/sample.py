@@ -1,4 +1,4 @@
-"""``Sample``: one session's readings as shares of white, their patches, their folds, and how CIELAB weighs them."""
+"""``Sample``: one session's readings as shares of white, with their patches, folds, and weights by CIELAB."""
 
 from __future__ import annotations
 
@@ -15,14 +15,13 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
-    from lutgen.readings.session import Session
 
 #: Parts that the patches are dealt into; each part is predicted from the others.
 FOLDS = 5
 
 SEED = 20150319
 
-#: A reading of black or a colour point counts like so many others: no display's model is to err there.
+#: A reading of black or a colour point has the weight of so many others: a display's model must be right there.
 CERTAIN = 5.0
 
 #: A ramp's light that differs from full light by less than this share, ΔL* ⅓, is the same light.
@@ -41,33 +40,20 @@ def lab_slope(share: Array) -> Array:
 class Sample:
     """Readings of one session that a display's own model is made of.
 
-    Attributes
-    ----------
-    drive
-        Code values 0..1, (n, 3).
-    share
-        X, Y and Z as shares of white's, (n, 3).
-    white
-        X, Y and Z of white, (3,), in any unit.
-    lines
-        The line of the file that each reading came from, (n,).
-    file
-        Where they came from, for messages.
-    calibration
-        The curves that were loaded in the graphics card, (k, 4): input, red, green, blue, 0..1; None: not known.
-
-    Raises
-    ------
-    LutgenError
-        Black, white or a primary at full drive was not read: names it.
-
+    Raises LutgenError: black, white or a primary at full drive was not read: names it.
     """
 
+    #: Code values 0..1, (n, 3).
     drive: Array
+    #: X, Y and Z as shares of white's, (n, 3).
     share: Array
+    #: X, Y and Z of white, (3,), in any unit.
     white: Array
+    #: The line of the file that each reading came from, (n,).
     lines: NDArray[np.int64]
+    #: Their file, for messages.
     file: str = "<memory>"
+    #: The curves that were loaded in the graphics card, (k, 4): input, red, green, blue, 0..1; None: not known.
     calibration: Array | None = None
 
     @classmethod
@@ -92,18 +78,6 @@ class Sample:
         lines = np.arange(1, len(drive) + 1) if lines is None else lines
         return cls(drive, xyz / white, white, lines, file, calibration)
 
-    @classmethod
-    def of_session(cls, session: Session) -> Sample:
-        """Make a sample of a session's readings nearest to the middle of the screen."""
-        here = session.central
-        return cls.of(
-            session.drive[here],
-            session.xyz[here],
-            lines=session.lines[here],
-            file=session.file,
-            calibration=session.calibration,
-        )
-
     @cached_property
     def patch(self) -> NDArray[np.intp]:
         """Number of each reading's patch, (n,): readings of one code value are one patch."""
@@ -111,7 +85,7 @@ class Sample:
 
     @cached_property
     def is_mixture(self) -> NDArray[np.bool_]:
-        """Readings of two channels or three that are no greys, (n,): what a model has to foretell."""
+        """Whether each reading is of two or three channels and no grey, (n,): models are judged on these."""
         lit = (self.drive > 0).sum(axis=1)
         return np.asarray((lit >= 2) & (np.ptp(self.drive, axis=1) > 0))
 
@@ -129,12 +103,12 @@ class Sample:
 
     @cached_property
     def certainty(self) -> Array:
-        """What each reading counts, (n,): black and the colour points, which every later hour begins with, far more."""
+        """Weight of each reading, (n,); black and the colour points, the base of all later hours, have far more."""
         return np.where(self.fold < 0, CERTAIN, 1.0)
 
     @cached_property
     def slope(self) -> Array:
-        """CIELAB's slope at each reading, (n, 3): residuals times it count as the eye counts them."""
+        """CIELAB's slope at each reading, (n, 3): residuals times the slope are in CIELAB's units."""
         return lab_slope(self.share)
 
     @cached_property
@@ -149,7 +123,7 @@ class Sample:
 
     @cached_property
     def clipped(self) -> Array | None:
-        """What a clipped input sends on, (k, 4) as a calibration: each channel up to its first level of full light.
+        """The drives behind a clipped input, (k, 4) as a calibration: each channel up to its first level of full light.
 
         None where light rises up to full drive in every channel, as its ramp shows.
         """

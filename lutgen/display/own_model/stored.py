@@ -1,4 +1,4 @@
-"""``StoredModel``: the rungs that a ladder took, as the bytes of an .npz that model files and manifests keep."""
+"""``StoredModel``: the chosen rungs as the bytes of an .npz, which model files and manifests keep."""
 
 from __future__ import annotations
 
@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lutgen.display.own_model.curves import COLUMNS, Curves, SrgbCurves
 from lutgen.display.own_model.drive import WAYS, Drive
 from lutgen.display.own_model.residual import SmoothResidual
-from lutgen.display.own_model.srgb import SrgbCurves
-from lutgen.display.own_model.xyz_curves import COLUMNS, Curves
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
@@ -30,7 +29,7 @@ RESIDUAL: dict[str, tuple[int, ...]] = {
     "centres": (-1, 3), "weights": (-1, 3), "noise": (-1,), "length": (), "size": (3,)
 }  # fmt: skip
 
-#: Readings of the largest session, and what an array of them may take.
+#: Readings of the largest session, and the most bytes of an array of them.
 MOST_ROWS = 100_000
 MAX_BYTES = 32_000_000
 
@@ -39,11 +38,7 @@ MAX_BYTES = 32_000_000
 class StoredModel:
     """An own model as the bytes of an .npz: equal to another exactly when their bytes are.
 
-    Raises
-    ------
-    LutgenError
-        The bytes are no such model.
-
+    Raises LutgenError: the bytes are no such model.
     """
 
     content: bytes
@@ -90,7 +85,7 @@ class StoredModel:
         return self.model(code)
 
     def near(self, code: Array) -> Array:
-        """Do nearly the same, but faster where many codes are asked in turn."""
+        """Return nearly the same shares, but faster for many calls."""
         return self.model.near(code) if isinstance(self.model, SmoothResidual) else self.model(code)
 
     @cached_property

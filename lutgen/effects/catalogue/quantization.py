@@ -43,11 +43,9 @@ STEP = 1e-4
 
 
 def _proposed(code: Array, judge: Callable[[Array], Array]) -> list[dict[str, float]]:
-    """Settings of tables and panels whose shifts of code values agree best with the readings, the best first.
-
-    ``code``: code values that were measured, (m,). ``judge``: shifts of these code values, (k, m) → how well each row
-    agrees with the readings, (k,).
-    """
+    """Settings of tables and panels whose shifts of code values agree best with the readings, the best first."""
+    # ``code``: code values that were measured, (m,). ``judge``: shifts of these code values, (k, m) → how well each row
+    # agrees with the readings, (k,).
     proposals = []
     for part in np.split(ALL_STEPS, PARTS):
         agreement, steps, _ = _looked_at(code, judge, "table_gamma", np.ones(1), 0.5, part)[0]

@@ -16,7 +16,7 @@ export function dropOf(server, page) {
 
   const same = byId("drop-same");
 
-  /** @param {File[]} files @param {{hours?: string, same?: string}} told what only a person knows of them */
+  /** @param {File[]} files @param {{hours?: string, same?: string}} told what only the user knows of the files */
   const open = async (files, told = {}) => {
     panel.showPopover();
     same.hidden = true;
@@ -30,7 +30,7 @@ export function dropOf(server, page) {
       panel.hidePopover();
     });
     byId("drop-state").textContent = "";
-    // What the command line's sentence names as the way out is a button here.
+    // The remedy that the command line's sentence names is a button here.
     same.hidden = !byId("drop-trouble").textContent?.includes("--same-display");
     same.onclick = () => open(files, { same: "yes" });
   };

@@ -69,7 +69,7 @@ export function errorOf() {
   const chosenPoint = () => chosenSlice()?.points.find((each) => each.at === choice?.at);
 
   const charts = () => {
-    // What has the focus is drawn anew: the focus goes to its successor.
+    // The element with the focus is drawn anew: its successor gets the focus.
     const had = document.activeElement?.closest(".slice")?.getAttribute("data-slice");
     const place = had
       ? [...(document.activeElement?.parentElement?.children ?? [])].indexOf(

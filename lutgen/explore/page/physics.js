@@ -6,7 +6,7 @@ import { byId, element, input, ratio, readable, save, spacedIn, tell } from "./w
 /** @typedef {import("./contract").Effect} Effect */
 /** @typedef {import("./contract").ModelError} ModelError */
 
-/** Where refusals are told. */
+/** The element that shows refusals. */
 const TROUBLE = "physics-trouble";
 
 /** Milliseconds after which a fit is worth a button that stops it. */
@@ -23,7 +23,7 @@ const STEPS = 1000;
 export function physicsOf(server, page) {
   /** @type {Effect[]} */
   let effects = [];
-  /** What the diagnosis found, and what these readings do not tell from it. @type {string[]} */
+  /** Effects that the diagnosis names, and their rivals. @type {string[]} */
   let found = [];
   /** @type {string[]} */
   let rivals = [];
@@ -49,7 +49,7 @@ export function physicsOf(server, page) {
       page.error(await server.post("switch", { effects: names }));
     });
     if (pending === names) pending = null;
-    // Where it was refused, what was on before stays.
+    // If the server refuses, the effects that were on before stay on.
     if (!taken) take(await server.get("effects").catch(() => effects));
   });
 
@@ -83,10 +83,10 @@ export function physicsOf(server, page) {
     if (focused instanceof HTMLElement && list.contains(focused)) focused.focus({ preventScroll: true });
   };
 
-  /** Whether rows keep their places: none moves under the hand that switches it. */
+  /** Whether rows keep their places, so that no row moves while a user switches it. */
   let kept = false;
 
-  /** What was found stands first, then what takes the error down furthest; what cannot be seen, last. */
+  /** Order of the rows: effects of the verdict, then those that lower the error most; effects that cannot be seen, last. */
   const order = (anew = false) => {
     const places = [...byId("effects").children].map((each) => each.id);
     const tried = effects.length > 0 && effects.every((each) => each.tried || each.given || !each.visible);
@@ -153,7 +153,7 @@ export function physicsOf(server, page) {
     clearTimeout(slow);
     byId("stop").hidden = true;
     if (error.provisional) slow = setTimeout(() => tell("stop", "Stop the fit"), SLOW);
-    // The sliders stay in the hand, beside the intervals of the fit.
+    // Sliders keep the values that a user set, beside the intervals of the fit.
     if (error.what_if) return;
     const names = error.effects.map((each) => `effect-${each.name}-parameters`);
     for (const place of document.querySelectorAll(".parameters"))
@@ -265,12 +265,12 @@ export function physicsOf(server, page) {
     void trying(TROUBLE, () => server.post("cancel"));
   });
 
-  /** Add what the user wrote, and switch it on beside what is on. */
+  /** Add a user's effect, and switch it on beside the effects that are on. */
   const add = async (/** @type {unknown} */ body, /** @type {Record<string, unknown>} */ query = {}) =>
     trying(TROUBLE, async () => {
       const known = new Set(effects.map((each) => each.name));
       const list = await server.post("own", body, query);
-      // A file that has changed may say something else of its effects.
+      // A changed file may declare its effects otherwise.
       for (const each of effects.filter(({ own }) => own)) lines.delete(each.name);
       take(list);
       for (const { name } of effects.filter((each) => !known.has(each.name))) turn(name, true);

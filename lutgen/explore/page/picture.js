@@ -73,7 +73,7 @@ export function pictureOf(server) {
     step(start);
   };
 
-  /** What the numbers were of the model before, at the same mode and hours. @type {{at: string, now: Record<string, string>, was: Record<string, string>}} */
+  /** The numbers of the model before, at the same mode and hours. @type {{at: string, now: Record<string, string>, was: Record<string, string>}} */
   let last = { at: "", now: {}, was: {} };
 
   const figures = latest(async () => {
@@ -219,7 +219,7 @@ export function pictureOf(server) {
       }
       reach = 0;
       const last = overview.max_hours || 1;
-      // Hours that would stand in one another are left out; the first and the last stay.
+      // Labels of hours that would overlap are left out; the first and the last stay.
       let right = Number.NEGATIVE_INFINITY;
       const kept = overview.hours.filter((hour) => {
         const fits = hour === last || (hour / last - right > 0.09 && (hour === 0 || 1 - hour / last > 0.09));

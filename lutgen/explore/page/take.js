@@ -3,7 +3,7 @@
 import { trying } from "./server.js";
 import { byId, element, input, save, spaced, tell } from "./words.js";
 
-/** What can be taken: the server's name → the button. */
+/** Files to download: the server's name → the button. */
 const FILES = {
   model: "Model (.toml)",
   cube: "This hour (.cube)",

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path, PureWindowsPath
 from typing import TYPE_CHECKING
 
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, reason_of
 from lutgen.files import scratch
 from lutgen.lint.finding import OCIO_26, Linted, LintFinding, refused
 from lutgen.lint.formats import FileKind, clf, config, cube, findings, tables
@@ -59,9 +59,7 @@ def scan_archive(path: Path) -> Iterator[tuple[ArchiveScan, Path]]:
         except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, ValueError, RuntimeError) as error:
             scan = ArchiveScan(path, size, f"cannot be unpacked: {error}", (), ())
         except OSError as error:
-            raise LutgenError(
-                f"{path}: cannot be read: {(error.strerror or str(error)).lower()}. Give the name of an archive."
-            ) from None
+            raise LutgenError(f"{path}: cannot be read: {reason_of(error)}. Give the name of an archive.") from None
         yield scan, folder
 
 
@@ -123,7 +121,7 @@ def _write(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, target: Path, left:
                     raise ValueError(f"it has more than {LARGEST >> 20} MiB")
                 file.write(block)
     except OSError as error:
-        raise ValueError(f"{entry.filename!r}: {(error.strerror or str(error)).lower()}") from None
+        raise ValueError(f"{entry.filename!r}: {reason_of(error)}") from None
     return written
 
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from lutgen.bake import folder_lock
 from lutgen.bake.build import Plan, build
 from lutgen.bake.check import check
 from lutgen.display import DisplayModel, default_display
@@ -126,11 +125,11 @@ def test_a_second_build_waits_for_the_first_and_is_refused_when_that_lasts(
     folder.mkdir()
     held = os.open(folder, os.O_RDONLY)
     fcntl.flock(held, fcntl.LOCK_EX)
-    monkeypatch.setattr(folder_lock, "PATIENCE", 0.2)
+    monkeypatch.setattr("lutgen.bake.folder.PATIENCE", 0.2)
     with pytest.raises(LutgenError, match="another build writes into it"):
         build(model, PLAN, folder, jobs=1)
     assert list(folder.iterdir()) == []
-    monkeypatch.setattr(folder_lock, "PATIENCE", 30.0)
+    monkeypatch.setattr("lutgen.bake.folder.PATIENCE", 30.0)
     end = threading.Timer(0.2, os.close, [held])
     end.start()
     build(model, PLAN, folder, jobs=1)

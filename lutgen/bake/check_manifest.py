@@ -1,49 +1,51 @@
-"""What a folder holds against what its manifest lists: files that are missing, altered or not listed."""
+"""The manifest of a build against what the folder holds, and against the readings and the model it was made from.
+
+Files may be missing, altered or not listed; readings and model may have changed since.
+"""
 
 from __future__ import annotations
 
 import os
 import stat
+from dataclasses import replace
 from functools import cache
-from pathlib import PurePosixPath
-from typing import TYPE_CHECKING
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from lutgen.bake.build import paths_of
 from lutgen.bake.formats import format_named, format_names
-from lutgen.bake.manifest import JOURNAL, MANIFEST, FileRecord, HeldFile
+from lutgen.bake.manifest import JOURNAL, MANIFEST, FileRecord, HeldFile, Manifest, model_as_json, same_model
 from lutgen.bake.plan import Plan, direction_of
 from lutgen.bake.source_profile import source_profile_of
 from lutgen.bindings import LARGEST_LUT
-from lutgen.display import hour_name
+from lutgen.display import default_display, hour_name, load_model
 from lutgen.errors import LutgenError, reason_of
 from lutgen.files import PARTIAL
 from lutgen.names import DIRECTIONS
+from lutgen.readings import read_measurements
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from lutgen.bake.manifest import Manifest
+    from lutgen.display import DisplayModel
+    from lutgen.readings import Measurements
 
 
 def unlisted(folder: Path, manifest: Manifest) -> list[tuple[str, str]]:
     """Return each file that ``manifest`` does not list and should, as its path in ``folder`` and what is wrong.
 
-    Raises
-    ------
-    LutgenError
-        The manifest's options are not those of a build.
-
+    Raises LutgenError: the manifest's options are not those of a build.
     """
     asked, listed = expected_records(plan_of(manifest)), {record.path: record for record in manifest.files}
-    found = [
+    faults = [
         (path, "the manifest does not list it, though its options ask for it") for path in asked if path not in listed
     ]
     for path, record in listed.items():
         if path not in asked:
-            found.append((path, "the manifest lists it, though its options do not ask for it"))
+            faults.append((path, "the manifest lists it, though its options do not ask for it"))
         else:
-            found += [(path, f"{MANIFEST}: {text}") for text in _contradictions(record, asked[path])]
-    return found + [
+            faults += [(path, f"{MANIFEST}: {text}") for text in _contradictions(record, asked[path])]
+    return faults + [
         (path, "is not in the manifest, so nothing says what it should be")
         for path in strangers(folder, manifest)
         if _looks_built(path) and path not in asked
@@ -51,7 +53,7 @@ def unlisted(folder: Path, manifest: Manifest) -> list[tuple[str, str]]:
 
 
 def strangers(folder: Path, manifest: Manifest) -> list[str]:
-    """Return every file in a folder of a build that is not of the build, as its path in the folder."""
+    """Return every file in a build's folder that is no file of the build, as its path in the folder."""
     ours = {folder / record.path for record in manifest.files} | {folder / MANIFEST, folder / JOURNAL}
     there = (path for path in folder.rglob("*") if path.is_symlink() or not path.is_dir())
     return sorted(path.relative_to(folder).as_posix() for path in there if path not in ours)
@@ -125,7 +127,7 @@ def _contradictions(record: FileRecord, asked: FileRecord) -> list[str]:
 
 
 def altered(path: Path, record: FileRecord) -> tuple[str | None, HeldFile | None]:
-    """Return what became of a file, if anything, and what it holds, where it can be a file of a build."""
+    """Return the fault of a file, if any, and its bytes, where it can be a file of a build."""
     try:
         if not stat.S_ISREG(path.stat().st_mode):
             return "is no file any more", None
@@ -148,3 +150,83 @@ def unknown_values(plan: Plan) -> list[str]:
         for name, values in has.items()
         if name in os.environ and os.environ[name] not in values
     ]
+
+
+#: Fields of the readings that a manifest copies, and their names for people.
+_COPIED = {"metadata": "words", "hours": "hours", "xyY": "colours"}
+
+
+def stale(
+    folder: Path, manifest: Manifest, model: DisplayModel | None, built_from: DisplayModel
+) -> tuple[list[str], list[str]]:
+    """Whether the measurements, and a refined model, are still those that the build was made from."""
+    findings, remarks = _stale_readings(folder, manifest, model, built_from)
+    if not findings:
+        found, more = _stale_model(folder, manifest, model)
+        findings, remarks = findings + found, remarks + more
+    return findings, remarks
+
+
+def _stale_readings(
+    folder: Path, manifest: Manifest, model: DisplayModel | None, built_from: DisplayModel
+) -> tuple[list[str], list[str]]:
+    display = manifest.recipe["model"]["display"]
+    if model is not None:
+        current, name = model.measurements.sha256, model.measurements.file
+    else:
+        source = default_display() if display["path"] is None else folder / display["path"]
+        name = display["file"]
+        if not source.is_file():
+            return [], [f"the measurements {name} were not found; their copy in the manifest was used"]
+        try:
+            readings = read_measurements(source)
+        except LutgenError as error:
+            return [f"stale: the measurements have changed and cannot be read: {error}"], []
+        current = readings.sha256
+        if current == display["sha256"]:
+            return _otherwise_than(readings, folder, manifest, built_from), []
+    if current != display["sha256"]:
+        why = f"the measurements {name} have changed since the build"
+        if model is not None:
+            why = f"built from other measurements ({display['file']}) than {name}"
+        return [f"stale: {why}; build again"], []
+    return [], []
+
+
+def _otherwise_than(readings: Measurements, folder: Path, manifest: Manifest, built_from: DisplayModel) -> list[str]:
+    """Say in which fields the manifest's copy of the readings differs from their file."""
+    copied = manifest.recipe["model"]
+    written = model_as_json(replace(built_from, measurements=readings), folder)["display"]
+    return [
+        f"its copy of the readings {Path(readings.file).name} has other {words} than the file"
+        for key, words in _COPIED.items()
+        if not _alike(copied["display"].get(key), written[key])
+    ]
+
+
+def _alike(copied: Any, written: Any) -> bool:
+    """Whether two parts of a model are the same; numbers up to what another processor rounds."""
+    if isinstance(written, dict):
+        return bool(copied == written)
+    copied, written = np.asarray(copied), np.asarray(written)
+    return copied.shape == written.shape and np.allclose(copied, written, rtol=1e-12, atol=0)
+
+
+def _stale_model(folder: Path, manifest: Manifest, model: DisplayModel | None) -> tuple[list[str], list[str]]:
+    built_from = manifest.recipe["model"]
+    name, current = built_from.get("file", ""), model
+    if model is None:
+        if not name:
+            return [], []
+        if not (folder / name).is_file():
+            return [], [f"the model file {Path(name).name} was not found; its copy in the manifest was used"]
+        try:
+            current = load_model(folder / name)
+        except LutgenError as error:
+            return [f"stale: the model has changed and cannot be read: {error}"], []
+    elif not (model.effects or "effects" in built_from):
+        return [], []  # any model that describes the same display will do
+    if current is None or same_model(built_from, model_as_json(current, folder)):
+        return [], []
+    which = Path(current.file or name or "given").name
+    return [f"stale: the model {which} is not the one that was built from; build again"], []

@@ -1,0 +1,107 @@
+"""How far admitted effects are needed, by BIC against a free term that no formula describes, and against both."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lutgen.criticism.leftover import is_noise
+from lutgen.criticism.probes import Probed, free_term, probe
+from lutgen.criticism.search import STRONG
+from lutgen.criticism.stepwise import MOST_OF_IT, stand_apart, together
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from lutgen.criticism.pure_error import PureError
+    from lutgen.criticism.stepwise import Explanation, Step
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """Admitted effects, and what is left of them.
+
+    Attributes
+    ----------
+    kept
+        Effects that the readings need.
+    shares
+        Effect → share of the excess χ² that goes with it.
+    nothing, left
+        The free term beside the model alone, and beside all effects.
+    clean
+        Whether all effects together leave noise.
+    sound
+        Whether what is kept explains what is there, within what is physical.
+
+    """
+
+    kept: tuple[Step, ...]
+    shares: Mapping[str, float]
+    nothing: Probed
+    left: Probed
+    clean: bool
+    sound: bool
+
+    @classmethod
+    def of(cls, explanation: Explanation, error: PureError) -> Weighed:
+        """Weigh what a search has admitted."""
+        steps, base, final = explanation.steps, explanation.base, explanation.final
+        excess = max(base.chi2 - base.freedom * error.scale, base.chi2 - final.chi2, 1e-9)
+        shares, before = {}, base.chi2
+        for step, found in zip(steps, explanation.trail, strict=True):
+            shares[step.name], before = max(before - found.chi2, 0.0) / excess, found.chi2
+        nothing, left = probe(base, error), free_term(final, error)
+        both = final.bic - left.evidence
+        kept = _needed(explanation, error, shares, nothing, both)
+        chosen, gain = [step.chosen for step in kept], base.chi2 - final.chi2
+        noise = is_noise(final, error)
+        explained = gain / (gain + left.gain) if left.names else gain / excess
+        # One family may leave what its formula misses; several that leave a misfit are what greedy search makes of
+        # another.
+        enough = explained > MOST_OF_IT and (len(kept) == 1 or noise)
+        # What is fitted beside, for what formulas leave, may be no more than formulas may leave.
+        beside = together(base, chosen).chi2 - final.chi2 if len(kept) < len(steps) else 0.0
+        clean = noise and not left.names
+        sound = (
+            bool(kept)
+            and (clean or enough)
+            and beside <= (1.0 - MOST_OF_IT) * gain
+            and base.bic - nothing.evidence >= both - STRONG
+            and not any(_is_at_its_limit(step) for step in kept)
+            and stand_apart(chosen, base)
+        )
+        return cls(kept, shares, nothing, left, clean, sound)
+
+
+def _needed(
+    explanation: Explanation, error: PureError, shares: Mapping[str, float], nothing: Probed, beside_all: float
+) -> tuple[Step, ...]:
+    """Admitted effects without which the readings are clearly less likely, whatever a free term takes over.
+
+    A formula that does not quite fit leaves something that looks like the effects that its own is confused with. Beside
+    a free term such shadows are superfluous, and a fault of its own is not; where the effect is strong, its shadows are
+    too, in proportion to it. ``nothing`` is the free term beside the base alone; ``beside_all`` is BIC with all effects
+    and a free term.
+    """
+    kept = []
+    for step in explanation.steps:
+        kin = [term.effect.name for term in step.without.terms if step.effect.is_kin(term.effect)]
+        largest = max((shares[name] for name in kin if name in shares), default=0.0)
+        probed = nothing if step.without is explanation.base else probe(step.without, error)
+        free = step.without.bic - probed.evidence
+        if free > beside_all + STRONG and shares[step.name] > (1.0 - MOST_OF_IT) * largest:
+            kept.append(step)
+    return tuple(kept)
+
+
+def _is_at_its_limit(step: Step) -> bool:
+    """Whether a size of an effect lies at a bound of what is physical, other than where the effect does nothing."""
+    term = step.chosen.term
+    for name in set(term.free) & set(step.effect.neutral):
+        low, high = step.effect.parameters[name].bounds
+        reach = 1e-9 * (high - low)
+        value = term.values[name]
+        if min(value - low, high - value) <= reach < abs(value - step.effect.neutral[name]):
+            return True
+    return False
