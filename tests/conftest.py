@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import random
 from collections import defaultdict
@@ -20,6 +21,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # A busy machine is no fault of the code, and a failure here must be the same failure elsewhere.
 settings.register_profile("lutgen", deadline=None, derandomize=True)
 settings.load_profile("lutgen")
+
+# What is imported and collected stays to the end: to look through it for garbage is a fifth of collecting.
+gc.disable()
 
 
 #: Slow cases of one test that are run without ``--everything``.
@@ -51,6 +55,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         out.update(set(cases) - set(kept))
     config.hook.pytest_deselected(items=[item for item in items if item in out])
     items[:] = [item for item in items if item not in out]
+
+
+def pytest_collection_finish() -> None:
+    """From here on garbage is collected, among what tests make."""
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_report_header() -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -57,6 +58,7 @@ def scene_of(n: int = N, *, columns: bool = True, seed: int = 7, **given: Any) -
     return replace(base, **given)
 
 
+@cache
 def light() -> SpectralDisplay:
     return SpectralDisplay.of("ccfl", TIPS)
 

@@ -180,8 +180,9 @@ def test_check_passes_and_finds_a_swapped_hour(clipped: Path, tmp_path: Path) ->
     assert any("reached ΔE2000 is worse than certified" in problem for problem in problems)
 
 
-def test_a_simulation_is_no_correction(simulated: Path, tmp_path: Path) -> None:
-    copy = Path(shutil.copytree(simulated, tmp_path / "aged"))
+def test_a_simulation_is_no_correction(model: DisplayModel, tmp_path: Path) -> None:
+    copy = tmp_path / "aged"
+    build(model, Plan((18_000.0,), modes=("chroma",), formats=("clf",)), copy)
     content = manifest_of(copy)
     content["options"] |= {"direction": "compensate", "unreachable": "clip"}
     (copy / "manifest.json").write_text(json.dumps(content))

@@ -116,7 +116,7 @@ def written(folder: Path) -> set[str]:
     return {path.name for path in folder.iterdir()}
 
 
-@pytest.mark.parametrize("name", mostly_slow(CAMPAIGNS, "leak", "edge", "tips only", "one hour"))
+@pytest.mark.parametrize("name", mostly_slow(CAMPAIGNS, "leak", "tips only", "one hour"))
 def test_a_comparison_is_legible(name: str, tmp_path: Path, canvases: list[Canvas]) -> None:
     (path,) = plot_comparison(compare(readings(name), baseline=CAMPAIGNS[name].baseline), tmp_path)
     check_legible(canvases)
@@ -136,7 +136,6 @@ def test_a_comparison_is_legible(name: str, tmp_path: Path, canvases: list[Canva
             ("tips only", "they cannot see"),
             ("outside", "No known effect explains it: "),
         ],
-        "leak",
         "healthy",
         "tips only",
     ),

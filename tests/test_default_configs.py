@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
+@pytest.mark.slow(every=True)
 def test_the_default_configs_follow_from_the_code() -> None:
     assert differences(COMMITTED) == []
 

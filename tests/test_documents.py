@@ -30,10 +30,10 @@ DEEP = {
 
 @pytest.mark.parametrize("what", DEEP)
 def test_a_toml_that_is_nested_deep_is_refused_at_once(what: str) -> None:
-    begun = time.monotonic()
+    begun = time.process_time()
     with pytest.raises(ValueError, match="nested more than 50 deep"):
         from_toml(DEEP[what])
-    assert time.monotonic() - begun < 5
+    assert time.process_time() - begun < 5
 
 
 def test_depth_is_counted_outside_of_strings_and_comments() -> None:

@@ -502,7 +502,7 @@ def exploring(*arguments: str) -> Iterator[str]:
         try:
             yield line.split()[-1]
             process.send_signal(2)
-            out, err = process.communicate(timeout=20)
+            out, err = process.communicate(timeout=60)
             assert (process.returncode, out, err) == (0, "", "")
         finally:
             process.kill()
@@ -766,7 +766,7 @@ def test_hostile_input_is_refused_and_the_window_goes_on(address: str) -> None:
         ("image", "a.png", IMAGE, 2 * 10**9),
         ("drop", "a.csv", READINGS, 10**7),
     ):
-        with closing(HTTPConnection(HOST, page.port, timeout=10)) as connection:
+        with closing(HTTPConnection(HOST, page.port, timeout=60)) as connection:
             begin(connection, page, f"{what}?window={page.window}&name={name}", Content_Length=str(size))
             assert f"larger than {most // 1_000_000} MB" in json.loads(connection.getresponse().read())["error"]
     # What announces no size is counted while it comes.

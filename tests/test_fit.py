@@ -68,7 +68,7 @@ def assert_same(found: Fit, twin: Answer, *, chi2: float = 1e-4, sigma: float = 
         assert found.stderr[0][name] == pytest.approx(twin.stderr[name], rel=0.01)
 
 
-@pytest.mark.parametrize("name", TRUTHS)
+@pytest.mark.parametrize("name", mostly_slow(TRUTHS, "black-level", "crosstalk", "backlight-decay"))
 def test_a_fit_ends_where_the_twin_ends_and_near_the_truth(name: str) -> None:
     truth, baseline = TRUTHS[name]
     readings = measured(name)
@@ -109,7 +109,8 @@ def test_the_gain_between_two_sessions_of_one_hour_is_fitted_as_the_twin_does() 
     assert np.count_nonzero(found.gains) == 2
 
 
-@pytest.mark.parametrize("name", mostly_slow(["crosstalk", "black-level"], "black-level"))
+@pytest.mark.slow(every=True)
+@pytest.mark.parametrize("name", ["crosstalk", "black-level"])
 def test_an_hour_without_tips_is_fitted_nearly_as_the_twin_does(name: str) -> None:
     # lutgen lets such an hour follow the tips of its neighbours, the twin also lets it pull at them.
     truth, _ = TRUTHS[name]

@@ -13,6 +13,7 @@ from lutgen.criticism.linear import Term, whiten
 from lutgen.criticism.problem import Problem
 from lutgen.effects import catalogue
 from tests.criticism_twin import FAULTS, HOURS, TIPS, TRUTHS, Fault, display, measured, noisy, session, table
+from tests.quick import mostly_slow
 from tests.readings_text import read
 from tests.virtual_display.campaign import Campaign, csv_text
 
@@ -42,12 +43,12 @@ def refitted(found: Fit) -> list[float]:
     return squares
 
 
-@pytest.mark.parametrize(("name", "tolerance"), [
+@pytest.mark.parametrize(("name", "tolerance"), mostly_slow([
     ("ambient-reflection", 1e-6),  # linear
     ("black-level", 2e-3),
     ("crosstalk", 0.01),
     ("eotf-drift", 0.03),
-])  # fmt: skip
+], "ambient-reflection", "black-level"))  # fmt: skip
 def test_withheld_cells_are_predicted_as_a_refit_predicts_them(name: str, tolerance: float) -> None:
     found = fitted(name)
     fast, slow = held_out(found).squares, refitted(found)

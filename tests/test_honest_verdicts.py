@@ -102,17 +102,17 @@ def test_no_form_has_more_parameters_than_the_readings_bear() -> None:
             assert each.best.fit.parameters <= rich.bears
 
 
+@pytest.mark.parametrize("name", mostly_slow(["leak", "curve"], "leak"))
 def test_what_diagnose_recommends_refine_does_not_refuse(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
     run: Callable[..., Done] = in_process(monkeypatch, capsys)
-    for name in ("leak", "curve"):
-        (tmp_path / "data.csv").write_text(single(text_of(name)), encoding="utf-8")
-        told = run("diagnose", "data.csv")
-        (line,) = [line for line in told.lines if "lutgen refine" in line]
-        done = run(*line[line.index("lutgen") :].split()[1:], "--force")
-        assert done.code == 0, done.err
+    (tmp_path / "data.csv").write_text(single(text_of(name)), encoding="utf-8")
+    told = run("diagnose", "data.csv")
+    (line,) = [line for line in told.lines if "lutgen refine" in line]
+    done = run(*line[line.index("lutgen") :].split()[1:], "--force")
+    assert done.code == 0, done.err
 
 
 def test_a_parameter_that_no_reading_depends_on_has_no_error() -> None:
@@ -202,9 +202,8 @@ def test_a_slice_of_a_condition_compares_the_same_patches() -> None:
     assert max(each.rms_sigma for each in minutes.values()) < 2.0 * minutes["warm"].rms_sigma + 1.0
 
 
+@pytest.mark.slow(every=True)
 def test_shares_are_told_in_delta_e_too_and_in_its_order() -> None:
-    from tests.virtual_display.campaign import Campaign, csv_text
-
     both = Campaign(
         design="full", hours=(0.0, 1000.0, 4500.0, 9000.0, 14_000.0, 18_000.0), seed=41,
         hidden=(("black-level", 0.0008, "same"), ("warm-up", 0.1, "same")),
@@ -272,6 +271,7 @@ def test_an_effect_that_needs_a_free_curve_is_one_of_those_that_change_curves() 
     assert "an effect like it that the catalogue lacks" in found.verdict.sentence
 
 
+@pytest.mark.slow(every=True)
 def test_an_effect_that_the_catalogue_lacks_is_not_named_after_its_kin() -> None:
     """Without recalibration a freed eotf-drift follows it, and would follow others as well."""
     hidden = (("recalibration", 0.02, "other"),)
@@ -337,6 +337,7 @@ def test_a_form_passes_for_an_effect_only_where_it_follows_all_sizes_of_it() -> 
     assert alike.share > 0.05
 
 
+@pytest.mark.slow(every=True)
 def test_choosing_forms_again_never_makes_a_fit_worse() -> None:
     """Steps of codes are found in what the others leave: beside a wrong second effect they were lost."""
     stepped = replace(LUCKY, seed=1, hidden=(("quantization", 1.0 / 255.0, "other"),))

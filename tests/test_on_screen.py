@@ -24,6 +24,7 @@ from lutgen.readings.session import Session
 from tests.command import here
 from tests.native_displays import BLACK, GREYS, MIXTURES, RAMPS, TIPS, Panel
 from tests.native_displays import session as panel_session
+from tests.quick import mostly_slow
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -301,14 +302,18 @@ def files(model: DisplayModel, tmp_path_factory: pytest.TempPathFactory) -> Path
 
 @pytest.mark.parametrize(
     "command",
-    [
-        "apply a.png --mode chroma --hours 9000 -o b.png",
-        "sheet a.png --hours 0,9000 -o s.png",
-        "map a.png --mode chroma --hours 9000 -o m.png",
-        "figure 2 a.png -o f2.png",
-        "figure 6 a.png -o f6.png",
-        "report a.png --hours 0,9000 -o r.html",
-    ],
+    mostly_slow(
+        [
+            APPLIED := "apply a.png --mode chroma --hours 9000 -o b.png",
+            DRAWN := "sheet a.png --hours 0,9000 -o s.png",
+            "map a.png --mode chroma --hours 9000 -o m.png",
+            "figure 2 a.png -o f2.png",
+            "figure 6 a.png -o f6.png",
+            "report a.png --hours 0,9000 -o r.html",
+        ],
+        APPLIED,
+        DRAWN,
+    ),
 )
 def test_every_command_that_draws_shows_places(files: Path, monkeypatch: pytest.MonkeyPatch, command: str) -> None:
     monkeypatch.chdir(files)

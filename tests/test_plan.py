@@ -20,6 +20,7 @@ from lutgen.criticism.visibility import visibility
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError
 from tests.criticism_twin import FRESH, TIPS, Fault, Reading, shown
+from tests.quick import mostly_slow
 from tests.readings_text import read
 from tests.virtual_display.campaign import Campaign, csv_text
 
@@ -97,13 +98,13 @@ def test_the_separation_that_is_promised_is_what_measuring_brings() -> None:
     assert np.mean(brought) == pytest.approx(promised.after, abs=4.0 * error + 0.05 * promised.after)
 
 
-@pytest.mark.parametrize(("name", "chosen"), [
+@pytest.mark.parametrize(("name", "chosen"), mostly_slow([
     ("edge-falloff", "nine positions"),
     ("warm-up", "after power-on"),
     ("temperature", "in a room 8 K warmer"),
     ("ambient-reflection", "black, shrouded, and black in the lit room"),
     ("veiling-glare", "black in a white surround"),
-])  # fmt: skip
+], "edge-falloff", "ambient-reflection"))  # fmt: skip
 def test_an_effect_that_cannot_be_seen_is_opened_by_its_own_patches(name: str, chosen: str) -> None:
     found = plan(readings("colours"), effect=name)
     assert chosen in found.sentence
@@ -129,7 +130,7 @@ def test_general_coverage_opens_what_greys_cannot_show() -> None:
     assert {"edge-falloff", "warm-up", "temperature", "veiling-glare"} <= set(opened)
 
 
-@pytest.mark.parametrize("design", ["tips", "greys", "colours", "full"])
+@pytest.mark.parametrize("design", mostly_slow(["tips", "greys", "colours", "full"], "tips", "greys"))
 def test_every_plan_begins_with_what_a_session_needs(design: str) -> None:
     patches = plan(readings(design)).patches
     for code in (*TIPS, (0.0, 0.0, 0.0)):

@@ -52,16 +52,16 @@ def rehearsed(name: str, design: str = "colours") -> Rehearsal:
     return rehearse(parse(OWN[name]) if name in OWN else catalogue()[name], readings(design), BUILT_IN)
 
 
-@pytest.mark.parametrize(("name", "design", "told"), mostly_slow([
+@pytest.mark.slow(every=True)
+@pytest.mark.parametrize(("name", "design", "told"), [
     ("stairs", "colours", "three times the smallest detectable size, it is found again: 0.0"),
     ("leak", "colours", "these readings cannot tell it from black-level."),
     ("corner", "full", "it is found again"),
     ("most", "colours", "the largest size allowed and "),
-    ("crosstalk", "colours", "it is found again: 0.0"),
     ("warm-up", "full", "it is found again"),
     ("temperature", "full", " 1/K, three times the smallest detectable size"),
     ("quantization", "colours", "Put into these readings at "),
-], "crosstalk", "quantization"))  # fmt: skip
+])  # fmt: skip
 def test_what_is_put_in_is_found_again_in_its_size(name: str, design: str, told: str) -> None:
     found = rehearsed(name, design)
     assert found.recovered, found.sentence
@@ -98,7 +98,7 @@ def test_what_takes_everything_alike_is_absorbed_and_its_leftover_is_like_nothin
     assert rehearsed("fade").likeness == []
 
 
-@pytest.mark.parametrize("name", ["leak", "dark"])
+@pytest.mark.parametrize("name", mostly_slow(["leak", "dark"], "dark"))
 def test_an_effect_is_most_like_its_twin_in_the_catalogue_whatever_its_sign(name: str) -> None:
     found = rehearsed(name)
     (first, cosine), *others = found.likeness
@@ -121,6 +121,8 @@ def test_only_effects_of_the_same_baseline_are_likened_and_all_from_hour_0() -> 
 
 def test_the_size_that_is_said_to_be_smallest_is_that_of_the_visibility_table() -> None:
     found = rehearsed("crosstalk")
+    assert found.recovered, found.sentence
+    assert "it is found again: 0.0" in found.sentence
     assert (found.parameter, found.unit) == ("new", "1")
     put = float(found.sentence.partition(" at ")[2].partition(",")[0])
     assert found.smallest_detectable is not None

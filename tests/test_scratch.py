@@ -44,7 +44,7 @@ def test_the_next_run_clears_what_a_killed_one_left_and_nothing_else(
     killed, left = holder(tmp_path)
     running, held = holder(tmp_path)
     killed.kill()
-    killed.communicate(timeout=10)
+    killed.communicate(timeout=60)
     (left / "table.cube").write_text("half")
     others = tmp_path / "others-folder"
     others.mkdir()
@@ -56,7 +56,7 @@ def test_the_next_run_clears_what_a_killed_one_left_and_nothing_else(
     files._clear.cache_clear()
     with files.scratch() as own:
         assert set(tmp_path.iterdir()) == {held, others, fresh, own}
-    running.communicate("\n", timeout=10)
+    running.communicate("\n", timeout=60)
     assert set(tmp_path.iterdir()) == {others, fresh}
     files._clear.cache_clear()
 

@@ -18,6 +18,7 @@ from lutgen.criticism.search import STRONG, bic, contenders, families, family, f
 from lutgen.effects import Effect, catalogue
 from lutgen.errors import LutgenError
 from tests.criticism_twin import FAULTS, TRUTHS, display, measured, noisy, session, table
+from tests.quick import mostly_slow
 from tests.readings_text import read
 from tests.virtual_display.campaign import Campaign, csv_text
 from tests.virtual_display.spectra import CLASSES
@@ -132,7 +133,7 @@ def test_grids_are_tried_one_by_one_and_charged_as_a_parameter() -> None:
     assert found.best.fit.chi2 == pytest.approx(by_hand[8.0])
 
 
-@pytest.mark.parametrize(("form", "steps"), [("same", 201), ("other", 173)])
+@pytest.mark.parametrize(("form", "steps"), mostly_slow([("same", 201), ("other", 173)], "same"))
 def test_any_number_of_steps_behind_any_table_is_found(form: str, steps: int) -> None:
     base = campaign(quantization=(1.0 / steps, form))
     found = family(base, catalogue()["quantization"]).best
@@ -197,6 +198,7 @@ def test_an_effect_that_begins_beyond_a_threshold_is_found() -> None:
     assert family(base, effect).best.gain > 0.9 * (base.chi2 - base.freedom)
 
 
+@pytest.mark.slow(every=True)
 def test_another_selection_costs_more_than_its_luck() -> None:
     penalty, gains = [], []
     for seed in range(60):

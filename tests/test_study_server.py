@@ -43,7 +43,7 @@ class Client:
         self.replies: list[bytes] = []
 
     def request(self, method: str, path: str, body: bytes | None = None, **headers: str) -> http.client.HTTPResponse:
-        connection = http.client.HTTPConnection(HOST, self.port, timeout=10)
+        connection = http.client.HTTPConnection(HOST, self.port, timeout=60)
         connection.request(method, path, body, {name.replace("_", "-"): value for name, value in headers.items()})
         reply = connection.getresponse()
         self.body = reply.read()
@@ -138,7 +138,7 @@ def test_who_may_ask_what(served: Desk, method: str, path: str, headers: dict[st
     ],
 )
 def test_nothing_is_served_without_the_random_word(served: Desk, path: str, status: bytes) -> None:
-    with socket.create_connection((HOST, served.port), timeout=5) as raw:
+    with socket.create_connection((HOST, served.port), timeout=60) as raw:
         raw.sendall(f"GET {path} HTTP/1.1\r\nHost: {HOST}:{served.port}\r\nConnection: close\r\n\r\n".encode())
         assert raw.recv(4096).split()[1] == status
 
@@ -174,7 +174,7 @@ def test_what_makes_no_sense_is_refused(served: Desk, what: str, body: bytes, st
 
 
 def test_a_page_that_goes_away_in_the_middle_of_a_request_is_no_trouble(served: Desk, caplog: Any) -> None:
-    with socket.create_connection((HOST, served.port), timeout=10) as connection:
+    with socket.create_connection((HOST, served.port), timeout=60) as connection:
         head = (
             f"POST {served.path}claim HTTP/1.1\r\nHost: {HOST}:{served.port}\r\nOrigin: http://{HOST}:{served.port}\r\n"
         )
@@ -213,7 +213,7 @@ def test_a_number_that_no_computer_holds_is_refused_at_the_door(served: Desk, se
 
 @pytest.mark.parametrize("length", ["9" * 5000, "１", "1_0", "-1", "+", ""])
 def test_a_length_that_is_none_is_refused(served: Desk, length: str) -> None:
-    with socket.create_connection((HOST, served.port), timeout=10) as connection:
+    with socket.create_connection((HOST, served.port), timeout=60) as connection:
         head = (
             f"POST {served.path}claim HTTP/1.1\r\nHost: {HOST}:{served.port}\r\nOrigin: http://{HOST}:{served.port}\r\n"
         )
@@ -368,7 +368,7 @@ def running(study: Path, *arguments: str) -> Iterator[tuple[subprocess.Popen[str
 def test_a_stopped_server_ends_cleanly_and_says_how_many_are_left(study: Path, stop: signal.Signals) -> None:
     with running(study) as (process, _):
         process.send_signal(stop)
-        out, err = process.communicate(timeout=20)
+        out, err = process.communicate(timeout=60)
     assert process.returncode == 0
     assert "Session 1 of Dr A: 0 of 4 images are read and saved, 4 left." in out
     assert err == ""

@@ -10,13 +10,14 @@ from scipy.integrate import quad
 
 from lutgen import LutgenError
 from lutgen.history.decay import LAWS, decay_of
-from lutgen.history.history import SETS, Limit, limits_of, parse_limit
+from lutgen.history.history import SETS, Limit, history, limits_of, parse_limit
 from lutgen.history.transfer import contrast_response, index_of, luminance_of
 from lutgen.history.trend import ENOUGH, FEWEST, shortest, trend
 from lutgen.names import LIMIT_SETS
 from lutgen.readings import read_campaign, read_session
 from lutgen.report.campaign import trend_headline, trend_page
 from tests import trend_coverage
+from tests.quick import mostly_slow
 from tests.virtual_sessions.campaigns import life, write
 from tests.virtual_sessions.display import State
 
@@ -39,7 +40,7 @@ def fading(folder: Path, life_days: float, *, days: list[int] | None = None, hea
     return read_campaign(write(folder, life(states, seed=4), days, head=head))
 
 
-@pytest.mark.parametrize("life_days", [3000.0, 6000.0])
+@pytest.mark.parametrize("life_days", mostly_slow([3000.0, 6000.0], 3000.0))
 def test_the_time_of_a_limit_is_that_of_the_known_decay(life_days: float, tmp_path: Path) -> None:
     (found,) = trend(fading(tmp_path, life_days), [parse_limit("white>=55%")]).passings
     truth = -life_days * np.log(0.55)
@@ -95,6 +96,7 @@ def test_light_that_falls_by_a_quarter_is_not_constant_in_few_sessions() -> None
 
 
 @pytest.mark.parametrize("name", trend_coverage.truths(np.random.default_rng(0)))
+@pytest.mark.slow(every=True)
 def test_intervals_hold_the_true_time_about_as_often_as_they_say(name: str) -> None:
     """40 histories: a share of 0.9 leaves fewer than 31 with a chance of 1 %. The command scores it in full."""
     missed = [trend_coverage.held(name, 8, (5, n)) for n in range(40)]
@@ -168,10 +170,10 @@ def test_a_session_of_another_setting_is_left_out_unless_asked_for(tmp_path: Pat
 
 
 def test_dates_become_hours_where_the_campaign_says_how_many_a_day(tmp_path: Path) -> None:
-    days = trend(fading(tmp_path, 3000.0), [])
-    hours = trend(fading(tmp_path, 3000.0, head="hours_per_day = 8.0"), [])
-    assert (days.history.unit, hours.history.unit) == ("days", "hours")
-    np.testing.assert_allclose(hours.history.time, 8.0 * days.history.time)
+    days = history(fading(tmp_path, 3000.0))
+    hours = history(fading(tmp_path, 3000.0, head="hours_per_day = 8.0"))
+    assert (days.unit, hours.unit) == ("days", "hours")
+    np.testing.assert_allclose(hours.time, 8.0 * days.time)
 
 
 def test_limits_are_read_as_they_are_written() -> None:

@@ -167,7 +167,9 @@ def test_size_zero_is_no_effect(name: str, form: str) -> None:
     )
 
 
-@pytest.mark.parametrize(("name", "form"), CASES)
+@pytest.mark.parametrize(
+    ("name", "form"), [pytest.param(*case, marks=() if case[1] == "same" else pytest.mark.slow) for case in CASES]
+)
 def test_every_effect_can_be_made_visible(name: str, form: str) -> None:
     """At the smallest detectable size it is found, and at plausible sizes light stays light."""
     effect = physics.find(name, form)

@@ -69,6 +69,7 @@ FAINT = (
 )
 
 
+@pytest.mark.slow(every=True)
 def test_an_effect_of_the_smallest_detectable_size_is_found_in_nine_of_ten_campaigns() -> None:
     found, smaller = {}, {}
     for name, design in FAINT:

@@ -36,9 +36,7 @@ CLEAR = ("healthy", "leak", "curve", "filled", "edge")
 #: One of each sort: order, columns, names, units, the file.
 QUICK_NOTHING = (
     "rows shuffled within each session",
-    "optional columns that never change absent",
     "an hour since power-on in every row",
-    "sessions with other names",
     "light as x,y,Y",
     "semicolons between fields, with decimal points",
 )
