@@ -30,7 +30,7 @@ OWN = {
     "fade": "fade: xyz*(1 - k*tau); k=0.1[-0.5,0.5]",
     "corner": "corner: xyz*(1 - k*(u-0.5)*(v-0.5)); k=0.1[-0.5,0.5]",
     "small": "small: xyz + k*white; k=0.0000001[0,0.000001]",
-    "most": "most: xyz + k*tau*white; k=0.00001[0,0.00002]",
+    "most": "most: xyz + k*tau*white; k=0.00001[0,0.00003]",
     "dark": "dark: xyz - k*tau*white; k=0.002[0,0.05]",
 }
 
