@@ -435,7 +435,7 @@ def test_a_selection_has_nothing_to_run() -> None:
 MEASURED = "from lutgen import DisplayModel, default_display, read_measurements\n"
 
 
-def test_a_build_imports_no_contract_and_no_process(tmp_path: Path) -> None:
+def test_a_build_imports_no_contract_no_process_and_no_part_of_scipy(tmp_path: Path) -> None:
     script = f"""{MEASURED}
 import sys
 from lutgen.display import what_luts_carry
@@ -443,12 +443,14 @@ from lutgen.bake.build import Plan, build
 model = DisplayModel(read_measurements(default_display()))
 build(model, Plan((0.0,), modes=("chroma",), formats=("cube",), cubesize=17), "built", jobs=1)
 what_luts_carry(model)
-print(*(name for name in sys.modules if name.startswith("lutgen.effects.")))
+print(*(name for name in sys.modules if name.startswith(("lutgen.effects.", "scipy."))))
 """
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True)
     loaded = set(done.stdout.split())
     assert "lutgen.effects.declare" in loaded
     assert not loaded & {f"lutgen.effects.{name}" for name in ("child", "contract", "clauses", "own")}
+    # Parts of scipy take as long to load as a build of ten tables; few displays need them.
+    assert not loaded & {f"scipy.{name}" for name in ("interpolate", "linalg", "optimize", "special")}
 
 
 def test_only_a_check_starts_a_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

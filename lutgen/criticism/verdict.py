@@ -251,14 +251,14 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
     if len(kept) == 1:
         left = left or ("its formula leaves something that another takes up." if beside else "")
         worded = _one(kept[0], seen[kept[0].name], left, _owed(kept[0], explanation), alike[kept[0].name])
+    elif overlap([step.chosen for step in kept], base):
+        if not weighed.clean or len(kept) > 2:
+            return _unexplained(explanation, remarks, probed)
+        worded = _like_both(kept)
     elif _shadowed(kept, alike):
         return _unexplained(explanation, remarks, probed)
-    elif not overlap([step.chosen for step in kept], base):
-        worded = _several(kept, weighed.shares, seen, left)
-    elif weighed.clean and len(kept) == 2:
-        worded = _like_both(kept)
     else:
-        return _unexplained(explanation, remarks, probed)
+        worded = _several(kept, weighed.shares, seen, left)
     return replace(worded, shares=weighed.shares, shares_delta_e=seen, remarks=remarks)
 
 

@@ -25,8 +25,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy
-import scipy.linalg
+import scipy  # its parts load when they are first used: most displays are shown without them
 
 from lutgen.colorimetry import Array, code_to_linear
 from lutgen.display.own_model.least_squares import solve, trust

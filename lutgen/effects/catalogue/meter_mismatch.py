@@ -24,7 +24,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy  # its parts load when they are first used: few readings need this effect
 
 from lutgen.colorimetry import inverse
 from lutgen.effects.declare import Parameter, effect
@@ -65,6 +65,6 @@ def meter_mismatch(xyz: Array, scene: Scene, *, shift: float, power: float) -> A
 
 
 @cache
-def _observer() -> CubicSpline:
+def _observer() -> scipy.interpolate.CubicSpline:
     """Colour-matching functions at any wavelength, (..., 3); not a number beyond the table, where they are 0."""
-    return CubicSpline(WAVELENGTHS, CMFS, extrapolate=False)
+    return scipy.interpolate.CubicSpline(WAVELENGTHS, CMFS, extrapolate=False)
