@@ -294,6 +294,15 @@ def test_a_form_that_owes_most_to_its_freedom_proves_no_family() -> None:
     assert "owes most to its freedom: the effect's simplest form explains" in found.verdict.sentence
 
 
+@pytest.mark.slow(every=True)
+def test_two_effects_that_overlap_and_leave_noise_are_one_that_is_like_both() -> None:
+    hidden = (("eotf-drift", 0.006, "other"),)
+    readings = read(csv_text(replace(LUCKY, seed=3, hidden=hidden)), file="like.csv", sha256="")
+    found = diagnose(readings, without=("eotf-drift",)).verdict
+    assert (found.name, set(found.effects)) == ("one-of", {"recalibration", "drive-loss"})
+    assert found.sentence.startswith("One effect is missing that is like ")
+
+
 def test_an_hour_is_no_wrong_session_where_a_later_one_is_no_sound_one() -> None:
     readings = read(csv_text(replace(LUCKY, seed=1)), file="hours.csv", sha256="")
     hours = np.unique(readings.hours)
