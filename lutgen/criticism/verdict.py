@@ -214,7 +214,7 @@ def strongest(explanation: Explanation) -> tuple[str, str]:
     """Name the family or condition in which most of the final fit's leftover sits, and its course over the hours."""
     found = explanation.final
     problem = found.problem
-    size = (found.linear.residual**2).sum(axis=1) / 3.0
+    size = (found.residual**2).sum(axis=1) / 3.0
     family, condition = family_of(problem), condition_of(problem)
     named = np.where(condition == "", family, condition)
     share = {str(name): float(np.maximum(size[named == name] - 1.0, 0.0).mean()) for name in np.unique(named)}
