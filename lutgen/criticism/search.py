@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +12,7 @@ from lutgen.criticism.fit import Fit, fit
 from lutgen.criticism.linear import State, Term
 from lutgen.criticism.score import Score
 from lutgen.effects.declare import PROPOSED
+from lutgen.effects.shapes import COURSE
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
@@ -84,7 +85,7 @@ def families(base: Fit, effects: Iterable[Effect], *, within: float = np.inf) ->
         if not tried:
             continue
         refined = _attempts(base, effect, score, range(effect.refined, len(effect.forms)), limit=best + within)
-        both = _of_the_family(_with_spared(base, score, [*tried, *refined]))
+        both = _of_the_family(base, _with_spared(base, score, [*tried, *refined]))
         best = min(best, *map(bic, both))
         yield Family(effect, min(both, key=bic), tried[0], len(both))
 
@@ -95,7 +96,7 @@ def contenders(base: Fit, effects: Iterable[Effect], limit: float, score: Score 
     for effect in effects:
         tried = _attempts(base, effect, score, range(max(len(effect.forms), 1)), limit=limit, spare=True)
         if tried and min(map(bic, tried)) < limit:
-            tried = _of_the_family(_with_spared(base, score, tried))
+            tried = _of_the_family(base, _with_spared(base, score, tried))
             found.append(Family(effect, min(tried, key=bic), tried[0], len(tried)))
     return sorted((each for each in found if bic(each.best) < limit), key=lambda each: bic(each.best))
 
@@ -112,7 +113,7 @@ def family(
     tried = _attempts(base, effect, score, range(max(len(effect.forms), 1)), limit=limit)
     if not tried:
         raise _one_session(base, effect)
-    allowed = tried if freely else _of_the_family(_with_spared(base, score, tried))
+    allowed = tried if freely else _of_the_family(base, _with_spared(base, score, tried))
     return Family(effect, min(allowed, key=bic), tried[0], len(tried))
 
 
@@ -121,10 +122,30 @@ def _is_formula(effect: Effect, form: tuple[str, ...]) -> bool:
     return len(form) <= max(FORMULA, len(effect.forms[0]) if effect.forms else 0)
 
 
-def _of_the_family(tried: Sequence[Candidate]) -> list[Candidate]:
+def _of_the_family(base: Fit, tried: Sequence[Candidate]) -> list[Candidate]:
     """Leave out long forms that do more by their freedom than any formula does: they mimic any effect."""
-    gains = [each.gain for each in tried if _is_formula(each.effect, each.form)]
-    return [each for each in tried if _is_formula(each.effect, each.form) or max(gains, default=0.0) > HALF * each.gain]
+    formulas = [each for each in tried if _is_formula(each.effect, each.form)]
+    best = max(formulas, key=lambda each: each.gain, default=None)
+    kept = list(formulas)
+    for each in tried:
+        if each in formulas:
+            continue
+        needed = HALF * each.gain
+        if best and (best.gain > needed or _in_its_course(base, best, each).gain > needed):
+            kept.append(each)
+    return kept
+
+
+def _in_its_course(base: Fit, formula: Candidate, long: Candidate) -> Candidate:
+    """Give a formula the course in time that a long form has, which says nothing of what an effect does."""
+    course = [name for name in long.form if name in COURSE and name not in formula.form]
+    if not course:
+        return formula
+    form = (*formula.form, *course)
+    values = {name: long.term.values[name] for name in course}
+    start = Term.at_rest(formula.effect, form, **{**formula.term.values, **values})
+    found = fit(base.problem, (*base.terms, start), _state(base))
+    return replace(formula, form=form, fit=found, gain=base.chi2 - found.chi2)
 
 
 def _with_spared(base: Fit, score: Score, tried: Sequence[Candidate]) -> list[Candidate]:
@@ -158,7 +179,8 @@ def _one_session(base: Fit, effect: Effect) -> LutgenError:
 
 def forms_of(base: Fit, effect: Effect) -> list[Candidate]:
     """Fit all forms of an effect beside what ``base`` has already: best by BIC first."""
-    return sorted(_of_the_family(_attempts(base, effect, Score(base), range(max(len(effect.forms), 1)))), key=bic)
+    score = Score(base)
+    return sorted(_of_the_family(base, _attempts(base, effect, score, range(max(len(effect.forms), 1)))), key=bic)
 
 
 def _attempts(

@@ -29,6 +29,10 @@ GROWING = Parameter(0.0, (0.0, 1.5), "1", "share of the size at 18 000 h that is
 LASTING = Parameter(1.0, (0.0, 1.5), "1", "share of the size at 18 000 h that is there at hour 0", at_first=True)
 
 
+#: Parameters that say how an effect develops in time, whatever it does.
+COURSE = frozenset(("power", "saturation", "onset"))
+
+
 def growth(tau: Array, *, new: float, grown: float, power: float, saturation: float = 0.0) -> Array:
     """Size at τ of an amplitude that is ``new`` at hour 0 and ``new`` + ``grown`` at τ = 1, as a power of time.
 
