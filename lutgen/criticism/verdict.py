@@ -15,7 +15,7 @@ from lutgen.criticism.probes import Probed, free_term, probe
 from lutgen.criticism.search import HALF, STRONG
 from lutgen.criticism.shares import shares_of_delta_e
 from lutgen.criticism.tails import SLIP
-from lutgen.criticism.weighing import Weighed
+from lutgen.criticism.weighing import Weighed, bends_curves
 from lutgen.numerals import percent
 
 if TYPE_CHECKING:
@@ -234,6 +234,8 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
         remark = f"What is left would let {traces} explain a trace of it, next to nothing beside what the model has."
         return Verdict("consistent", AGREES, remarks=(*remarks, remark))
     probed = weighed.left if weighed.left.names else weighed.nothing
+    if len(steps) > 1 and weighed.explains and all(bends_curves(step.effect) for step in steps):
+        return replace(_bent(explanation, weighed), remarks=remarks)
     if not weighed.sound:
         return _unexplained(explanation, remarks, probed)
     beside = [step.name for step in steps if step not in weighed.kept]
@@ -267,6 +269,21 @@ def _is_shadowed(kept: tuple[Step, ...], explanation: Explanation, error: PureEr
     strongest = max(kept, key=lambda step: step.without.chi2)
     alike = (_imitated(step, explanation, error) for step in kept if step is not strongest)
     return any(each and each.left < 2 * STRONG for each in alike)
+
+
+def _bent(explanation: Explanation, weighed: Weighed) -> Verdict:
+    """Name the effect that explains most of a curve that changed, where others take up what its formula misses."""
+    base, final, shares = explanation.base, explanation.final, weighed.shares
+    steps = sorted(explanation.steps, key=lambda step: -shares[step.name])
+    first, *others = steps
+    names = (first.name, *(step.name for step in others if shares[step.name] > HALF * shares[first.name]))
+    seen = shares_of_delta_e(base, final, [step.name for step in steps])
+    sentence = (
+        f"Curves have changed as by {' or '.join(names)}, or by an effect like it that the catalogue lacks: "
+        f"{first.effect.in_words(first.chosen.term.values)}. What its formula misses, "
+        f"{' and '.join(step.name for step in others)} take{'' if len(others) > 1 else 's'} up."
+    )
+    return Verdict("one-of", sentence, names, shares=shares, shares_delta_e=seen)
 
 
 def _like_both(steps: tuple[Step, ...]) -> Verdict:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from lutgen.criticism.pure_error import PureError
     from lutgen.criticism.stepwise import Explanation, Step
+    from lutgen.effects import Effect
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,8 @@ class Weighed:
         The free term beside the model alone, and beside all effects.
     clean
         Whether all effects together leave noise.
+    explains
+        Whether all effects together explain nearly all of what is there.
     sound
         Whether what is kept explains what is there, within what is physical.
 
@@ -41,6 +44,7 @@ class Weighed:
     nothing: Probed
     left: Probed
     clean: bool
+    explains: bool
     sound: bool
 
     @classmethod
@@ -70,7 +74,7 @@ class Weighed:
             and not any(_is_at_its_limit(step) for step in kept)
             and stand_apart(chosen, base)
         )
-        return cls(kept, shares, nothing, left, clean, sound)
+        return cls(kept, shares, nothing, left, clean, clean or explained > MOST_OF_IT, sound)
 
 
 def _needed(
@@ -85,13 +89,22 @@ def _needed(
     """
     kept = []
     for step in explanation.steps:
-        kin = [term.effect.name for term in step.without.terms if step.effect.is_kin(term.effect)]
+        kin = [term.effect.name for term in step.without.terms if _is_alike(step.effect, term.effect)]
         largest = max((shares[name] for name in kin if name in shares), default=0.0)
         probed = nothing if step.without is explanation.base else probe(step.without, error)
         free = step.without.bic - probed.evidence
         if free > beside_all + STRONG and shares[step.name] > (1.0 - MOST_OF_IT) * largest:
             kept.append(step)
     return tuple(kept)
+
+
+def bends_curves(effect: Effect) -> bool:
+    """Whether an effect changes code values on their way, or the curves: what one misses others of these take up."""
+    return effect.stage in {"drive", "transfer"}
+
+
+def _is_alike(one: Effect, other: Effect) -> bool:
+    return one.is_kin(other) or (bends_curves(one) and bends_curves(other))
 
 
 def _is_at_its_limit(step: Step) -> bool:
