@@ -98,7 +98,9 @@ class FirstDay:
         # Colours that the first session has not read are missed as their neighbours are.
         foreign, later = other & codes.any(axis=1) & (times == 0), np.bincount(place[~met], minlength=len(codes))
         alike = ALLOWANCE * max(1.0, foreign.sum() / COLOURS)
-        noise = problem.noise.covariance(mean) / np.maximum(times, 1)[:, np.newaxis, np.newaxis]
+        weight = np.ones(len(first)) if problem.weights is None else problem.weights[first]
+        known = np.where(times > 0, same.T.astype(np.float64) @ weight, 1.0)
+        noise = problem.noise.covariance(mean) / known[:, np.newaxis, np.newaxis]
         missed = problem.discrepancy.covariance(plain) * alike
         spread = np.linalg.cholesky(np.where(foreign[:, np.newaxis, np.newaxis], missed, noise))
         once = foreign & (later == 1)
@@ -144,6 +146,20 @@ class FirstDay:
             ) * white
             columns.append(np.eye(3)[:, np.newaxis] * problem.offset_cd_m2 * moved)
         return np.concatenate(columns)
+
+    def error_of_met(self, sizes: Array) -> Array:
+        """Errors of single colours, (e,) in σ, at the readings of the first session that have them: (n, 3).
+
+        0 at other readings.
+        """
+        memory, (codes, place) = self.problem.remembered, self._codes
+        found = np.zeros((self.problem.rows.size, 3))
+        if memory:
+            of_code = np.zeros((len(codes), 3))
+            shared = np.unique(memory.colour[memory.colour >= 0])
+            of_code[shared] = sizes[: 3 * len(shared)].reshape(-1, 3)
+            found[memory.met] = of_code[place[memory.met]]
+        return found
 
     @cached_property
     def _channels(self) -> Array:

@@ -99,6 +99,8 @@ def wrong_sessions(found: Fit, scale: float) -> tuple[float, ...]:
     # An hour that only leans on a bad neighbour is not meant.
     usual = float(np.median(mean))
     bad = np.flatnonzero((mean > BAD * usual) & (mean > 0.05 * mean.max()))
+    # From a native display's first session all later ones differ where the display has changed.
+    bad = bad[bad > 0] if problem.native else bad
     sure = all(chdtrc(3 * count[hour], mean[hour] * 3 * count[hour]) < SURE for hour in bad)
     if not 1 <= bad.size <= 2 or not sure or bad[0] == problem.hours.size - bad.size:
         return ()

@@ -23,7 +23,7 @@ from lutgen.criticism.fit import fit
 from lutgen.criticism.linear import State
 from lutgen.criticism.shared_columns import shared_columns
 from lutgen.criticism.system import local_columns, prior_rows, spanned
-from lutgen.criticism.tails import tails_of, weights_of
+from lutgen.criticism.tails import tails_of, weights_by, weights_of
 from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
@@ -76,9 +76,13 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
     if tails := tails_of(plain):
         # An instrument with heavy tails slips now and then: its slips are weighed down like the rest, not left out.
         problem, plain = problem.with_slips(), plain.with_slips()
-        residual = fit(plain, [replace(term, free=()) for term in terms]).residual
+        found = fit(plain, [replace(term, free=()) for term in terms])
         weights = np.ones(problem.readings.hours.size)
-        weights[problem.rows] = weights_of(plain, residual, tails)
+        weights[problem.rows] = weights_of(plain, found.residual, tails)
+        if plain.remembered and plain.first_errors:
+            # A slip of the first session is in all later readings of its colour.
+            off = plain.first_day.error_of_met(plain.first_errors.taken_from(found.linear.residual)[1])
+            weights[problem.rows[plain.remembered.met]] = weights_by(off, tails)[plain.remembered.met]
         problem, plain = replace(problem, weights=weights), replace(plain, weights=weights)
     found = fit(plain, [replace(term, free=()) for term in terms])
     state = State(found.terms, found.tips, found.gains)

@@ -87,6 +87,11 @@ def weights_of(problem: Problem, residual: Array, tails: Tails) -> Array:
     return np.where(known, weights, 1.0)
 
 
+def weights_by(off: Array, tails: Tails) -> Array:
+    """Weight of each reading, (n,), by how far it is off, (n, 3) in σ, where that is known."""
+    return np.asarray((tails.degrees + 3.0) / (tails.degrees + (off**2).sum(axis=1) / tails.scale**2) / tails.scale**2)
+
+
 def _expected(problem: Problem, residual: Array) -> tuple[Array, NDArray[np.bool_]]:
     """Residual of the same patch at the hours before and after, (n, 3), and where there is one, (n,).
 
