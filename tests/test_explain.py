@@ -17,12 +17,13 @@ from lutgen.history.causes import ON_THE_DISPLAY, Cause, causes
 from lutgen.history.colour_points import COLOURS, PARAMETERS, ColourPoints, changed, covariance, fit
 from lutgen.history.explain import SECOND, explain, explanations
 from lutgen.history.pair import FACTS, SessionPair, line_shift
-from lutgen.history.steadiness import drift_by_repeats, steadiness
+from lutgen.history.steadiness import steadiness
 from lutgen.history.transfer import full_light_ratio
 from lutgen.history.verdicts import KINDS, RIVAL, SessionVerdict, pronounce
 from lutgen.readings import read_campaign, read_session
 from lutgen.readings.campaign import Campaign, CampaignEntry
 from lutgen.readings.session import Session
+from lutgen.readings.steadiness import drift_by_repeats
 from tests.virtual_sessions import __main__ as scoring
 from tests.virtual_sessions.campaigns import life, write
 from tests.virtual_sessions.causes import SIZES, case

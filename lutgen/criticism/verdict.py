@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.criticism.drift import drifts
 from lutgen.criticism.families import condition_of, family_of
 from lutgen.criticism.first_day import white_moved
 from lutgen.criticism.imitation import Imitated, nearest, overlap
@@ -129,6 +130,7 @@ def _remarks(explanation: Explanation, blind: Sequence[str], suspicion: Suspicio
             f"The file says that luminance is held, but white has changed by {white_moved(problem.readings):+.0%}: no "
             f"sensor held it, or the sensor had no reserve left. Luminance is taken as free."
         )
+    remarks += [each.sentence() for each in drifts(problem)]
     if suspicion.rows:
         remarks.append(f"Left out: {_lines(explanation, suspicion)}, which contradict their own replicates or kin.")
     if slips := _weighed_down(explanation):

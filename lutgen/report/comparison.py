@@ -38,6 +38,7 @@ NAMES = {"hour": "hour", "level": "code value", "family": "patch"} | {
 def compare_page(comparison: Comparison, again: str = "") -> Iterator[Part]:
     """Yield what ``lutgen compare`` prints; ``again`` are the arguments with which ``lutgen diagnose`` goes on."""
     yield comparison.sentence()
+    yield from (each.sentence() for each in comparison.drifts)
     yield data_line(comparison.problem)
     yield from fresh_lines(comparison)
     if not comparison.where:
