@@ -233,6 +233,18 @@ def test_curves_of_srgb_serve_where_none_of_its_own_is_better() -> None:
     assert NativeDisplay.from_record(native.as_record()) == native
 
 
+@pytest.mark.parametrize(("lifted", "source"), [(1.12, "srgb"), (1.0, "greys")])
+def test_a_few_mixtures_tell_whether_greys_make_better_curves_than_srgb(lifted: float, source: str) -> None:
+    """Middle greys alone are brighter than all other colours, as behind a calibration of the greys."""
+    readings = session(Panel(gammas=(2.2, 2.2, 2.2), extra=(0.0, 0.0, 0.0)), [*TIPS, BLACK, *GREYS, *MIXTURES[:10]])
+    grey = (readings.drive == readings.drive[:, :1]).all(axis=1) & (readings.drive[:, 0] % 1.0 > 0)
+    light = code_to_linear(readings.drive) if lifted > 1.0 else readings.drive**2.6
+    shown = light @ np.array(readings.xyz_cd_m2[1:4]) * np.where(grey, lifted, 1.0)[:, np.newaxis]
+    native = NativeDisplay.of(replace(readings, xyz_cd_m2=shown))
+    assert native.source == source
+    assert any("Curves are those of sRGB" in each for each in native.remarks) == (source == "srgb")
+
+
 def test_many_mixtures_serve_where_ramps_make_no_curve() -> None:
     rng = np.random.default_rng(11)
     many = [tuple(code) for code in np.round(rng.uniform(0.05, 1.0, (80, 3)), 3).tolist()]
