@@ -24,6 +24,7 @@ from lutgen.criticism.influence import wrong_rows
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.refine import refine
 from lutgen.criticism.shared_errors import with_shared_errors
+from lutgen.criticism.verdict import AGREES, NOTHING_COMPARED
 from lutgen.display import MODES, REFERENCES, SELECTIONS, DisplayModel, load_model, save_model
 from lutgen.display.modes import luminance_law
 from lutgen.display.native import NativeDisplay
@@ -359,6 +360,17 @@ def test_a_tip_read_once_is_never_left_out() -> None:
     residual = np.zeros_like(found.linear.residual)
     residual[EVERYTHING.index(TIPS[2])] = 100.0
     assert wrong_rows(replace(found, linear=found.linear._replace(residual=residual))) == ()
+
+
+def test_levels_that_its_curves_run_through_are_no_white_and_primaries() -> None:
+    readings = session(Panel(), [*TIPS, BLACK, *GREYS], hours=(0.0,))
+    said = compare(readings, baseline="native").sentence()
+    assert "nothing but white, primaries, and the levels that the display's own curves run through" in said
+    verdict = diagnose(readings, baseline="native").verdict
+    assert (verdict.name, verdict.sentence) == ("consistent", AGREES)
+    tips_alone = session(Panel(), TIPS, hours=(0.0,))
+    assert "nothing but white and primaries, which the model takes as given" in compare(tips_alone).sentence()
+    assert diagnose(tips_alone).verdict.sentence == NOTHING_COMPARED
 
 
 def test_noise_of_the_first_session_is_no_aging() -> None:

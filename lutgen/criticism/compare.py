@@ -141,6 +141,8 @@ class Comparison:
         """Say in plain words how well the model does."""
         if not self.where:
             taken = "white and primaries, which the model takes as given"
+            if not self.problem.is_tip_anchor.all():
+                taken = "white, primaries, and the levels that the display's own curves run through"
             return f"These readings hold nothing but {taken}: there is nothing to compare."
         size = f"mean ΔE2000 {self.error.delta_e_mean:.2f} where noise alone gives {self.floor.delta_e_mean:.2f}"
         if self.agrees:
