@@ -373,6 +373,22 @@ def test_levels_that_its_curves_run_through_are_no_white_and_primaries() -> None
     assert diagnose(tips_alone).verdict.sentence == NOTHING_COMPARED
 
 
+@pytest.mark.parametrize(("more", "said"), [(1.02, "at 18000 h it is 2.0% more than foretold from 0 h"), (1.0, "")])
+def test_what_a_whole_session_has_more_is_said_beside_nothing_else(more: float, said: str) -> None:
+    """The comparison fails, since a session's usual gain is 0.3 %; no effect is named for it."""
+    codes = [*TIPS, *TIPS, BLACK, *GREYS, *RAMPS, *MIXTURES]
+    readings = session(Panel(fading=0.0), codes)
+    noise = 0.002 * np.random.default_rng(4).normal(size=readings.hours.size)
+    light = np.where(readings.hours > 0, more, 1.0) + noise
+    moved = replace(readings, xyz_cd_m2=readings.xyz_cd_m2 * light[:, np.newaxis])
+    verdict = diagnose(moved, baseline="native-first-hour", instrument="0.002,0.003").verdict
+    assert verdict.name == "consistent"
+    if said:
+        assert said in verdict.sentence
+    else:
+        assert verdict.sentence == AGREES
+
+
 def test_noise_of_the_first_session_is_no_aging() -> None:
     """Points of the curves err alike at every later hour; a fit that took them for true would find drifts there."""
     problem = Problem.of(simulated(), baseline="native")

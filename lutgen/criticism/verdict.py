@@ -14,6 +14,7 @@ from lutgen.criticism.imitation import Imitated, nearest, overlap
 from lutgen.criticism.leftover import is_even, is_within_scatter
 from lutgen.criticism.probes import Probed, free_term, probe
 from lutgen.criticism.search import HALF, STRONG
+from lutgen.criticism.session_light import more_light
 from lutgen.criticism.shares import shares_of_delta_e
 from lutgen.criticism.tails import SLIP
 from lutgen.criticism.weighing import Weighed
@@ -22,6 +23,7 @@ from lutgen.numerals import percent
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from lutgen.criticism.fit import Fit
     from lutgen.criticism.influence import Suspicion
     from lutgen.criticism.pure_error import PureError
     from lutgen.criticism.stepwise import Explanation, Step
@@ -168,10 +170,17 @@ def _nothing_named(
     within = is_within_scatter(error, base)
     if within and not probed.names:
         compared = not base.problem.is_tip_anchor.all()
-        return Verdict("consistent", AGREES if compared else NOTHING_COMPARED, remarks=remarks)
+        return Verdict("consistent", _agrees(base) if compared else NOTHING_COMPARED, remarks=remarks)
     if not within and is_even(base) and not free_term(base, error).names:
         return _too_much_scatter(explanation, error, remarks)
     return _unexplained(explanation, remarks, probed)
+
+
+def _agrees(base: Fit) -> str:
+    """Say that nothing is found, and what whole sessions differ by, which no effect is named for."""
+    more = more_light(base)
+    cause = "A meter's gain does so, and the display's brightness"
+    return f"Nothing is above the noise but the light of a whole session: {more}. {cause}." if more else AGREES
 
 
 def _too_much_scatter(explanation: Explanation, error: PureError, remarks: tuple[str, ...]) -> Verdict:
@@ -234,7 +243,7 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
     if not weighed.kept and weighed.clean and is_within_scatter(error, base) and not weighed.nothing.names:
         traces = ", ".join(step.name for step in steps)
         remark = f"What is left would let {traces} explain a trace of it, next to nothing beside what the model has."
-        return Verdict("consistent", AGREES, remarks=(*remarks, remark))
+        return Verdict("consistent", _agrees(base), remarks=(*remarks, remark))
     probed = weighed.left if weighed.left.names else weighed.nothing
     if not weighed.sound:
         return _unexplained(explanation, remarks, probed)
