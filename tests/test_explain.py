@@ -268,6 +268,19 @@ def test_dimming_between_five_patches_is_a_rival_of_hdr(tmp_path: Path) -> None:
     assert (found.kind, found.names) == ("one-of", ("hdr", "drift"))
 
 
+def test_a_display_has_changed_where_aging_is_certain_whatever_else_happened(tmp_path: Path) -> None:
+    states = [State(), State(aged=np.exp(-np.array([0.18, 0.21, 0.6])), curve=1.1)]
+    campaign = read_campaign(write(tmp_path, life(states), [0, 900]))
+    inputs = np.linspace(0.0, 1.0, 33)
+    loaded = [np.column_stack([inputs, *[inputs**state.curve] * 3]) for state in states]
+    entries = [
+        replace(entry, session=replace(entry.session, calibration=curves))
+        for entry, curves in zip(campaign.entries, loaded, strict=True)
+    ]
+    (found,) = explain(replace(campaign, entries=tuple(entries))).verdicts
+    assert (found.kind, found.names, found.display) == ("several", ("aging", "calibration"), "changed")
+
+
 def test_curves_that_only_the_files_bend_are_a_calibration(tmp_path: Path) -> None:
     rng = np.random.default_rng(6)
     made, code, inputs = panel(rng), chart(9, 3), np.linspace(0.0, 1.0, 33)
