@@ -389,6 +389,18 @@ def test_what_a_whole_session_has_more_is_said_beside_nothing_else(more: float, 
         assert verdict.sentence == AGREES
 
 
+def test_a_session_of_another_brightness_is_said_where_nothing_explains_it() -> None:
+    """A display that was dimmed to two thirds, and whose greens were made paler in its menu."""
+    readings = session(Panel(fading=0.0), [*TIPS, *TIPS, BLACK, *GREYS, *RAMPS, *MIXTURES])
+    paler = np.where(readings.drive[:, 1] > readings.drive[:, [0, 2]].max(axis=1), 0.5, 1.0)
+    dimmed = np.where(readings.hours > 0, 0.66 * paler, 1.0)
+    moved = replace(readings, xyz_cd_m2=readings.xyz_cd_m2 * dimmed[:, np.newaxis])
+    verdict = diagnose(moved, baseline="native-first-hour", instrument="0.002,0.003").verdict
+    assert verdict.name == "unexplained"
+    (remark,) = (each for each in verdict.remarks if each.startswith("Whole sessions differ in light: at 0 h it is"))
+    assert "lutgen sessions explain" in remark
+
+
 def test_noise_of_the_first_session_is_no_aging() -> None:
     """Points of the curves err alike at every later hour; a fit that took them for true would find drifts there."""
     problem = Problem.of(simulated(), baseline="native")

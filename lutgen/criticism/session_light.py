@@ -23,7 +23,7 @@ def more_light(found: Fit) -> str:
     if len(keys) < 2:
         return ""
     least, most = int(np.argmin(gains)), int(np.argmax(gains))
-    more = float(gains[most] - gains[least])
+    more = float((1.0 + gains[most]) / (1.0 + gains[least]) - 1.0)
     if more < CLEARLY * np.sqrt(2.0) * found.problem.noise.session:
         return ""
     (hour, name), (other_hour, other) = keys[most], keys[least]

@@ -206,6 +206,9 @@ def _unexplained(explanation: Explanation, remarks: tuple[str, ...], probed: Pro
         f"Something is there that no known effect explains: {structure(explanation, probed)}.{tried} "
         f"An effect of your own can be tried: lutgen refine --effects my_effect.py."
     )
+    if more := more_light(explanation.base):
+        asked = "Whether settings or the meter changed: lutgen sessions explain"
+        remarks = (*remarks, f"Whole sessions differ in light: {more}. {asked}.")
     return Verdict("unexplained", sentence, remarks=remarks)
 
 
