@@ -37,10 +37,10 @@ class PureError:
     @classmethod
     def of(cls, problem: Problem) -> PureError:
         """Take the scatter from the readings that count; the stated noise where there are too few replicates."""
-        if problem.discrepancy:
-            # Colours of the first session are foretold by how they age; others are missed as their neighbours are.
+        # Colours of the first session are foretold by how they age; others are missed as their neighbours are.
+        if problem.discrepancy and not problem.remembered:
             sessions = problem.hours.size if problem.native and problem.native.own else 1
-            alike = 1.0 if problem.remembered else max(1.0, problem.rows.size / sessions / COLOURS)
+            alike = max(1.0, problem.rows.size / sessions / COLOURS)
             return cls(0.0, 0, ALLOWANCE * alike, alike=alike)
         if problem.noise.source == "assumed":
             return cls(0.0, 0, ALLOWANCE)
