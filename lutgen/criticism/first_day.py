@@ -41,6 +41,9 @@ HELD_WITHIN = 0.03
 #: alike.
 COLOURS = 4.0**3
 
+#: Nothing is named that twice an error would explain that nobody measured: four times its variance.
+ALLOWANCE = 4.0
+
 
 @dataclass(frozen=True)
 class FirstReadings:
@@ -49,7 +52,9 @@ class FirstReadings:
     ``light`` (n, 3) is what curves miss, in full red, green and blue, and ``met`` are the readings that it is made of.
     ``colour`` (n,) numbers the colours whose later readings share an error, −1 at others; ``error`` (n, 3, 3) is what
     1 σ of it does to them, in cd/m²: noise of the first session, or what curves miss of a colour that it has not read.
-    ``missed`` is how many readings err as one, of colours that were read once, in a later session; else 0.
+    ``missed`` is how many readings err as one, of colours that were read once, in a later session; else 0. ``counts``
+    says for how many each reading counts: none of ``met``, which say by ``light`` all that they know; less than 1 where
+    an unknown of its own, or a likeness to others, takes it up.
     """
 
     light: Array
@@ -57,7 +62,6 @@ class FirstReadings:
     colour: NDArray[np.intp]
     error: Array
     missed: Array
-    #: For how many each reading counts, (n,): less where an unknown of its own, or a likeness to others, takes it up.
     counts: Array
 
 
@@ -93,7 +97,7 @@ class FirstDay:
         off = np.where((times > 0)[:, np.newaxis], mean - plain, 0.0)
         # Colours that the first session has not read are missed as their neighbours are.
         foreign, later = other & codes.any(axis=1) & (times == 0), np.bincount(place[~met], minlength=len(codes))
-        alike = max(1.0, foreign.sum() / COLOURS)
+        alike = ALLOWANCE * max(1.0, foreign.sum() / COLOURS)
         noise = problem.noise.covariance(mean) / np.maximum(times, 1)[:, np.newaxis, np.newaxis]
         missed = problem.discrepancy.covariance(plain) * alike
         spread = np.linalg.cholesky(np.where(foreign[:, np.newaxis, np.newaxis], missed, noise))
@@ -106,7 +110,7 @@ class FirstDay:
             colour=colour,
             error=self._aged @ spread[place] * (colour >= 0)[:, np.newaxis, np.newaxis],
             missed=once[place] * alike,
-            counts=1.0 - np.where(met, 1.0 / np.maximum(times, 1)[place], taken),
+            counts=np.where(met, 0.0, 1.0 - taken),
         )
 
     @cached_property
@@ -123,7 +127,8 @@ class FirstDay:
                 np.moveaxis(memory.error * (memory.colour == colour)[:, np.newaxis, np.newaxis], 2, 0)
                 for colour in np.unique(memory.colour[memory.colour >= 0])
             ]
-            shares = self._plain.shares[self._codes[1]] * (memory.colour >= 0)[:, np.newaxis]
+            shares = self._plain.shares[self._codes[1]] + np.pad(memory.light, ((0, 0), (1, 0)))
+            shares = shares * (memory.colour >= 0)[:, np.newaxis]
             drive, tips = problem.readings.drive[problem.rows], problem.measured_tips[0]
             of_tips = np.linalg.cholesky(problem.noise.covariance(tips))
             for tip, spread in enumerate(of_tips):

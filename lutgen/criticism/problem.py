@@ -261,9 +261,14 @@ class Problem:
 
     @cached_property
     def whitener(self) -> Array:
-        """Matrices (n, 3, 3) that make residuals independent with variance 1; noise goes by the replicates' mean."""
+        """Matrices (n, 3, 3) that make residuals independent with variance 1; noise goes by the replicates' mean.
+
+        0 for readings that count for nothing.
+        """
         mean = group_means(self.xyz, self.groups)
         whitener = np.linalg.inv(np.linalg.cholesky(self._own_covariance(mean)))
+        if self.remembered:
+            whitener *= (self.counts > 0)[:, np.newaxis, np.newaxis]
         if self.weights is None:
             return whitener
         return np.asarray(whitener * np.sqrt(self.weights[self.rows])[:, np.newaxis, np.newaxis])
