@@ -401,6 +401,17 @@ def test_a_session_of_another_brightness_is_said_where_nothing_explains_it() -> 
     assert "lutgen sessions explain" in remark
 
 
+def test_a_failure_that_mean_colour_differences_hide_is_placed() -> None:
+    """Black has doubled, by a fiftieth of a cd/m²: many σ of a good meter, and no colour difference on average."""
+    readings = session(Panel(fading=0.0, black=(0.02, 0.02, 0.03)), [*TIPS, BLACK, BLACK, *GREYS, *RAMPS, *MIXTURES])
+    noise = np.random.default_rng(6).normal(size=(readings.hours.size, 1))
+    light = readings.xyz_cd_m2 * (1.0 + 0.006 * noise)
+    light[(readings.hours > 0) & ~readings.drive.any(axis=1)] += 0.02
+    found = compare(replace(readings, xyz_cd_m2=light), baseline="native", instrument="0.01,0.0005")
+    assert found.error.delta_e_mean <= found.floor.delta_e_mean
+    assert "the noise in few readings, or in dark ones: mean ΔE2000" in found.sentence()
+
+
 def test_noise_of_the_first_session_is_no_aging() -> None:
     """Points of the curves err alike at every later hour; a fit that took them for true would find drifts there."""
     problem = Problem.of(simulated(), baseline="native")

@@ -149,7 +149,9 @@ class Comparison:
             if self.drifts:
                 return f"The model agrees with these measurements as well as they repeat, and they drift: {size}."
             return f"The model agrees with the measurements: {size}."
-        return f"The model fails by {times(self.ratio)} the noise: {size}. {self.direction.sentence()}"
+        few = self.error.delta_e_mean <= self.floor.delta_e_mean
+        where = " in few readings, or in dark ones" if few else ""
+        return f"The model fails by {times(self.ratio)} the noise{where}: {size}. {self.direction.sentence()}"
 
     def as_json(self) -> dict[str, Any]:
         """Return what ``--json`` prints."""
