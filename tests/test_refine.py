@@ -75,6 +75,16 @@ def test_the_sentence_and_the_json_say_how_far_it_fell() -> None:
         assert all(each["stderr"] is None or each["stderr"] > 0 for each in fitted)
 
 
+def test_an_error_that_falls_in_units_of_noise_alone_is_said_to_do_so() -> None:
+    made = both()
+    assert not made.sentence().endswith("Mean ΔE2000 does not.")
+    last = made.steps[-1]
+    worse = replace(last.comparison, error=replace(last.comparison.error, delta_e_mean=99.0))
+    told = replace(made, steps=(*made.steps[:-1], replace(last, comparison=worse))).sentence()
+    assert "the error falls" in told
+    assert told.endswith("Mean ΔE2000 does not.")
+
+
 def error(model: DisplayModel, hidden: Campaign, hours: float, code: Array) -> float:
     """Mean ΔE2000 between a model in absolute colours and the true display, each relative to its own first white."""
     absolute = replace(model, reference="absolute", luminance=luminance_law("measured"))

@@ -112,7 +112,8 @@ class Refinement:
             f"{after.floor.delta_e_mean:.2f})."
         )
         if self.improves:
-            return f"With {names} the error falls {course}"
+            colour = " Mean ΔE2000 does not." if after.error.delta_e_mean > before.error.delta_e_mean else ""
+            return f"With {names} the error falls {course}{colour}"
         if after.ratio < before.ratio:
             return f"With {names} the error falls {course} But readings withheld from the fit are predicted no better."
         return f"With {names} the error does not fall: it goes {course}"
