@@ -47,17 +47,21 @@ class Drift:
 
 def drifts(problem: Problem) -> tuple[Drift, ...]:
     """Return the drifts of all sessions, in their order."""
-    numbers = problem.readings.sessions
-    return tuple(found for each in np.unique(numbers) for found in _drift(problem, numbers == each))
+    numbers, group, wrong = problem.readings.sessions, replicate_groups(problem.readings), _wrong(problem)
+    seen = ~is_capped(problem.readings)
+    sessions = [np.flatnonzero((numbers == each) & seen) for each in np.unique(numbers)]
+    return tuple(found for here in sessions for found in _drift(problem, here, group[here], wrong[here]))
 
 
-def _drift(problem: Problem, session: NDArray[np.bool_]) -> Iterator[Drift]:
+def _drift(
+    problem: Problem, here: NDArray[np.intp], group: NDArray[np.intp], wrong: NDArray[np.bool_]
+) -> Iterator[Drift]:
+    """Yield the drift of one session, whose readings are ``here``, if there is any."""
     readings, noise = problem.readings, problem.noise
-    here = np.flatnonzero(session & ~is_capped(readings))
     order = readings.lines if readings.order is None else readings.order
     place = np.argsort(np.argsort(order[here], kind="stable"))
-    group, wrong = replicate_groups(readings)[here], _wrong(problem)[here]
-    patches = [_believed(np.flatnonzero(group == each), place, wrong) for each in np.unique(group)]
+    repeated = np.flatnonzero(np.bincount(group) > 1)
+    patches = [_believed(np.flatnonzero(group == each), place, wrong) for each in repeated]
     steady = steadiness_of(readings.xyz_cd_m2[here], place, [rows for rows in patches if rows.size > 1])
     if steady is None:
         return
